@@ -1,0 +1,63 @@
+// Results files: written while a run goes on, read by everything else. Layout: docs/results.md.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/case.h"
+#include "experiments/response.h"
+#include "solver/solver.h"
+
+namespace firn {
+
+// One trajectory frame, arrays in order of particle ids; NaN where a particle does not exist.
+struct Frame {
+  double time = 0;                                   // s
+  std::vector<std::array<double, 3>> position;       // m, centre of mass, world
+  std::vector<std::array<double, 4>> orientation;    // w x y z, shape axes -> world
+  std::vector<std::array<double, 3>> velocity;       // m/s
+  std::vector<std::array<double, 3>> angular_velocity;  // rad/s
+};
+
+struct StageRecord {
+  std::string name;
+  double start = 0, end = 0;  // s
+  std::string ended_by;       // "at rest", "time limit", ...
+};
+
+// Read-only view of a results file. Throws InputError (one line) for a file that is missing,
+// truncated, of another kind or lacking an object.
+class Recording {
+ public:
+  explicit Recording(const std::string& file);
+  ~Recording();
+  Recording(Recording&&) noexcept;
+
+  const std::string& file() const;
+  Case read_case() const;                     // from the resolved text kept in the file
+  std::string status() const;                 // "finished", "failed: ...", "running", "interrupted"
+  std::uint64_t seed() const;
+  double timestep() const;
+  std::size_t particle_count() const;
+  std::vector<int> shape() const, tag() const;  // [N]
+  std::vector<double> mass() const;             // [N] kg
+  std::vector<double> peak_normal_force() const;  // [N] N
+  std::vector<double> exit_time() const;        // [N] s; NaN: never left through an outlet
+  std::vector<double> door_time() const;        // [N] s, centre of mass first below the floor's underside; NaN
+  std::vector<double> frame_times() const;      // [T] s
+  Frame frame(std::size_t i) const;
+  std::vector<StageRecord> stages() const;
+  std::vector<Response> responses() const;      // as stored
+  // Named time series [T] under an HDF5 path, e.g. "/energy/kinetic".
+  std::vector<double> series(const std::string& path) const;
+  bool has_checkpoint() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace firn

@@ -1,0 +1,54 @@
+// run(case, options) -> responses: the only place that starts a simulation.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/case.h"
+#include "experiments/response.h"
+#include "solver/solver.h"
+
+namespace firn {
+
+enum class RunStatus { finished, failed, interrupted };
+const char* to_string(RunStatus status);
+
+struct Progress {
+  double time = 0;            // s, simulated
+  double latest_end = 0;      // s, the case's duration
+  std::string stage;          // name of the stage under way
+  double wall = 0;            // s, so far
+  std::size_t present = 0, waiting = 0, left = 0;  // particles
+};
+
+struct RunOptions {
+  std::string results_file;   // HDF5; always written
+  int threads = 1;
+  double checkpoint_every = 60;  // s of wall time; also on interruption and at the end of a stage
+  std::function<void(const Progress&)> progress;   // called about five times a second
+  const std::atomic<bool>* interrupt = nullptr;    // set from a signal handler: save and stop
+};
+
+struct RunSummary {
+  RunStatus status = RunStatus::failed;
+  std::string reason;                  // one sentence; for a finished run, what ended it
+  std::vector<Response> responses;     // measured from the recording alone
+  double simulated = 0;                // s
+  double wall = 0;                     // s, this session
+  std::uint64_t steps = 0;
+  Energy energy;
+  Health health;
+  std::vector<PhaseTime> profile;
+};
+
+// Simulates the case from its start. Throws InputError for a case that cannot be set up; a run that
+// goes wrong is a summary with status failed, and its results file says so.
+RunSummary run(const Case& c, const RunOptions& options);
+
+// Goes on from the last checkpoint in a results file. Bit for bit as if it had never stopped.
+RunSummary resume(const std::string& results_file, const RunOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,84 @@
+// Shapes of particles: the user's mesh, its mass, and its convex parts for contact.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/convex_part.h"
+#include "solver/mesh.h"
+
+namespace firn {
+
+struct Shape {
+  std::string name;
+  int material = 0;               // index into Model::materials
+  TriangleMesh mesh;              // m, shape axes (as drawn)
+  std::vector<ConvexPart> parts;  // m, body axes (see below); convex, or pieces of a concave body
+  std::vector<std::uint64_t> part_neighbours;  // [parts] bit j: part j touches this one (and itself)
+
+  // Body axes are the principal axes about the centre of mass:
+  //   x_shape = centroid + shape_from_body * x_body.
+  Vec3 centroid = Vec3::Zero();            // m, shape axes
+  Quat shape_from_body = Quat::Identity();
+  double volume = 0;                       // m^3
+  double mass = 0;                         // kg
+  Vec3 inertia = Vec3::Zero();             // kg m^2, principal, body axes
+  double bounding_radius = 0;              // m, about the centre of mass
+  Vec3 box = Vec3::Zero();                 // m, bounding box edges in shape axes
+  double rounding = 0;                     // m, sweep radius of edges and corners (a sphere: R)
+  double size_for_stiffness = 0;           // m, L of equation (6): middle edge of the bounding box
+  double stiffness = 0;                    // N/m, loading stiffness K of equation (6), or given
+  double contact_deviation = 0;            // m, largest distance mesh <-> swept parts, sampled
+};
+
+// What every maker below needs to know beside the geometry.
+struct ShapeOptions {
+  std::string name;
+  int material = 0;
+  double density = 0;               // kg/m^3
+  double young_modulus = 0;         // Pa
+  double mass = 0;                  // kg; 0: density * volume
+  double rounding = -1;             // m; below 0: 0.1 % of the smallest bounding-box edge
+  double size_for_stiffness = 0;    // m; 0: the middle bounding-box edge
+  double stiffness = 0;             // N/m; 0: young_modulus * size_for_stiffness
+  int max_parts = 32;               // for the decomposition of a concave mesh
+};
+
+Shape make_sphere(double radius, const ShapeOptions& options);
+Shape make_box(const Vec3& size, const ShapeOptions& options);
+Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
+// Any closed mesh. Convex ones become one part; concave ones are decomposed (approximately: the
+// deviation is measured and stored). Throws InputError naming the defects of an unsound mesh.
+Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options);
+// Rigid union of non-overlapping shapes placed in common axes; mass and inertia add.
+struct Component {
+  Shape shape;
+  Pose pose;  // component's shape axes -> compound's shape axes
+};
+Shape make_compound(const std::vector<Component>& components, const ShapeOptions& options);
+
+// The parametric crescent of an icemaker: x chord, y width, z depth (up, water line at z = 0 ...
+// -depth at the bottom of the arc). See docs/shapes.md for the drawing.
+struct CrescentParameters {
+  double chord = 60.96e-3;      // m, along x
+  double width = 20.574e-3;     // m, along y, at the water line
+  double depth = 13.716e-3;     // m, along z
+  double tip = 2e-3;            // m, height of the blunt vertical tip wall
+  double dish = 1e-3;           // m, depth of the concave top in the middle
+  double draft = 0.0523598776;  // rad, sides lean in by this downwards
+  int facets = 1272;            // wanted triangles of the mesh (the nearest even count is made)
+  int parts = 4;                // convex pieces along the chord, for contact
+  int arc_segments = 12;        // flat pieces of the outer arc, for contact
+};
+TriangleMesh crescent_mesh(const CrescentParameters& p);
+Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options);
+
+// "table1", "mass-matched" (13.7 g at 916.7 kg/m^3 by its depth, solved for the mesh in use) or
+// "table1-heavy" (table1's box, 13.7 g by mass override). Throws InputError for another name.
+struct NamedCrescent {
+  CrescentParameters parameters;
+  double mass = 0;  // kg, override; 0: none
+};
+NamedCrescent named_crescent(const std::string& name, const CrescentParameters& base);
+
+}  // namespace firn
