@@ -1,1 +1,101 @@
-int main() { return 0; }
+// firn: the command line. Parses, dispatches to a sub-command, and turns errors into one line on
+// standard error and an exit status.
+#include <fmt/core.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "experiments/version.h"
+#include "solver/types.h"
+
+namespace firn {
+namespace {
+
+// What the program tells on its way goes to standard error; standard output is for results.
+void set_up_logging() {
+  auto logger = spdlog::stderr_color_mt("firn");
+  logger->set_pattern("%v");
+  spdlog::set_default_logger(logger);
+}
+
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+int complain(const std::string& text, int status) {
+  fmt::print(stderr, "firn: {}\n", one_line(text));
+  return status;
+}
+
+std::string names_of_subcommands(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* sub : app.get_subcommands({})) {
+    names += (names.empty() ? "" : ", ") + sub->get_name();
+  }
+  return names;
+}
+
+// Help and version are no errors; everything else is a mistake in the arguments.
+int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char** argv) {
+  if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);
+  const auto chosen = app.get_subcommands();
+  if (!chosen.empty()) {
+    return complain(
+        fmt::format("{}; see `firn {} --help`", one_line(e.what()), chosen[0]->get_name()),
+        ExitStatus::bad_input);
+  }
+  if (argc < 2) {
+    fmt::print(stderr, "{}", app.help());
+    return ExitStatus::bad_input;
+  }
+  return complain(fmt::format("{}: no such sub-command; expected one of {}", argv[1],
+                              names_of_subcommands(app)),
+                  ExitStatus::bad_input);
+}
+
+int main_program(int argc, char** argv) {
+  set_up_logging();
+  int status = ExitStatus::done;
+  CLI::App app{
+      "Simulates ice cubes in icemakers with the discrete element method, and fits the parameters "
+      "of\n"
+      "their contacts to measurements.",
+      "firn"};
+  app.set_version_flag("--version", fmt::format("firn {} ({})", firn_version(), firn_git_commit()),
+                       "Print the version and the commit it was built from");
+  app.set_help_flag("-h,--help", "Print this help");
+  app.require_subcommand(1);
+  app.footer(
+      "Exit status: 0 done, 1 the run failed, 2 bad input or usage, 3 a --require bound was "
+      "missed,\n"
+      "130 interrupted with the state saved. Results go to standard output, the rest to standard\n"
+      "error. `firn COMMAND --help` explains one command.");
+  add_run_command(app, status);
+  add_measure_command(app, status);
+  add_calibrate_command(app, status);
+  add_shape_command(app, status);
+  add_export_command(app, status);
+  try {
+    app.parse(argc, argv);
+    return status;
+  } catch (const CLI::ParseError& e) {
+    return finish_parsing(app, e, argc, argv);
+  } catch (const InputError& e) {
+    return complain(e.what(), ExitStatus::bad_input);
+  } catch (const std::exception& e) {
+    return complain(e.what(), ExitStatus::failed);
+  }
+}
+
+}  // namespace
+}  // namespace firn
+
+int main(int argc, char** argv) { return firn::main_program(argc, argv); }

@@ -16,20 +16,20 @@ struct Fill {
   std::string shape;
   int count = 0;
   int tag = 0;
-  Vec3 region_min = Vec3::Zero();   // m, world: bodies are placed wholly inside this box
+  Vec3 region_min = Vec3::Zero();  // m, world: bodies are placed wholly inside this box
   Vec3 region_max = Vec3::Zero();
-  double start = 0;                 // s
-  double interval = 0;              // s between batches; 0: all at once
-  int batch = 0;                    // particles per batch; 0: all
-  Vec3 velocity = Vec3::Zero();     // m/s at placement
+  double start = 0;              // s
+  double interval = 0;           // s between batches; 0: all at once
+  int batch = 0;                 // particles per batch; 0: all
+  Vec3 velocity = Vec3::Zero();  // m/s at placement
   bool random_orientation = true;
 };
 
 // Particles whose centre of mass enters this half-space leave the simulation and are counted.
 struct Outlet {
   std::string name;
-  Vec3 point = Vec3::Zero();    // m
-  Vec3 normal = Vec3(0, 0, -1); // unit, pointing out
+  Vec3 point = Vec3::Zero();     // m
+  Vec3 normal = Vec3(0, 0, -1);  // unit, pointing out
 };
 
 // A part of the run, ended by an event. On entry, boundaries are removed and motions started.
@@ -37,30 +37,30 @@ struct Stage {
   enum class Until { time, at_rest };
   std::string name;
   Until until = Until::time;
-  double max_duration = 0;                 // s; a stage that has not ended by then ends anyway
-  double min_duration = 0;                 // s, before which it does not end
+  double max_duration = 0;  // s; a stage that has not ended by then ends anyway
+  double min_duration = 0;  // s, before which it does not end
   // At rest: every particle inside slower than this and none left, for the hold time.
-  double rest_kinetic_energy = 0;          // J, mean per present particle
-  double rest_hold = 0;                    // s
-  std::vector<std::string> remove;         // boundaries
+  double rest_kinetic_energy = 0;                             // J, mean per present particle
+  double rest_hold = 0;                                       // s
+  std::vector<std::string> remove;                            // boundaries
   std::vector<std::pair<std::string, Motion>> start_motions;  // times relative to the stage
 };
 
 // Parameters of the drained angle of repose experiment, as its responses need them again.
 struct DrainedRepose {
-  Vec3 box = Vec3::Zero();      // m, inner length (x), depth (y), height (z)
-  double door_width = 0;        // m, in the middle of the floor, full depth
-  double floor_thickness = 0;   // m
-  double end_margin = 0;        // m: fit window starts this far from the end wall
-  double door_margin = 0;       // m: and ends this far from the door's lip
-  std::string door = "door";    // names of the boundaries that make it
-  double drop_height = 0;       // m below the floor where drained particles leave
+  Vec3 box = Vec3::Zero();     // m, inner length (x), depth (y), height (z)
+  double door_width = 0;       // m, in the middle of the floor, full depth
+  double floor_thickness = 0;  // m
+  double end_margin = 0;       // m: fit window starts this far from the end wall
+  double door_margin = 0;      // m: and ends this far from the door's lip
+  std::string door = "door";   // names of the boundaries that make it
+  double drop_height = 0;      // m below the floor where drained particles leave
 };
 
 struct Case {
   std::string name;
-  std::string source;           // file it was read from, for messages
-  double duration = 0;          // s, latest end
+  std::string source;   // file it was read from, for messages
+  double duration = 0;  // s, latest end
   std::uint64_t seed = 1;
   double steps_per_quarter_period = 10;  // for timestep = "auto"
   bool automatic_timestep = true;
@@ -68,19 +68,19 @@ struct Case {
   Model model;                  // complete but for particles of fills: they are appended in order
   // [[particles]]: placed at the start, ids first.
   struct Placed {
-    int particle = 0;           // id
+    int particle = 0;  // id
     Vec3 position, velocity, angular_velocity;
-    Quat orientation;           // shape axes -> world
+    Quat orientation;  // shape axes -> world
   };
   std::vector<Placed> placed;
   std::vector<Fill> fills;
   std::vector<Outlet> outlets;
-  std::vector<Stage> stages;    // empty: one stage until `duration`
+  std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;
-  double frames_every = 0;      // s
-  std::string resolved;         // TOML text of the whole case, defaults filled in, mesh files embedded
-                                // by content hash and path made absolute; read_case_text() of it
-                                // gives the same case
+  double frames_every = 0;  // s
+  std::string resolved;     // TOML text of the whole case, defaults filled in, mesh files embedded
+                            // by content hash and path made absolute; read_case_text() of it
+                            // gives the same case
 };
 
 using Override = std::pair<std::string, std::string>;  // TOML path, TOML value text
@@ -94,5 +94,8 @@ Case read_case_text(const std::string& text, const std::string& source,
 
 // Parses "KEY=VALUE" of --set. Throws InputError.
 Override parse_override(const std::string& text);
+
+// SHA-256 of the resolved text in hexadecimal: equal for equal cases, seed and mesh files included.
+std::string case_hash(const Case& c);
 
 }  // namespace firn

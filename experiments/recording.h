@@ -15,17 +15,33 @@ namespace firn {
 
 // One trajectory frame, arrays in order of particle ids; NaN where a particle does not exist.
 struct Frame {
-  double time = 0;                                   // s
-  std::vector<std::array<double, 3>> position;       // m, centre of mass, world
-  std::vector<std::array<double, 4>> orientation;    // w x y z, shape axes -> world
-  std::vector<std::array<double, 3>> velocity;       // m/s
+  double time = 0;                                      // s
+  std::vector<std::array<double, 3>> position;          // m, centre of mass, world
+  std::vector<std::array<double, 4>> orientation;       // w x y z, shape axes -> world
+  std::vector<std::array<double, 3>> velocity;          // m/s
   std::vector<std::array<double, 3>> angular_velocity;  // rad/s
 };
 
 struct StageRecord {
   std::string name;
-  double start = 0, end = 0;  // s
-  std::string ended_by;       // "at rest", "time limit", ...
+  double start = 0, end = 0;  // s; end is NaN while the stage is under way
+  std::string ended_by;  // "at rest", "time", "time limit", "end of the case"; empty: under way
+};
+
+// A time series kept with every frame.
+struct Series {
+  std::string path;       // HDF5 path, e.g. "/energy/kinetic"
+  std::string unit;       // "1" for a bare number
+  std::size_t width = 1;  // values a frame
+};
+
+// Where a boundary was at one frame, and its load over the interval that the frame ends.
+struct BoundaryFrame {
+  Vec3 position = Vec3::Zero();         // m, of its origin, world; NaN once removed
+  Quat orientation = Quat::Identity();  // boundary axes -> world; NaN once removed
+  Vec3 force = Vec3::Zero();            // N, mean
+  Vec3 torque = Vec3::Zero();           // N m, mean, about the origin
+  double peak_normal_force = 0;         // N, largest single contact
 };
 
 // Read-only view of a results file. Throws InputError (one line) for a file that is missing,
@@ -37,22 +53,25 @@ class Recording {
   Recording(Recording&&) noexcept;
 
   const std::string& file() const;
-  Case read_case() const;                     // from the resolved text kept in the file
-  std::string status() const;                 // "finished", "failed: ...", "running", "interrupted"
+  Case read_case() const;      // from the resolved text kept in the file
+  std::string status() const;  // "finished", "failed: ...", "running", "interrupted"
   std::uint64_t seed() const;
   double timestep() const;
   std::size_t particle_count() const;
-  std::vector<int> shape() const, tag() const;  // [N]
-  std::vector<double> mass() const;             // [N] kg
+  std::vector<int> shape() const, tag() const;    // [N]
+  std::vector<double> mass() const;               // [N] kg
   std::vector<double> peak_normal_force() const;  // [N] N
-  std::vector<double> exit_time() const;        // [N] s; NaN: never left through an outlet
-  std::vector<double> door_time() const;        // [N] s, centre of mass first below the floor's underside; NaN
-  std::vector<double> frame_times() const;      // [T] s
+  std::vector<double> exit_time() const;          // [N] s; NaN: never left through an outlet
+  std::vector<double> door_time()
+      const;  // [N] s, centre of mass first below the floor's underside; NaN
+  std::vector<double> frame_times() const;  // [T] s
   Frame frame(std::size_t i) const;
   std::vector<StageRecord> stages() const;
-  std::vector<Response> responses() const;      // as stored
-  // Named time series [T] under an HDF5 path, e.g. "/energy/kinetic".
+  std::vector<Response> responses() const;  // as stored
+  // Named time series [T] under an HDF5 path, e.g. "/energy/kinetic"; [T, width] row by row.
   std::vector<double> series(const std::string& path) const;
+  std::vector<Series> series_list() const;  // all of them, in alphabetical order
+  BoundaryFrame boundary(const std::string& name, std::size_t frame) const;
   bool has_checkpoint() const;
 
  private:

@@ -17,27 +17,28 @@ enum class RunStatus { finished, failed, interrupted };
 const char* to_string(RunStatus status);
 
 struct Progress {
-  double time = 0;            // s, simulated
-  double latest_end = 0;      // s, the case's duration
-  std::string stage;          // name of the stage under way
-  double wall = 0;            // s, so far
+  double time = 0;                                 // s, simulated
+  double latest_end = 0;                           // s, the case's duration
+  std::string stage;                               // name of the stage under way
+  double wall = 0;                                 // s, so far
   std::size_t present = 0, waiting = 0, left = 0;  // particles
 };
 
 struct RunOptions {
-  std::string results_file;   // HDF5; always written
+  std::string results_file;  // HDF5; always written
   int threads = 1;
   double checkpoint_every = 60;  // s of wall time; also on interruption and at the end of a stage
-  std::function<void(const Progress&)> progress;   // called about five times a second
-  const std::atomic<bool>* interrupt = nullptr;    // set from a signal handler: save and stop
+  std::function<void(const Progress&)> progress;  // called about five times a second
+  const std::atomic<bool>* interrupt = nullptr;   // set from a signal handler: save and stop
 };
 
 struct RunSummary {
   RunStatus status = RunStatus::failed;
-  std::string reason;                  // one sentence; for a finished run, what ended it
-  std::vector<Response> responses;     // measured from the recording alone
-  double simulated = 0;                // s
-  double wall = 0;                     // s, this session
+  std::string reason;               // one sentence; for a finished run, what ended it
+  std::string kept_earlier;         // earlier results of the same name are now here; empty: none
+  std::vector<Response> responses;  // measured from the recording alone
+  double simulated = 0;             // s
+  double wall = 0;                  // s, this session
   std::uint64_t steps = 0;
   Energy energy;
   Health health;
@@ -45,10 +46,12 @@ struct RunSummary {
 };
 
 // Simulates the case from its start. Throws InputError for a case that cannot be set up; a run that
-// goes wrong is a summary with status failed, and its results file says so.
+// goes wrong is a summary with status failed, and its results file says so. Results that exist
+// already under the same name are kept under another one (RUN.h5 becomes RUN.1.h5).
 RunSummary run(const Case& c, const RunOptions& options);
 
-// Goes on from the last checkpoint in a results file. Bit for bit as if it had never stopped.
+// Goes on from the last checkpoint in a results file. Bit for bit as if it had never stopped. A
+// file whose run is finished is left as it is, and its responses are returned.
 RunSummary resume(const std::string& results_file, const RunOptions& options);
 
 }  // namespace firn

@@ -13,7 +13,7 @@ namespace firn {
 struct GjkCache {
   std::uint16_t a[4] = {0, 0, 0, 0};
   std::uint16_t b[4] = {0, 0, 0, 0};
-  std::uint8_t count = 0;  // 0: cold
+  std::uint16_t count = 0;  // 0: cold
 };
 
 struct ManifoldPoint {

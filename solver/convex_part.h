@@ -13,16 +13,16 @@ namespace firn {
 
 // n . x <= offset; an internal one is a cut towards a neighbouring piece, not a surface.
 struct HalfSpace {
-  Vec3 normal;         // unit, outward
-  double offset = 0;   // m
+  Vec3 normal;        // unit, outward
+  double offset = 0;  // m
   bool internal = false;
 };
 
 struct ConvexPart {
   struct Face {
-    Vec3 normal;           // unit, outward
-    double offset = 0;     // m: n . x of the core's face
-    int first = 0;         // loop of core vertices: loops[first .. first + count), counter-clockwise
+    Vec3 normal;        // unit, outward
+    double offset = 0;  // m: n . x of the core's face
+    int first = 0;      // loop of core vertices: loops[first .. first + count), counter-clockwise
     int count = 0;
     bool internal = false;
   };
@@ -31,18 +31,19 @@ struct ConvexPart {
   // multiple of 8 so that support searches need no remainder loop.
   std::vector<double> x, y, z;
   int vertex_count = 0;
-  std::vector<Face> faces;                      // flat faces, coplanar triangles merged
+  std::vector<Face> faces;  // flat faces, coplanar triangles merged
   std::vector<std::uint16_t> loops;
   std::vector<std::array<std::uint16_t, 2>> edges;  // each once
 
   // Seams. A contact whose nearest feature lies wholly on internal face f and whose normal points
   // out through f belongs to the neighbour there, and is dropped by this part.
-  std::vector<Vec3> internal_normals;           // at most 32
-  std::vector<std::uint32_t> internal_faces;    // [vertex_count] bit f: vertex lies on internal face f
+  std::vector<Vec3> internal_normals;  // at most 32
+  std::vector<std::uint32_t>
+      internal_faces;  // [vertex_count] bit f: vertex lies on internal face f
 
-  double radius = 0;               // m, sweep radius
-  Vec3 center = Vec3::Zero();      // m, centre of a bounding sphere
-  double bounding_radius = 0;      // m, of that sphere, sweep radius included
+  double radius = 0;           // m, sweep radius
+  Vec3 center = Vec3::Zero();  // m, centre of a bounding sphere
+  double bounding_radius = 0;  // m, of that sphere, sweep radius included
 
   Vec3 vertex(int i) const { return {x[i], y[i], z[i]}; }
 };
@@ -57,5 +58,11 @@ std::vector<HalfSpace> convex_hull(const std::vector<Vec3>& points);
 
 // One point swept by `radius`: a sphere.
 ConvexPart sphere_part(const Vec3& center, double radius);
+
+// The part placed in other axes.
+ConvexPart moved(const ConvexPart& part, const Pose& pose);
+
+// The surface of the core as triangles. Empty for a sphere.
+TriangleMesh surface_mesh(const ConvexPart& part);
 
 }  // namespace firn

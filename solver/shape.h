@@ -14,43 +14,49 @@ struct Shape {
   int material = 0;               // index into Model::materials
   TriangleMesh mesh;              // m, shape axes (as drawn)
   std::vector<ConvexPart> parts;  // m, body axes (see below); convex, or pieces of a concave body
-  std::vector<std::uint64_t> part_neighbours;  // [parts] bit j: part j touches this one (and itself)
+  std::vector<std::uint64_t>
+      part_neighbours;  // [parts] bit j: part j touches this one (and itself)
 
   // Body axes are the principal axes about the centre of mass:
   //   x_shape = centroid + shape_from_body * x_body.
-  Vec3 centroid = Vec3::Zero();            // m, shape axes
+  // Of all such frames it is the one nearest to the shape axes; those themselves where they are
+  // principal already (a box, a sphere, a crescent).
+  Vec3 centroid = Vec3::Zero();  // m, shape axes
   Quat shape_from_body = Quat::Identity();
-  double volume = 0;                       // m^3
-  double mass = 0;                         // kg
-  Vec3 inertia = Vec3::Zero();             // kg m^2, principal, body axes
-  double bounding_radius = 0;              // m, about the centre of mass
-  Vec3 box = Vec3::Zero();                 // m, bounding box edges in shape axes
-  double rounding = 0;                     // m, sweep radius of edges and corners (a sphere: R)
-  double size_for_stiffness = 0;           // m, L of equation (6): middle edge of the bounding box
-  double stiffness = 0;                    // N/m, loading stiffness K of equation (6), or given
-  double contact_deviation = 0;            // m, largest distance mesh <-> swept parts, sampled
+  double volume = 0;              // m^3
+  double mass = 0;                // kg
+  Vec3 inertia = Vec3::Zero();    // kg m^2, principal, body axes
+  double bounding_radius = 0;     // m, about the centre of mass
+  Vec3 box = Vec3::Zero();        // m, bounding box edges in shape axes
+  double rounding = 0;            // m, sweep radius of edges and corners (a sphere: R)
+  double size_for_stiffness = 0;  // m, L of equation (6): middle edge of the bounding box
+  double stiffness = 0;           // N/m, loading stiffness K of equation (6), or given
+  double contact_deviation = 0;   // m, largest distance mesh <-> swept parts, sampled
 };
 
 // What every maker below needs to know beside the geometry.
 struct ShapeOptions {
   std::string name;
   int material = 0;
-  double density = 0;               // kg/m^3
-  double young_modulus = 0;         // Pa
-  double mass = 0;                  // kg; 0: density * volume
-  double rounding = -1;             // m; below 0: 0.1 % of the smallest bounding-box edge
-  double size_for_stiffness = 0;    // m; 0: the middle bounding-box edge
-  double stiffness = 0;             // N/m; 0: young_modulus * size_for_stiffness
-  int max_parts = 32;               // for the decomposition of a concave mesh
+  double density = 0;             // kg/m^3
+  double young_modulus = 0;       // Pa
+  double mass = 0;                // kg; 0: density * volume
+  double rounding = -1;           // m; below 0: 0.1 % of the smallest bounding-box edge
+  double size_for_stiffness = 0;  // m; 0: the middle bounding-box edge
+  double stiffness = 0;           // N/m; 0: young_modulus * size_for_stiffness
+  int max_parts = 32;             // for the decomposition of a concave mesh
 };
 
 Shape make_sphere(double radius, const ShapeOptions& options);
 Shape make_box(const Vec3& size, const ShapeOptions& options);
 Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
-// Any closed mesh. Convex ones become one part; concave ones are decomposed (approximately: the
-// deviation is measured and stored). Throws InputError naming the defects of an unsound mesh.
+// Any closed mesh of up to 20000 triangles. One that is convex to 0.2 % of its box diagonal becomes
+// one part; others are cut into pieces that convex, or into max_parts (the deviation is measured
+// and stored). Throws InputError naming the defects of an unsound mesh.
 Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options);
-// Rigid union of non-overlapping shapes placed in common axes; mass and inertia add.
+// Rigid union of non-overlapping shapes placed in common axes; mass and inertia add. Density and
+// rounding of the options are not used: the components have theirs. `rounding` becomes the least of
+// them, contact_deviation the largest.
 struct Component {
   Shape shape;
   Pose pose;  // component's shape axes -> compound's shape axes

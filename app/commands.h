@@ -1,0 +1,16 @@
+// The sub-commands of the program. Each adds itself to the command line; when the user calls it,
+// its callback does the work and stores the exit status (exit_status.h). Errors leave as
+// exceptions.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace firn {
+
+void add_run_command(CLI::App& app, int& status);
+void add_measure_command(CLI::App& app, int& status);
+void add_calibrate_command(CLI::App& app, int& status);
+void add_shape_command(CLI::App& app, int& status);
+void add_export_command(CLI::App& app, int& status);
+
+}  // namespace firn

@@ -1,0 +1,84 @@
+#include "app/progress_meter.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+constexpr double line_interval = 10;   // s between plain lines
+constexpr double smoothing_time = 20;  // s, memory of the rate
+constexpr int bar_width = 24;
+
+std::string particles_text(const Progress& p) {
+  std::string text = fmt::format("{} present", p.present);
+  if (p.waiting > 0) text += fmt::format(", {} waiting", p.waiting);
+  if (p.left > 0) text += fmt::format(", {} left", p.left);
+  return text;
+}
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  const auto total = static_cast<long>(std::ceil(seconds));
+  if (total < 60) return fmt::format("{} s", total);
+  if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);
+  return fmt::format("{} h {:02} min", total / 3600, total % 3600 / 60);
+}
+
+ProgressMeter::ProgressMeter(double timestep)
+    : timestep_(timestep), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressMeter::~ProgressMeter() { finish(); }
+
+void ProgressMeter::show(const Progress& progress) {
+  update_rate(progress);
+  if (terminal_) {
+    show_bar(progress);
+  } else if (progress.wall - last_line_ >= line_interval) {
+    last_line_ = progress.wall;
+    show_line(progress);
+  }
+}
+
+void ProgressMeter::finish() {
+  if (bar_visible_) fmt::print(stderr, "\r\x1b[K");
+  bar_visible_ = false;
+}
+
+void ProgressMeter::update_rate(const Progress& p) {
+  const double wall = p.wall - last_wall_;
+  if (!first_ && wall > 0) {
+    const double now = (p.time - last_time_) / wall;
+    const double weight = rate_ > 0 ? 1 - std::exp(-wall / smoothing_time) : 1;
+    rate_ += weight * (now - rate_);
+  }
+  first_ = false;
+  last_time_ = p.time;
+  last_wall_ = p.wall;
+}
+
+void ProgressMeter::show_bar(const Progress& p) {
+  const double part = p.latest_end > 0 ? std::clamp(p.time / p.latest_end, 0.0, 1.0) : 0;
+  const int filled = static_cast<int>(part * bar_width);
+  // Stages may end early, so the time to the latest end is an upper bound.
+  const std::string left =
+      rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left" : "";
+  fmt::print(stderr, "\r\x1b[K[{}{}] {:.3f} of {:g} s, {}, {}  {}", std::string(filled, '='),
+             std::string(bar_width - filled, ' '), p.time, p.latest_end, p.stage, particles_text(p),
+             left);
+  std::fflush(stderr);
+  bar_visible_ = true;
+}
+
+void ProgressMeter::show_line(const Progress& p) const {
+  spdlog::info("{:.3f} of {:g} s, stage {}, {}, {:.0f} steps/s, at most {} left", p.time,
+               p.latest_end, p.stage, particles_text(p), rate_ / timestep_,
+               rate_ > 0 ? duration_text((p.latest_end - p.time) / rate_) : "?");
+}
+
+}  // namespace firn

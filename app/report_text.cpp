@@ -1,0 +1,121 @@
+#include "app/report_text.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+constexpr std::size_t values_in_a_row = 6;  // longer responses are told by their range
+
+std::string value_text(const Response& r, std::size_t i) {
+  const std::string value = number_text(r.value[i]);
+  if (i >= r.uncertainty.size() || !std::isfinite(r.uncertainty[i])) return value;
+  return fmt::format("{} +- {:.2g}", value, r.uncertainty[i]);
+}
+
+std::string value_text(const Response& r) {
+  if (r.value.empty()) return "none";
+  if (r.value.size() > values_in_a_row) {
+    const auto [low, high] = std::minmax_element(r.value.begin(), r.value.end());
+    return fmt::format("{} values, {} to {}", r.value.size(), number_text(*low),
+                       number_text(*high));
+  }
+  std::string text;
+  for (std::size_t i = 0; i < r.value.size(); ++i) text += (i ? ", " : "") + value_text(r, i);
+  return text;
+}
+
+Json scalar_or_array(const std::vector<double>& values) {
+  if (values.size() == 1) return values[0];
+  return values;
+}
+
+}  // namespace
+
+std::string number_text(double value) {
+  return std::isfinite(value) ? fmt::format("{:.4g}", value) : "undefined";
+}
+
+std::string mm_text(const Vec3& size) {
+  return fmt::format("{:.2f} x {:.2f} x {:.2f} mm", size.x() * 1e3, size.y() * 1e3, size.z() * 1e3);
+}
+
+std::string responses_table(const std::vector<Response>& responses) {
+  std::size_t name_width = 0;
+  std::size_t value_width = 0;
+  std::size_t unit_width = 0;
+  for (const Response& r : responses) {
+    name_width = std::max(name_width, r.name.size());
+    value_width = std::max(value_width, value_text(r).size());
+    unit_width = std::max(unit_width, r.unit.size());
+  }
+  std::string table;
+  for (const Response& r : responses) {
+    table += fmt::format("{:<{}}  {:>{}} {:<{}}  {}\n", r.name, name_width, value_text(r),
+                         value_width, r.unit == "1" ? "" : r.unit, unit_width, r.method);
+  }
+  return table;
+}
+
+Json responses_json(const std::vector<Response>& responses) {
+  Json all = Json::object();
+  for (const Response& r : responses) {
+    all[r.name] = {{"value", scalar_or_array(r.value)},
+                   {"uncertainty", r.uncertainty.empty() ? Json() : scalar_or_array(r.uncertainty)},
+                   {"unit", r.unit},
+                   {"method", r.method},
+                   {"method_version", r.method_version}};
+  }
+  return all;
+}
+
+std::string verdicts_table(const std::vector<Verdict>& verdicts) {
+  std::string table;
+  for (const Verdict& v : verdicts) {
+    table += fmt::format("require {}: {}\n", v.requirement.text, v.met ? "met" : "NOT met");
+  }
+  return table;
+}
+
+Json verdicts_json(const std::vector<Verdict>& verdicts) {
+  Json all = Json::array();
+  for (const Verdict& v : verdicts) {
+    all.push_back({{"require", v.requirement.text}, {"met", v.met}});
+  }
+  return all;
+}
+
+std::string profile_table(const std::vector<PhaseTime>& profile) {
+  double total = 0;
+  for (const PhaseTime& phase : profile) total += phase.seconds;
+  std::string table;
+  for (const PhaseTime& phase : profile) {
+    table += fmt::format("{:<32} {:>9.2f} s {:>5.1f} %\n", phase.name, phase.seconds,
+                         total > 0 ? 100 * phase.seconds / total : 0);
+  }
+  return table;
+}
+
+Json profile_json(const std::vector<PhaseTime>& profile) {
+  Json all = Json::object();
+  for (const PhaseTime& phase : profile) all[phase.name] = phase.seconds;
+  return all;
+}
+
+Json energy_json(const Energy& e) {
+  return {{"kinetic", e.kinetic},
+          {"gravitational", e.gravitational},
+          {"elastic", e.elastic},
+          {"dissipated_normal", e.dissipated_normal},
+          {"dissipated_friction", e.dissipated_friction},
+          {"dissipated_walls", e.dissipated_walls},
+          {"boundary_work", e.boundary_work},
+          {"removed", e.removed}};
+}
+
+void print_json(const Json& document) { fmt::print("{}\n", document.dump(2)); }
+
+}  // namespace firn

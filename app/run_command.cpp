@@ -1,0 +1,253 @@
+// firn run: simulate one case, or go on with one.
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/interrupt.h"
+#include "app/progress_meter.h"
+#include "app/report_text.h"
+#include "app/shape_facts.h"
+#include "experiments/recording.h"
+#include "experiments/run.h"
+#include "experiments/version.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string case_file;
+  std::string output;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;  // 0: not given
+  std::vector<std::string> settings;
+  std::string resume_file;
+  std::vector<std::string> requirements;
+  bool json = false;
+  bool verbose = false;
+  bool quiet = false;
+};
+
+// More threads than this gain nothing on beds of some thousand particles.
+constexpr unsigned most_default_threads = 8;
+
+int default_threads() {
+  return static_cast<int>(
+      std::clamp(std::thread::hardware_concurrency(), 1U, most_default_threads));
+}
+
+// "crescent (mass-matched)": what the case says that a shape is.
+std::string kind_text(const toml::table& resolved, const std::string& shape) {
+  const auto table = resolved["shapes"][shape];
+  const std::string kind = table["kind"].value_or("shape");
+  const std::string variant = table["variant"].value_or("");
+  return variant.empty() ? kind : fmt::format("{} ({})", kind, variant);
+}
+
+// runs/<case name>-seed<N>.h5, with letters that are awkward in file names replaced.
+std::string default_output(const Case& c) {
+  std::string name;
+  for (const char letter : c.name) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(letter)) || letter == '_';
+    if (plain || (!name.empty() && name.back() != '-')) name += plain ? letter : '-';
+  }
+  return fmt::format("runs/{}-seed{}.h5", name.empty() ? "case" : name, c.seed);
+}
+
+void make_parent_folder(const std::string& file) {
+  const fs::path folder = fs::path(file).parent_path();
+  std::error_code error;
+  if (!folder.empty()) fs::create_directories(folder, error);
+  if (error) {
+    throw InputError(
+        fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+}
+
+void tell_facts(const Case& c, const std::string& results_file) {
+  spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
+  const toml::table resolved = toml::parse(c.resolved);
+  for (std::size_t i = 0; i < c.model.shapes.size(); ++i) {
+    const Shape& shape = c.model.shapes[i];
+    const auto count = std::count_if(
+        c.model.particles.begin(), c.model.particles.end(),
+        [&](const Particle& particle) { return particle.shape == static_cast<int>(i); });
+    spdlog::info("{} x {}: {}, {}", count, shape.name, kind_text(resolved, shape.name),
+                 shape_line(shape));
+  }
+  spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
+  spdlog::info("results in {}", results_file);
+}
+
+// Largest overlap as a fraction of the smallest edge of that particle's bounding box.
+double relative_overlap(const Case& c, const Health& health) {
+  if (health.largest_overlap_particle < 0) return 0;
+  const Particle& particle =
+      c.model.particles.at(static_cast<std::size_t>(health.largest_overlap_particle));
+  const Shape& shape = c.model.shapes.at(static_cast<std::size_t>(particle.shape));
+  return health.largest_overlap / shape.box.minCoeff();
+}
+
+Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
+                  const std::vector<Verdict>& verdicts) {
+  Json document = {{"case", c.name},
+                   {"results_file", file},
+                   {"status", to_string(s.status)},
+                   {"reason", s.reason},
+                   {"seed", c.seed},
+                   {"timestep", c.model.timestep},
+                   {"particles", c.model.particles.size()},
+                   {"simulated", s.simulated},
+                   {"wall", s.wall},
+                   {"steps", s.steps},
+                   {"responses", responses_json(s.responses)}};
+  if (!verdicts.empty()) document["requirements"] = verdicts_json(verdicts);
+  document["energy"] = energy_json(s.energy);
+  document["health"] = {{"largest_overlap", s.health.largest_overlap},
+                        {"largest_overlap_relative", relative_overlap(c, s.health)},
+                        {"largest_overlap_particle", s.health.largest_overlap_particle},
+                        {"deep_births", s.health.deep_births},
+                        {"energy_rise", s.health.energy_rise}};
+  document["profile"] = profile_json(s.profile);
+  document["firn_version"] = firn_version();
+  document["git_commit"] = firn_git_commit();
+  return document;
+}
+
+void tell_summary(const Case& c, const RunSummary& s) {
+  spdlog::info("{} at t = {:.4g} s", s.reason, s.simulated);
+  if (s.steps == 0) return;  // nothing was simulated: it was finished already
+  spdlog::info("{} steps, {} of wall time", s.steps, duration_text(s.wall));
+  spdlog::info(
+      "health: largest overlap {:.3g} mm ({:.2g} % of the thickness), {} deep births, "
+      "unexplained energy {:.3g} J",
+      s.health.largest_overlap * 1e3, 100 * relative_overlap(c, s.health), s.health.deep_births,
+      s.health.energy_rise);
+  spdlog::info(
+      "energy: {:.4g} J kinetic, {:.4g} J elastic, {:.4g} J lost in impacts, {:.4g} J in "
+      "friction",
+      s.energy.kinetic, s.energy.elastic, s.energy.dissipated_normal, s.energy.dissipated_friction);
+  spdlog::debug("time by phase of the step:\n{}", profile_table(s.profile));
+}
+
+int exit_status(const RunSummary& summary, const std::string& file,
+                const std::vector<Verdict>& verdicts) {
+  switch (summary.status) {
+    case RunStatus::finished:
+      return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
+    case RunStatus::interrupted:
+      fmt::print(stderr, "firn: interrupted at t = {:.4g} s; go on with: firn run --resume {}\n",
+                 summary.simulated, file);
+      return ExitStatus::interrupted;
+    case RunStatus::failed:
+      fmt::print(stderr, "firn: the run failed: {}\n", summary.reason);
+      return ExitStatus::failed;
+  }
+  return ExitStatus::failed;
+}
+
+Case read_case_to_run(const Arguments& a) {
+  if (!a.resume_file.empty()) return Recording(a.resume_file).read_case();
+  std::vector<Override> overrides;
+  for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
+  if (a.seed) overrides.emplace_back("case.seed", std::to_string(*a.seed));
+  return read_case(a.case_file, overrides);
+}
+
+int run_case(const Arguments& a) {
+  if (a.case_file.empty() == a.resume_file.empty()) {
+    throw InputError("run: expected either a case file or --resume RUN.h5; see `firn run --help`");
+  }
+  if (a.verbose) spdlog::set_level(spdlog::level::debug);
+  if (a.quiet) spdlog::set_level(spdlog::level::warn);
+  std::vector<Requirement> requirements;
+  for (const std::string& text : a.requirements) requirements.push_back(parse_requirement(text));
+  const Case c = read_case_to_run(a);
+
+  RunOptions options;
+  options.threads = a.threads > 0 ? a.threads : default_threads();
+  options.interrupt = &interrupt_flag();
+  ProgressMeter meter(c.model.timestep);
+  if (!a.quiet) options.progress = [&](const Progress& progress) { meter.show(progress); };
+  const bool resuming = !a.resume_file.empty();
+  options.results_file = resuming ? a.resume_file : a.output.empty() ? default_output(c) : a.output;
+  make_parent_folder(options.results_file);
+  tell_facts(c, options.results_file);
+  const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
+  meter.finish();
+  if (!summary.kept_earlier.empty()) {
+    spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
+  }
+  tell_summary(c, summary);
+
+  std::vector<Verdict> verdicts;
+  if (summary.status == RunStatus::finished) verdicts = judge(requirements, summary.responses);
+  if (a.json) {
+    print_json(summary_json(c, options.results_file, summary, verdicts));
+  } else {
+    fmt::print("{}{}", responses_table(summary.responses), verdicts_table(verdicts));
+  }
+  return exit_status(summary, options.results_file, verdicts);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("run", "Simulate one case and measure its responses");
+  CLI::Option* case_file = command->add_option("CASE.toml", a->case_file,
+                                               "Case file; docs/case-files.md lists its keys");
+  CLI::Option* output = command
+                            ->add_option("-o,--output", a->output,
+                                         "Results file, runs/<case name>-seed<N>.h5 by default. "
+                                         "Earlier results of that name are "
+                                         "kept as RUN.1.h5, RUN.2.h5 and so on")
+                            ->type_name("RUN.h5");
+  CLI::Option* seed =
+      command->add_option("--seed", a->seed, "Seed of all random choices; overrides case.seed")
+          ->type_name("N");
+  command
+      ->add_option(
+          "--threads", a->threads,
+          fmt::format("Threads, {} by default; the results do not depend on it", default_threads()))
+      ->check(CLI::PositiveNumber)
+      ->type_name("N");
+  CLI::Option* settings =
+      command
+          ->add_option("--set", a->settings,
+                       "Override a value of the case by its TOML path, e.g. "
+                       "interactions.ice-ice.static_friction=0.2 (may be repeated)")
+          ->type_name("KEY=VALUE")
+          ->allow_extra_args(false);
+  command
+      ->add_option("--resume", a->resume_file,
+                   "Go on from the last checkpoint in a results file, as if never stopped")
+      ->type_name("RUN.h5")
+      ->excludes(case_file)
+      ->excludes(output)
+      ->excludes(seed)
+      ->excludes(settings);
+  command->add_option("--require", a->requirements, requirement_help)
+      ->type_name("\"RESPONSE<=VALUE\"")
+      ->allow_extra_args(false);
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  CLI::Option* verbose =
+      command->add_flag("-v,--verbose", a->verbose, "Tell where the time went, too");
+  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors")
+      ->excludes(verbose);
+  command->footer(
+      "Ctrl-C saves the state and leaves with status 130; --resume goes on from there.");
+  command->callback([a, &status] { status = run_case(*a); });
+}
+
+}  // namespace firn

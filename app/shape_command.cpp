@@ -1,0 +1,130 @@
+// firn shape: facts of a mesh file, or of every shape of a case.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/shape_facts.h"
+#include "experiments/case.h"
+#include "experiments/mesh_file.h"
+#include "experiments/units.h"
+
+namespace firn {
+namespace {
+
+struct Arguments {
+  std::string file;
+  std::string length_unit = "mm";
+  std::string density = "916.7 kg/m^3";
+  std::string young_modulus = "0.01 GPa";
+  std::string rounding;
+  std::vector<std::string> settings;
+  bool json = false;
+};
+
+double option_quantity(const char* option, const std::string& text, const Dimension& dimension) {
+  try {
+    return parse_quantity(text, dimension);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", option, e.what()));
+  }
+}
+
+bool is_case(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return extension == ".toml";
+}
+
+// An unsound mesh still has facts worth telling: which defects, and where it lies.
+int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects) {
+  const auto [low, high] = bounding_box(mesh);
+  if (a.json) {
+    print_json({{"file", a.file},
+                {"triangles", mesh.triangles.size()},
+                {"vertices", mesh.vertices.size()},
+                {"sound", false},
+                {"defects", defects_json(defects)}});
+  } else {
+    fmt::print("{}\n  {:<22}{}\n  {:<22}{}\n", a.file, "triangles", mesh.triangles.size(),
+               "bounding box", mm_text(high - low));
+  }
+  fmt::print(stderr, "firn: {}: {}; expected a closed mesh that faces outwards\n", a.file,
+             defects.sentence());
+  return ExitStatus::bad_input;
+}
+
+int tell_mesh(const Arguments& a) {
+  const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
+  ShapeOptions options;
+  options.name = std::filesystem::path(a.file).stem().string();
+  options.density = option_quantity("--density", a.density, dimension::density);
+  options.young_modulus = option_quantity("--young-modulus", a.young_modulus, dimension::pressure);
+  if (!a.rounding.empty()) {
+    options.rounding = option_quantity("--rounding", a.rounding, dimension::length);
+  }
+  const TriangleMesh mesh = read_mesh_file(a.file, unit).mesh;
+  const MeshDefects defects = inspect(mesh);
+  if (!defects.sound()) return tell_unsound(a, mesh, defects);
+  const Shape shape = make_mesh(mesh, options);
+  if (a.json) {
+    Json document = shape_json(shape);
+    document["file"] = a.file;
+    document["density"] = options.density;
+    print_json(document);
+  } else {
+    fmt::print("{} (lengths in {}, {}, {})\n{}", a.file, a.length_unit, a.density, a.young_modulus,
+               shape_table(shape));
+  }
+  return ExitStatus::done;
+}
+
+int tell_case(const Arguments& a) {
+  std::vector<Override> overrides;
+  for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
+  const Case c = read_case(a.file, overrides);
+  if (a.json) {
+    Json shapes = Json::array();
+    for (const Shape& shape : c.model.shapes) shapes.push_back(shape_json(shape));
+    print_json({{"file", a.file}, {"case", c.name}, {"shapes", shapes}});
+  } else {
+    for (const Shape& shape : c.model.shapes) fmt::print("{}\n{}", shape.name, shape_table(shape));
+  }
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_shape_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("shape", "Tell the facts of a mesh or of a case's shapes");
+  command->add_option("FILE", a->file, "An STL mesh, or a case file (*.toml)")->required();
+  command->add_option("--length-unit", a->length_unit, "Of a mesh file, which names none")
+      ->type_name("UNIT")
+      ->capture_default_str();
+  command->add_option("--density", a->density, "Of a mesh file's body")
+      ->type_name("QUANTITY")
+      ->capture_default_str();
+  command->add_option("--young-modulus", a->young_modulus, "Of a mesh file's body")
+      ->type_name("QUANTITY")
+      ->capture_default_str();
+  command
+      ->add_option("--rounding", a->rounding,
+                   "Radius of edges and corners of a mesh file's body; 0.1 % of its smallest box "
+                   "edge by default")
+      ->type_name("LENGTH");
+  command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->footer(
+      "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");
+  command->callback([a, &status] { status = is_case(a->file) ? tell_case(*a) : tell_mesh(*a); });
+}
+
+}  // namespace firn

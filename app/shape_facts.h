@@ -1,0 +1,20 @@
+// Facts of a shape, as the user is told them.
+#pragma once
+
+#include <string>
+
+#include "app/report_text.h"
+#include "solver/shape.h"
+
+namespace firn {
+
+// One line: bounding box, mass, parts, triangles, L and stiffness.
+std::string shape_line(const Shape& shape);
+// A paragraph, one fact a line.
+std::string shape_table(const Shape& shape);
+Json shape_json(const Shape& shape);
+
+std::string defects_text(const MeshDefects& defects);  // "none" when sound
+Json defects_json(const MeshDefects& defects);
+
+}  // namespace firn

@@ -1,0 +1,64 @@
+// What a study found, as plain data; tables, JSON and plots are made from it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/identify.h"
+#include "calibrate/study.h"
+
+namespace firn {
+
+// What fresh seeds, or all seeds of a point, give of one response.
+struct Observation {
+  std::string response, unit;
+  Sample sample;
+  double standard_error = 0;  // of the mean, by the pooled noise and this sample together
+};
+
+// A parameter set with the surrogate's word and, where it was simulated, the simulation's.
+struct CheckedSet {
+  std::string name;
+  std::vector<double> values;
+  std::vector<Prediction> predicted;  // of the targets
+  std::vector<Observation> observed;  // targets, then observed responses; empty: not run
+  int finished = 0, arched = 0, failed = 0;
+  bool run() const { return finished + arched + failed > 0; }
+};
+
+struct ReachedRange {              // of one target
+  double lowest = 0, highest = 0;  // of the surrogate over the ranges
+  bool bracketed = false;          // simulated means lie on both sides of the target
+  bool reachable = false;          // within two standard deviations somewhere
+};
+
+struct Answer {
+  StudyVerdict verdict = StudyVerdict::too_few_runs;
+  std::string headline;
+  std::vector<CheckedSet> compare;
+  std::vector<Point> points;           // of the fit: compare, centre, design, refinements
+  std::optional<Knowledge> knowledge;  // the rest is empty without it
+  std::vector<ReachedRange> reach;     // in order of the targets
+  CheckedSet best;                     // confirmed by fresh seeds, where the verdict allows
+  std::vector<double> cross_check;     // targets: the other surrogate's prediction there
+  std::vector<VarianceSplit> split;    // targets: of the variance that the fit used there
+  std::vector<Combination> combinations;
+  std::optional<Posterior> posterior;
+  std::vector<CheckedSet> valley;  // empty when every direction is identified
+  int runs = 0, finished = 0, arched = 0, failed = 0;
+  int other_version = 0;  // runs in the journal by another program: not used
+  double wall = 0;        // s, of all runs together
+};
+
+// Rendering: render.cpp.
+std::string render_table(const Study& study, const Answer& answer);
+std::string render_json(const Study& study, const Answer& answer);
+std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
+
+// Fitted response over the parameters, as fitted_response.png and .svg: plot.cpp. Empty when both
+// were drawn, else why not.
+std::string plot_fitted_response(const Study& study, const Answer& answer,
+                                 const std::string& directory);
+
+}  // namespace firn

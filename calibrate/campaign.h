@@ -1,0 +1,72 @@
+// Carries out the runs of a study: looks each up in the journal first, runs the rest, and reads the
+// responses off them.
+#pragma once
+
+#include <Eigen/Dense>
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "calibrate/executor.h"
+#include "calibrate/journal.h"
+#include "calibrate/progress.h"
+#include "calibrate/study_file.h"
+
+namespace firn {
+
+// One set of parameters and its runs, one per seed.
+struct Point {
+  std::string phase;
+  int number = 0;              // within the phase
+  std::vector<double> values;  // in order of Study::parameters
+  Eigen::VectorXd u;           // the same in the unit cube
+  std::vector<std::uint64_t> seeds;
+  std::vector<JobResult> results;  // in order of the seeds
+  std::vector<std::string> keys;   // of the runs, in the same order
+
+  // Values of a response over the finished runs; runs in which it is not a number are left out.
+  std::vector<double> finished(const std::string& response) const;
+  int count(JobStatus status) const;
+};
+
+// Mean and spread over seeds.
+struct Sample {
+  int count = 0;
+  double mean = 0;
+  double sum_of_squares = 0;  // about the mean
+  double sd() const;          // NaN below two
+};
+Sample sample(const std::vector<double>& values);
+
+// The user stopped the study; everything that was finished is in the journal.
+struct StudyInterrupted {};
+
+class Campaign {
+ public:
+  Campaign(const Study& study, Executor& executor, Journal& journal, StudyProgress& progress,
+           std::string folder, const std::atomic<bool>* interrupt);
+
+  Point point(const std::string& phase, int number, const std::vector<double>& values,
+              const std::vector<std::uint64_t>& seeds) const;
+  // Fills in the results. Throws StudyInterrupted, and InputError when the case does not take the
+  // parameters or does not have the responses.
+  void run(std::vector<Point>& points);
+  const std::string& version() const { return version_; }  // of the program that simulates
+
+ private:
+  std::vector<Override> overrides(const Point& point, std::uint64_t seed) const;
+  std::string describe(const Point& point) const;
+  void run_jobs(std::vector<Job> jobs);
+  void check_responses(const JobResult& result) const;
+
+  const Study& study_;
+  Executor& executor_;
+  Journal& journal_;
+  StudyProgress& progress_;
+  std::string folder_;
+  std::string version_;
+  const std::atomic<bool>* interrupt_;
+};
+
+}  // namespace firn

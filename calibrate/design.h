@@ -1,0 +1,20 @@
+// Where to simulate: points spread over the unit cube.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <vector>
+
+namespace firn {
+
+// Latin hypercube of `count` points, the best of many drawn by the smallest distance between any
+// two points, those in `taken` included. Deterministic in the seed. Levels run from close to one
+// face of the cube to close to the other, so that fits need not extrapolate far.
+std::vector<Eigen::VectorXd> maximin_latin_hypercube(int count, int dimensions, std::uint64_t seed,
+                                                     const std::vector<Eigen::VectorXd>& taken);
+
+// Point i of a low-discrepancy sequence in the unit cube (multiples of the inverse powers of the
+// generalised golden ratio; Roberts 2018).
+Eigen::VectorXd quasi_random_point(std::uint64_t i, int dimensions);
+
+}  // namespace firn

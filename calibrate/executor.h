@@ -1,0 +1,66 @@
+// Who carries out a batch of simulations: this machine's cores, a cluster, or a test's formula.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/case.h"
+#include "experiments/response.h"
+
+namespace firn {
+
+struct Job {
+  std::string key;                  // names the run's files; the same text has the same key
+  std::vector<Override> overrides;  // of the study's case, seed included
+  std::string text;                 // the complete case, as Executor::resolve() gave it
+  std::string folder;               // where its files go
+  int threads = 1;
+};
+
+enum class JobStatus {
+  finished,
+  arched,      // ended well, but the flow stopped by itself: a category, not a number
+  failed,      // the simulation says why
+  crashed,     // its process died; worth one more try
+  interrupted  // by the user; not an outcome
+};
+const char* to_string(JobStatus status);
+
+struct JobResult {
+  JobStatus status = JobStatus::failed;
+  std::string reason;  // one sentence, for all but finished
+  std::vector<Response> responses;
+  double wall = 0;  // s
+};
+
+struct JobEvents {
+  std::function<void(const Job&)> started;
+  std::function<void(const Job&, const JobResult&)> ended;
+  std::function<void()> tick;  // a few times a second
+};
+
+class Executor {
+ public:
+  virtual ~Executor() = default;
+  // The complete text of the case with these overrides: what a run's identity is made of.
+  // Throws InputError when the case does not take them.
+  virtual std::string resolve(const std::vector<Override>& overrides) = 0;
+  // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
+  // Goes on from what an earlier, killed attempt left in the job's folder where it can.
+  virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;
+};
+
+struct LocalExecutorOptions {
+  std::string case_file;
+  std::string program;  // empty: the running executable
+  int jobs = 0;         // processes side by side; 0: one per core
+  const std::atomic<bool>* interrupt = nullptr;
+};
+
+// One process of `firn run` per job: a crash of one cannot take the others along.
+std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,70 @@
+// What the data determine and what they do not.
+//
+// Nothing here inverts a normal matrix: along a direction that the data do not see, that would
+// report a variance of nothing or of infinity. Directions come from the singular values of the
+// whitened Jacobian against a threshold set by the noise; widths come from weighing the whole
+// range.
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+#include "calibrate/model.h"
+
+namespace firn {
+
+// Where a variance comes from.
+struct VarianceSplit {
+  double measurement = 0, seeds = 0, surrogate = 0;
+  double total() const { return measurement + seeds + surrogate; }
+};
+
+// A linear combination of the (scaled) parameters that the data pin down, or do not.
+struct Combination {
+  Eigen::VectorXd direction;  // unit vector in the unit cube
+  double singular_value = 0;  // standard deviations of the data over the whole range
+  bool identified = false;
+  // sum of coefficient * (parameter or its logarithm) = value +- sd; coefficients of unit length.
+  Eigen::VectorXd coefficients;
+  double value = 0;
+  double sd = 0;        // by the data alone, linearised; infinite when unidentified
+  VarianceSplit split;  // of sd^2
+};
+// At u, strongest first; as many as there are parameters.
+std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
+                                      const Eigen::VectorXd& u);
+
+// Everything a parameter may still be, weighed by the data over the whole range.
+struct Marginal {
+  double mean = 0, sd = 0;               // unit cube
+  double low = 0, median = 0, high = 0;  // 2.5, 50 and 97.5 %, the parameter's own unit
+  double width_ratio = 0;                // sd after over sd before: near 1, nothing was learned
+  bool at_min = false, at_max = false;   // the interval runs into an end of the range
+};
+
+struct Posterior {
+  std::vector<Eigen::VectorXd> u;
+  std::vector<double> weight;  // sums to 1
+  double effective_samples = 0;
+  std::vector<Marginal> marginals;
+  Eigen::VectorXd longest;  // unit vector: where it stretches farthest
+};
+// Deterministic importance sampling over the cube.
+Posterior sample_posterior(const Study& study, const Misfit& misfit);
+
+// One of several equally good answers.
+struct ValleyMember {
+  Eigen::VectorXd u;
+  std::vector<double> values;  // tidy
+};
+// Members from one end of the posterior to the other along its longest direction.
+std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
+                                 const Posterior& posterior);
+
+// Where the next runs split the set of equally good answers best: members of the posterior whose
+// predictions are least certain, each chosen as if the one before had come out as predicted.
+std::vector<Eigen::VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
+                                              const Posterior& posterior, int count);
+
+}  // namespace firn

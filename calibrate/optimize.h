@@ -1,0 +1,51 @@
+// The two searches of the calibration: NLopt for the global minimum, Ceres for least squares.
+#pragma once
+
+#include <Eigen/Dense>
+#include <functional>
+#include <string>
+
+namespace firn {
+
+struct Minimum {
+  Eigen::VectorXd x;
+  double value = 0;
+  int evaluations = 0;
+  int non_finite = 0;  // evaluations that were not a number, kept from the search
+};
+
+// Global minimum of f over the box [lower, upper]: DIRECT-L, then BOBYQA from its best point.
+// Deterministic. f may return NaN or infinity where it has no value; such points count as worse
+// than the worst seen.
+Minimum minimize(const std::function<double(const Eigen::VectorXd&)>& f,
+                 const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, int evaluations);
+// BOBYQA alone, from `start` with first steps of `step` times the box.
+Minimum minimize_locally(const std::function<double(const Eigen::VectorXd&)>& f,
+                         const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+                         const Eigen::VectorXd& start, double step, int evaluations);
+
+struct LeastSquaresProblem {
+  int residuals = 0;
+  // Residuals at x and, when asked for, their Jacobian [residuals, parameters]. False: no value
+  // there.
+  std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& r, Eigen::MatrixXd* jacobian)>
+      evaluate;
+  Eigen::VectorXd lower, upper;  // empty: no bounds
+};
+
+struct LeastSquaresFit {
+  Eigen::VectorXd x;
+  double sum_of_squares = 0;
+  Eigen::MatrixXd jacobian;  // at x
+  bool converged = false;
+  std::string message;
+};
+
+// Levenberg-Marquardt from `start`.
+LeastSquaresFit least_squares(const LeastSquaresProblem& problem, const Eigen::VectorXd& start);
+
+// Largest relative difference between the problem's Jacobian and Ceres's own numeric one at x; for
+// tests of hand-written derivatives.
+double jacobian_error(const LeastSquaresProblem& problem, const Eigen::VectorXd& x);
+
+}  // namespace firn

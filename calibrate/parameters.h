@@ -1,0 +1,37 @@
+// Parameters of a study and the unit cube in which designs, surrogates and searches live.
+#pragma once
+
+#include <Eigen/Dense>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+// One unknown, bound to one or more case keys that always take the same value.
+struct Parameter {
+  std::string name;
+  std::vector<std::string> keys;  // TOML paths in the case
+  double min = 0, max = 0;        // in `unit`
+  std::string unit;               // empty: a bare number
+  bool logarithmic = false;
+  // Gaussian belief from elsewhere, in the parameter's own unit; cut at the range.
+  std::optional<double> prior_mean, prior_sd;
+
+  // 0 at min, 1 at max, linear in the value or in its logarithm.
+  double to_unit(double value) const;
+  double from_unit(double u) const;
+  // The nearest value with four significant digits inside the range: what a run is given, so that
+  // people can read it and the last bit of a search cannot make it another run.
+  double tidy(double u) const;
+  double width() const;  // of the range, in the value or in its logarithm
+  // Prior mean and standard deviation in the unit cube; without a prior, the middle and nothing.
+  double prior_mean_unit() const;
+  std::optional<double> prior_sd_unit() const;
+};
+
+Eigen::VectorXd to_unit(const std::vector<Parameter>& parameters,
+                        const std::vector<double>& values);
+std::vector<double> tidy_values(const std::vector<Parameter>& parameters, const Eigen::VectorXd& u);
+
+}  // namespace firn

@@ -1,0 +1,283 @@
+// Draws the fitted response of the first target with gnuplot: a map over two parameters, slices
+// through the answer for any other number. The script stays beside the pictures.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "calibrate/answer.h"
+
+namespace firn {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using Out = fmt::memory_buffer;
+
+constexpr int map_cells = 80, slice_cells = 120;
+
+template <class... Args>
+void print(Out& out, fmt::format_string<Args...> format, Args&&... args) {
+  fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
+}
+
+// For gnuplot's text: underscores would lower what follows.
+std::string plain(std::string s) {
+  std::replace(s.begin(), s.end(), '_', ' ');
+  std::replace(s.begin(), s.end(), '"', '\'');
+  return s;
+}
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return plain(name) + (unit.empty() || unit == "1" ? "" : " / " + unit);
+}
+
+// Inside gnuplot's single quotes.
+std::string quoted(const std::filesystem::path& file) {
+  std::string s;
+  for (const char c : file.string()) s += c == '\'' ? "''" : std::string(1, c);
+  return "'" + s + "'";
+}
+
+// Inside a shell's single quotes.
+std::string shell_quoted(const std::filesystem::path& file) {
+  std::string s;
+  for (const char c : file.string()) s += c == '\'' ? "'\\''" : std::string(1, c);
+  return "'" + s + "'";
+}
+
+struct Scene {
+  const Study& study;
+  const Answer& answer;
+  const Target& target = study.targets.front();
+  const ResponseModel& model = answer.knowledge->targets.front();
+
+  Prediction predict(const VectorXd& u) const { return model.surrogate.best.predict(u); }
+};
+
+void print_axis(Out& out, const char* axis, const Parameter& p) {
+  print(out, "set {}label \"{}\"\nset {}range [{}:{}]\n", axis, with_unit(p.name, p.unit), axis,
+        p.min, p.max);
+  if (!p.logarithmic) return;
+  print(out, "set logscale {}\nset {}tics (", axis, axis);
+  // 1, 2 and 5 of every decade: logarithmic ticks of gnuplot's own leave short ranges bare.
+  bool first = true;
+  for (int decade = static_cast<int>(std::floor(std::log10(p.min)));
+       decade <= static_cast<int>(std::ceil(std::log10(p.max))); ++decade)
+    for (const double m : {1, 2, 5})
+      if (const double t = m * std::pow(10, decade); t >= 0.999 * p.min && t <= 1.001 * p.max) {
+        print(out, "{}\"{:.4g}\" {:.6g}", first ? "" : ", ", t, t);
+        first = false;
+      }
+  print(out, ")\n");
+}
+
+void print_preamble(Out& out, const Scene& s) {
+  const Target& t = s.target;
+  print(out,
+        "set title \"{{/:Bold Fitted {}}}\\nmeasured {:.4g} ± {:.2g}{}{}\" offset 0,0.3\n"
+        "set border lw 1.2 lc rgb '#444444'\nset tics scale 0.6 out nomirror\n"
+        "set key below left reverse Left samplen 2.2 spacing 1.15 maxcols 2\n",
+        plain(t.response), t.value, t.uncertainty, t.unit == "1" ? "" : " ",
+        t.unit == "1" ? "" : t.unit);
+}
+
+// One line per simulated point of the fit: parameters, mean, standard error.
+void print_points(Out& out, const Scene& s) {
+  print(out, "$points << END\n");
+  for (const Point& p : s.answer.points) {
+    const Sample sample = firn::sample(p.finished(s.target.response));
+    if (sample.count == 0 || p.phase.starts_with("compare")) continue;
+    print(out, "{} {} {}\n", fmt::join(p.values, " "), sample.mean,
+          s.model.noise.at(sample.mean) / std::sqrt(sample.count));
+  }
+  print(out, "END\n$arched << END\n");
+  for (const Point& p : s.answer.points)
+    if (p.count(JobStatus::arched) > 0) print(out, "{}\n", fmt::join(p.values, " "));
+  print(out, "END\n");
+}
+
+void print_map_data(Out& out, const Scene& s) {
+  const Parameter &px = s.study.parameters[0], &py = s.study.parameters[1];
+  print(out, "$map << END\n");
+  for (int i = 0; i <= map_cells; ++i) {
+    for (int j = 0; j <= map_cells; ++j) {
+      const VectorXd u = Eigen::Vector2d(i, j) / map_cells;
+      print(out, "{} {} {:.6g}\n", px.from_unit(u[0]), py.from_unit(u[1]), s.predict(u).mean);
+    }
+    print(out, "\n");
+  }
+  print(out, "END\n$answer << END\n");
+  if (!s.answer.best.values.empty())
+    print(out, "{} {}\n", s.answer.best.values[0], s.answer.best.values[1]);
+  print(out, "END\n$valley << END\n");
+  for (const CheckedSet& m : s.answer.valley) print(out, "{} {}\n", m.values[0], m.values[1]);
+  print(out, "END\n$compare << END\n");
+  for (const CheckedSet& c : s.answer.compare)
+    print(out, "{} {} \"{}\"\n", c.values[0], c.values[1], plain(c.name));
+  print(out, "END\n");
+}
+
+// Round numbers for contours: about eight over the range.
+std::vector<double> levels(double low, double high) {
+  const double rough = (high - low) / 8, power = std::pow(10, std::floor(std::log10(rough)));
+  double step = 10 * power;
+  for (const double m : {1.0, 2.0, 2.5, 5.0})
+    if (m * power >= rough) {
+      step = m * power;
+      break;
+    }
+  std::vector<double> all;
+  for (double x = std::ceil(low / step) * step; x <= high; x += step) all.push_back(x);
+  return all;
+}
+
+std::string draw_map(const Scene& s) {
+  const Target& t = s.target;
+  const ReachedRange& r = s.answer.reach.front();
+  Out out;
+  print_preamble(out, s);
+  print_axis(out, "x", s.study.parameters[0]);
+  print_axis(out, "y", s.study.parameters[1]);
+  print(out,
+        "set cblabel \"{}\" offset 0.5,0\nset contour base\nunset surface\n"
+        "set cntrparam cubicspline\nset cntrparam levels discrete {:.6g}\n"
+        "set table $target\nsplot $map\nunset table\n"
+        "set cntrparam levels discrete {:.6g}, {:.6g}\n"
+        "set table $band\nsplot $map\nunset table\n"
+        "set cntrparam levels discrete {:.6g}\n"
+        "set table $contours\nsplot $map\nunset table\nunset contour\nset surface\n",
+        with_unit(t.response, t.unit), t.value, t.value - t.uncertainty, t.value + t.uncertainty,
+        fmt::join(levels(r.lowest, r.highest), ", "));
+  print(out,
+        "set palette defined (0 '#f4f8fb', 0.35 '#b9d7ea', 0.7 '#6aa6cf', 1 '#2b6aa0')\n"
+        "set pm3d map interpolate 2,2\nset view map\nset style textbox opaque noborder\n"
+        "splot $map using 1:2:3 with pm3d notitle, \\\n"
+        " $contours using 1:2:(0) with lines lc rgb '#90405060' lw 1 notitle, \\\n"
+        " $contours using 1:2:(0):(sprintf('%g', $3)) every 40::20 with labels font ',8' "
+        "tc rgb '#405060' notitle, \\\n"
+        " $band using 1:2:(0) with lines lc rgb '#e0701a' lw 1.6 dt (6,4) "
+        "title \"measured ± 1 standard uncertainty\", \\\n"
+        " $target using 1:2:(0) with lines lc rgb '#d1491b' lw 3.5 title 'as measured', \\\n"
+        " $points using 1:2:(0) with points pt 7 ps 2.1 lc rgb '#303030' notitle, \\\n"
+        " $points using 1:2:(0):3 with points pt 7 ps 1.7 lc palette "
+        "title 'simulated, mean over seeds', \\\n"
+        " $points using 1:2:(0):(sprintf('%.1f', $3)) with labels font ',9' offset 0,0.95 "
+        "notitle");
+  if (!s.answer.valley.empty())
+    print(out,
+          ", \\\n $valley using 1:2:(0) with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' "
+          "title 'equally good'");
+  if (!s.answer.compare.empty())
+    print(out,
+          ", \\\n $compare using 1:2:(0) with points pt 13 ps 2 lc rgb '#107050' "
+          "title 'compared', \\\n $compare using 1:2:(0):3 with labels right font ',9' "
+          "tc rgb '#107050' offset -1,0 notitle");
+  if (s.answer.arched > 0)
+    print(out,
+          ", \\\n $arched using 1:2:(0) with points pt 2 ps 1.6 lw 2 lc rgb '#800080' "
+          "title 'arched'");
+  if (!s.answer.best.values.empty())
+    print(out,
+          ", \\\n $answer using 1:2:(0) with points pt 7 ps 3 lc rgb 'white' notitle, \\\n"
+          " $answer using 1:2:(0) with points pt 3 ps 2.4 lw 3 lc rgb '#d1491b' "
+          "title '{}'",
+          s.answer.best.run() ? "answer" : "nearest");
+  print(out, "\n");
+  return fmt::to_string(out);
+}
+
+void print_slice_data(Out& out, const Scene& s) {
+  const std::size_t d = s.study.parameters.size();
+  const VectorXd at = s.answer.best.values.empty()
+                          ? VectorXd(VectorXd::Constant(static_cast<Index>(d), 0.5))
+                          : to_unit(s.study.parameters, s.answer.best.values);
+  for (std::size_t i = 0; i < d; ++i) {
+    print(out, "$slice{} << END\n", i + 1);
+    VectorXd u = at;
+    for (int c = 0; c <= slice_cells; ++c) {
+      u[static_cast<Index>(i)] = double(c) / slice_cells;
+      const Prediction p = s.predict(u);
+      print(out, "{} {:.6g} {:.6g}\n", s.study.parameters[i].from_unit(u[static_cast<Index>(i)]),
+            p.mean, std::sqrt(p.variance));
+    }
+    print(out, "END\n");
+  }
+}
+
+std::string draw_slices(const Scene& s) {
+  const std::size_t d = s.study.parameters.size();
+  const Target& t = s.target;
+  Out out;
+  print_preamble(out, s);
+  print(out, "set ylabel \"{}\"\nset grid lc rgb '#dddddd'\n", with_unit(t.response, t.unit));
+  if (d > 1) print(out, "set multiplot layout 1,{}\n", d);
+  for (std::size_t i = 0; i < d; ++i) {
+    print(out, "unset logscale x\nset xtics auto\n");
+    print_axis(out, "x", s.study.parameters[i]);
+    print(out,
+          "plot $slice{6} using 1:({0:.6g}):({1:.6g}) with filledcurves fc rgb '#f6d9c8' "
+          "title 'measured ± 1 standard uncertainty', {2:.6g} with lines lw 2 lc rgb '#d1491b' "
+          "notitle, \\\n"
+          " $slice{6} using 1:($2-$3):($2+$3) with filledcurves fc rgb '#802b6aa0' "
+          "title 'fit ± 1 sd', \\\n"
+          " $slice{6} using 1:2 with lines lw 2.5 lc rgb '#2b6aa0' notitle, \\\n"
+          " $points using {3}:{4}:{5} with yerrorbars pt 7 ps 1.1 lc rgb '#303030' "
+          "title 'simulated ± standard error'\n",
+          t.value - t.uncertainty, t.value + t.uncertainty, t.value, i + 1, d + 1, d + 2, i + 1);
+  }
+  if (d > 1) print(out, "unset multiplot\n");
+  return fmt::to_string(out);
+}
+
+// Empty when gnuplot ran through, else what it said.
+std::string run_gnuplot(const std::filesystem::path& script) {
+  std::FILE* pipe = popen(fmt::format("gnuplot {} 2>&1", shell_quoted(script)).c_str(), "r");
+  if (pipe == nullptr) return "no process";
+  std::string said;
+  char buffer[512];
+  while (std::fgets(buffer, sizeof buffer, pipe) != nullptr) said += buffer;
+  const int status = pclose(pipe);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
+  said.erase(said.find_last_not_of(" \n") + 1);
+  return said.substr(said.find_last_of('\n') + 1);
+}
+
+}  // namespace
+
+std::string plot_fitted_response(const Study& study, const Answer& answer,
+                                 const std::string& directory) {
+  if (!answer.knowledge) return "nothing was fitted";
+  const Scene scene{study, answer};
+  const std::size_t d = study.parameters.size();
+  const std::filesystem::path folder(directory), script = folder / "fitted_response.gp";
+  Out data;
+  print_points(data, scene);
+  d == 2 ? print_map_data(data, scene) : print_slice_data(data, scene);
+  const std::string draw = d == 2 ? draw_map(scene) : draw_slices(scene);
+  const int width = d <= 2 ? 1000 : 520 * static_cast<int>(d), height = d == 2 ? 920 : 640;
+  std::ofstream file(script);
+  file << fmt::to_string(data)
+       << fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,13'\nset output {}\n",
+                      width, height, quoted(folder / "fitted_response.png"))
+       << draw << "set output\nreset\n"
+       << fmt::format(
+              "set terminal svg size {},{} dynamic font 'DejaVu Sans,13' "
+              "background 'white'\nset output {}\n",
+              width, height, quoted(folder / "fitted_response.svg"))
+       << draw << "set output\n";
+  file.close();
+  if (const std::string trouble = run_gnuplot(script); !trouble.empty())
+    return fmt::format(
+        "gnuplot says \"{}\"; expected the program gnuplot, version 5.4 or later "
+        "(package gnuplot-nox); its script is {}",
+        trouble, script.string());
+  return "";
+}
+
+}  // namespace firn

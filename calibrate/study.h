@@ -1,0 +1,48 @@
+// calibrate(study) -> answer: what `firn calibrate` does. The method is described in
+// docs/calibration.md.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+namespace firn {
+
+class Executor;
+
+struct StudyOptions {
+  std::string study_file;          // TOML
+  std::string directory;           // where the journal and the reports go; empty: runs/<study name>
+  int jobs = 0;                    // simulations side by side; 0: one per core
+  bool resume = false;             // require that the directory holds this study already
+  std::string executor = "local";  // the only kind so far
+  std::string program;             // the firn executable that simulates; empty: this one
+  bool show_progress = true;       // on standard error
+  const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
+  Executor* replace_executor = nullptr;          // not owned; a fake experiment, for tests
+};
+
+enum class StudyVerdict {
+  calibrated,    // every parameter is determined by the data
+  undetermined,  // the target is met by a family of parameter sets; the answer is the family
+  unconfirmed,   // the fit met the target, fresh runs at its answer did not
+  out_of_reach,  // no parameters within the ranges give the target
+  too_few_runs,  // so many runs failed or arched that nothing could be fitted
+  interrupted    // stopped by the user; the same command goes on
+};
+const char* to_string(StudyVerdict verdict);
+
+struct StudySummary {
+  StudyVerdict verdict = StudyVerdict::interrupted;
+  std::string headline;  // one sentence
+  std::string table;     // for people: what was found, with uncertainty; ends in a new line
+  std::string json;      // the same for programs; also results.json in the directory
+  std::string directory;
+  int exit_status() const;  // 0 done, 1 too few runs, 130 interrupted
+};
+
+// Runs or continues the study. Nothing goes to standard output: the caller prints `table` or
+// `json`. Throws InputError for a wrong study file, a directory that holds another study, or one
+// that another process is working in.
+StudySummary calibrate(const StudyOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,94 @@
+// A smooth model of one response over the unit cube of the parameters, fitted to a few noisy
+// simulations, that knows how uncertain it is.
+//
+//   T(y)(u) = trend(u) + departure(u) + noise
+//
+// The trend is a linear or quadratic polynomial with a Gaussian belief on its coefficients (wide
+// for the linear part, a ridge for the quadratic part, so that eight points can carry it). The
+// departure is either independent at every point (plain regression with lack of fit) or a Gaussian
+// process with a Matern 5/2 kernel and one length for each parameter. The noise is known: the
+// variance between seeds over the number of seeds. T is the identity or the logarithm. Equations:
+// Rasmussen and Williams, Gaussian Processes for Machine Learning, sections 2.2, 2.7 and 5.4.2.
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+struct SurrogateData {
+  Eigen::MatrixXd u;               // [points, parameters], unit cube
+  Eigen::VectorXd y;               // [points], mean over the seeds
+  Eigen::VectorXd noise_variance;  // [points], of that mean
+};
+
+struct SurrogateForm {
+  bool quadratic = false;        // trend
+  bool matern = false;           // departure: a Gaussian process, else independent
+  bool logarithm = false;        // of the response
+  std::string describe() const;  // "quadratic in the logarithm, with lack of fit"
+  bool operator==(const SurrogateForm&) const = default;
+};
+
+struct Prediction {
+  double mean = 0;                // in the response's unit (the median, for a logarithm)
+  double variance = 0;            // of the mean response; the seed noise of one run not included
+  double noise_variance = 0;      // the part of it that more seeds at the same points would remove
+  Eigen::VectorXd mean_gradient;  // over the unit cube
+  Eigen::VectorXd variance_gradient;
+};
+
+class Surrogate {
+ public:
+  // Fits the hyperparameters of this form by maximum penalised likelihood. y must be positive for a
+  // logarithm. At least two points.
+  Surrogate(const SurrogateData& data, const SurrogateForm& form);
+
+  Prediction predict(const Eigen::VectorXd& u) const;
+  // Leave-one-out errors over their standard deviations, [points], and the sum of the logarithms of
+  // the predictive densities (response's own unit, so that forms can be compared).
+  Eigen::VectorXd leave_one_out_z() const;
+  double leave_one_out_score() const;
+
+  const SurrogateForm& form() const { return form_; }
+  double departure_sd() const;                                 // of the transformed response
+  const Eigen::VectorXd& lengths() const { return lengths_; }  // Matern only, unit cube
+
+  // The same model, hyperparameters kept, after one more point were it to fall where predicted:
+  // how much would a run there teach?
+  Surrogate with_believed_point(const Eigen::VectorXd& u, double noise_variance) const;
+
+ private:
+  void fit();
+  void factorize();
+  double objective(const Eigen::VectorXd& log_parameters);
+  Eigen::VectorXd basis(const Eigen::VectorXd& u) const;
+  Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& u) const;  // [basis, parameters]
+  double kernel(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
+  Eigen::VectorXd kernel_gradient(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
+  double transform(double y) const;
+
+  SurrogateData data_;
+  SurrogateForm form_;
+  double shift_ = 0, scale_ = 1;      // z = (T(y) - shift) / scale
+  Eigen::VectorXd z_, z_noise_;       // standardised data and noise variance
+  Eigen::MatrixXd h_;                 // [points, basis]
+  Eigen::VectorXd belief_;            // prior variance of each coefficient
+  double departure_variance_ = 0.01;  // standardised
+  Eigen::VectorXd lengths_;
+  Eigen::LDLT<Eigen::MatrixXd> covariance_;
+  Eigen::MatrixXd inverse_;
+  Eigen::VectorXd weights_;  // inverse covariance times z
+};
+
+// The form among those that the number of points allows with the best leave-one-out score; the
+// simpler one wins a near tie. `other` is the best of the other kind of departure or trend, for a
+// cross-check.
+struct SurrogateChoice {
+  Surrogate best;
+  Surrogate other;
+};
+SurrogateChoice choose_surrogate(const SurrogateData& data);
+
+}  // namespace firn

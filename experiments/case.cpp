@@ -1,0 +1,215 @@
+#include "experiments/case.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "experiments/case_boundaries.h"
+#include "experiments/case_materials.h"
+#include "experiments/case_schedule.h"
+#include "experiments/case_shapes.h"
+#include "experiments/drained_repose_scene.h"
+#include "experiments/sha256.h"
+#include "experiments/toml_reader.h"
+
+namespace firn {
+namespace {
+
+void read_head(const TomlTable& root, Case& c) {
+  const TomlTable t = root.required_table("case");
+  t.allow({"name", "duration", "seed", "gravity", "timestep", "steps_per_quarter_period"});
+  c.name = t.string("name", std::filesystem::path(c.source).stem().string());
+  c.duration = t.quantity("duration", dimension::time, Sign::positive);
+  if (!t.has("seed")) t.set("seed", 1);
+  c.seed = static_cast<std::uint64_t>(t.integer64("seed", 0));
+  c.model.gravity = t.vector("gravity", dimension::acceleration, "0 0 -9.81 m/s^2");
+  c.steps_per_quarter_period = t.number("steps_per_quarter_period", c.steps_per_quarter_period);
+  if (!(c.steps_per_quarter_period >= 1)) {
+    t.fail("steps_per_quarter_period",
+           fmt::format("is {}; expected a number of at least 1", c.steps_per_quarter_period));
+  }
+  c.automatic_timestep = t.string("timestep", "auto") == "auto";
+  if (!c.automatic_timestep) {
+    c.model.timestep = t.quantity("timestep", dimension::time, Sign::positive);
+    c.timestep_reason = "given in the case";
+  }
+}
+
+void read_numerics(const TomlTable& root, Numerics& n) {
+  const TomlTable t = root.table("numerics");
+  t.allow({"contact_shell", "shell_limit", "refresh_fraction", "skin", "overlap_limit"});
+  const auto fraction = [&](std::string_view key, double& value, bool zero_allowed) {
+    value = t.number(key, value);
+    if (!(zero_allowed ? value >= 0 : value > 0)) {
+      t.fail(key, fmt::format("is {}; expected a number {} 0", value,
+                              zero_allowed ? "of at least" : "above"));
+    }
+  };
+  const auto length = [&](std::string_view key, double& value, Sign sign) {
+    value = t.quantity(key, dimension::length, sign, si_text(value, dimension::length));
+  };
+  fraction("contact_shell", n.contact_shell, false);
+  length("shell_limit", n.shell_limit, Sign::positive);
+  fraction("refresh_fraction", n.refresh_fraction, true);
+  length("skin", n.skin, Sign::non_negative);
+  fraction("overlap_limit", n.overlap_limit, false);
+}
+
+void read_output(const TomlTable& root, Case& c) {
+  const TomlTable t = root.table("output");
+  t.allow({"frames_every"});
+  c.frames_every = t.quantity("frames_every", dimension::time, Sign::positive, "10 ms");
+}
+
+void read_experiment(const TomlTable& root, Case& c) {
+  if (!root.has("experiment")) return;
+  const TomlTable t = root.required_table("experiment");
+  if (root.has("stages")) root.fail("stages", "the experiment sets the stages; expected none here");
+  t.choice("kind", {"drained_repose"});
+  read_drained_repose(t, c);
+}
+
+void check_names(const TomlTable& root, const std::vector<Boundary>& boundaries) {
+  for (std::size_t i = 0; i < boundaries.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (boundaries[i].name != boundaries[j].name) continue;
+      const auto tables = root.tables("boundaries");
+      tables[std::min(i, tables.size() - 1)].fail(
+          "name",
+          fmt::format("\"{}\" is taken already; expected another name", boundaries[i].name));
+    }
+  }
+}
+
+void add_fill_particles(Case& c) {
+  for (const Fill& fill : c.fills) {
+    const auto shape = std::ranges::find(c.model.shapes, fill.shape, &Shape::name);
+    const int index = static_cast<int>(shape - c.model.shapes.begin());
+    c.model.particles.insert(c.model.particles.end(), static_cast<std::size_t>(fill.count),
+                             Particle{index, fill.tag});
+  }
+}
+
+// Every pair of materials that can meet must have a contact law.
+void check_interactions(const TomlTable& root, const Model& model, const std::vector<char>& given) {
+  const std::size_t n = model.materials.size();
+  const auto require = [&](int a, int b, const std::string& first, const std::string& second) {
+    if (given[a * n + b]) return;
+    const std::string pair = model.materials[a].name + "-" + model.materials[b].name;
+    root.fail("interactions", fmt::format("{} can meet {}, but nothing is said about \"{}\"; "
+                                          "expected a table [interactions.{}]",
+                                          first, second, pair, pair));
+  };
+  std::vector<int> count(model.shapes.size(), 0);
+  for (const Particle& p : model.particles) ++count[p.shape];
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] == 0) continue;
+    const std::string shape = fmt::format("shape \"{}\"", model.shapes[i].name);
+    for (std::size_t j = i; j < count.size(); ++j) {
+      if (count[j] == 0 || (i == j && count[i] == 1)) continue;
+      require(model.shapes[i].material, model.shapes[j].material, shape,
+              fmt::format("shape \"{}\"", model.shapes[j].name));
+    }
+    for (const Boundary& b : model.boundaries) {
+      require(model.shapes[i].material, b.material, shape, fmt::format("boundary \"{}\"", b.name));
+    }
+  }
+}
+
+// Overrides may name the two materials of an interaction in either order, as the file may.
+std::vector<Override> in_order_of_file(std::vector<Override> overrides, const toml::table& file) {
+  const toml::table* interactions = file["interactions"].as_table();
+  constexpr std::string_view kPrefix = "interactions.";
+  for (auto& [path, value] : overrides) {
+    if (!interactions || !path.starts_with(kPrefix)) continue;
+    const std::size_t end = std::min(path.find('.', kPrefix.size()), path.size());
+    const std::string key = path.substr(kPrefix.size(), end - kPrefix.size());
+    if (interactions->contains(key)) continue;
+    for (std::size_t dash = key.find('-'); dash != key.npos; dash = key.find('-', dash + 1)) {
+      const std::string turned = key.substr(dash + 1) + "-" + key.substr(0, dash);
+      if (!interactions->contains(turned)) continue;
+      path.replace(kPrefix.size(), key.size(), turned);
+      break;
+    }
+  }
+  return overrides;
+}
+
+}  // namespace
+
+Case read_case_text(const std::string& text, const std::string& source,
+                    const std::string& directory, const std::vector<Override>& overrides) {
+  TomlDocument document(text, source);
+  document.apply(in_order_of_file(overrides, document.root()));
+  const TomlTable root = TomlTable::root(document);
+  root.allow({"case", "materials", "interactions", "shapes", "particles", "boundaries", "fills",
+              "outlets", "stages", "experiment", "numerics", "output"});
+  Case c;
+  c.source = source;
+  Model& model = c.model;
+  read_head(root, c);
+  read_numerics(root, model.numerics);
+  read_output(root, c);
+  model.materials = read_materials(root);
+  InteractionTable interactions = read_interactions(root, model.materials);
+  model.interactions = std::move(interactions.laws);
+  model.shapes = read_shapes(root, model.materials, directory);
+  model.boundaries = read_boundaries(root, model.materials, directory);
+  c.placed = read_particles(root, model);
+  c.fills = read_fills(root, model.shapes);
+  c.outlets = read_outlets(root);
+  read_experiment(root, c);
+  check_names(root, model.boundaries);
+  if (!c.drained_repose) c.stages = read_stages(root, model.boundaries);
+  add_fill_particles(c);
+  if (model.particles.empty()) {
+    root.fail("particles", "the case has none; expected [[particles]], [[fills]] or [experiment]");
+  }
+  check_interactions(root, model, interactions.given);
+  if (c.automatic_timestep) {
+    const TimestepAdvice advice = advise_timestep(model, c.steps_per_quarter_period);
+    model.timestep = advice.timestep;
+    c.timestep_reason = advice.reason;
+  }
+  root.at("", [&] { validate(model); });
+  c.resolved = document.text();
+  return c;
+}
+
+Case read_case(const std::string& file, const std::vector<Override>& overrides) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in.is_open() || std::filesystem::is_directory(file)) {
+    throw InputError(
+        fmt::format("{}:1: case: the file cannot be opened; expected a case file", file));
+  }
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string directory = std::filesystem::path(file).parent_path().string();
+  return read_case_text(text, file, directory, overrides);
+}
+
+Override parse_override(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const auto trim = [](std::string s) {
+    s.erase(0, s.find_first_not_of(" \t"));
+    s.erase(s.find_last_not_of(" \t") + 1);
+    return s;
+  };
+  Override result;
+  if (equals != std::string::npos) {
+    result = {trim(text.substr(0, equals)), trim(text.substr(equals + 1))};
+  }
+  if (result.first.empty() || result.second.empty()) {
+    throw InputError(
+        fmt::format("--set {}: not an override; expected KEY=VALUE, such as "
+                    "interactions.ice-ice.static_friction=0.2",
+                    text));
+  }
+  return result;
+}
+
+std::string case_hash(const Case& c) { return sha256(c.resolved); }
+
+}  // namespace firn

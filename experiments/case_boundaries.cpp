@@ -1,0 +1,131 @@
+#include "experiments/case_boundaries.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/boundary_mesh.h"
+#include "experiments/case_materials.h"
+#include "experiments/case_shapes.h"
+
+namespace firn {
+namespace {
+
+// The shortest rotation that takes z to the unit vector n; half a turn about x where none is.
+Quat shortest_rotation_from_z(const Vec3& n) {
+  constexpr double kOpposite = 1e-12;
+  if (1 + n.z() < kOpposite) return Quat(0, 1, 0, 0);
+  return Quat(1 + n.z(), -n.y(), n.x(), 0).normalized();
+}
+
+Boundary read_geometry(const TomlTable& t, const std::string& directory) {
+  const std::string kind = t.choice("kind", {"plane", "box", "mesh"});
+  if (kind == "plane") {
+    t.allow({"name", "material", "kind", "rigid", "stiffness", "motions", "point", "normal"});
+    const Vec3 point = t.vector("point", dimension::length, "0 0 0 m");
+    return plane_boundary("", 0, point, t.direction("normal"));
+  }
+  Boundary b;
+  if (kind == "box") {
+    t.allow({"name", "material", "kind", "rigid", "stiffness", "motions", "position", "orientation",
+             "size"});
+    b = box_boundary("", 0, t.sizes("size"), Vec3::Zero());
+  } else {
+    t.allow({"name", "material", "kind", "rigid", "stiffness", "motions", "position", "orientation",
+             "file", "length_unit", "sha256", "thickness"});
+    const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
+    b.kind = Boundary::Kind::solid;
+    b.mesh = read_mesh(t, directory);
+    b.parts = t.at("file", [&] { return boundary_parts(b.mesh, thickness); });
+  }
+  b.origin = t.vector("position", dimension::length, "0 0 0 m");
+  b.orientation = t.orientation("orientation");
+  return b;
+}
+
+}  // namespace
+
+std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<Material>& materials,
+                                      const std::string& directory) {
+  std::vector<Boundary> boundaries;
+  for (const TomlTable& t : root.tables("boundaries")) {
+    Boundary b = read_geometry(t, directory);
+    b.name = t.string("name");
+    // The name becomes part of a path in results files.
+    if (b.name.empty() || b.name == "." || b.name.find('/') != std::string::npos) {
+      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", b.name));
+    }
+    b.material = material_index(t, "material", materials);
+    b.rigid = t.boolean("rigid", false);
+    b.stiffness =
+        t.optional_quantity("stiffness", dimension::stiffness, Sign::positive).value_or(0);
+    if (b.rigid && b.stiffness > 0) {
+      t.fail("stiffness", "is given for a rigid boundary; expected one of the two");
+    }
+    if (!b.rigid && b.stiffness == 0 && materials[b.material].young_modulus == 0) {
+      t.fail("material", fmt::format("\"{}\" has no young_modulus; expected one, or a stiffness of "
+                                     "the boundary, or rigid = true",
+                                     materials[b.material].name));
+    }
+    for (const TomlTable& motion : t.tables("motions")) {
+      b.motions.push_back(read_motion(motion, false));
+    }
+    boundaries.push_back(std::move(b));
+  }
+  return boundaries;
+}
+
+Motion read_motion(const TomlTable& t, bool in_stage) {
+  const std::string kind = t.choice("kind", {"translation", "rotation"});
+  const std::string_view boundary = in_stage ? "boundary" : "kind";
+  Motion m;
+  if (kind == "translation") {
+    t.allow({"kind", boundary, "start", "stop", "velocity"});
+    m.kind = Motion::Kind::translation;
+    m.velocity = t.vector("velocity", dimension::velocity);
+  } else {
+    t.allow({"kind", boundary, "start", "stop", "axis", "center", "angular_velocity"});
+    m.kind = Motion::Kind::rotation;
+    m.axis = t.direction("axis");
+    m.center = t.vector("center", dimension::length, "0 0 0 m");
+    m.angular_speed = t.quantity("angular_velocity", dimension::angular_velocity, Sign::any);
+  }
+  m.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
+  m.stop = t.optional_quantity("stop", dimension::time, Sign::positive).value_or(m.stop);
+  if (m.stop <= m.start) {
+    t.fail("stop", fmt::format("is {} s, not after the start at {} s; expected a later time",
+                               m.stop, m.start));
+  }
+  return m;
+}
+
+Boundary plane_boundary(const std::string& name, int material, const Vec3& point,
+                        const Vec3& normal) {
+  Boundary b;
+  b.name = name;
+  b.material = material;
+  b.kind = Boundary::Kind::plane;
+  b.origin = point;
+  b.orientation = shortest_rotation_from_z(normal);
+  return b;
+}
+
+Boundary box_boundary(const std::string& name, int material, const Vec3& size, const Vec3& center) {
+  Boundary b;
+  b.name = name;
+  b.material = material;
+  b.kind = Boundary::Kind::solid;
+  b.origin = center;
+  b.parts = {convex_part(box_half_spaces(size), 0)};
+  b.mesh = box_mesh(size);
+  return b;
+}
+
+int boundary_index(const TomlTable& table, std::string_view key, const std::string& name,
+                   const std::vector<Boundary>& boundaries) {
+  std::vector<std::string_view> names;
+  for (const Boundary& b : boundaries) names.push_back(b.name);
+  return index_of(table, key, name, names, "boundary");
+}
+
+}  // namespace firn

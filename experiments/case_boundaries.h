@@ -1,0 +1,28 @@
+// [[boundaries]] of a case file, and the walls that experiments build.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/toml_reader.h"
+#include "solver/model.h"
+
+namespace firn {
+
+std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<Material>& materials,
+                                      const std::string& directory);
+
+// Keys of a prescribed motion; in a stage, `boundary` beside them.
+Motion read_motion(const TomlTable& table, bool in_stage);
+
+// The half-space behind the plane through `point` (m) with unit `normal` out of the wall.
+Boundary plane_boundary(const std::string& name, int material, const Vec3& point,
+                        const Vec3& normal);
+// A solid box about its origin, edges `size` (m).
+Boundary box_boundary(const std::string& name, int material, const Vec3& size, const Vec3& center);
+
+// The index of the boundary of that name, given under `key`. Throws for an unknown one.
+int boundary_index(const TomlTable& table, std::string_view key, const std::string& name,
+                   const std::vector<Boundary>& boundaries);
+
+}  // namespace firn

@@ -1,0 +1,29 @@
+// [materials.*] and [interactions.*] of a case file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/toml_reader.h"
+#include "solver/model.h"
+
+namespace firn {
+
+// In the order of their names.
+std::vector<Material> read_materials(const TomlTable& root);
+
+struct InteractionTable {
+  std::vector<Interaction> laws;  // as Model::interactions
+  std::vector<char> given;        // the same shape: 1 where the case file has the pair
+};
+InteractionTable read_interactions(const TomlTable& root, const std::vector<Material>& materials);
+
+// The index of a material named by a key. Throws for an unknown one.
+int material_index(const TomlTable& table, std::string_view key,
+                   const std::vector<Material>& materials);
+
+// The index of the element whose name a key gives; `what` names the kind of thing ("shape").
+int index_of(const TomlTable& table, std::string_view key, const std::string& name,
+             const std::vector<std::string_view>& names, std::string_view what);
+
+}  // namespace firn

@@ -1,0 +1,141 @@
+#include "experiments/case_schedule.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/case_boundaries.h"
+#include "experiments/case_shapes.h"
+
+namespace firn {
+namespace {
+
+// Bodies put down at random without touching stop finding room at about this solid fraction.
+constexpr double kDensestPour = 0.3;
+
+}  // namespace
+
+std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model) {
+  std::vector<Case::Placed> placed;
+  for (const TomlTable& t : root.tables("particles")) {
+    t.allow({"shape", "position", "orientation", "velocity", "angular_velocity", "tag"});
+    Case::Placed p;
+    p.particle = static_cast<int>(model.particles.size());
+    model.particles.push_back({shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)});
+    p.position = t.vector("position", dimension::length);
+    p.orientation = t.orientation("orientation");
+    p.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    p.angular_velocity = t.vector("angular_velocity", dimension::angular_velocity, "0 0 0 rad/s");
+    placed.push_back(p);
+  }
+  return placed;
+}
+
+std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes) {
+  std::vector<Fill> fills;
+  for (const TomlTable& t : root.tables("fills")) {
+    t.allow({"shape", "count", "tag", "region_min", "region_max", "start", "interval", "batch",
+             "velocity", "random_orientation"});
+    Fill fill;
+    const Shape& shape = shapes[shape_index(t, "shape", shapes)];
+    fill.shape = shape.name;
+    fill.count = t.integer("count", 1);
+    fill.tag = t.integer("tag", 0, 0);
+    fill.region_min = t.vector("region_min", dimension::length);
+    fill.region_max = t.vector("region_max", dimension::length);
+    if ((fill.region_max - fill.region_min).minCoeff() <= 0) {
+      t.fail("region_max", "is not beyond region_min along every axis; expected a box");
+    }
+    fill.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
+    fill.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");
+    fill.batch = t.integer("batch", 0, 0);
+    fill.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    fill.random_orientation = t.boolean("random_orientation", true);
+    check_fill(t, fill, shape);
+    fills.push_back(fill);
+  }
+  return fills;
+}
+
+void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape) {
+  const bool batches = fill.batch > 0 && fill.batch < fill.count;
+  if (batches && fill.interval == 0) {
+    table.fail("interval", fmt::format("is zero for batches of {} out of {}; expected a time above "
+                                       "zero between them",
+                                       fill.batch, fill.count));
+  }
+  if (fill.interval > 0 && fill.batch == 0) {
+    table.fail("batch",
+               "is zero although there is an interval; expected the number of particles "
+               "in a batch");
+  }
+  const Vec3 region = fill.region_max - fill.region_min;
+  const int at_once = batches ? fill.batch : fill.count;
+  const double solid = at_once * shape.volume, room = region.prod();
+  if (region.minCoeff() < shape.box.minCoeff() || solid > kDensestPour * room) {
+    table.fail(
+        "count",
+        fmt::format(
+            "{} of \"{}\" at once, {:.4g} L, do not fit a region of {:.4g} x {:.4g} x {:.4g} m, of "
+            "which random placement fills {:.0f} % at most ({:.4g} L); expected fewer or a larger "
+            "region",
+            at_once, shape.name, 1e3 * solid, region.x(), region.y(), region.z(),
+            100 * kDensestPour, 1e3 * kDensestPour * room));
+  }
+}
+
+std::vector<Outlet> read_outlets(const TomlTable& root) {
+  std::vector<Outlet> outlets;
+  for (const TomlTable& t : root.tables("outlets")) {
+    t.allow({"name", "point", "normal"});
+    Outlet outlet;
+    outlet.name = t.string("name");
+    if (std::ranges::count(outlets, outlet.name, &Outlet::name)) {
+      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", outlet.name));
+    }
+    outlet.point = t.vector("point", dimension::length);
+    outlet.normal = t.direction("normal");
+    outlets.push_back(outlet);
+  }
+  return outlets;
+}
+
+std::vector<Stage> read_stages(const TomlTable& root, const std::vector<Boundary>& boundaries) {
+  std::vector<Stage> stages;
+  for (const TomlTable& t : root.tables("stages")) {
+    t.allow({"name", "until", "max_duration", "min_duration", "rest_kinetic_energy", "rest_hold",
+             "remove", "motions"});
+    Stage stage;
+    stage.name = t.string("name");
+    if (std::ranges::count(stages, stage.name, &Stage::name)) {
+      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", stage.name));
+    }
+    stage.max_duration = t.quantity("max_duration", dimension::time, Sign::positive);
+    stage.min_duration = t.quantity("min_duration", dimension::time, Sign::non_negative, "0 s");
+    if (stage.max_duration < stage.min_duration) {
+      t.fail("min_duration", fmt::format("is {} s, above max_duration of {} s; expected less",
+                                         stage.min_duration, stage.max_duration));
+    }
+    if (t.choice("until", {"time", "at_rest"}, "time") == "at_rest") {
+      stage.until = Stage::Until::at_rest;
+      stage.rest_kinetic_energy =
+          t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");
+      stage.rest_hold = t.quantity("rest_hold", dimension::time, Sign::positive, "0.05 s");
+    } else {
+      for (const char* key : {"rest_kinetic_energy", "rest_hold"}) {
+        if (t.has(key)) t.fail(key, "has no meaning here; expected until = \"at_rest\" beside it");
+      }
+    }
+    stage.remove = t.strings("remove");
+    for (const std::string& name : stage.remove) boundary_index(t, "remove", name, boundaries);
+    for (const TomlTable& m : t.tables("motions")) {
+      const std::string name = m.string("boundary");
+      boundary_index(m, "boundary", name, boundaries);
+      stage.start_motions.emplace_back(name, read_motion(m, true));
+    }
+    stages.push_back(std::move(stage));
+  }
+  return stages;
+}
+
+}  // namespace firn

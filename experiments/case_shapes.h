@@ -1,0 +1,23 @@
+// [shapes.*] of a case file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/toml_reader.h"
+#include "solver/model.h"
+
+namespace firn {
+
+// In the order of their names. Mesh files lie relative to `directory`.
+std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material>& materials,
+                               const std::string& directory);
+
+// The mesh named by the keys `file` and `length_unit`. Writes the absolute path and the hash of
+// the content back into the table; throws when a hash stands there already and differs.
+TriangleMesh read_mesh(const TomlTable& table, const std::string& directory);
+
+// The index of a shape named by a key. Throws for an unknown one.
+int shape_index(const TomlTable& table, std::string_view key, const std::vector<Shape>& shapes);
+
+}  // namespace firn

@@ -1,0 +1,84 @@
+#include "experiments/checkpoint.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace firn {
+namespace {
+
+constexpr std::array kSlots = {"/checkpoint/slot_0", "/checkpoint/slot_1"};
+
+// In front of the payload. The hash comes over all that follows it, so that any mixture of an old
+// and a new checkpoint is told from a whole one.
+struct Header {
+  char magic[8] = {'F', 'I', 'R', 'N', 'C', 'K', 'P', '1'};
+  std::uint64_t hash = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t size = 0;  // bytes of the payload
+};
+
+// FNV-1a over 8-byte words; the last one is padded with zeros (the size is hashed as well).
+std::uint64_t hash_of(const Header& header, std::span<const std::byte> payload) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto mix = [&hash](std::uint64_t word) {
+    hash = (hash ^ word) * 0x100000001b3u;
+    hash ^= hash >> 29;  // lets high bits of a word reach the low ones of the hash
+  };
+  mix(header.sequence);
+  mix(header.size);
+  for (std::size_t i = 0; i < payload.size(); i += sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, payload.data() + i, std::min(sizeof(word), payload.size() - i));
+    mix(word);
+  }
+  return hash;
+}
+
+std::optional<Checkpoint> read_slot(const hdf5::File& file, const std::string& slot) {
+  if (!file.contains(slot)) return std::nullopt;
+  const std::vector<std::byte> bytes = file.read<std::byte>(slot);
+  Header header;
+  if (bytes.size() < sizeof(header) || std::memcmp(bytes.data(), header.magic, 8) != 0) return {};
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  if (header.size > bytes.size() - sizeof(header)) return {};
+  const auto payload = std::span(bytes).subspan(sizeof(header), header.size);
+  if (hash_of(header, payload) != header.hash) return {};
+  return Checkpoint{header.sequence, {payload.begin(), payload.end()}};
+}
+
+}  // namespace
+
+void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint) {
+  Header header;
+  header.sequence = checkpoint.sequence;
+  header.size = checkpoint.payload.size();
+  header.hash = hash_of(header, checkpoint.payload);
+  std::vector<std::byte> bytes(sizeof(header) + checkpoint.payload.size());
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  std::copy(checkpoint.payload.begin(), checkpoint.payload.end(), bytes.begin() + sizeof(header));
+  file.flush();
+  file.write_bytes(kSlots[checkpoint.sequence % kSlots.size()], bytes);
+  file.flush();
+}
+
+void remove_checkpoints(hdf5::File& file) {
+  if (file.contains("/checkpoint")) file.remove("/checkpoint");
+}
+
+std::vector<Checkpoint> read_checkpoints(const hdf5::File& file) {
+  std::vector<Checkpoint> whole;
+  for (const char* slot : kSlots) {
+    try {
+      if (std::optional<Checkpoint> found = read_slot(file, slot))
+        whole.push_back(std::move(*found));
+    } catch (const hdf5::Error&) {
+      // A slot whose dataset cannot be read is no checkpoint; the other one may be.
+    }
+  }
+  std::sort(whole.begin(), whole.end(),
+            [](const Checkpoint& a, const Checkpoint& b) { return a.sequence > b.sequence; });
+  return whole;
+}
+
+}  // namespace firn

@@ -1,0 +1,75 @@
+// Takes a solver through the stages of a case: fills, outlets, doors, frames, checkpoints.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/checkpoint.h"
+#include "experiments/recorder.h"
+#include "experiments/results_layout.h"
+#include "experiments/run.h"
+
+namespace firn {
+
+// Everything beside the solver that the rest of a run depends on.
+struct DriverState {
+  std::uint64_t frames = 0;            // recorded so far
+  std::uint64_t loads_cleared = 0;     // step at which the boundary loads were
+  std::uint64_t stage_start = 0;       // step
+  std::int64_t rest_since = -1;        // step; -1: somebody moves
+  std::vector<StageRecord> stages;     // entered so far; the last one is under way
+  std::vector<std::uint64_t> batches;  // placed so far, per fill
+  Passages passages;
+};
+
+class Driver {
+ public:
+  // The recorder's file is new and has its header.
+  Driver(const Case& c, const RunOptions& options, Recorder& recorder);
+
+  // Goes on from the newest checkpoint of the recorder's file that fits; cuts the rest off.
+  // Throws InputError when there is none.
+  void restore();
+
+  // Until the case's end, an interruption or a failure, whatever comes first. The file is complete
+  // and says how it ended when this returns. Throws InputError for a fill that does not fit.
+  RunSummary run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string simulate();  // returns what ended the run; empty: interrupted
+  void place_due_batches();
+  void watch();
+  bool let_out();
+  bool is_quiet() const;
+  std::optional<std::string> stage_end() const;
+  void enter_stage(std::size_t number);
+  void record_frame();
+  void save();
+  void report();
+  void conclude(const std::string& status);
+
+  std::uint64_t to_steps(double seconds) const;
+  double now() const { return solver_.time(); }
+  std::uint64_t batch_count(const Fill& fill) const;
+
+  const Case& case_;
+  const RunOptions& options_;
+  Recorder& recorder_;
+  Solver solver_;
+  const std::vector<Stage> stages_;
+  std::vector<int> first_of_fill_;  // particle ids
+  std::uint64_t frame_steps_ = 1;
+  std::uint64_t last_step_ = 0;  // of the case
+  DriverState state_;
+  bool resumed_ = false, save_wanted_ = true;
+  std::uint64_t checkpoints_ = 0;
+  double wall_before_ = 0;  // s, of earlier sessions
+  Clock::time_point started_ = Clock::now(), saved_ = started_, reported_ = started_;
+};
+
+}  // namespace firn

@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <span>
+
+#include "experiments/export.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Fields that hold a separator or a quote go in quotes (RFC 4180).
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string result(1, '"');
+  for (char c : text) result.append(c == '"' ? 2 : 1, c);
+  result.push_back('"');
+  return result;
+}
+
+void append(std::string& line, std::span<const double> values) {
+  for (double value : values) line += fmt::format(",{}", value);
+}
+
+// A file of lines; says so when the disk is full.
+class CsvFile {
+ public:
+  CsvFile(const std::string& directory, const std::string& name)
+      : path_((fs::path(directory) / name).string()) {
+    std::error_code error;
+    fs::create_directories(directory, error);
+    stream_.open(path_);
+    if (!stream_) throw InputError(path_ + ": cannot be written");
+  }
+  void line(const std::string& text) { stream_ << text << '\n'; }
+  void close() {
+    stream_.close();
+    if (!stream_) throw InputError(path_ + ": cannot be written");
+  }
+
+ private:
+  std::string path_;
+  std::ofstream stream_;
+};
+
+void export_frames(const Recording& recording, const std::string& directory) {
+  CsvFile csv(directory, "frames.csv");
+  csv.line(
+      "time [s],particle,x [m],y [m],z [m],qw,qx,qy,qz,vx [m/s],vy [m/s],vz [m/s],"
+      "wx [rad/s],wy [rad/s],wz [rad/s]");
+  for (std::size_t k = 0; k < recording.frame_times().size(); ++k) {
+    const Frame frame = recording.frame(k);
+    for (std::size_t i = 0; i < frame.position.size(); ++i) {
+      if (std::isnan(frame.position[i][0])) continue;
+      std::string line = fmt::format("{},{}", frame.time, i);
+      append(line, frame.position[i]);
+      append(line, frame.orientation[i]);
+      append(line, frame.velocity[i]);
+      append(line, frame.angular_velocity[i]);
+      csv.line(line);
+    }
+  }
+  csv.close();
+}
+
+void export_particles(const Recording& recording, const std::string& directory) {
+  CsvFile csv(directory, "particles.csv");
+  csv.line("particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],door_time [s]");
+  const std::vector<int> shape = recording.shape(), tag = recording.tag();
+  const std::vector<double> mass = recording.mass(), peak = recording.peak_normal_force(),
+                            exit = recording.exit_time(), door = recording.door_time();
+  const auto or_empty = [](double t) {
+    return std::isnan(t) ? std::string() : fmt::format("{}", t);
+  };
+  for (std::size_t i = 0; i < recording.particle_count(); ++i)
+    csv.line(fmt::format("{},{},{},{},{},{},{}", i, shape[i], tag[i], mass[i], peak[i],
+                         or_empty(exit[i]), or_empty(door[i])));
+  csv.close();
+}
+
+// E.g. "boundaries/floor/force.x [N]".
+std::string column_name(const Series& series, std::size_t component) {
+  std::string name = series.path.substr(1);
+  if (series.width > 1) {
+    name.push_back('.');
+    name.push_back((series.width == 4 ? "wxyz" : "xyz")[component]);
+  }
+  if (series.unit != "1") name.append(" [").append(series.unit).append("]");
+  return name;
+}
+
+void export_series(const Recording& recording, const std::string& directory) {
+  const std::vector<Series> list = recording.series_list();
+  std::vector<std::vector<double>> values;
+  std::string header = "time [s]";
+  for (const Series& series : list) {
+    values.push_back(recording.series(series.path));
+    for (std::size_t k = 0; k < series.width; ++k) {
+      header.push_back(',');
+      header.append(quoted(column_name(series, k)));
+    }
+  }
+  CsvFile csv(directory, "series.csv");
+  csv.line(header);
+  const std::vector<double> times = recording.frame_times();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    std::string line = fmt::format("{}", times[i]);
+    for (std::size_t s = 0; s < list.size(); ++s)
+      append(line, std::span(values[s]).subspan(i * list[s].width, list[s].width));
+    csv.line(line);
+  }
+  csv.close();
+}
+
+void export_responses(const Recording& recording, const std::string& directory) {
+  CsvFile csv(directory, "responses.csv");
+  csv.line("name,index,value,uncertainty,unit,method,method_version");
+  for (const Response& r : recording.responses())
+    for (std::size_t i = 0; i < r.value.size(); ++i)
+      csv.line(fmt::format("{},{},{},{},{},{},{}", quoted(r.name), i, r.value[i],
+                           i < r.uncertainty.size() ? fmt::format("{}", r.uncertainty[i]) : "",
+                           quoted(r.unit), quoted(r.method), r.method_version));
+  csv.close();
+}
+
+}  // namespace
+
+void export_csv(const Recording& recording, const std::string& directory) {
+  export_frames(recording, directory);
+  export_particles(recording, directory);
+  export_series(recording, directory);
+  export_responses(recording, directory);
+}
+
+}  // namespace firn

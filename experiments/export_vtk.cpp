@@ -1,0 +1,260 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <span>
+
+#include "experiments/export.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Polygons with values at their points, as VTK wants them.
+struct Surface {
+  struct Field {
+    std::string name;
+    std::size_t width = 1;
+    std::vector<float> values;  // [points * width]
+  };
+  std::vector<float> points;               // [points * 3] m
+  std::vector<std::int32_t> connectivity;  // corners of all polygons
+  std::vector<std::int32_t> offsets;       // end of each polygon in it
+  std::vector<Field> fields;
+
+  std::size_t point_count() const { return points.size() / 3; }
+};
+
+// A body's polygons in its own axes.
+struct Body {
+  std::vector<Vec3> points;
+  std::vector<std::int32_t> connectivity, offsets;
+
+  void add_face(std::initializer_list<int> corners) {
+    connectivity.insert(connectivity.end(), corners.begin(), corners.end());
+    offsets.push_back(static_cast<std::int32_t>(connectivity.size()));
+  }
+};
+
+Body body_of(const TriangleMesh& mesh, const Vec3& origin) {
+  Body body;
+  for (const Vec3& v : mesh.vertices) body.points.push_back(v - origin);
+  for (const auto& t : mesh.triangles) body.add_face({t[0], t[1], t[2]});
+  return body;
+}
+
+Body body_of(const std::vector<ConvexPart>& parts, const Quat& to_shape) {
+  Body body;
+  for (const ConvexPart& part : parts) {
+    const auto base = static_cast<std::int32_t>(body.points.size());
+    for (int i = 0; i < part.vertex_count; ++i) body.points.push_back(to_shape * part.vertex(i));
+    for (const ConvexPart::Face& face : part.faces) {
+      if (face.internal) continue;
+      for (int k = face.first; k < face.first + face.count; ++k)
+        body.connectivity.push_back(base + part.loops[static_cast<std::size_t>(k)]);
+      body.offsets.push_back(static_cast<std::int32_t>(body.connectivity.size()));
+    }
+  }
+  return body;
+}
+
+// Half-space z <= 0: the square |x|, |y| <= reach of its surface.
+Body square(double reach) {
+  Body body;
+  body.points = {{-reach, -reach, 0}, {reach, -reach, 0}, {reach, reach, 0}, {-reach, reach, 0}};
+  body.add_face({0, 1, 2, 3});
+  return body;
+}
+
+void append(Surface& surface, const Body& body, const Vec3& position, const Quat& orientation,
+            std::initializer_list<float> values) {
+  const auto base = static_cast<std::int32_t>(surface.point_count());
+  const auto corners = static_cast<std::int32_t>(surface.connectivity.size());
+  const Mat3 rotation = orientation.toRotationMatrix();
+  for (const Vec3& point : body.points) {
+    const Eigen::Vector3f p = (rotation * point + position).cast<float>();
+    surface.points.insert(surface.points.end(), {p.x(), p.y(), p.z()});
+  }
+  for (std::int32_t i : body.connectivity) surface.connectivity.push_back(base + i);
+  for (std::int32_t end : body.offsets) surface.offsets.push_back(corners + end);
+  const float* value = values.begin();
+  for (Surface::Field& field : surface.fields) {
+    for (std::size_t i = 0; i < body.points.size(); ++i)
+      field.values.insert(field.values.end(), value, value + field.width);
+    value += field.width;
+  }
+}
+
+// One VTK XML PolyData file. Arrays follow the XML as raw blocks, each after its size in bytes.
+class VtpFile {
+ public:
+  explicit VtpFile(const Surface& surface) {
+    xml_ = fmt::format(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+        "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<Piece "
+        "NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+        "NumberOfPolys=\"{}\">\n<Points>\n",
+        surface.point_count(), surface.offsets.size());
+    add("points", "Float32", 3, std::as_bytes(std::span(surface.points)));
+    xml_ += "</Points>\n<Polys>\n";
+    add("connectivity", "Int32", 1, std::as_bytes(std::span(surface.connectivity)));
+    add("offsets", "Int32", 1, std::as_bytes(std::span(surface.offsets)));
+    xml_ += "</Polys>\n<PointData>\n";
+    for (const Surface::Field& field : surface.fields)
+      add(field.name, "Float32", field.width, std::as_bytes(std::span(field.values)));
+    xml_ += "</PointData>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+  }
+
+  void save(const fs::path& path) const {
+    std::ofstream out(path, std::ios::binary);
+    out << xml_;
+    for (const std::span<const std::byte>& block : blocks_) {
+      const std::uint64_t size = block.size();
+      out.write(reinterpret_cast<const char*>(&size), sizeof(size));
+      out.write(reinterpret_cast<const char*>(block.data()), static_cast<std::streamsize>(size));
+    }
+    out << "\n</AppendedData>\n</VTKFile>\n";
+    if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+  }
+
+ private:
+  void add(const std::string& name, const char* type, std::size_t width,
+           std::span<const std::byte> block) {
+    xml_ += fmt::format(
+        "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
+        "offset=\"{}\"/>\n",
+        type, name, width, offset_);
+    offset_ += sizeof(std::uint64_t) + block.size();
+    blocks_.push_back(block);
+  }
+
+  std::string xml_;
+  std::size_t offset_ = 0;
+  std::vector<std::span<const std::byte>> blocks_;
+};
+
+// The .pvd index of a time series and its folder of frames.
+class TimeSeries {
+ public:
+  TimeSeries(const fs::path& directory, const std::string& name)
+      : directory_(directory), name_(name) {
+    std::error_code error;
+    fs::create_directories(directory / name, error);
+    if (error)
+      throw InputError(
+          fmt::format("{}: cannot be made: {}", (directory / name).string(), error.message()));
+  }
+
+  void add(double time, std::size_t frame, const Surface& surface) {
+    const std::string file = fmt::format("{0}/{0}_{1:06}.vtp", name_, frame);
+    VtpFile(surface).save(directory_ / file);
+    entries_ += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, file);
+  }
+
+  void save() const {
+    const fs::path path = directory_ / (name_ + ".pvd");
+    std::ofstream out(path);
+    out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
+           "byte_order=\"LittleEndian\">\n<Collection>\n"
+        << entries_ << "</Collection>\n</VTKFile>\n";
+    if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+  }
+
+ private:
+  fs::path directory_;
+  std::string name_, entries_;
+};
+
+std::vector<Body> particle_bodies(const Model& model, bool contact_parts) {
+  std::vector<Body> bodies;
+  for (const Shape& shape : model.shapes) {
+    Body body;
+    if (contact_parts) body = body_of(shape.parts, shape.shape_from_body);
+    // A sphere's only part is a point, which has no faces to draw.
+    if (body.offsets.empty()) body = body_of(shape.mesh, shape.centroid);
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+std::vector<Body> boundary_bodies(const Model& model, double reach) {
+  std::vector<Body> bodies;
+  for (const Boundary& b : model.boundaries)
+    bodies.push_back(b.mesh.triangles.empty() ? square(reach) : body_of(b.mesh, Vec3::Zero()));
+  return bodies;
+}
+
+// How far from the world's origin any particle's centre gets in these frames, m, and some more.
+double largest_reach(const Recording& recording, const Model& model, std::size_t every) {
+  double centre = 0, size = 0;
+  for (std::size_t i = 0; i < recording.frame_times().size(); i += every)
+    for (const auto& p : recording.frame(i).position)
+      if (!std::isnan(p[0])) centre = std::max(centre, std::hypot(p[0], p[1], p[2]));
+  for (const Shape& shape : model.shapes) size = std::max(size, shape.bounding_radius);
+  return 1.5 * (centre + size);
+}
+
+Surface particle_surface(const Frame& frame, const Model& model, const std::vector<Body>& bodies,
+                         const std::vector<double>& peak_normal_force) {
+  Surface surface;
+  surface.fields = {{"id", 1, {}},
+                    {"tag", 1, {}},
+                    {"velocity", 3, {}},
+                    {"speed", 1, {}},
+                    {"peak_normal_force", 1, {}}};
+  for (std::size_t i = 0; i < frame.position.size(); ++i) {
+    if (std::isnan(frame.position[i][0])) continue;
+    const Particle& particle = model.particles[i];
+    const auto& q = frame.orientation[i];
+    const Eigen::Vector3f v = Vec3(frame.velocity[i].data()).cast<float>();
+    append(surface, bodies[static_cast<std::size_t>(particle.shape)],
+           Vec3(frame.position[i].data()), Quat(q[0], q[1], q[2], q[3]),
+           {static_cast<float>(i), static_cast<float>(particle.tag), v.x(), v.y(), v.z(), v.norm(),
+            static_cast<float>(peak_normal_force[i])});
+  }
+  return surface;
+}
+
+Surface boundary_surface(const Recording& recording, std::size_t frame, const Model& model,
+                         const std::vector<Body>& bodies) {
+  Surface surface;
+  surface.fields = {{"index", 1, {}}, {"force", 3, {}}, {"peak_normal_force", 1, {}}};
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const BoundaryFrame state = recording.boundary(model.boundaries[b].name, frame);
+    if (state.position.hasNaN()) continue;
+    const Eigen::Vector3f force = state.force.cast<float>();
+    append(surface, bodies[b], state.position, state.orientation,
+           {static_cast<float>(b), force.x(), force.y(), force.z(),
+            static_cast<float>(state.peak_normal_force)});
+  }
+  return surface;
+}
+
+}  // namespace
+
+void export_vtk(const Recording& recording, const std::string& directory,
+                const VtkOptions& options) {
+  if (options.every < 1) throw InputError("every: is below 1; expected each how many frames");
+  const auto every = static_cast<std::size_t>(options.every);
+  const Case c = recording.read_case();
+  if (c.model.particles.size() != recording.particle_count())
+    throw InputError(recording.file() + ": its case has another number of particles");
+  const std::vector<double> times = recording.frame_times();
+  const std::vector<double> peaks = recording.peak_normal_force();
+  const std::vector<Body> bodies = particle_bodies(c.model, options.contact_parts);
+  const std::vector<Body> walls =
+      boundary_bodies(c.model, largest_reach(recording, c.model, every));
+  TimeSeries particles(directory, "particles"), boundaries(directory, "boundaries");
+  for (std::size_t i = 0; i < times.size(); i += every) {
+    particles.add(times[i], i, particle_surface(recording.frame(i), c.model, bodies, peaks));
+    boundaries.add(times[i], i, boundary_surface(recording, i, c.model, walls));
+  }
+  particles.save();
+  boundaries.save();
+}
+
+}  // namespace firn

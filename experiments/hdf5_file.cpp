@@ -1,0 +1,485 @@
+#include "experiments/hdf5_file.h"
+
+#include <fmt/format.h>
+#include <hdf5.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <type_traits>
+
+#ifndef H5_HAVE_THREADSAFE
+#error "Firn writes results from a background thread and needs a thread-safe build of HDF5"
+#endif
+
+namespace firn::hdf5 {
+namespace {
+
+static_assert(std::is_same_v<Id, hid_t> || sizeof(Id) == sizeof(hid_t));
+
+// The innermost message of the library's error stack, e.g. "file write failed: ... No space left".
+herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
+  if (static_cast<std::string*>(text)->empty() && error->desc)
+    *static_cast<std::string*>(text) = error->desc;
+  return 0;
+}
+
+// HDF5 keeps one error printer for each thread.
+void silence() {
+  thread_local const bool silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
+  static_cast<void>(silent);
+}
+
+template <class Result>
+Result check(Result result, const std::string& what) {
+  if (result >= 0) return result;
+  std::string reason;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  throw Error(reason.empty() ? "cannot " + what : fmt::format("cannot {} ({})", what, reason));
+}
+
+Handle own(hid_t id, const std::string& what) { return Handle(check(id, what)); }
+
+std::size_t product(const Shape& shape) {
+  return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+}
+
+Handle dataspace(const Shape& shape) {
+  if (shape.empty()) return own(H5Screate(H5S_SCALAR), "make a dataspace");
+  const std::vector<hsize_t> extent(shape.begin(), shape.end());
+  return own(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr),
+             "make a dataspace");
+}
+
+Shape shape_of_space(hid_t space) {
+  const int rank = check(H5Sget_simple_extent_ndims(space), "read a shape");
+  std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+  check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), "read a shape");
+  return Shape(extent.begin(), extent.end());
+}
+
+Handle open_dataset(hid_t file, const std::string& path) {
+  silence();
+  return own(H5Dopen2(file, path.c_str(), H5P_DEFAULT), "open " + path);
+}
+
+Shape shape_of(hid_t dataset) {
+  const Handle space = own(H5Dget_space(dataset), "read a shape");
+  return shape_of_space(space.id());
+}
+
+// A damaged header may promise more elements than the file could hold; nothing is allocated for it.
+void check_believable(hid_t file, const Shape& shape, const std::string& path) {
+  hsize_t bytes = 0;
+  check(H5Fget_filesize(file, &bytes), "read the file's size");
+  constexpr double kLargestCompression = 2000;  // deflate reaches about 1000
+  double elements = 1;
+  for (std::size_t n : shape) elements *= static_cast<double>(n);
+  if (elements > kLargestCompression * static_cast<double>(bytes))
+    throw Error(fmt::format("{} claims more values than the file can hold", path));
+}
+
+Handle string_type() {
+  Handle type = own(H5Tcopy(H5T_C_S1), "make a string type");
+  check(H5Tset_size(type.id(), H5T_VARIABLE), "make a string type");
+  check(H5Tset_cset(type.id(), H5T_CSET_UTF8), "make a string type");
+  return type;
+}
+
+Handle link_with_groups() {
+  Handle list = own(H5Pcreate(H5P_LINK_CREATE), "make a property list");
+  check(H5Pset_create_intermediate_group(list.id(), 1), "make a property list");
+  return list;
+}
+
+Handle file_access() {
+  silence();
+  Handle list = own(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
+  // The superblock of this format carries no "open for writing" flag, so that the file of a killed
+  // writer opens as it is. The recorder excludes a second writer by a lock of its own, which lets
+  // readers look at a run under way.
+  check(H5Pset_libver_bounds(list.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "set the format");
+  check(H5Pset_file_locking(list.id(), false, true), "set the locking");
+  // Metadata reach the file in flush() and nowhere else: between flushes the old ones stay whole.
+  H5AC_cache_config_t cache;
+  cache.version = H5AC__CURR_CACHE_CONFIG_VERSION;
+  check(H5Pget_mdc_config(list.id(), &cache), "read the cache's settings");
+  cache.evictions_enabled = false;
+  cache.incr_mode = H5C_incr__off;
+  cache.flash_incr_mode = H5C_flash_incr__off;
+  cache.decr_mode = H5C_decr__off;
+  check(H5Pset_mdc_config(list.id(), &cache), "set the cache");
+  // Together in the file, so that a flush is a few large writes.
+  check(H5Pset_meta_block_size(list.id(), 64 * 1024), "set the block size");
+  return list;
+}
+
+constexpr std::size_t kCompressedRow = 4096;  // bytes
+constexpr std::size_t kPlainChunk = 8192;     // bytes
+
+Handle table_layout(const Shape& row) {
+  const std::size_t bytes = product(row) * sizeof(double);
+  std::vector<hsize_t> chunk{1};
+  chunk.insert(chunk.end(), row.begin(), row.end());
+  Handle list = own(H5Pcreate(H5P_DATASET_CREATE), "make a property list");
+  if (bytes < kCompressedRow)
+    chunk[0] = std::max<std::size_t>(1, kPlainChunk / std::max<std::size_t>(bytes, 1));
+  check(H5Pset_chunk(list.id(), static_cast<int>(chunk.size()), chunk.data()), "set the chunks");
+  if (bytes >= kCompressedRow) {
+    check(H5Pset_shuffle(list.id()), "set the compression");
+    check(H5Pset_deflate(list.id(), 1), "set the compression");
+  }
+  const double missing = std::numeric_limits<double>::quiet_NaN();
+  check(H5Pset_fill_value(list.id(), H5T_NATIVE_DOUBLE, &missing), "set the fill value");
+  return list;
+}
+
+// Selects rows [first, first + count) of a dataset.
+Handle select_rows(hid_t dataset, std::size_t first, std::size_t count) {
+  Handle space = own(H5Dget_space(dataset), "read a shape");
+  const Shape shape = shape_of_space(space.id());
+  std::vector<hsize_t> start(shape.size(), 0), size(shape.begin(), shape.end());
+  start[0] = first;
+  size[0] = count;
+  check(
+      H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr),
+      "select rows");
+  return space;
+}
+
+void read_text(hid_t type, hid_t space, const std::vector<char*>& text,
+               std::vector<std::string>& values) {
+  for (const char* s : text) values.emplace_back(s ? s : "");
+  H5Dvlen_reclaim(type, space, H5P_DEFAULT, const_cast<char**>(text.data()));
+}
+
+void check_string_class(hid_t type, const std::string& what) {
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
+    throw Error(what + " is not text");
+}
+
+Handle open_attribute(hid_t file, const std::string& path, const std::string& name) {
+  silence();
+  return own(H5Aopen_by_name(file, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+             fmt::format("open the attribute {} of {}", name, path));
+}
+
+void put_attribute(hid_t file, const std::string& path, const std::string& name, hid_t type,
+                   const Shape& shape, const void* value) {
+  silence();
+  const std::string what = fmt::format("write the attribute {} of {}", name, path);
+  const Handle object = own(H5Oopen(file, path.c_str(), H5P_DEFAULT), what);
+  if (check(H5Aexists(object.id(), name.c_str()), what) > 0)
+    check(H5Adelete(object.id(), name.c_str()), what);
+  const Handle space = dataspace(shape);
+  const Handle attribute =
+      own(H5Acreate2(object.id(), name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT), what);
+  check(H5Awrite(attribute.id(), type, value), what);
+}
+
+herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* names) {
+  if (info->type == H5O_TYPE_DATASET)
+    static_cast<std::vector<std::string>*>(names)->push_back(std::string("/") + name);
+  return 0;
+}
+
+}  // namespace
+
+void Handle::close() {
+  if (id_ >= 0) H5Idec_ref(id_);
+  id_ = -1;
+}
+
+template <>
+Id native_type<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+Id native_type<int>() {
+  return H5T_NATIVE_INT;
+}
+template <>
+Id native_type<std::uint64_t>() {
+  return H5T_NATIVE_UINT64;
+}
+template <>
+Id native_type<std::byte>() {
+  return H5T_NATIVE_UINT8;
+}
+
+Table::Table(Handle dataset, std::size_t rows, std::size_t row_size)
+    : dataset_(std::move(dataset)), rows_(rows), row_size_(row_size) {}
+
+void Table::append(std::span<const double> values) {
+  silence();
+  const std::size_t count = row_size_ ? values.size() / row_size_ : 0;
+  if (count == 0) return;
+  truncate(rows_ + count);
+  const Handle selected = select_rows(dataset_.id(), rows_ - count, count);
+  const Handle memory = dataspace({values.size()});
+  check(H5Dwrite(dataset_.id(), H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT,
+                 values.data()),
+        "write rows");
+}
+
+void Table::truncate(std::size_t rows) {
+  silence();
+  const Shape shape = shape_of(dataset_.id());
+  std::vector<hsize_t> extent(shape.begin(), shape.end());
+  extent[0] = rows;
+  check(H5Dset_extent(dataset_.id(), extent.data()), "resize a table");
+  rows_ = rows;
+}
+
+File File::create(const std::string& path) {
+  const Handle access = file_access();
+  return File(own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), "create it"));
+}
+
+File File::open(const std::string& path, Access access) {
+  const Handle list = file_access();
+  const unsigned flags = access == Access::write ? H5F_ACC_RDWR : H5F_ACC_RDONLY;
+  return File(own(H5Fopen(path.c_str(), flags, list.id()), "open it"));
+}
+
+void File::flush() {
+  silence();
+  check(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), "flush");
+}
+
+void File::close() {
+  flush();
+  file_.close();
+}
+
+bool File::contains(const std::string& path) const {
+  silence();
+  // H5Lexists wants every group on the way to exist.
+  for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+    if (H5Lexists(file_.id(), path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (end == std::string::npos) return true;
+  }
+}
+
+void File::remove(const std::string& path) {
+  silence();
+  check(H5Ldelete(file_.id(), path.c_str(), H5P_DEFAULT), "remove " + path);
+}
+
+std::vector<std::string> File::datasets() const {
+  silence();
+  std::vector<std::string> names;
+  check(H5Ovisit2(file_.id(), H5_INDEX_NAME, H5_ITER_INC, collect_dataset, &names, H5O_INFO_BASIC),
+        "list the datasets");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Shape File::shape(const std::string& path) const {
+  return shape_of(open_dataset(file_.id(), path).id());
+}
+
+template <class T>
+std::vector<T> File::read(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  const Shape shape = shape_of(dataset.id());
+  check_believable(file_.id(), shape, path);
+  std::vector<T> values(product(shape));
+  if (!values.empty())
+    check(H5Dread(dataset.id(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+          "read " + path);
+  return values;
+}
+
+std::vector<std::string> File::read_strings(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  const Handle stored = own(H5Dget_type(dataset.id()), "read the type of " + path);
+  check_string_class(stored.id(), path);
+  const Handle space = own(H5Dget_space(dataset.id()), "read a shape");
+  const Shape shape = shape_of_space(space.id());
+  check_believable(file_.id(), shape, path);
+  std::vector<char*> text(product(shape));
+  std::vector<std::string> values;
+  if (text.empty()) return values;
+  check(H5Dread(dataset.id(), stored.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
+        "read " + path);
+  read_text(stored.id(), space.id(), text, values);
+  return values;
+}
+
+std::vector<double> File::read_rows(const std::string& path, std::size_t first,
+                                    std::size_t count) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  Shape shape = shape_of(dataset.id());
+  if (shape.empty() || first + count > shape[0])
+    throw Error(fmt::format("{} has no rows {} to {}", path, first, first + count));
+  check_believable(file_.id(), shape, path);
+  shape[0] = count;
+  std::vector<double> values(product(shape));
+  if (values.empty()) return values;
+  const Handle selected = select_rows(dataset.id(), first, count);
+  const Handle memory = dataspace({values.size()});
+  check(H5Dread(dataset.id(), H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT,
+                values.data()),
+        "read " + path);
+  return values;
+}
+
+template <class T>
+void File::write(const std::string& path, const Shape& shape, std::span<const T> values) {
+  silence();
+  const Id type = native_type<T>();
+  Handle dataset;
+  if (contains(path)) {
+    dataset = open_dataset(file_.id(), path);
+    if (shape_of(dataset.id()) != shape) throw Error(path + " has another shape");
+  } else {
+    const Handle space = dataspace(shape), groups = link_with_groups();
+    dataset = own(H5Dcreate2(file_.id(), path.c_str(), type, space.id(), groups.id(), H5P_DEFAULT,
+                             H5P_DEFAULT),
+                  "create " + path);
+  }
+  if (values.empty()) return;
+  check(H5Dwrite(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        "write " + path);
+}
+
+void File::write_strings(const std::string& path, const std::vector<std::string>& values) {
+  silence();
+  const Handle type = string_type();
+  Handle dataset;
+  if (contains(path)) {
+    dataset = open_dataset(file_.id(), path);
+    if (shape_of(dataset.id()) != Shape{values.size()}) throw Error(path + " has another shape");
+  } else {
+    const Handle space = dataspace({values.size()}), groups = link_with_groups();
+    dataset = own(H5Dcreate2(file_.id(), path.c_str(), type.id(), space.id(), groups.id(),
+                             H5P_DEFAULT, H5P_DEFAULT),
+                  "create " + path);
+  }
+  std::vector<const char*> text;
+  for (const std::string& s : values) text.push_back(s.c_str());
+  if (text.empty()) return;
+  check(H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
+        "write " + path);
+}
+
+void File::write_bytes(const std::string& path, std::span<const std::byte> bytes) {
+  silence();
+  Handle dataset;
+  if (contains(path)) {
+    dataset = open_dataset(file_.id(), path);
+    const hsize_t extent = std::max(shape_of(dataset.id()).at(0), bytes.size());
+    check(H5Dset_extent(dataset.id(), &extent), "resize " + path);
+  } else {
+    const hsize_t extent = bytes.size(), unlimited = H5S_UNLIMITED, chunk = 256 * 1024;
+    const Handle space = own(H5Screate_simple(1, &extent, &unlimited), "make a dataspace");
+    const Handle layout = own(H5Pcreate(H5P_DATASET_CREATE), "make a property list");
+    check(H5Pset_chunk(layout.id(), 1, &chunk), "set the chunks");
+    const Handle groups = link_with_groups();
+    dataset = own(H5Dcreate2(file_.id(), path.c_str(), H5T_NATIVE_UINT8, space.id(), groups.id(),
+                             layout.id(), H5P_DEFAULT),
+                  "create " + path);
+  }
+  const Handle selected = select_rows(dataset.id(), 0, bytes.size());
+  const Handle memory = dataspace({bytes.size()});
+  check(H5Dwrite(dataset.id(), H5T_NATIVE_UINT8, memory.id(), selected.id(), H5P_DEFAULT,
+                 bytes.data()),
+        "write " + path);
+}
+
+Table File::create_table(const std::string& path, const Shape& row, const std::string& unit) {
+  silence();
+  std::vector<hsize_t> extent{0}, limit{H5S_UNLIMITED};
+  extent.insert(extent.end(), row.begin(), row.end());
+  limit.insert(limit.end(), row.begin(), row.end());
+  const Handle space =
+      own(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), limit.data()),
+          "make a dataspace");
+  const Handle groups = link_with_groups(), layout = table_layout(row);
+  Handle dataset = own(H5Dcreate2(file_.id(), path.c_str(), H5T_NATIVE_DOUBLE, space.id(),
+                                  groups.id(), layout.id(), H5P_DEFAULT),
+                       "create " + path);
+  set_attribute(path, "unit", unit);
+  return Table(std::move(dataset), 0, product(row));
+}
+
+Table File::open_table(const std::string& path) {
+  Handle dataset = open_dataset(file_.id(), path);
+  Shape shape = shape_of(dataset.id());
+  if (shape.empty()) throw Error(path + " is not a table");
+  const std::size_t rows = shape[0];
+  shape.erase(shape.begin());
+  return Table(std::move(dataset), rows, product(shape));
+}
+
+bool File::has_attribute(const std::string& path, const std::string& name) const {
+  silence();
+  return H5Aexists_by_name(file_.id(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+void File::set_attribute(const std::string& path, const std::string& name,
+                         const std::string& value) {
+  silence();
+  const Handle type = string_type();
+  const char* text = value.c_str();
+  put_attribute(file_.id(), path, name, type.id(), {}, &text);
+}
+
+void File::set_attribute(const std::string& path, const std::string& name, double value) {
+  put_attribute(file_.id(), path, name, H5T_NATIVE_DOUBLE, {}, &value);
+}
+
+void File::set_attribute(const std::string& path, const std::string& name, std::uint64_t value) {
+  put_attribute(file_.id(), path, name, H5T_NATIVE_UINT64, {}, &value);
+}
+
+void File::set_attribute(const std::string& path, const std::string& name,
+                         const std::vector<double>& values) {
+  put_attribute(file_.id(), path, name, H5T_NATIVE_DOUBLE, {values.size()}, values.data());
+}
+
+std::string File::text_attribute(const std::string& path, const std::string& name) const {
+  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle stored = own(H5Aget_type(attribute.id()), "read the type of " + name);
+  check_string_class(stored.id(), "the attribute " + name);
+  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
+  if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
+  std::vector<char*> text(1);
+  check(H5Aread(attribute.id(), stored.id(), text.data()), "read the attribute " + name);
+  std::vector<std::string> values;
+  read_text(stored.id(), space.id(), text, values);
+  return values.front();
+}
+
+std::vector<double> File::number_attribute(const std::string& path, const std::string& name) const {
+  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
+  const Shape shape = shape_of_space(space.id());
+  check_believable(file_.id(), shape, name);
+  std::vector<double> values(product(shape));
+  if (!values.empty())
+    check(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, values.data()), "read the attribute " + name);
+  return values;
+}
+
+std::uint64_t File::integer_attribute(const std::string& path, const std::string& name) const {
+  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
+  if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
+  std::uint64_t value = 0;
+  check(H5Aread(attribute.id(), H5T_NATIVE_UINT64, &value), "read the attribute " + name);
+  return value;
+}
+
+template std::vector<double> File::read(const std::string&) const;
+template std::vector<int> File::read(const std::string&) const;
+template std::vector<std::uint64_t> File::read(const std::string&) const;
+template std::vector<std::byte> File::read(const std::string&) const;
+template void File::write(const std::string&, const Shape&, std::span<const double>);
+template void File::write(const std::string&, const Shape&, std::span<const int>);
+template void File::write(const std::string&, const Shape&, std::span<const std::uint64_t>);
+template void File::write(const std::string&, const Shape&, std::span<const std::byte>);
+
+}  // namespace firn::hdf5

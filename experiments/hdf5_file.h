@@ -1,0 +1,114 @@
+// Owner of HDF5 handles: the few operations on a file that results need, without the library's
+// header.
+//
+// Every failure is an hdf5::Error with the library's innermost reason; the library itself prints
+// nothing. Objects may be used from any thread, one thread at a time each.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace firn::hdf5 {
+
+using Id = std::int64_t;  // hid_t
+
+struct Error : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Any HDF5 identifier; gives it back on destruction.
+class Handle {
+ public:
+  Handle() = default;
+  explicit Handle(Id id) : id_(id) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  ~Handle() { close(); }
+  void close();
+  Id id() const { return id_; }
+
+ private:
+  Id id_ = -1;
+};
+
+using Shape = std::vector<std::size_t>;  // rows first; empty: a scalar
+
+// Element types: double, int, std::uint64_t, std::byte.
+template <class T>
+Id native_type();
+
+// A dataset of doubles that grows by rows. What is flushed never moves: rows of 4 KiB or more are
+// one compressed chunk each, written once; smaller ones share plain chunks that are filled in
+// place. So a writer that is killed leaves every flushed row readable.
+class Table {
+ public:
+  Table(Handle dataset, std::size_t rows, std::size_t row_size);
+  std::size_t rows() const { return rows_; }
+  std::size_t row_size() const { return row_size_; }
+  void append(std::span<const double> values);  // whole rows
+  void truncate(std::size_t rows);
+
+ private:
+  Handle dataset_;
+  std::size_t rows_ = 0, row_size_ = 1;
+};
+
+class File {
+ public:
+  enum class Access { read, write };
+  // A new file; an existing one is replaced.
+  static File create(const std::string& path);
+  static File open(const std::string& path, Access access);
+
+  void flush();
+  void close();  // reports what the destructor would have to swallow
+
+  bool contains(const std::string& path) const;
+  void remove(const std::string& path);       // a dataset, or a group with all in it
+  std::vector<std::string> datasets() const;  // every one, absolute, in alphabetical order
+  Shape shape(const std::string& path) const;
+
+  // Whole datasets, row-major.
+  template <class T>
+  std::vector<T> read(const std::string& path) const;
+  std::vector<std::string> read_strings(const std::string& path) const;
+  // Rows [first, first + count) of a dataset of doubles.
+  std::vector<double> read_rows(const std::string& path, std::size_t first,
+                                std::size_t count) const;
+
+  // Creates the dataset and its groups, or overwrites one of the same shape in place.
+  template <class T>
+  void write(const std::string& path, const Shape& shape, std::span<const T> values);
+  void write_strings(const std::string& path, const std::vector<std::string>& values);
+
+  // Bytes that are replaced now and then; the dataset grows to the longest.
+  void write_bytes(const std::string& path, std::span<const std::byte> bytes);
+
+  Table create_table(const std::string& path, const Shape& row, const std::string& unit);
+  Table open_table(const std::string& path);
+
+  // Attributes of the object at `path` ("/" for the file).
+  bool has_attribute(const std::string& path, const std::string& name) const;
+  void set_attribute(const std::string& path, const std::string& name, const std::string& value);
+  void set_attribute(const std::string& path, const std::string& name, double value);
+  void set_attribute(const std::string& path, const std::string& name, std::uint64_t value);
+  void set_attribute(const std::string& path, const std::string& name,
+                     const std::vector<double>& values);
+  std::string text_attribute(const std::string& path, const std::string& name) const;
+  std::vector<double> number_attribute(const std::string& path, const std::string& name) const;
+  std::uint64_t integer_attribute(const std::string& path, const std::string& name) const;
+
+ private:
+  explicit File(Handle file) : file_(std::move(file)) {}
+  Handle file_;
+};
+
+}  // namespace firn::hdf5

@@ -1,0 +1,173 @@
+#include "experiments/heap_slope.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace firn {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kCellsPerParticle = 8;  // resolution of the surface
+// In particle sizes:
+constexpr double kReach = 0.25;  // nearer counts as resting on
+constexpr double kPit = 1.5;     // narrower pits are no part of the surface
+constexpr double kStrip = 2;     // width of the strips that are resampled
+constexpr int kResamples = 200;
+
+double degrees(double slope) { return std::atan(slope) * kDegrees; }
+
+// Cells of the box between two x, over its full depth.
+PlanGrid plan_grid(double x_from, double x_to, const DrainedRepose& setup, double particle_size) {
+  return PlanGrid::between(x_from, x_to, -setup.box.y() / 2, setup.box.y() / 2,
+                           particle_size / kCellsPerParticle);
+}
+
+// Both angles after resampling strips of the surface that run up the slope, two particle
+// sizes wide: neighbouring cells see the same particle and are not independent, strips nearly.
+struct AngleSpread {
+  double robust = 0, least_squares = 0;  // deg
+};
+AngleSpread bootstrap(const Eigen::ArrayXXd& height, const std::vector<double>& distance,
+                      double strip_cells) {
+  const Eigen::Index rows = height.cols();
+  const auto strips =
+      std::max<Eigen::Index>(2, std::lround(static_cast<double>(rows) / strip_cells));
+  Eigen::ArrayXXd sum = Eigen::ArrayXXd::Zero(height.rows(), strips);
+  Eigen::ArrayXd count = Eigen::ArrayXd::Zero(strips);
+  for (Eigen::Index j = 0; j < rows; ++j) {
+    sum.col(j * strips / rows) += height.col(j);
+    count(j * strips / rows) += 1;
+  }
+
+  std::mt19937_64 random(20260119);  // the same draws every time: one heap has one uncertainty
+  std::vector<double> robust, least_squares, profile(distance.size());
+  for (int k = 0; k < kResamples; ++k) {
+    Eigen::Map<Eigen::ArrayXd> mean(profile.data(), sum.rows());
+    mean.setZero();
+    double drawn_rows = 0;
+    for (Eigen::Index s = 0; s < strips; ++s) {
+      const auto drawn = static_cast<Eigen::Index>(random() % static_cast<std::uint64_t>(strips));
+      mean += sum.col(drawn);
+      drawn_rows += count(drawn);
+    }
+    mean /= drawn_rows;
+    robust.push_back(degrees(theil_sen_line(distance, profile).slope));
+    least_squares.push_back(degrees(least_squares_line(distance, profile).slope));
+  }
+  // Redrawing n of n strips scatters less than n fresh ones would, by (n - 1) / n in the variance.
+  const double n = static_cast<double>(strips), small_sample = std::sqrt(n / (n - 1));
+  return {standard_deviation(robust) * small_sample,
+          standard_deviation(least_squares) * small_sample};
+}
+
+// How far one particle more or less, anywhere in the window, turns the least-squares line (root
+// mean square over its place): its volume spread over the depth is an area A of the profile, and
+// d(slope) = A (s - s_mean) / integral (s - s_mean)^2 ds.
+double one_particle_angle(const FitWindow& window, double depth, double volume) {
+  const double length = window.to - window.from;
+  return degrees(std::sqrt(12.0) * volume / (depth * length * length));
+}
+
+}  // namespace
+
+double standard_deviation(const std::vector<double>& values) {
+  double mean = 0, sum = 0;
+  for (double v : values) mean += v / static_cast<double>(values.size());
+  for (double v : values) sum += (v - mean) * (v - mean);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+FitWindow fit_window(const DrainedRepose& setup, double particle_size) {
+  const double ledge = (setup.box.x() - setup.door_width) / 2;
+  const FitWindow window{setup.door_margin, ledge - setup.end_margin};
+  if (!(window.from >= 0 && setup.end_margin >= 0 &&
+        window.to - window.from >= 2 * particle_size)) {
+    throw InputError(fmt::format(
+        "drained angle of repose: margins of {:.4g} m at the door and {:.4g} m at the end wall "
+        "leave no window of two particle sizes ({:.4g} m) on a ledge of {:.4g} m; "
+        "expected smaller margins",
+        setup.door_margin, setup.end_margin, 2 * particle_size, ledge));
+  }
+  return window;
+}
+
+HeapSurface closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
+                           const DrainedRepose& setup, double particle_size) {
+  return close_pits(heap_surface(particles, plan_grid(x_from, x_to, setup, particle_size)),
+                    kPit * particle_size);
+}
+
+HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
+                     Side side, double particle_size, double mean_volume) {
+  HeapSlope result;
+  result.window = fit_window(setup, particle_size);
+  const double sign = side == Side::right ? 1 : -1;
+  const double lip = setup.door_width / 2, depth = setup.box.y();
+  // The whole ledge, so that closing sees beyond the window; the left one runs the other way.
+  const HeapSurface surface =
+      closed_surface(particles, sign * lip, sign * setup.box.x() / 2, setup, particle_size);
+  std::vector<Eigen::Index> columns;
+  for (int i = 0; i < surface.grid.nx; ++i) {
+    const double distance = (i + 0.5) * std::abs(surface.grid.step_x);
+    if (distance < result.window.from || distance > result.window.to) continue;
+    columns.push_back(i);
+    result.distance.push_back(distance);
+  }
+  const Eigen::ArrayXXd height = surface.height(columns, Eigen::all);
+  const Eigen::ArrayXd mean = height.rowwise().mean();
+  result.mean_height.assign(mean.begin(), mean.end());
+  result.covered = surface.covered(columns, Eigen::all).cast<double>().mean();
+  result.robust = theil_sen_line(result.distance, result.mean_height);
+  result.least_squares = least_squares_line(result.distance, result.mean_height);
+  result.robust_angle = degrees(result.robust.slope);
+  result.least_squares_angle = degrees(result.least_squares.slope);
+
+  const AngleSpread spread =
+      bootstrap(height, result.distance, kStrip * particle_size / std::abs(surface.grid.step_y));
+  const double least = one_particle_angle(result.window, depth, mean_volume);
+  result.robust_uncertainty = std::max(spread.robust, least);
+  result.least_squares_uncertainty = std::max(spread.least_squares, least);
+  return result;
+}
+
+std::vector<bool> standing(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
+                           double particle_size, bool door_open) {
+  const PlanGrid grid = plan_grid(-setup.box.x() / 2, setup.box.x() / 2, setup, particle_size);
+  return supported(particles, grid, kReach * particle_size, [&](double x, double) {
+    return !door_open || std::abs(x) >= setup.door_width / 2;
+  });
+}
+
+bool spans_opening(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
+                   double particle_size) {
+  const PlanGrid grid =
+      PlanGrid::between(-setup.door_width / 2, setup.door_width / 2, -setup.box.y() / 2,
+                        setup.box.y() / 2, particle_size / kCellsPerParticle);
+  const HeapSurface surface = heap_surface(particles, grid);
+  // Covered cells joined edge to edge, starting from the left lip.
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> open = surface.covered;  // not yet reached
+  std::vector<std::array<int, 2>> front;
+  const auto enter = [&](int i, int j) {
+    if (i < 0 || j < 0 || i >= grid.nx || j >= grid.ny || !open(i, j)) return;
+    open(i, j) = false;
+    front.push_back({i, j});
+  };
+  for (int j = 0; j < grid.ny; ++j) enter(0, j);
+  while (!front.empty()) {
+    const auto [i, j] = front.back();
+    front.pop_back();
+    if (i == grid.nx - 1) return true;
+    enter(i - 1, j);
+    enter(i + 1, j);
+    enter(i, j - 1);
+    enter(i, j + 1);
+  }
+  return false;
+}
+
+}  // namespace firn

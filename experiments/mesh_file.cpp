@@ -1,0 +1,232 @@
+#include "experiments/mesh_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <string_view>
+
+#include "experiments/sha256.h"
+
+namespace firn {
+namespace {
+
+// 80 bytes of title, the number of triangles, then 50 bytes each: normal, three corners, 2 bytes.
+constexpr std::size_t kTitle = 80, kHeader = 84, kNormal = 12, kTriangle = 50;
+
+std::string read_bytes(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file + ": cannot be opened; expected an STL file");
+  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  if (in.bad() || bytes.empty()) {
+    throw InputError(file + ": cannot be read or is empty; expected an STL file");
+  }
+  return bytes;
+}
+
+std::uint32_t little_endian(const char* p) {
+  std::uint32_t value = 0;
+  for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(p[i]);
+  return value;
+}
+
+float little_endian_float(const char* p) { return std::bit_cast<float>(little_endian(p)); }
+
+// Three corners a triangle, in the file's unit and in its single precision.
+using Corners = std::vector<Vec3>;
+
+Corners read_binary(std::string_view bytes, std::size_t triangles) {
+  Corners corners;
+  corners.reserve(3 * triangles);
+  for (std::size_t i = 0; i < triangles; ++i) {
+    const char* corner = &bytes[kHeader + i * kTriangle + kNormal];
+    for (int k = 0; k < 3; ++k, corner += 12) {
+      corners.emplace_back(little_endian_float(corner), little_endian_float(corner + 4),
+                           little_endian_float(corner + 8));
+    }
+  }
+  return corners;
+}
+
+// Words of a text file, in lower case, with the line they stand on.
+class Words {
+ public:
+  Words(const std::string& file, std::string_view text) : file_(file), text_(text) {}
+
+  // Empty at the end of the file.
+  std::string next() {
+    while (at_ < text_.size() && is_space(text_[at_])) line_ += text_[at_++] == '\n';
+    std::string word;
+    while (at_ < text_.size() && !is_space(text_[at_])) {
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(text_[at_++])));
+    }
+    return word;
+  }
+
+  void skip_line() { at_ = std::min(text_.find('\n', at_), text_.size()); }
+
+  void expect(const char* wanted) {
+    const std::string word = next();
+    if (word != wanted) fail(fmt::format("{}; expected \"{}\"", found(word), wanted));
+  }
+
+  double number() {
+    const std::string word = next();
+    const char *first = word.data() + word.starts_with('+'), *last = word.data() + word.size();
+    double value = 0;
+    const auto [end, error] = std::from_chars(first, last, value);
+    if (word.empty() || error != std::errc() || end != last) {
+      fail(found(word) + "; expected a number");
+    }
+    // Single precision, as the same number has in a binary file.
+    return static_cast<float>(value);
+  }
+
+  static std::string found(const std::string& word) {
+    return word.empty() ? "the file ends early" : fmt::format("\"{}\" is out of place", word);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", file_, line_, what));
+  }
+
+ private:
+  static bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+
+  std::string file_;
+  std::string_view text_;
+  std::size_t at_ = 0;
+  int line_ = 1;
+};
+
+// solid NAME { facet normal X Y Z, outer loop, 3 * vertex X Y Z, endloop, endfacet } endsolid NAME
+Corners read_text(const std::string& file, std::string_view text) {
+  Corners corners;
+  Words words(file, text);
+  for (std::string word = words.next(); !word.empty(); word = words.next()) {
+    if (word != "solid") words.fail(Words::found(word) + "; expected \"solid\"");
+    words.skip_line();  // a name of any words
+    for (word = words.next(); word == "facet"; word = words.next()) {
+      words.expect("normal");
+      for (int k = 0; k < 3; ++k) words.next();  // some programs write nan here
+      words.expect("outer");
+      words.expect("loop");
+      for (int k = 0; k < 3; ++k) {
+        words.expect("vertex");
+        const double x = words.number(), y = words.number();
+        corners.emplace_back(x, y, words.number());
+      }
+      words.expect("endloop");
+      words.expect("endfacet");
+    }
+    if (word != "endsolid") {
+      words.fail(Words::found(word) + "; expected \"facet\" or \"endsolid\"");
+    }
+    words.skip_line();
+  }
+  return corners;
+}
+
+bool looks_like_text(std::string_view bytes) {
+  const std::string_view start = bytes.substr(0, 512);
+  const std::size_t first = start.find_first_not_of(" \t\r\n");
+  if (first == start.npos || start.find('\0') != start.npos) return false;
+  constexpr std::string_view kSolid = "solid";
+  const std::string_view word = start.substr(first, kSolid.size());
+  return std::equal(word.begin(), word.end(), kSolid.begin(), kSolid.end(), [](char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) == b;
+  });
+}
+
+Corners read_corners(const std::string& file, std::string_view bytes) {
+  const std::size_t promised = bytes.size() >= kHeader ? little_endian(&bytes[kTitle]) : 0;
+  const std::size_t held = bytes.size() >= kHeader ? (bytes.size() - kHeader) / kTriangle : 0;
+  // The title of a binary file may begin with "solid" too; then its length tells.
+  const bool exact = bytes.size() == kHeader + kTriangle * promised;
+  if (!exact && looks_like_text(bytes)) return read_text(file, bytes);
+  if (bytes.size() < kHeader) {
+    throw InputError(file + ": is neither a text nor a binary STL file; expected one of them");
+  }
+  if (promised > held) {
+    throw InputError(
+        fmt::format("{}: promises {} triangles and holds {}; expected a whole binary STL file",
+                    file, promised, held));
+  }
+  return read_binary(bytes, promised);
+}
+
+TriangleMesh mesh_of(const std::string& file, const std::string& bytes, double length_unit) {
+  const Corners corners = read_corners(file, bytes);
+  if (corners.empty()) throw InputError(file + ": holds no triangles; expected a mesh");
+  if (corners.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    throw InputError(file + ": holds too many triangles; expected fewer than 700 million");
+  }
+  constexpr double kFarthest = 1e6;  // m
+  TriangleMesh mesh;
+  double largest = 0;
+  for (const Vec3& corner : corners) {
+    const Vec3 p = length_unit * corner;
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest) {
+      const auto triangle = mesh.vertices.size() / 3 + 1;
+      throw InputError(fmt::format(
+          "{}: triangle {} has the corner ({:g}, {:g}, {:g}); expected finite coordinates up to "
+          "1000 km",
+          file, triangle, corner.x(), corner.y(), corner.z()));
+    }
+    mesh.vertices.push_back(p);
+    largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  }
+  for (int i = 0; i + 2 < static_cast<int>(corners.size()); i += 3) {
+    mesh.triangles.push_back({i, i + 1, i + 2});
+  }
+  // A few units in the last place of single precision: the same corner as several programs round
+  // it.
+  constexpr double kSame = 5e-7;
+  return weld(mesh, kSame * largest);
+}
+
+void put_little_endian(std::string& bytes, std::uint32_t value) {
+  for (int i = 0; i < 4; ++i) bytes += static_cast<char>(value >> 8 * i & 0xff);
+}
+
+void put(std::string& bytes, const Vec3& v) {
+  for (int k = 0; k < 3; ++k) {
+    put_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(v(k))));
+  }
+}
+
+}  // namespace
+
+TriangleMesh read_stl(const std::string& file, double length_unit) {
+  return mesh_of(file, read_bytes(file), length_unit);
+}
+
+MeshFile read_mesh_file(const std::string& file, double length_unit) {
+  const std::string bytes = read_bytes(file);
+  return {mesh_of(file, bytes, length_unit), sha256(bytes)};
+}
+
+void write_stl(const std::string& file, const TriangleMesh& mesh, double length_unit) {
+  std::string bytes = "binary STL written by Firn";
+  bytes.resize(kTitle, ' ');
+  put_little_endian(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3 &p = mesh.vertices[a], &q = mesh.vertices[b], &r = mesh.vertices[c];
+    put(bytes, (q - p).cross(r - p).normalized());
+    for (const Vec3& corner : {p, q, r}) put(bytes, corner / length_unit);
+    bytes.append(2, '\0');
+  }
+  std::ofstream out(file, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw InputError(file + ": cannot be written; expected a place to write to");
+}
+
+}  // namespace firn

@@ -1,0 +1,34 @@
+// Random placement of the bodies of a fill.
+#pragma once
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "experiments/case.h"
+#include "solver/solver.h"
+
+namespace firn {
+
+// Random numbers of one batch: a stream of its own for each (seed, fill, batch), so that a run can
+// go on from a checkpoint without carrying any state of a generator.
+class RandomStream {
+ public:
+  RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t batch);
+  double uniform();         // [0, 1), 53 random bits
+  Quat uniform_rotation();  // Shoemake, Graphics Gems III (1992), III.6
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+// Inserts waiting particles [first, first + count) of fill `index` of the case, all of one shape,
+// by random sequential addition: the orientation first, uniform over all rotations; then the
+// position, uniform over where the body lies wholly inside the region. A body that would overlap
+// another one or a boundary is tried anew, orientation and all.
+// Throws InputError("...: impossible fill: ...") after kPlacementTries for one body.
+inline constexpr int kPlacementTries = 20000;
+void place_batch(Solver& solver, const Case& c, std::size_t index, std::uint64_t batch, int first,
+                 int count);
+
+}  // namespace firn

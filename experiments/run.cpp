@@ -1,0 +1,93 @@
+#include "experiments/run.h"
+
+#include <fmt/format.h>
+
+#include "experiments/driver.h"
+#include "experiments/recorder.h"
+#include "experiments/recording.h"
+#include "experiments/results_layout.h"
+
+namespace firn {
+namespace {
+
+// From the finished file alone, and into it.
+std::vector<Response> measure_and_store(const std::string& results_file) {
+  const std::vector<Response> responses = measure(Recording(results_file));
+  Recorder recorder = Recorder::reopen(results_file, {});
+  recorder.with_file([&](hdf5::File& file) { write_responses(file, responses); });
+  recorder.close();
+  return responses;
+}
+
+RunSummary drive(Driver& driver, const RunOptions& options) {
+  RunSummary summary = driver.run();
+  if (summary.status == RunStatus::finished)
+    summary.responses = measure_and_store(options.results_file);
+  return summary;
+}
+
+void check(const Case& c, const RunOptions& options) {
+  if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
+  if (c.model.particles.empty())
+    throw InputError(c.source + ": particles: none; expected at least one, placed or in a fill");
+  validate(c.model);
+}
+
+}  // namespace
+
+const char* to_string(RunStatus status) {
+  switch (status) {
+    case RunStatus::finished:
+      return "finished";
+    case RunStatus::failed:
+      return "failed";
+    case RunStatus::interrupted:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
+RunSummary run(const Case& c, const RunOptions& options) {
+  check(c, options);
+  const std::string kept_earlier = keep_earlier_results(options.results_file);
+  Recorder recorder = Recorder::create(options.results_file, result_columns(c.model));
+  recorder.with_file([&](hdf5::File& file) {
+    write_header(file, c);
+    file.flush();
+  });
+  Driver driver(c, options, recorder);
+  RunSummary summary = drive(driver, options);
+  summary.kept_earlier = kept_earlier;
+  return summary;
+}
+
+RunSummary resume(const std::string& results_file, const RunOptions& given) {
+  RunOptions options = given;
+  options.results_file = results_file;
+  Case c;
+  {
+    const Recording recording(results_file);
+    if (recording.status() == "finished") {
+      RunSummary summary;
+      summary.status = RunStatus::finished;
+      summary.reason = "was finished already";
+      summary.responses = recording.responses();
+      const std::vector<double> times = recording.frame_times();
+      summary.simulated = times.empty() ? 0 : times.back();
+      return summary;
+    }
+    c = recording.read_case();
+    if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
+        c.model.particles.size() != recording.particle_count())
+      throw InputError(fmt::format(
+          "{}: cannot be resumed: this version of Firn reads another case from it", results_file));
+  }
+  Recorder recorder = Recorder::reopen(results_file, result_columns(c.model));
+  Driver driver(c, options, recorder);
+  driver.restore();
+  recorder.with_file(
+      [](hdf5::File& file) { file.set_attribute("/", "status", std::string("running")); });
+  return drive(driver, options);
+}
+
+}  // namespace firn

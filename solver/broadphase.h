@@ -1,0 +1,39 @@
+// Broad phase: which bodies, and which of their parts, may touch before the list is made again.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "solver/types.h"
+
+namespace firn {
+
+struct Box3 {
+  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  // m
+  bool meets(const Box3& o) const {
+    return (lower.array() <= o.upper.array()).all() && (o.lower.array() <= upper.array()).all();
+  }
+};
+
+// All index pairs (a < b) of boxes that meet, sorted. A cell list: linear in the number of boxes
+// for boxes of like size.
+void box_pairs(const std::vector<Box3>& boxes, std::vector<std::array<std::int32_t, 2>>& pairs);
+
+// A tree over fixed boxes (the parts of a boundary), for queries with one box.
+class BoxTree {
+ public:
+  explicit BoxTree(std::vector<Box3> boxes);
+  ~BoxTree();
+  BoxTree(BoxTree&&) noexcept;
+  BoxTree& operator=(BoxTree&&) noexcept;
+  // Appends the indices of the boxes that meet `query`, in ascending order.
+  void find(const Box3& query, std::vector<int>& found) const;
+  const Box3& bounds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace firn

@@ -1,0 +1,85 @@
+#include "solver/integrate.h"
+
+namespace firn {
+
+namespace {
+
+constexpr double kSmallAngle = 2e-2;  // rad, below which the polynomials are exact to rounding
+
+[[gnu::always_inline]] inline bool small(double h) { return std::abs(h) < kSmallAngle; }
+[[gnu::always_inline]] inline bool small(const Lanes& h) { return (h.abs() < kSmallAngle).all(); }
+
+template <class Real>
+[[gnu::always_inline]] inline void small_sin_cos(const Real& h, Real& s, Real& c) {
+  const Real h2 = h * h;
+  s = h * (1 - h2 * (1.0 / 6) * (1 - h2 * (1.0 / 20) * (1 - h2 * (1.0 / 42))));
+  c = 1 - h2 * 0.5 * (1 - h2 * (1.0 / 12) * (1 - h2 * (1.0 / 30)));
+}
+
+[[gnu::always_inline]] inline void sin_cos(double h, double& s, double& c) {
+  if (small(h)) {
+    small_sin_cos(h, s, c);
+  } else {
+    s = std::sin(h);
+    c = std::cos(h);
+  }
+}
+
+[[gnu::always_inline]] inline void sin_cos(const Lanes& h, Lanes& s, Lanes& c) {
+  if (small(h)) {
+    small_sin_cos(h, s, c);
+  } else {
+    for (int k = 0; k < kLanes; ++k) sin_cos(h[k], s[k], c[k]);
+  }
+}
+
+// Turn about principal axis K at the rate m_K / I_K for a time t: the momentum turns backwards in
+// body axes, the orientation forwards.
+template <int K, class Real>
+[[gnu::always_inline]] inline void turn(const Real& inverse_inertia, double t, Real* q, Real* m) {
+  constexpr int I = (K + 1) % 3, J = (K + 2) % 3;
+  Real s, c;
+  sin_cos(Real(0.5 * t * m[K] * inverse_inertia), s, c);
+  const Real c2 = c * c - s * s, s2 = 2 * c * s;
+  const Real mi = m[I], mj = m[J];
+  m[I] = c2 * mi + s2 * mj;
+  m[J] = c2 * mj - s2 * mi;
+  // q * (c, s e_K); q in the order x y z w.
+  const Real w = q[3], qk = q[K], qi = q[I], qj = q[J];
+  q[3] = c * w - s * qk;
+  q[K] = c * qk + s * w;
+  q[I] = c * qi + s * qj;
+  q[J] = c * qj - s * qi;
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void rotate(const Real* inverse, double dt, Real* q, Real* m) {
+  turn<0>(inverse[0], 0.5 * dt, q, m);
+  turn<1>(inverse[1], 0.5 * dt, q, m);
+  turn<2>(inverse[2], dt, q, m);
+  turn<1>(inverse[1], 0.5 * dt, q, m);
+  turn<0>(inverse[0], 0.5 * dt, q, m);
+  // One Newton step keeps the quaternion unit to rounding.
+  const Real scale = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (int k = 0; k < 4; ++k) q[k] *= scale;
+}
+
+}  // namespace
+
+void rotate_free(const Vec3& inverse_inertia, double dt, Quat& orientation, Vec3& m) {
+  rotate(inverse_inertia.data(), dt, orientation.coeffs().data(), m.data());
+}
+
+void rotate_free(FreeRotations& b, double dt) {
+  rotate(b.inverse_inertia, dt, b.q, b.momentum);
+}
+
+void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, const Vec3& gravity,
+               double dt, const Mat3& rotation, BodyMotion& motion, Vec3& angular_momentum) {
+  const double h = 0.5 * dt;
+  motion.velocity += h * (body.inverse_mass * force + gravity);
+  angular_momentum += h * (rotation.transpose() * torque);
+  motion.spin = rotation * angular_momentum.cwiseProduct(body.inverse_inertia);
+}
+
+}  // namespace firn

@@ -1,0 +1,228 @@
+#include <cmath>
+
+#include "solver/gjk.h"
+#include "solver/region.h"
+
+namespace firn {
+namespace {
+
+// What a part shows to the other one: its flattest supporting feature.
+struct Feature {
+  enum class Kind { vertex, edge, face };
+  Kind kind = Kind::vertex;
+  const ConvexPart::Face* face = nullptr;
+  std::uint16_t ends[2] = {0, 0};
+};
+
+// The distinct vertices of one part that carry the contact.
+struct Carriers {
+  std::uint16_t vertex[3];
+  int count = 0;
+
+  explicit Carriers(std::uint16_t only) : vertex{only}, count(1) {}
+  Carriers(const std::uint16_t* simplex, int simplex_count) {
+    for (int i = 0; i < simplex_count; ++i) {
+      if (!include(simplex[i])) vertex[count++] = simplex[i];
+    }
+  }
+  bool include(int i) const { return std::find(vertex, vertex + count, i) != vertex + count; }
+};
+
+bool on_face(const ConvexPart& part, const ConvexPart::Face& face, const Carriers& carriers) {
+  const auto first = part.loops.begin() + face.first;
+  return std::all_of(carriers.vertex, carriers.vertex + carriers.count, [&](std::uint16_t i) {
+    return std::find(first, first + face.count, i) != first + face.count;
+  });
+}
+
+// The feature of `part` that supports it along n (part axes): a face if it lies within `depth` of
+// the support plane at three vertices, or over the whole `reach` of the contact; else such an edge.
+Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers& carriers,
+                           double depth, double reach) {
+  constexpr double kLeastCosine = 0.9;
+  Feature out;
+  out.ends[0] = carriers.vertex[0];
+  const double top = n.dot(part.vertex(carriers.vertex[0]));
+  double best = kLeastCosine;
+  const ConvexPart::Face* face = nullptr;
+  for (const ConvexPart::Face& f : part.faces) {
+    const double cosine = n.dot(f.normal);
+    if (cosine <= best || f.internal || !on_face(part, f, carriers)) continue;
+    best = cosine;
+    face = &f;
+  }
+  if (face) {
+    int near = 0;
+    for (int i = 0; i < face->count; ++i) {
+      near += top - n.dot(part.vertex(part.loops[face->first + i])) <= depth;
+    }
+    if (near >= 3 || std::sqrt(std::max(0.0, 1 - best * best)) * reach <= depth) {
+      out.kind = Feature::Kind::face;
+      out.face = face;
+      return out;
+    }
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& e : part.edges) {
+    if (!carriers.include(e[0]) && !carriers.include(e[1])) continue;
+    const std::uint16_t near = carriers.include(e[0]) ? e[0] : e[1];
+    const std::uint16_t far = near == e[0] ? e[1] : e[0];
+    if (carriers.count > 1 && !carriers.include(far)) continue;
+    const Vec3 along = part.vertex(far) - part.vertex(near);
+    const double drop = -n.dot(along);
+    const double over_reach = drop * std::min(1.0, reach / along.norm());
+    if (over_reach > depth || over_reach >= least) continue;
+    least = over_reach;
+    out.kind = Feature::Kind::edge;
+    out.ends[0] = near;
+    out.ends[1] = far;
+  }
+  return out;
+}
+
+// True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
+// part axes) leans out over the seam and nothing of the region reaches back from it.
+bool belongs_to_neighbour(const View& view, const Carriers& carriers, const Vec3& outward,
+                          const Region& r, double RegionPoint::*height) {
+  const ConvexPart& part = view.part;
+  if (part.internal_normals.empty()) return false;
+  std::uint32_t common = ~0u;
+  for (int i = 0; i < carriers.count; ++i) common &= part.internal_faces[carriers.vertex[i]];
+  for (int f = 0; common != 0; ++f, common >>= 1) {
+    if (!(common & 1u)) continue;
+    const Vec3& seam = part.internal_normals[f];
+    if (outward.dot(seam) <= kSeamTilt) continue;
+    const double offset = seam.dot(part.vertex(carriers.vertex[0]));
+    const bool reaches_back = std::any_of(r.points, r.points + r.count, [&](const RegionPoint& p) {
+      return seam.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent;
+    });
+    if (!reaches_back) return true;
+  }
+  return false;
+}
+
+// Contact points and moments of a weighed region.
+void emit(const Region& r, const Frame& frame, double radius_a, double radius_b, double shell,
+          Manifold& out) {
+  out.area = r.area;
+  out.polar = r.polar;
+  for (int i = 0; i < r.count; ++i) {
+    const RegionPoint& p = r.points[i];
+    const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;
+    const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
+    out.centroid += p.weight / r.area * position;
+    if (surface_b - surface_a >= shell) continue;
+    out.points.push_back({position, surface_b - surface_a, p.weight});
+  }
+}
+
+void clear(Manifold& out) {
+  out.points.clear();
+  out.area = out.polar = 0;
+  out.centroid.setZero();
+}
+
+// Depth below its support plane at which a feature still counts as touching: everything that
+// overlaps or lies in the shell, and some more so that features change before they bear load.
+double feature_depth(double gap, double shell) { return std::max(0.0, -gap) + 4 * shell + 1e-9; }
+
+}  // namespace
+
+void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+             GjkCache& cache, Manifold& out) {
+  clear(out);
+  const double radii = a.radius + b.radius;
+  CoreContact contact = core_contact(a, b, b_in_a, shell, cache);
+  if (!contact.converged) {
+    out.gap = contact.lower - radii;
+    out.normal = contact.normal;
+    return;
+  }
+  if (contact.distance <= kTouchingDistance) contact = penetration(a, b, b_in_a);
+  out.gap = contact.distance - radii;
+  out.normal = contact.normal;
+  if (out.gap >= shell) return;
+
+  const Frame frame(contact.normal);
+  const View view_a(a, frame), view_b(b, frame, b_in_a);
+  const Carriers carriers_a(contact.simplex.a, contact.simplex.count);
+  const Carriers carriers_b(contact.simplex.b, contact.simplex.count);
+  const double depth = feature_depth(out.gap, shell);
+  const double reach = 2 * std::min(a.bounding_radius, b.bounding_radius);
+  const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
+  const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
+
+  Region region((on_a.face ? on_a.face->count : 2) + (on_b.face ? on_b.face->count : 2));
+  bool found = false;
+  if (on_a.face && on_b.face) {
+    found = face_on_face(view_a, *on_a.face, view_b, *on_b.face, region);
+  } else if (on_a.face && on_b.kind == Feature::Kind::edge) {
+    found = edge_on_face(view_b, on_b.ends, view_a, *on_a.face, false, region);
+  } else if (on_b.face && on_a.kind == Feature::Kind::edge) {
+    found = edge_on_face(view_a, on_a.ends, view_b, *on_b.face, true, region);
+  } else if (on_a.kind == Feature::Kind::edge && on_b.kind == Feature::Kind::edge) {
+    // Swept edges d apart and y aside have opened by about y^2 / 2d.
+    const double opening = 0.25 * shell + 1e-9;
+    const double aside = std::sqrt(2 * std::max(0.0, contact.distance) * opening) + 1e-9;
+    found = edge_on_edge(view_a, on_a.ends, view_b, on_b.ends, aside, region);
+  }
+  if (!found) {
+    const double height = frame.n.dot(contact.point_a);
+    region.count = 0;
+    region.add(frame.flat(contact.point_a), height, height + contact.distance);
+    weigh_point(region);
+  }
+  if (belongs_to_neighbour(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
+      belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
+    return;
+  }
+  emit(region, frame, a.radius, b.radius, shell, out);
+}
+
+void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out) {
+  clear(out);
+  const Frame frame(-n);
+  const View view(a, frame);
+  const std::uint16_t lowest = static_cast<std::uint16_t>(support(a, frame.n).vertex);
+  out.normal = frame.n;
+  out.gap = -offset - view.height(lowest) - a.radius;
+  if (out.gap >= shell) return;
+
+  const double depth = feature_depth(out.gap, shell);
+  const Feature feature =
+      supporting_feature(a, frame.n, Carriers(lowest), depth, 2 * a.bounding_radius);
+  // A vertex on a seam that leans towards the plane is the neighbour's, who reaches lower there.
+  const auto leaning_seams = [&](int i) {
+    std::uint32_t mask = a.internal_normals.empty() ? 0 : a.internal_faces[i];
+    for (std::size_t f = 0; f < a.internal_normals.size(); ++f) {
+      if (frame.n.dot(a.internal_normals[f]) <= kSeamTilt) mask &= ~(1u << f);
+    }
+    return mask;
+  };
+  Region region(a.vertex_count);
+  const auto add = [&](int i) { region.add(view.flat(i), view.height(i), -offset); };
+  const std::uint16_t* loop = feature.ends;
+  int loop_count = 0;
+  if (feature.face) {
+    loop = &a.loops[feature.face->first];
+    loop_count = feature.face->count;
+  } else if (feature.kind == Feature::Kind::edge &&
+             (leaning_seams(feature.ends[0]) & leaning_seams(feature.ends[1])) == 0) {
+    loop_count = 2;
+  }
+  for (int i = 0; i < loop_count; ++i) add(loop[i]);
+  if (loop_count > 2) weigh_polygon(region);
+  if (loop_count == 2) weigh_segment(region);
+  // Whatever else is in the shell, as corners: a part that stands deep and tilted in the plane is
+  // held wherever it is in.
+  for (int i = 0; i < a.vertex_count; ++i) {
+    if (-offset - view.height(i) - a.radius >= shell || leaning_seams(i) != 0) continue;
+    if (std::find(loop, loop + loop_count, i) != loop + loop_count) continue;
+    add(i);
+    region.points[region.count - 1].weight = kEdgeWidth * kEdgeWidth;
+    region.area += kEdgeWidth * kEdgeWidth;
+  }
+  emit(region, frame, a.radius, 0, shell, out);
+}
+
+}  // namespace firn

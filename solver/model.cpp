@@ -1,0 +1,140 @@
+#include "solver/model.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace firn {
+
+namespace {
+
+double in_series(double k1, double k2) { return k1 * k2 / (k1 + k2); }
+
+// One candidate for the stiffest spring of the model.
+struct Spring {
+  std::string name;
+  double stiffness = 0;  // N/m, the stiffer of loading and unloading
+  bool unloading = true;
+  double mass = 0;  // kg
+  double quarter_period() const { return 0.5 * std::numbers::pi * std::sqrt(mass / stiffness); }
+};
+
+Spring spring(std::string name, double loading, const Interaction& law, double mass) {
+  Spring s;
+  s.name = std::move(name);
+  s.unloading = law.restitution < 1;
+  s.stiffness = loading / (law.restitution * law.restitution);
+  s.mass = mass;
+  return s;
+}
+
+void check_interaction(const Model& model, int a, int b) {
+  const Interaction& law = model.interaction(a, b);
+  const std::string pair = model.materials[a].name + "-" + model.materials[b].name;
+  const auto fail = [&](const std::string& what) {
+    throw InputError("interactions." + pair + ": " + what);
+  };
+  if (!(law.restitution > 0 && law.restitution <= 1)) {
+    fail(fmt::format("restitution is {}; expected a number above 0 and up to 1", law.restitution));
+  }
+  if (!(law.dynamic_friction >= 0)) fail("dynamic friction is negative; expected 0 or more");
+  if (law.static_friction < law.dynamic_friction) {
+    fail(fmt::format("static friction {} is below dynamic friction {}; expected at least as much",
+                     law.static_friction, law.dynamic_friction));
+  }
+  if (!(law.tangential_stiffness_ratio > 0)) fail("tangential stiffness ratio must be above 0");
+  if (!(law.unloading_floor >= 0 && law.unloading_floor < 1)) {
+    fail("unloading floor must be at least 0 and below 1");
+  }
+  if (!(law.rolling_resistance >= 0)) fail("rolling resistance is negative; expected 0 or more");
+  if (!(law.sliding_speed >= 0)) fail("sliding speed is negative; expected 0 or more");
+}
+
+// Shapes that some particle of the model has.
+std::vector<char> used_shapes(const Model& model) {
+  std::vector<char> used(model.shapes.size(), 0);
+  for (const Particle& p : model.particles) used[p.shape] = 1;
+  return used;
+}
+
+}  // namespace
+
+double particle_pair_stiffness(const Shape& a, const Shape& b) {
+  return in_series(a.stiffness, b.stiffness);
+}
+
+double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundary& b) {
+  if (b.rigid) return a.stiffness;
+  const double wall = b.stiffness > 0
+                          ? b.stiffness
+                          : model.materials[b.material].young_modulus * a.size_for_stiffness;
+  return in_series(a.stiffness, wall);
+}
+
+TimestepAdvice advise_timestep(const Model& model, double steps) {
+  const std::vector<char> used = used_shapes(model);
+  std::vector<Spring> springs;
+  for (std::size_t i = 0; i < model.shapes.size(); ++i) {
+    if (!used[i]) continue;
+    const Shape& a = model.shapes[i];
+    for (std::size_t j = i; j < model.shapes.size(); ++j) {
+      if (!used[j]) continue;
+      const Shape& b = model.shapes[j];
+      springs.push_back(spring(a.name + " on " + b.name, particle_pair_stiffness(a, b),
+                               model.interaction(a.material, b.material),
+                               a.mass * b.mass / (a.mass + b.mass)));
+    }
+    for (const Boundary& b : model.boundaries) {
+      springs.push_back(spring(a.name + " on " + b.name, boundary_pair_stiffness(model, a, b),
+                               model.interaction(a.material, b.material), a.mass));
+    }
+  }
+  if (springs.empty()) {
+    return {1e-4, "no particle can touch anything: 0.1 ms"};
+  }
+  const Spring& s = *std::min_element(springs.begin(), springs.end(), [](const auto& x, const auto& y) {
+    return x.quarter_period() < y.quarter_period();
+  });
+  TimestepAdvice advice;
+  advice.timestep = s.quarter_period() / steps;
+  advice.reason = fmt::format(
+      "{:.4g} steps in the quarter period {:.4g} s of {}: {} stiffness {:.4g} N/m, effective mass {:.4g} kg",
+      steps, s.quarter_period(), s.name, s.unloading ? "unloading" : "loading", s.stiffness, s.mass);
+  return advice;
+}
+
+void validate(const Model& model) {
+  const std::size_t m = model.materials.size();
+  if (model.interactions.size() != m * m) {
+    throw InputError(fmt::format("interactions: {} given for {} materials; expected {}",
+                                 model.interactions.size(), m, m * m));
+  }
+  if (!(model.timestep > 0) || !std::isfinite(model.timestep)) {
+    throw InputError(fmt::format("timestep is {} s; expected a positive time", model.timestep));
+  }
+  if (!model.gravity.allFinite()) throw InputError("gravity is not finite");
+  for (const Shape& s : model.shapes) {
+    if (!(s.mass > 0) || !(s.inertia.minCoeff() > 0)) {
+      throw InputError("shapes." + s.name + ": mass or inertia is not positive");
+    }
+    if (!(s.stiffness > 0)) throw InputError("shapes." + s.name + ": stiffness is not positive");
+    if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
+  }
+  const std::vector<char> used = used_shapes(model);
+  for (std::size_t i = 0; i < model.shapes.size(); ++i) {
+    if (!used[i]) continue;
+    for (std::size_t j = 0; j < model.shapes.size(); ++j) {
+      if (used[j]) check_interaction(model, model.shapes[i].material, model.shapes[j].material);
+    }
+    for (const Boundary& b : model.boundaries) {
+      check_interaction(model, model.shapes[i].material, b.material);
+      if (!(boundary_pair_stiffness(model, model.shapes[i], b) > 0)) {
+        throw InputError("boundaries." + b.name +
+                         ": has no stiffness; expected a Young's modulus, a stiffness or rigid = true");
+      }
+    }
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,98 @@
+// Kicks and drifts of all present particles.
+#include "solver/workspace.h"
+
+namespace firn {
+
+namespace {
+constexpr std::size_t kGrain = 1024;  // bodies a task; below this threads do not pay
+
+// The rotational drift of up to kLanes bodies, one in each lane.
+void drift_rotations(const Workspace& w, const Model& model, State& s, const std::size_t* bodies,
+                     int count) {
+  FreeRotations r;
+  for (int k = 0; k < kLanes; ++k) {
+    const std::size_t i = bodies[std::min(k, count - 1)];
+    const Vec3& inverse = w.rigid[model.particles[i].shape].inverse_inertia;
+    for (int c = 0; c < 4; ++c) r.q[c][k] = s.orientation[i].coeffs()[c];
+    for (int c = 0; c < 3; ++c) {
+      r.momentum[c][k] = s.angular_momentum[i][c];
+      r.inverse_inertia[c][k] = inverse[c];
+    }
+  }
+  rotate_free(r, model.timestep);
+  for (int k = 0; k < count; ++k) {
+    const std::size_t i = bodies[k];
+    for (int c = 0; c < 4; ++c) s.orientation[i].coeffs()[c] = r.q[c][k];
+    for (int c = 0; c < 3; ++c) s.angular_momentum[i][c] = r.momentum[c][k];
+  }
+}
+
+void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
+                          std::size_t end) {
+  const double dt = model.timestep;
+  std::size_t lanes[kLanes];
+  int filled = 0;
+  const auto finish = [&] {
+    if (filled == 0) return;
+    drift_rotations(w, model, s, lanes, filled);
+    for (int k = 0; k < filled; ++k) {
+      const std::size_t i = lanes[k];
+      const int shape = model.particles[i].shape;
+      BodyMotion& m = s.motion[i];
+      s.rotation[i] = s.orientation[i].toRotationMatrix();
+      m.spin = s.rotation[i] * s.angular_momentum[i].cwiseProduct(w.rigid[shape].inverse_inertia);
+      const double turned = m.spin.norm() * dt;
+      s.turn[i] += turned;
+      s.path[i] += m.velocity.norm() * dt + turned * w.reach[shape];
+    }
+    filled = 0;
+  };
+  for (std::size_t i = begin; i < end; ++i) {
+    if (s.presence[i] != Presence::present) continue;
+    BodyMotion& m = s.motion[i];
+    half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i], model.gravity, dt,
+              s.rotation[i], m, s.angular_momentum[i]);
+    m.position += dt * m.velocity;
+    lanes[filled++] = i;
+    if (filled == kLanes) finish();
+  }
+  finish();
+}
+
+}  // namespace
+
+void kick_and_drift(const Model& model, const Workspace& w, State& s) {
+  const double dt = model.timestep;
+  for_chunks(model.numerics.threads, model.particles.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
+  const std::size_t n = model.particles.size();
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const BodyMotion& m = s.motion[n + b];
+    const double turned = m.spin.norm() * dt;
+    if (turned == 0 && m.velocity.isZero(0)) continue;
+    // A turning plane has no farthest point of its own: take that of the particles around it.
+    double reach = w.reach[w.shapes + b];
+    if (turned > 0 && model.boundaries[b].kind == Boundary::Kind::plane) {
+      for (std::size_t i = 0; i < n; ++i) {
+        if (s.presence[i] != Presence::present) continue;
+        reach = std::max(reach, (s.motion[i].position - m.position).norm() +
+                                    w.reach[model.particles[i].shape]);
+      }
+    }
+    s.turn[n + b] += turned;
+    s.path[n + b] += m.velocity.norm() * dt + turned * reach;
+  }
+}
+
+void kick(const Model& model, const Workspace& w, State& s) {
+  for_chunks(model.numerics.threads, model.particles.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (s.presence[i] != Presence::present) continue;
+      half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i], model.gravity,
+                model.timestep, s.rotation[i], s.motion[i], s.angular_momentum[i]);
+    }
+  });
+}
+
+}  // namespace firn

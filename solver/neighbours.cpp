@@ -1,0 +1,214 @@
+// The neighbour list: made anew when somebody has moved half the skin, keeping the memory of the
+// pairs that stay.
+#include "solver/workspace.h"
+
+namespace firn {
+
+namespace {
+
+// Places of the bounding spheres of all parts of the present particles.
+struct PartSpheres {
+  std::vector<int> particle;           // [present] ids, ascending
+  std::vector<std::size_t> first;      // [present] into centers
+  std::vector<Vec3> centers;           // m, world
+  std::vector<Box3> boxes;             // [present] m, world, with half the skin around
+};
+
+PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s) {
+  PartSpheres out;
+  for (std::size_t i = 0; i < model.particles.size(); ++i) {
+    if (s.presence[i] != Presence::present) continue;
+    const Shape& shape = model.shapes[model.particles[i].shape];
+    out.particle.push_back(static_cast<int>(i));
+    out.first.push_back(out.centers.size());
+    Box3 box;
+    for (std::size_t k = 0; k < shape.parts.size(); ++k) {
+      const ConvexPart& part = shape.parts[k];
+      const Vec3 c = s.motion[i].position + s.rotation[i] * part.center;
+      const Vec3 r = Vec3::Constant(part.bounding_radius + 0.5 * w.skin);
+      out.centers.push_back(c);
+      box.lower = k == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
+      box.upper = k == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
+    }
+    out.boxes.push_back(box);
+  }
+  return out;
+}
+
+// Collects the new list, taking over what the old one knew.
+class ListMaker {
+ public:
+  ListMaker(const Model& model, Workspace& w, State& s)
+      : model_(model), w_(w), s_(s), n_(static_cast<int>(model.particles.size())) {}
+
+  void add_particles(const PartSpheres& spheres, int i, int j) {
+    const int a = spheres.particle[i], b = spheres.particle[j];
+    const auto& pa = model_.shapes[model_.particles[a].shape].parts;
+    const auto& pb = model_.shapes[model_.particles[b].shape].parts;
+    begin(a, b, w_.law_index(model_.particles[a].shape, model_.particles[b].shape));
+    for (std::size_t k = 0; k < pa.size(); ++k) {
+      const Vec3& ca = spheres.centers[spheres.first[i] + k];
+      for (std::size_t l = 0; l < pb.size(); ++l) {
+        const double reach = pa[k].bounding_radius + pb[l].bounding_radius + w_.skin;
+        if ((ca - spheres.centers[spheres.first[j] + l]).squaredNorm() < reach * reach) {
+          add_part(static_cast<int>(k), static_cast<int>(l));
+        }
+      }
+    }
+    end();
+  }
+
+  void add_boundary(const PartSpheres& spheres, int i, int boundary) {
+    const int a = spheres.particle[i], b = n_ + boundary;
+    const Pose pose{s_.rotation[b], s_.motion[b].position};
+    const auto& parts = model_.shapes[model_.particles[a].shape].parts;
+    begin(a, b, w_.law_index_boundary(model_.particles[a].shape, boundary));
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Vec3 c = pose.rotation.transpose() * (spheres.centers[spheres.first[i] + k] - pose.translation);
+      const double reach = parts[k].bounding_radius + w_.skin;
+      if (model_.boundaries[boundary].kind == Boundary::Kind::plane) {
+        if (c.z() < reach) add_part(static_cast<int>(k), 0);
+        continue;
+      }
+      found_.clear();
+      w_.trees[boundary]->find({c - Vec3::Constant(reach), c + Vec3::Constant(reach)}, found_);
+      for (int l : found_) add_part(static_cast<int>(k), l);
+    }
+    end();
+  }
+
+  void finish() {
+    s_.pairs = std::move(pairs_);
+    s_.wake = std::move(wake_);
+    s_.watch = std::move(watch_);
+    s_.part_pairs = std::move(part_pairs_);
+    s_.patches = std::move(patches_);
+    s_.points = std::move(points_);
+  }
+
+ private:
+  // Finds the pair in the old list; both lists are sorted.
+  void begin(int a, int b, int law) {
+    pair_ = Pair{};
+    pair_.a = a;
+    pair_.b = b;
+    pair_.law = law;
+    pair_.first_part = static_cast<std::uint32_t>(part_pairs_.size());
+    while (old_ < s_.pairs.size() &&
+           (s_.pairs[old_].a < a || (s_.pairs[old_].a == a && s_.pairs[old_].b < b))) {
+      ++old_;
+    }
+    known_ = old_ < s_.pairs.size() && s_.pairs[old_].a == a && s_.pairs[old_].b == b;
+    old_part_ = known_ ? s_.pairs[old_].first_part : 0;
+    old_part_end_ = known_ ? old_part_ + s_.pairs[old_].part_count : 0;
+    new_part_ = false;
+  }
+
+  void add_part(int a, int b) {
+    const auto before = [&](const PartPair& p) {
+      return p.a < a || (p.a == a && p.b < static_cast<std::uint32_t>(b));
+    };
+    while (old_part_ < old_part_end_ && before(s_.part_pairs[old_part_])) ++old_part_;
+    if (old_part_ < old_part_end_ && s_.part_pairs[old_part_].a == a &&
+        s_.part_pairs[old_part_].b == static_cast<std::uint32_t>(b)) {
+      part_pairs_.push_back(s_.part_pairs[old_part_]);
+      return;
+    }
+    PartPair p;
+    p.a = static_cast<std::uint16_t>(a);
+    p.b = static_cast<std::uint32_t>(b);
+    p.wake = known_ ? s_.watch[old_].moved : 0;
+    part_pairs_.push_back(p);
+    new_part_ = true;
+  }
+
+  void end() {
+    pair_.part_count = static_cast<std::uint32_t>(part_pairs_.size()) - pair_.first_part;
+    if (pair_.part_count == 0) return;
+    const double path = s_.path[pair_.a] + s_.path[pair_.b];
+    PairWatch watch;
+    double wake = path;  // look at once
+    if (known_) {
+      watch = s_.watch[old_];
+      wake = s_.wake[old_];
+      if (new_part_) {
+        watch.need = watch.moved;
+        wake = path;
+      }
+      copy_contacts(s_.pairs[old_]);
+    } else {
+      watch.reference_path = path;
+      watch.reference_turn = s_.turn[pair_.a];
+      const Pose pose = relative_pose(s_, pair_.a, pair_.b);
+      std::copy_n(pose.rotation.data(), 9, watch.reference_rotation);
+      std::copy_n(pose.translation.data(), 3, watch.reference_translation);
+    }
+    pairs_.push_back(pair_);
+    wake_.push_back(wake);
+    watch_.push_back(watch);
+  }
+
+  void copy_contacts(const Pair& old) {
+    if (old.patch_count == 0) return;
+    pair_.first_patch = static_cast<std::uint32_t>(patches_.size());
+    pair_.first_point = static_cast<std::uint32_t>(points_.size());
+    pair_.patch_count = old.patch_count;
+    for (std::uint32_t k = 0; k < old.patch_count; ++k) {
+      Patch patch = s_.patches[old.first_patch + k];
+      const auto from = s_.points.begin() + patch.first_point;
+      patch.first_point = static_cast<std::uint32_t>(points_.size());
+      points_.insert(points_.end(), from, from + patch.point_count);
+      patches_.push_back(patch);
+    }
+    pair_.patch_capacity = old.patch_count;
+    pair_.point_capacity = static_cast<std::uint32_t>(points_.size()) - pair_.first_point;
+  }
+
+  const Model& model_;
+  Workspace& w_;
+  State& s_;
+  int n_;
+  std::size_t old_ = 0;
+  bool known_ = false, new_part_ = false;
+  std::uint32_t old_part_ = 0, old_part_end_ = 0;
+  Pair pair_;
+  std::vector<int> found_;
+  std::vector<Pair> pairs_;
+  std::vector<double> wake_;
+  std::vector<PairWatch> watch_;
+  std::vector<PartPair> part_pairs_;
+  std::vector<Patch> patches_;
+  std::vector<ContactPoint> points_;
+};
+
+bool must_rebuild(const Workspace& w, const State& s) {
+  if (s.list_is_stale) return true;
+  double most = 0;
+  for (std::size_t i = 0; i < s.path.size(); ++i) most = std::max(most, s.path[i] - s.listed_path[i]);
+  return most > 0.5 * w.skin;
+}
+
+}  // namespace
+
+void refresh_neighbours(const Model& model, Workspace& w, State& s) {
+  if (!must_rebuild(w, s)) return;
+  const PartSpheres spheres = place_spheres(model, w, s);
+  std::vector<std::array<std::int32_t, 2>> near;
+  box_pairs(spheres.boxes, near);
+  ListMaker list(model, w, s);
+  std::size_t k = 0;
+  for (int i = 0; i < static_cast<int>(spheres.particle.size()); ++i) {
+    for (; k < near.size() && near[k][0] == i; ++k) list.add_particles(spheres, i, near[k][1]);
+    for (int b = 0; b < static_cast<int>(model.boundaries.size()); ++b) {
+      if (s.boundary_present[b]) list.add_boundary(spheres, i, b);
+    }
+  }
+  list.finish();
+  s.listed_path = s.path;
+  s.list_is_stale = false;
+  w.active_is_stale = true;
+  ++s.health.rebuilds;
+  s.health.pairs = s.pairs.size();
+}
+
+}  // namespace firn

@@ -1,0 +1,253 @@
+#include "solver/patches.h"
+
+#include <limits>
+
+namespace firn {
+
+namespace {
+
+constexpr double kSamePatch = 0.9;    // cosine: parts whose normals differ less may share a patch
+constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
+
+std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
+
+// Connected components of the contacts: neighbouring parts on both bodies and like normals.
+int group_contacts(const PatchInput& in, PatchScratch& scratch) {
+  const int n = static_cast<int>(in.contacts.size());
+  scratch.group.assign(n, -1);
+  int groups = 0;
+  for (int seed = 0; seed < n; ++seed) {
+    if (scratch.group[seed] >= 0) continue;
+    scratch.group[seed] = groups;
+    scratch.stack.assign(1, seed);
+    while (!scratch.stack.empty()) {
+      const PartContact& c = in.contacts[scratch.stack.back()];
+      scratch.stack.pop_back();
+      for (int k = 0; k < n; ++k) {
+        if (scratch.group[k] >= 0) continue;
+        const PartContact& d = in.contacts[k];
+        if (!(in.neighbours_a[c.a] & bit(d.a))) continue;
+        if (!in.neighbours_b.empty() && !(in.neighbours_b[c.b] & bit(d.b))) continue;
+        if (c.manifold.normal.dot(d.manifold.normal) < kSamePatch) continue;
+        scratch.group[k] = groups;
+        scratch.stack.push_back(k);
+      }
+    }
+    ++groups;
+  }
+  return groups;
+}
+
+// Moments of the touching region of a group, for torsion.
+struct Region {
+  double area = 0;
+  Vec3 centroid = Vec3::Zero();
+  double polar = 0;
+
+  void add(const Manifold& m) {
+    if (m.area <= 0) return;
+    const double sum = area + m.area;
+    const Vec3 apart = m.centroid - centroid;
+    polar += m.polar + area * m.area / sum * apart.squaredNorm();
+    centroid += apart * (m.area / sum);
+    area = sum;
+  }
+  // A disc-like bound of friction's lever: .3826 a for a uniform square of side a.
+  double torsion_radius() const {
+    constexpr double kSmallest = 1e-6;  // m: a point does not resist turning
+    const double r = area > 0 ? 0.937 * std::sqrt(polar / area) : 0;
+    return r > kSmallest ? r : 0;
+  }
+};
+
+// Adds a point, or merges it with a near one of the same patch: weights add, place and gap are
+// weighted means. Nothing is dropped.
+void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3& place, double gap,
+               double weight, double merge) {
+  for (std::size_t i = first; i < points.size(); ++i) {
+    ContactPoint& p = points[i];
+    if ((p.offset - place).squaredNorm() < merge * merge) {
+      const double sum = p.weight + weight;
+      const double f = sum > 0 ? weight / sum : 0.5;
+      p.offset += f * (place - p.offset);
+      p.gap += f * (gap - p.gap);
+      p.weight = sum;
+      return;
+    }
+  }
+  ContactPoint p;
+  p.offset = place;
+  p.gap = gap;
+  p.weight = weight;
+  points.push_back(p);
+}
+
+// One patch of the contacts in group `g`, without history.
+void make_patch(const PatchInput& in, const PatchScratch& scratch, int g, FoundPatches& out) {
+  Patch patch;
+  patch.first_point = static_cast<std::uint32_t>(out.points.size());
+  const double shell = in.law.shell;
+  Vec3 normal = Vec3::Zero();
+  Region region;
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    if (scratch.group[i] != g) continue;
+    const PartContact& c = in.contacts[i];
+    patch.parts_a |= bit(c.a);
+    patch.parts_b |= bit(c.b);
+    region.add(c.manifold);
+    double depth = 0;
+    for (const ManifoldPoint& p : c.manifold.points) {
+      depth += p.weight * (shell - p.gap);
+      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge);
+    }
+    normal += depth * c.manifold.normal;
+  }
+  patch.point_count = static_cast<std::uint32_t>(out.points.size()) - patch.first_point;
+  ContactPoint* points = out.points.data() + patch.first_point;
+
+  double sum = 0, square = 0, weight = 0;
+  Vec3 center = Vec3::Zero();
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double d = shell - points[i].gap;
+    sum += points[i].weight * d;
+    square += points[i].weight * d * d;
+    weight += points[i].weight;
+    center += points[i].weight * d * points[i].offset;
+  }
+  center /= sum;
+  const double scale = square / (sum * sum);
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    points[i].share = points[i].weight * scale;
+    points[i].offset = in.rotation_a * (points[i].offset - center);
+  }
+  patch.normal = in.rotation_a * normal.normalized();
+  patch.arm = in.rotation_a * center;
+  patch.torsion_radius = region.torsion_radius();
+  out.patches.push_back(patch);
+}
+
+// True when `old` lies where `fresh` is: same or neighbouring parts on both bodies, like normals.
+bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
+  if (old.normal.dot(fresh.normal) < kSameHistory) return false;
+  const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbours) {
+    std::uint64_t all = parts;
+    for (std::size_t i = 0; i < neighbours.size(); ++i) {
+      if (parts & bit(static_cast<int>(i))) all |= neighbours[i];
+    }
+    return all;
+  };
+  if (!(dilated(old.parts_a, in.neighbours_a) & fresh.parts_a)) return false;
+  return in.neighbours_b.empty() || (dilated(old.parts_b, in.neighbours_b) & fresh.parts_b);
+}
+
+// Sum of weight times depth in the shell: the size by which a split shares what is carried.
+double patch_size(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
+  double s = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    s += points[patch.first_point + i].weight * (in.law.shell - points[patch.first_point + i].gap);
+  }
+  return s;
+}
+
+// Gives each point of `fresh` the force density of the nearest point of the old patch, scaled so
+// that the patch carries `force` in all, and adds it to what the point has.
+void hand_down_normal(const PatchInput& in, const Patch& old, double force, const Patch& fresh,
+                      ContactPoint* points, std::vector<double>& density) {
+  density.assign(fresh.point_count, 0);
+  double total = 0;
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
+    const Vec3 place = fresh.arm + points[i].offset - old.arm;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::uint32_t k = 0; k < old.point_count; ++k) {
+      const ContactPoint& q = in.old_points[old.first_point + k];
+      const double d = (q.offset - place).squaredNorm();
+      if (d < nearest) {
+        nearest = d;
+        density[i] = q.weight > 0 ? q.force / q.weight : 0;
+      }
+    }
+    density[i] *= points[i].weight;
+    total += density[i];
+  }
+  if (total <= 0) {  // nearest ones were idle: share by depth instead
+    for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
+      density[i] = points[i].share * std::max(0.0, -points[i].gap);
+      total += density[i];
+    }
+  }
+  if (total <= 0) return;
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
+    // No more than the loading line allows: the law would cap it anyway, and energy is counted so.
+    const double most = in.law.stiffness * points[i].share * std::max(0.0, -points[i].gap);
+    points[i].force = std::min(most, points[i].force + density[i] * force / total);
+  }
+}
+
+// Friction carried over into the plane of the new normal, its size kept.
+Vec3 turned_into_plane(const Vec3& t, const Vec3& normal) {
+  const double size = t.norm();
+  if (size == 0) return t;
+  const Vec3 flat = t - normal * normal.dot(t);
+  const double rest = flat.norm();
+  return rest > 0 ? Vec3(flat * (size / rest)) : Vec3(Vec3::Zero());
+}
+
+// Splits share what the old patch carried in proportion to their size; merges add.
+void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+  for (const Patch& old : in.old_patches) {
+    if (old.normal_force <= 0) {
+      // Near but idle: its place is known, so a touch there is no late detection.
+      for (std::size_t i = 0; i < out.patches.size(); ++i) {
+        if (inherits(in, old, out.patches[i])) scratch.has_parent[i] = 1;
+      }
+      continue;
+    }
+    double all = 0;
+    for (const Patch& fresh : out.patches) {
+      if (inherits(in, old, fresh)) all += patch_size(in, fresh, out.points.data());
+    }
+    if (all <= 0) continue;
+    for (std::size_t i = 0; i < out.patches.size(); ++i) {
+      Patch& fresh = out.patches[i];
+      if (!inherits(in, old, fresh)) continue;
+      const double f = patch_size(in, fresh, out.points.data()) / all;
+      hand_down_normal(in, old, f * old.normal_force, fresh, out.points.data() + fresh.first_point,
+                       scratch.weighted_depth);
+      fresh.normal_force += f * old.normal_force;
+      fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
+      fresh.rolling += f * turned_into_plane(old.rolling, fresh.normal);
+      // A smaller patch has a shorter lever: what it cannot hold is lost as slip.
+      const double lever = old.torsion_radius > 0 ? std::min(1.0, fresh.torsion_radius / old.torsion_radius) : 0;
+      fresh.torsion += f * lever * lever * old.torsion;
+      fresh.sliding |= old.sliding;
+      scratch.has_parent[i] = 1;
+    }
+  }
+}
+
+}  // namespace
+
+int build_patches(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+  out.clear();
+  if (in.contacts.empty()) return 0;
+  const int groups = group_contacts(in, scratch);
+  for (int g = 0; g < groups; ++g) make_patch(in, scratch, g, out);
+
+  scratch.has_parent.assign(out.patches.size(), 0);
+  hand_down(in, scratch, out);
+
+  int deep = 0;
+  for (std::size_t i = 0; i < out.patches.size(); ++i) {
+    if (scratch.has_parent[i]) continue;
+    const Patch& patch = out.patches[i];
+    for (std::uint32_t k = 0; k < patch.point_count; ++k) {
+      if (-out.points[patch.first_point + k].gap > in.law.deep) {
+        ++deep;
+        break;
+      }
+    }
+  }
+  return deep;
+}
+
+}  // namespace firn

@@ -1,0 +1,140 @@
+// Depth of overlapping cores. libccd finds where to look; supports measure the depth exactly.
+#include <ccd/ccd.h>
+
+#include <cmath>
+#include <limits>
+
+#include "solver/gjk.h"
+
+namespace firn {
+namespace {
+
+// A core as libccd sees it: in A's axes, lengths in units of the pair's size.
+struct Placed {
+  const ConvexPart* part;
+  const Pose* pose;  // part -> A's axes
+  double per_metre;
+};
+
+void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
+  const auto& o = *static_cast<const Placed*>(object);
+  const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
+  const Vec3 v =
+      o.per_metre *
+      (*o.pose * o.part->vertex(support(*o.part, o.pose->rotation.transpose() * d).vertex));
+  ccdVec3Set(out, v.x(), v.y(), v.z());
+}
+
+struct Pair {
+  const ConvexPart& a;
+  const ConvexPart& b;
+  const Pose& b_in_a;
+};
+
+struct Way {
+  Vec3 normal = Vec3::UnitZ();  // A's axes, from A to B
+  double depth = std::numeric_limits<double>::infinity();
+};
+
+// How far B must move along n to leave A.
+double width(const Pair& p, const Vec3& n) {
+  const Vec3 m = p.b_in_a.rotation.transpose() * n;
+  return support(p.a, n).height + support(p.b, -m).height - n.dot(p.b_in_a.translation);
+}
+
+// True when the vertex of `part` farthest along n lies on a seam that n points out through: that
+// way is the neighbour's, if it is one at all.
+bool through_seam(const ConvexPart& part, const Vec3& n) {
+  if (part.internal_normals.empty()) return false;
+  const double top = support(part, n).height;
+  std::uint32_t common = ~0u;
+  for (int i = 0; i < part.vertex_count; ++i) {
+    if (n.dot(part.vertex(i)) > top - kTouchingDistance) common &= part.internal_faces[i];
+  }
+  for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
+    if ((common >> f & 1u) && n.dot(part.internal_normals[f]) > kSeamTilt) return true;
+  }
+  return false;
+}
+
+bool ours(const Pair& p, const Vec3& n) {
+  return !through_seam(p.a, n) && !through_seam(p.b, -(p.b_in_a.rotation.transpose() * n));
+}
+
+void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
+  const double depth = width(p, n);
+  if (depth < best.depth && ours(p, n)) best = {n, depth};
+  if (depth < best_seam.depth) best_seam = {n, depth};
+}
+
+// Direction of libccd's expanding polytope; false when it sees no overlap or gives up.
+bool ccd_direction(const Pair& p, Vec3& n) {
+  const Pose identity;
+  const double per_metre = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);
+  const Placed a{&p.a, &identity, per_metre}, b{&p.b, &p.b_in_a, per_metre};
+  ccd_t ccd;
+  CCD_INIT(&ccd);
+  ccd.support1 = ccd_support;
+  ccd.support2 = ccd_support;
+  ccd.max_iterations = 100;
+  ccd.epa_tolerance = 1e-9;
+  ccd_real_t depth = 0;
+  ccd_vec3_t direction, position;
+  if (ccdGJKPenetration(&a, &b, &ccd, &depth, &direction, &position) != 0) return false;
+  n = Vec3(direction.v[0], direction.v[1], direction.v[2]);
+  const double length = n.norm();
+  if (!(length > 0.5)) return false;
+  n /= length;
+  return true;
+}
+
+// B moved out along the way and a little farther, and the contact found there.
+CoreContact contact_outside(const Pair& p, const Way& way, double clearance) {
+  Pose moved = p.b_in_a;
+  moved.translation += (way.depth + clearance) * way.normal;
+  GjkCache cold;
+  return core_contact(p.a, p.b, moved, std::numeric_limits<double>::infinity(), cold);
+}
+
+}  // namespace
+
+CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a) {
+  const Pair p{a, b, b_in_a};
+  Way best, best_seam;
+  for (const ConvexPart::Face& f : a.faces) {
+    if (!f.internal) offer(p, f.normal, best, best_seam);
+  }
+  for (const ConvexPart::Face& f : b.faces) {
+    if (!f.internal) offer(p, -(b_in_a.rotation * f.normal), best, best_seam);
+  }
+  // Edge against edge. One point against a polyhedron needs none of it: faces are all there is.
+  Vec3 n;
+  if (a.vertex_count > 1 && b.vertex_count > 1 && ccd_direction(p, n)) offer(p, n, best, best_seam);
+  if (!std::isfinite(best.depth)) best = best_seam;
+  if (!std::isfinite(best.depth)) best = {Vec3::UnitZ(), width(p, Vec3::UnitZ())};
+
+  // From just outside, the distance query sees the nearest way in: an ever shallower one until it
+  // is the one come by. This turns an approximate direction into an exact one.
+  CoreContact contact;
+  for (int i = 0; i < 8; ++i) {
+    const double clearance =
+        std::max(1e-3 * std::min(a.bounding_radius, b.bounding_radius), 0.1 * std::abs(best.depth));
+    contact = contact_outside(p, best, clearance);
+    if (contact.distance <= kTouchingDistance) break;
+    const Way nearer{contact.normal, width(p, contact.normal)};
+    if (!(nearer.depth < best.depth - 1e-15) || !ours(p, nearer.normal)) break;
+    best = nearer;
+  }
+  if (contact.simplex.count == 0 || contact.normal.dot(best.normal) < 1 - 1e-12) {
+    const Vec3 in_b = -(b_in_a.rotation.transpose() * best.normal);
+    contact.simplex.count = 1;
+    contact.simplex.a[0] = static_cast<std::uint16_t>(support(a, best.normal).vertex);
+    contact.simplex.b[0] = static_cast<std::uint16_t>(support(b, in_b).vertex);
+    contact.point_a = a.vertex(contact.simplex.a[0]);
+  }
+  contact.normal = best.normal;
+  contact.distance = -best.depth;
+  return contact;
+}
+
+}  // namespace firn

@@ -1,0 +1,159 @@
+#include "solver/snapshot.h"
+
+#include <cstring>
+
+namespace firn {
+
+namespace {
+
+constexpr std::uint64_t kMagic = 0x4e52494600000001;  // "FIRN" and the layout's version
+
+// The same walk over the state writes and reads it.
+class Writer {
+ public:
+  template <class T>
+  void value(const T& v) {
+    const auto* p = reinterpret_cast<const std::byte*>(&v);
+    bytes.insert(bytes.end(), p, p + sizeof(T));
+  }
+  template <class T>
+  void array(const std::vector<T>& v) {
+    value<std::uint64_t>(v.size());
+    const auto* p = reinterpret_cast<const std::byte*>(v.data());
+    bytes.insert(bytes.end(), p, p + v.size() * sizeof(T));
+  }
+  std::vector<std::byte> bytes;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::vector<std::byte>& b) : bytes_(b) {}
+  template <class T>
+  void value(T& v) {
+    take(&v, sizeof(T));
+  }
+  template <class T>
+  void array(std::vector<T>& v) {
+    std::uint64_t n = 0;
+    value(n);
+    if (n > (bytes_.size() - at_) / sizeof(T)) throw RunError("checkpoint is cut short");
+    v.resize(n);
+    take(v.data(), n * sizeof(T));
+  }
+  bool done() const { return at_ == bytes_.size(); }
+
+ private:
+  void take(void* to, std::size_t n) {
+    if (n > bytes_.size() - at_) throw RunError("checkpoint is cut short");
+    if (n > 0) std::memcpy(to, bytes_.data() + at_, n);
+    at_ += n;
+  }
+  const std::vector<std::byte>& bytes_;
+  std::size_t at_ = 0;
+};
+
+template <class Archive, class S>
+void walk(Archive& ar, S& s) {
+  ar.value(s.time);
+  ar.value(s.steps);
+  ar.array(s.motion);
+  ar.array(s.rotation);
+  ar.array(s.orientation);
+  ar.array(s.angular_momentum);
+  ar.array(s.force);
+  ar.array(s.torque);
+  ar.array(s.path);
+  ar.array(s.turn);
+  ar.array(s.listed_path);
+  ar.array(s.presence);
+  ar.array(s.peak_normal_force);
+  ar.array(s.boundary_present);
+  ar.array(s.boundary_impulse);
+  ar.array(s.boundary_angular_impulse);
+  ar.array(s.boundary_peak);
+  ar.value(s.list_is_stale);
+  ar.array(s.pairs);
+  ar.array(s.wake);
+  ar.array(s.watch);
+  ar.array(s.part_pairs);
+  ar.array(s.patches);
+  ar.array(s.points);
+  ar.value(s.work_normal);
+  ar.value(s.work_friction);
+  ar.value(s.work_walls);
+  ar.value(s.boundary_work);
+  ar.value(s.removed_energy);
+  ar.value(s.lowest_energy);
+  ar.value(s.largest_kinetic);
+  ar.value(s.energy_known);
+  ar.value(s.health.largest_overlap);
+  ar.value(s.health.largest_overlap_particle);
+  ar.value(s.health.deep_births);
+  ar.value(s.health.energy_rise);
+  ar.value(s.health.rebuilds);
+  ar.value(s.health.queries);
+  ar.value(s.health.refreshes);
+  ar.array(s.extra_motion_boundary);
+}
+
+// Motions have padding, so their fields go one by one.
+template <class Archive, class M>
+void walk_motion(Archive& ar, M& m) {
+  ar.value(m.kind);
+  ar.value(m.start);
+  ar.value(m.stop);
+  ar.value(m.velocity);
+  ar.value(m.axis);
+  ar.value(m.center);
+  ar.value(m.angular_speed);
+}
+
+// What must agree between the model that made a state and the one that takes it up.
+std::vector<double> fingerprint(const Model& model) {
+  std::vector<double> f = {model.timestep,         model.gravity.x(),
+                           model.gravity.y(),      model.gravity.z(),
+                           double(model.particles.size()), double(model.boundaries.size()),
+                           model.numerics.contact_shell,   model.numerics.shell_limit,
+                           model.numerics.refresh_fraction, model.numerics.skin};
+  for (const Interaction& i : model.interactions) {
+    f.insert(f.end(), {i.static_friction, i.dynamic_friction, i.restitution,
+                       i.tangential_stiffness_ratio, i.unloading_floor, i.rolling_resistance,
+                       i.sliding_speed});
+  }
+  for (const Shape& s : model.shapes) {
+    f.insert(f.end(), {s.mass, s.volume, s.stiffness, s.rounding, double(s.parts.size())});
+  }
+  return f;
+}
+
+}  // namespace
+
+std::vector<std::byte> pack(const Model& model, const State& state) {
+  Writer w;
+  w.value(kMagic);
+  w.array(fingerprint(model));
+  walk(w, state);
+  for (const Motion& m : state.extra_motions) walk_motion(w, m);
+  return std::move(w.bytes);
+}
+
+void unpack(const std::vector<std::byte>& bytes, const Model& model, State& state) {
+  Reader r(bytes);
+  std::uint64_t magic = 0;
+  r.value(magic);
+  if (magic != kMagic) throw RunError("checkpoint was written by another version of the program");
+  std::vector<double> theirs;
+  r.array(theirs);
+  if (theirs != fingerprint(model)) throw RunError("checkpoint belongs to another case");
+  State fresh;
+  walk(r, fresh);
+  fresh.extra_motions.resize(fresh.extra_motion_boundary.size());
+  for (Motion& m : fresh.extra_motions) walk_motion(r, m);
+  if (!r.done() || fresh.presence.size() != model.particles.size() ||
+      fresh.boundary_present.size() != model.boundaries.size()) {
+    throw RunError("checkpoint does not fit the case");
+  }
+  state = std::move(fresh);
+}
+
+}  // namespace firn

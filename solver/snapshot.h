@@ -1,0 +1,15 @@
+// State to bytes and back.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "solver/state.h"
+
+namespace firn {
+
+std::vector<std::byte> pack(const Model& model, const State& state);
+// Throws RunError when the bytes are not of this version, or of another model.
+void unpack(const std::vector<std::byte>& bytes, const Model& model, State& state);
+
+}  // namespace firn

@@ -1,0 +1,269 @@
+#include "solver/solver.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "solver/snapshot.h"
+#include "solver/workspace.h"
+
+namespace firn {
+
+struct Solver::Impl {
+  Model model;
+  Workspace workspace;
+  State state;
+  ParticleState view;               // copied from the state when somebody asks
+  std::vector<BoundaryState> walls;
+  std::uint64_t view_steps = ~std::uint64_t{0};
+  std::vector<PhaseTime> profile;
+
+  explicit Impl(Model m) : model(std::move(m)), workspace(model) {}
+
+  template <class Phase>
+  void timed(std::size_t index, const char* name, Phase&& phase) {
+    const auto begin = std::chrono::steady_clock::now();
+    phase();
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    if (profile.size() <= index) profile.push_back({name, 0});
+    profile[index].seconds += took.count();
+  }
+
+  void changed() { view_steps = ~std::uint64_t{0}; }
+};
+
+namespace {
+
+void resize(const Model& model, State& s) {
+  const std::size_t n = model.particles.size(), b = model.boundaries.size();
+  s.motion.resize(n + b);
+  s.rotation.resize(n + b, Mat3::Identity());
+  s.orientation.resize(n + b, Quat::Identity());
+  s.angular_momentum.resize(n, Vec3::Zero());
+  s.force.resize(n, Vec3::Zero());
+  s.torque.resize(n, Vec3::Zero());
+  s.path.resize(n + b, 0);
+  s.turn.resize(n + b, 0);
+  s.listed_path.resize(n + b, 0);
+  s.presence.resize(n, Presence::waiting);
+  s.peak_normal_force.resize(n, 0);
+  s.boundary_present.resize(b, 1);
+  s.boundary_impulse.resize(b, Vec3::Zero());
+  s.boundary_angular_impulse.resize(b, Vec3::Zero());
+  s.boundary_peak.resize(b, 0);
+  for (std::size_t k = 0; k < b; ++k) {
+    s.motion[n + k].position = model.boundaries[k].origin;
+    s.orientation[n + k] = model.boundaries[k].orientation;
+    s.rotation[n + k] = model.boundaries[k].orientation.toRotationMatrix();
+  }
+}
+
+Model checked(Model model) {
+  validate(model);
+  return model;
+}
+
+}  // namespace
+
+Solver::Solver(Model model) : impl_(std::make_unique<Impl>(checked(std::move(model)))) {
+  resize(impl_->model, impl_->state);
+}
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
+Solver& Solver::operator=(Solver&&) noexcept = default;
+
+const Model& Solver::model() const { return impl_->model; }
+
+void Solver::step() {
+  Impl& i = *impl_;
+  const Model& m = i.model;
+  Workspace& w = i.workspace;
+  State& s = i.state;
+  i.timed(0, "advance boundaries", [&] { advance_boundaries(m, s); });
+  i.timed(1, "half kick and drift", [&] { kick_and_drift(m, w, s); });
+  i.timed(2, "neighbour list", [&] { refresh_neighbours(m, w, s); });
+  i.timed(3, "find contacts", [&] { find_contacts(m, w, s); });
+  i.timed(4, "contact forces", [&] { contact_forces(m, w, s); });
+  i.timed(5, "sum per body", [&] { sum_forces(m, w, s); });
+  i.timed(6, "half kick", [&] { kick(m, w, s); });
+  ++s.steps;
+  s.time = static_cast<double>(s.steps) * m.timestep;
+  i.timed(7, "check state", [&] { check_state(m, w, s); });
+}
+
+void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
+                    const Vec3& velocity, const Vec3& angular_velocity) {
+  State& s = impl_->state;
+  if (particle < 0 || particle >= static_cast<int>(s.presence.size()) ||
+      s.presence[particle] != Presence::waiting) {
+    throw std::logic_error(fmt::format("particle {} is not waiting to be placed", particle));
+  }
+  const Shape& shape = impl_->model.shapes[impl_->model.particles[particle].shape];
+  BodyMotion& m = s.motion[particle];
+  m.position = center_of_mass;
+  m.velocity = velocity;
+  m.spin = angular_velocity;
+  s.orientation[particle] = (orientation * shape.shape_from_body).normalized();
+  s.rotation[particle] = s.orientation[particle].toRotationMatrix();
+  s.angular_momentum[particle] =
+      shape.inertia.cwiseProduct(s.rotation[particle].transpose() * angular_velocity);
+  s.force[particle].setZero();
+  s.torque[particle].setZero();
+  s.presence[particle] = Presence::present;
+  s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle);
+  s.list_is_stale = true;
+  impl_->changed();
+}
+
+void Solver::remove_particle(int particle) {
+  State& s = impl_->state;
+  if (s.presence.at(particle) != Presence::present) {
+    throw std::logic_error(fmt::format("particle {} is not there to be removed", particle));
+  }
+  s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle);
+  s.presence[particle] = Presence::left;
+  s.list_is_stale = true;
+  impl_->changed();
+}
+
+void Solver::remove_boundary(int boundary) {
+  impl_->state.boundary_present.at(boundary) = 0;
+  impl_->state.list_is_stale = true;
+  impl_->changed();
+}
+
+void Solver::add_motion(int boundary, const Motion& motion) {
+  impl_->state.extra_motions.push_back(motion);
+  impl_->state.extra_motion_boundary.push_back(boundary);
+}
+
+bool Solver::overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
+                      double clearance) const {
+  const Model& model = impl_->model;
+  const State& s = impl_->state;
+  const Shape& mine = model.shapes[shape];
+  const Mat3 rotation = (orientation * mine.shape_from_body).toRotationMatrix();
+  const auto near = [&](const std::vector<ConvexPart>& parts, const Mat3& other, const Vec3& place) {
+    const Pose pose{rotation.transpose() * other, rotation.transpose() * (place - center_of_mass)};
+    for (const ConvexPart& a : mine.parts) {
+      for (const ConvexPart& b : parts) {
+        const double touch = a.radius + b.radius + clearance;
+        const double apart = (a.center - pose * b.center).norm();
+        if (apart > a.bounding_radius + b.bounding_radius + clearance) continue;
+        GjkCache cold;
+        if (core_distance(a, b, pose, cold) < touch) return true;
+      }
+    }
+    return false;
+  };
+  for (std::size_t i = 0; i < model.particles.size(); ++i) {
+    if (s.presence[i] != Presence::present) continue;
+    const Shape& other = model.shapes[model.particles[i].shape];
+    const double reach = mine.bounding_radius + other.bounding_radius + clearance;
+    if ((s.motion[i].position - center_of_mass).squaredNorm() > reach * reach) continue;
+    if (near(other.parts, s.rotation[i], s.motion[i].position)) return true;
+  }
+  const std::size_t n = model.particles.size();
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    if (!s.boundary_present[b]) continue;
+    if (model.boundaries[b].kind == Boundary::Kind::solid) {
+      if (near(model.boundaries[b].parts, s.rotation[n + b], s.motion[n + b].position)) return true;
+      continue;
+    }
+    const Vec3 normal = s.rotation[n + b].col(2);
+    for (const ConvexPart& part : mine.parts) {
+      for (int k = 0; k < part.vertex_count; ++k) {
+        const Vec3 p = center_of_mass + rotation * part.vertex(k);
+        if (normal.dot(p - s.motion[n + b].position) - part.radius < clearance) return true;
+      }
+    }
+  }
+  return false;
+}
+
+double Solver::time() const { return impl_->state.time; }
+std::uint64_t Solver::steps() const { return impl_->state.steps; }
+
+const ParticleState& Solver::particles() const {
+  Impl& i = *impl_;
+  const State& s = i.state;
+  if (i.view_steps == s.steps) return i.view;
+  const std::size_t n = i.model.particles.size();
+  i.view.presence = s.presence;
+  i.view.peak_normal_force = s.peak_normal_force;
+  i.view.position.resize(n);
+  i.view.velocity.resize(n);
+  i.view.angular_velocity.resize(n);
+  i.view.orientation.assign(s.orientation.begin(), s.orientation.begin() + static_cast<std::ptrdiff_t>(n));
+  for (std::size_t k = 0; k < n; ++k) {
+    i.view.position[k] = s.motion[k].position;
+    i.view.velocity[k] = s.motion[k].velocity;
+    i.view.angular_velocity[k] = s.motion[k].spin;
+  }
+  i.view_steps = s.steps;
+  return i.view;
+}
+
+Quat Solver::shape_orientation(int particle) const {
+  const Shape& shape = impl_->model.shapes[impl_->model.particles[particle].shape];
+  return impl_->state.orientation[particle] * shape.shape_from_body.conjugate();
+}
+
+const std::vector<BoundaryState>& Solver::boundaries() const {
+  Impl& i = *impl_;
+  const State& s = i.state;
+  const std::size_t n = i.model.particles.size();
+  i.walls.resize(i.model.boundaries.size());
+  for (std::size_t b = 0; b < i.walls.size(); ++b) {
+    BoundaryState& w = i.walls[b];
+    w.position = s.motion[n + b].position;
+    w.orientation = s.orientation[n + b];
+    w.velocity = s.motion[n + b].velocity;
+    w.angular_velocity = s.motion[n + b].spin;
+    w.present = s.boundary_present[b] != 0;
+    w.impulse = s.boundary_impulse[b];
+    w.angular_impulse = s.boundary_angular_impulse[b];
+    w.peak_normal_force = s.boundary_peak[b];
+  }
+  return i.walls;
+}
+
+void Solver::clear_boundary_loads() {
+  State& s = impl_->state;
+  std::fill(s.boundary_impulse.begin(), s.boundary_impulse.end(), Vec3::Zero());
+  std::fill(s.boundary_angular_impulse.begin(), s.boundary_angular_impulse.end(), Vec3::Zero());
+  std::fill(s.boundary_peak.begin(), s.boundary_peak.end(), 0.0);
+}
+
+Energy Solver::energy() const { return energy_of(impl_->model, impl_->workspace, impl_->state); }
+
+const Health& Solver::health() const {
+  State& s = impl_->state;
+  s.health.pairs = s.pairs.size();
+  s.health.patches = s.health.points = 0;
+  for (const Pair& pair : s.pairs) {
+    s.health.patches += pair.patch_count;
+    for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
+      s.health.points += s.patches[pair.first_patch + k].point_count;
+    }
+  }
+  return s.health;
+}
+
+std::vector<PhaseTime> Solver::profile() const { return impl_->profile; }
+
+std::vector<std::byte> Solver::save() const { return pack(impl_->model, impl_->state); }
+
+void Solver::restore(const std::vector<std::byte>& bytes) {
+  unpack(bytes, impl_->model, impl_->state);
+  impl_->workspace.active_is_stale = true;
+  impl_->changed();
+}
+
+std::uint64_t Solver::hash() const {
+  std::uint64_t h = 14695981039346656037ull;  // FNV-1a, 64 bits
+  for (std::byte b : save()) h = (h ^ std::to_integer<std::uint64_t>(b)) * 1099511628211ull;
+  return h;
+}
+
+}  // namespace firn

@@ -1,0 +1,137 @@
+// What a step of the drained repose experiment costs: 880 crescents settled in the box, and flowing
+// out through the door. One core unless FIRN_THREADS says otherwise.
+//
+// The settled bed is made once by filling (about 15 s) and kept beside the program, together with
+// two files for other programs: bed.csv (pose of every crescent) and crescent.json (its shape).
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "tests/scenes.h"
+
+namespace firn {
+namespace {
+
+constexpr int kCubes = 880;
+
+std::filesystem::path program_folder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+scenes::ReposeBox box() {
+  scenes::ReposeBox b = scenes::repose_box(kCubes);
+  if (const char* threads = std::getenv("FIRN_THREADS"))
+    b.model.numerics.threads = std::atoi(threads);
+  return b;
+}
+
+nlohmann::json triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+// Corners of the crescent's convex hull as drawn (edges not rounded), body axes, and its
+// parameters.
+void export_crescent(const std::filesystem::path& file, const scenes::ReposeBox& b) {
+  const CrescentParameters p = named_crescent("mass-matched", {}).parameters;
+  const Shape sharp = make_crescent(p, scenes::ice_options(0, 0, 1e-6));
+  nlohmann::json out = {{"chord", p.chord},
+                        {"width", p.width},
+                        {"depth", p.depth},
+                        {"tip", p.tip},
+                        {"dish", p.dish},
+                        {"draft", p.draft},
+                        {"mass", b.model.shapes[0].mass},
+                        {"box", triple(b.upper - b.lower)}};
+  for (const ConvexPart& part : sharp.parts) {
+    for (int i = 0; i < part.vertex_count; ++i) out["hull"].push_back(triple(part.vertex(i)));
+  }
+  std::ofstream(file) << out.dump(1) << '\n';
+}
+
+void export_bed(const std::filesystem::path& file, const ParticleState& p) {
+  std::ofstream out(file);
+  out << "x,y,z,w,qx,qy,qz\n";
+  for (std::size_t i = 0; i < p.position.size(); ++i) {
+    const Vec3& x = p.position[i];
+    const Quat& q = p.orientation[i];
+    out << fmt::format("{},{},{},{},{},{},{}\n", x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z());
+  }
+}
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::vector<char> text((std::istreambuf_iterator<char>(in)), {});
+  std::vector<std::byte> bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  return bytes;
+}
+
+// A solver over the settled bed, from the kept file or by filling anew.
+Solver settled(const scenes::ReposeBox& b) {
+  const std::filesystem::path folder = program_folder(), file = folder / "settled_bed.state";
+  Solver solver(b.model);
+  if (std::filesystem::exists(file)) {
+    try {
+      solver.restore(read_bytes(file));
+      return solver;
+    } catch (const RunError& e) {
+      std::cerr << "making the bed anew: " << e.what() << '\n';
+      solver = Solver(b.model);
+    }
+  }
+  scenes::scatter(solver, 0, kCubes, b.lower, b.upper, 1);
+  scenes::run(solver, 1.2);
+  const std::vector<std::byte> bytes = solver.save();
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  export_bed(folder / "bed.csv", solver.particles());
+  export_crescent(folder / "crescent.json", b);
+  return solver;
+}
+
+// Largest memory of this process so far, MB.
+double peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kilobytes = 0;
+    if (word == "VmHWM:" && status >> kilobytes) return kilobytes / 1024;
+  }
+  return 0;
+}
+
+void report(benchmark::State& state, const Solver& solver, double present) {
+  const double particle_steps = present * static_cast<double>(state.iterations());
+  state.counters["us/particle/step"] = benchmark::Counter(
+      1e-6 * particle_steps, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["patches"] = static_cast<double>(solver.health().patches);
+  state.counters["points"] = static_cast<double>(solver.health().points);
+  state.counters["kinetic_J"] = solver.energy().kinetic;
+  state.counters["peak_MB"] = peak_memory();
+}
+
+void SettledBox(benchmark::State& state) {
+  Solver solver = settled(box());
+  scenes::run(solver, 0.004);  // caches warm, lists made
+  for (auto _ : state) solver.step();
+  report(state, solver, kCubes);
+}
+BENCHMARK(SettledBox)->Unit(benchmark::kMicrosecond)->UseRealTime();
+
+// The first half second after the door is gone: every particle is still there, most of them move.
+void Discharging(benchmark::State& state) {
+  const scenes::ReposeBox b = box();
+  Solver solver = settled(b);
+  solver.remove_boundary(b.door);
+  scenes::run(solver, 0.3);
+  for (auto _ : state) solver.step();
+  report(state, solver, kCubes);
+}
+BENCHMARK(Discharging)->Unit(benchmark::kMicrosecond)->Iterations(20000)->UseRealTime();
+
+}  // namespace
+}  // namespace firn

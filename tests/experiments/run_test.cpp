@@ -1,0 +1,335 @@
+#include "experiments/run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include "experiments/hdf5_file.h"
+#include "experiments/recording.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// Two batches of cubes fall into a tray whose floor is taken away, and leave below it.
+constexpr const char* kTray = R"(
+[case]
+name = "tray"
+duration = "0.6 s"
+seed = 3
+steps_per_quarter_period = 6
+
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "0.5 MPa"
+[materials.plastic]
+young_modulus = "2 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[interactions.ice-plastic]
+static_friction = 0.3
+restitution = 0.3
+
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+rounding = "1 mm"
+
+[[particles]]
+shape = "cube"
+position = "0 0 0.02 m"
+orientation = [1, 0, 0, 0]
+tag = 5
+
+[[fills]]
+shape = "cube"
+count = 12
+batch = 8
+interval = "0.05 s"
+region_min = "-0.08 -0.08 0.05 m"
+region_max = "0.08 0.08 0.2 m"
+velocity = "0 0 -0.3 m/s"
+
+[[boundaries]]
+name = "floor"
+material = "plastic"
+kind = "box"
+position = "0 0 -0.05 m"
+orientation = [1, 0, 0, 0]
+size = "0.5 0.5 0.1 m"
+[[boundaries]]
+name = "lid"
+material = "plastic"
+kind = "box"
+position = "0 0 0.5 m"
+orientation = [1, 0, 0, 0]
+size = "0.5 0.5 0.01 m"
+
+[[outlets]]
+name = "below"
+point = "0 0 -0.2 m"
+normal = [0, 0, -1]
+
+[[stages]]
+name = "settle"
+until = "at_rest"
+rest_kinetic_energy = "2e-4 J"
+rest_hold = "0.02 s"
+max_duration = "0.3 s"
+[[stages]]
+name = "drop"
+remove = ["floor"]
+max_duration = "0.3 s"
+[[stages.motions]]
+boundary = "lid"
+kind = "translation"
+velocity = "0 0 0.1 m/s"
+start = "0.05 s"
+stop = "0.15 s"
+
+[output]
+frames_every = "10 ms"
+)";
+
+class RunTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = fs::temp_directory_path() /
+                 ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
+    fs::create_directories(directory_);
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+  RunOptions options(const std::string& name) const {
+    RunOptions options;
+    options.results_file = (directory_ / name).string();
+    return options;
+  }
+
+  fs::path directory_;
+};
+
+Case tray() { return read_case_text(kTray, "tray.toml", "."); }
+
+void expect_equal_datasets(const std::string& a, const std::string& b) {
+  const hdf5::File first = hdf5::File::open(a, hdf5::File::Access::read);
+  const hdf5::File second = hdf5::File::open(b, hdf5::File::Access::read);
+  ASSERT_EQ(first.datasets(), second.datasets());
+  for (const std::string& path : first.datasets()) {
+    ASSERT_EQ(first.shape(path), second.shape(path)) << path;
+    if (path == "/stages/name" || path == "/stages/ended_by" || path == "/shapes/name") {
+      EXPECT_EQ(first.read_strings(path), second.read_strings(path)) << path;
+    } else {
+      const std::vector<double> x = first.read<double>(path), y = second.read<double>(path);
+      for (std::size_t i = 0; i < x.size(); ++i)
+        ASSERT_TRUE(x[i] == y[i] || (std::isnan(x[i]) && std::isnan(y[i]))) << path << " " << i;
+    }
+  }
+}
+
+TEST_F(RunTest, DrivesStagesFillsOutletsAndFrames) {
+  const Case c = tray();
+  const RunSummary summary = run(c, options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  EXPECT_THAT(summary.reason, HasSubstr("\"drop\" ended: "));
+
+  const Recording recording(options("run.h5").results_file);
+  EXPECT_EQ(recording.status(), "finished");
+  ASSERT_EQ(recording.particle_count(), 13u);
+  const std::vector<StageRecord> stages = recording.stages();
+  ASSERT_EQ(stages.size(), 2u);
+  EXPECT_EQ(stages[0].start, 0);
+  EXPECT_EQ(stages[1].start, stages[0].end);
+  EXPECT_GT(stages[0].end, 0.07);  // not before the second batch and the hold time
+
+  // Frames: exact multiples of a whole number of steps; the last state besides.
+  const std::vector<double> times = recording.frame_times();
+  const double dt = recording.timestep();
+  const auto steps = std::llround(0.01 / dt);
+  for (std::size_t i = 0; i + 1 < times.size(); ++i)
+    EXPECT_EQ(times[i], static_cast<double>(steps * static_cast<long long>(i)) * dt);
+  EXPECT_EQ(times.back(), summary.simulated);
+
+  // The first batch is there at the start, the second one is not; NaN until it is.
+  const Frame first = recording.frame(0), sixth = recording.frame(6);
+  EXPECT_FALSE(std::isnan(first.position[8][0]));
+  EXPECT_TRUE(std::isnan(first.position[9][0]));
+  EXPECT_FALSE(std::isnan(sixth.position[12][2]));
+  EXPECT_EQ(recording.tag()[0], 5);
+
+  // The floor is gone in the second stage; the lid moves by 0.1 m/s for 0.1 s.
+  EXPECT_TRUE(recording.boundary("floor", times.size() - 1).position.hasNaN());
+  if (stages[1].end - stages[1].start > 0.16) {
+    EXPECT_NEAR(recording.boundary("lid", times.size() - 1).position.z(), 0.51, 1e-9);
+  }
+
+  // A cube that leaves is beyond the outlet by no more than it falls in the 16 steps between looks.
+  const std::vector<double> exit = recording.exit_time();
+  int left = 0;
+  for (std::size_t i = 0; i < exit.size(); ++i) {
+    if (std::isnan(exit[i])) continue;
+    ++left;
+    EXPECT_GT(exit[i], stages[1].start);
+    EXPECT_EQ(std::llround(exit[i] / dt) % 16, 0);
+  }
+  EXPECT_GT(left, 0);
+  EXPECT_TRUE(std::isnan(recording.door_time()[0]));  // no door in this case
+  for (double peak : recording.peak_normal_force()) EXPECT_GT(peak, 0);
+}
+
+// The floor bears what rests on it: the mean force over the last intervals of the first stage is
+// the weight of 13 cubes, 13 * 916.7 kg/m^3 * (0.02 m)^3 * 9.81 m/s^2 (rounded edges: a bit less).
+TEST_F(RunTest, BoundaryForceIsTheWeightAtRest) {
+  Case c = tray();
+  c.stages.resize(1);
+  c.stages[0].until = Stage::Until::time;
+  c.stages[0].max_duration = 0.6;
+  ASSERT_EQ(run(c, options("run.h5")).status, RunStatus::finished);
+  const Recording recording(options("run.h5").results_file);
+  double weight = 0, mean = 0;
+  for (double mass : recording.mass()) weight += 9.81 * mass;
+  const std::size_t frames = recording.frame_times().size();
+  for (std::size_t i = frames - 11; i < frames - 1; ++i)
+    mean += recording.boundary("floor", i).force.z() / 10;
+  EXPECT_NEAR(-mean, weight, 0.05 * weight);
+  EXPECT_EQ(recording.boundary("floor", 0).force.norm(), 0);
+}
+
+TEST_F(RunTest, SameCaseSameFile) {
+  run(tray(), options("a.h5"));
+  run(tray(), options("b.h5"));
+  expect_equal_datasets(options("a.h5").results_file, options("b.h5").results_file);
+}
+
+TEST_F(RunTest, InterruptedRunGoesOnBitForBit) {
+  const RunOptions whole = options("whole.h5");
+  ASSERT_EQ(run(tray(), whole).status, RunStatus::finished);
+
+  std::atomic<bool> interrupt = false;
+  RunOptions parts = options("parts.h5");
+  parts.interrupt = &interrupt;
+  parts.checkpoint_every = 0;  // at every look at the clock
+  std::thread user([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    interrupt = true;
+  });
+  RunSummary summary = run(tray(), parts);
+  user.join();
+  int sessions = 1;
+  while (summary.status == RunStatus::interrupted && sessions < 50) {
+    EXPECT_EQ(Recording(parts.results_file).status(), "interrupted");
+    EXPECT_TRUE(Recording(parts.results_file).has_checkpoint());
+    interrupt = false;
+    std::thread again([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      interrupt = true;
+    });
+    summary = resume(parts.results_file, parts);
+    again.join();
+    ++sessions;
+  }
+  ASSERT_EQ(summary.status, RunStatus::finished);
+  EXPECT_GT(sessions, 1);
+  expect_equal_datasets(whole.results_file, parts.results_file);
+}
+
+TEST_F(RunTest, KilledRunGoesOnBitForBit) {
+  const RunOptions whole = options("whole.h5");
+  const pid_t reference = ::fork();
+  if (reference == 0) {
+    run(tray(), whole);
+    ::_exit(0);
+  }
+  ::waitpid(reference, nullptr, 0);
+  RunOptions parts = options("parts.h5");
+  parts.checkpoint_every = 0.02;
+  for (int session = 0; session < 3; ++session) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      session == 0 ? run(tray(), parts) : resume(parts.results_file, parts);
+      ::_exit(0);
+    }
+    // Not before there is something to resume, and then somewhere in the middle.
+    for (int i = 0; i < 500; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      try {
+        if (Recording(parts.results_file).has_checkpoint()) break;
+      } catch (const InputError&) {  // not there yet, or caught in the middle of a flush
+      }
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+  }
+  ASSERT_EQ(resume(parts.results_file, parts).status, RunStatus::finished);
+  expect_equal_datasets(whole.results_file, parts.results_file);
+}
+
+TEST_F(RunTest, FinishedRunIsNotRunAgain) {
+  Case c = tray();
+  c.duration = 0.01;
+  run(c, options("run.h5"));
+  const RunSummary again = resume(options("run.h5").results_file, options("run.h5"));
+  EXPECT_EQ(again.status, RunStatus::finished);
+  EXPECT_EQ(again.steps, 0u);
+  EXPECT_NEAR(again.simulated, 0.01, 1e-4);
+  const RunSummary anew = run(c, options("run.h5"));
+  EXPECT_EQ(anew.kept_earlier, (directory_ / "run.1.h5").string());
+}
+
+// A cube that starts deep inside another one: beyond the overlap limit in the first step.
+TEST_F(RunTest, FailedRunSaysSoInItsFile) {
+  Case c = tray();
+  c.fills.clear();
+  c.model.particles.resize(1);
+  c.model.particles.push_back(c.model.particles[0]);
+  Case::Placed inside = c.placed[0];
+  inside.particle = 1;
+  inside.position.x() += 0.001;
+  c.placed.push_back(inside);
+  const RunSummary summary = run(c, options("run.h5"));
+  EXPECT_EQ(summary.status, RunStatus::failed);
+  EXPECT_THAT(summary.reason, HasSubstr("overlap"));
+  const Recording recording(options("run.h5").results_file);
+  EXPECT_EQ(recording.status(), "failed: " + summary.reason);
+  EXPECT_GE(recording.frame_times().size(), 1u);
+}
+
+TEST_F(RunTest, ImpossibleFillIsTheUsersMistake) {
+  Case c = tray();
+  c.fills[0].region_max = c.fills[0].region_min + Vec3(0.03, 0.03, 0.03);
+  try {
+    run(c, options("run.h5"));
+    FAIL() << "the fill was placed";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("impossible fill"));
+  }
+  EXPECT_THAT(Recording(options("run.h5").results_file).status(), HasSubstr("impossible fill"));
+}
+
+TEST_F(RunTest, ReportsProgress) {
+  Case c = tray();
+  std::vector<Progress> seen;
+  RunOptions o = options("run.h5");
+  o.progress = [&](const Progress& p) { seen.push_back(p); };
+  run(c, o);
+  for (const Progress& p : seen) {
+    EXPECT_EQ(p.present + p.waiting + p.left, 13u);
+    EXPECT_LE(p.time, p.latest_end);
+    EXPECT_FALSE(p.stage.empty());
+  }
+}
+
+}  // namespace
+}  // namespace firn

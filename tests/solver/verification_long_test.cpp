@@ -1,0 +1,142 @@
+// Beds and structures: minutes of computing, against closed forms and against themselves.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/scenes.h"
+
+namespace firn {
+namespace {
+
+using scenes::kDegree;
+using scenes::kGravity;
+
+// Four blocks stacked with the greatest overhang, L/2 (1 + 1/2 + 1/3 + 1/4) = 1.041667 L, scaled.
+// Returns how far the top block has fallen.
+double overhang_fall(double fraction) {
+  const double edge = 0.1, stiffness = 1e6;
+  Model model = scenes::empty(scenes::law(0.6, 0.3), scenes::law(0.6, 0.3));
+  const Shape block = make_box({edge, edge, edge / 2}, scenes::ice_options(1, stiffness, 1e-5));
+  const int shape = scenes::add_shape(model, block);
+  scenes::add_particles(model, shape, 4);
+  // The table ends at x = 0; blocks reach beyond it towards +x.
+  scenes::add_panel(model, "table", {-0.5, -0.2, -0.1}, {0, 0.2, 0});
+  model.boundaries[0].rigid = true;
+  model.boundaries[0].parts = {convex_part({{Vec3::UnitX(), 0.25, false},
+                                            {-Vec3::UnitX(), 0.25, false},
+                                            {Vec3::UnitY(), 0.2, false},
+                                            {-Vec3::UnitY(), 0.2, false},
+                                            {Vec3::UnitZ(), 0.05, false},
+                                            {-Vec3::UnitZ(), 0.05, false}},
+                                           1e-5)};
+  model.timestep = 1e-5;
+  Solver solver(model);
+  double reach = 0;  // of the right end of the block in hand
+  for (int level = 0; level < 4; ++level) {
+    reach += fraction * 0.5 * edge / (4 - level);
+    const double z = (level + 0.5) * edge / 2;
+    solver.insert(level, {reach - edge / 2, 0, z}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
+  }
+  const double before = solver.particles().position[3].z();
+  scenes::run(solver, 1.0);
+  return before - solver.particles().position[3].z();
+}
+
+TEST(OverhangLong, StandsJustBelowAndFallsJustAboveTheGreatest) {
+  EXPECT_LT(overhang_fall(0.97), 1e-3);
+  EXPECT_GT(overhang_fall(1.03), 1e-2);
+}
+
+// Housner's block, 0.1 x 0.4 m: p = sqrt(3 g / 4 R), slenderness alpha = atan(b/h). Released from
+// half the slenderness it is upright after a quarter period of 0.220836 s, and loses spin there to
+// 1 - 1.5 sin^2 alpha = 0.911765 of it when the impact is inelastic without slip.
+TEST(RockingLong, SlenderBlockRocksWithHousnersPeriodAndLoss) {
+  const double stiffness = 1e8, rounding = 1e-5;
+  const Shape block = make_box({0.1, 0.1, 0.4}, scenes::ice_options(1, stiffness, rounding));
+  Model model = scenes::body_on_plane(block, scenes::law(1, 0.1));
+  model.timestep = 1e-6;
+  Solver solver(model);
+  const double slenderness = std::atan2(0.05, 0.2), lean = 0.5 * slenderness;
+  const Quat turn(Eigen::AngleAxisd(lean, Vec3::UnitY()));
+  const Vec3 corner = turn * Vec3(0.05 - rounding, 0, -0.2 + rounding);
+  const double dent = kGravity / stiffness;
+  solver.insert(0, {0, 0, rounding - corner.z() - dent}, turn, Vec3::Zero(), Vec3::Zero());
+  const auto angle = [&] {
+    const Vec3 up = solver.shape_orientation(0) * Vec3::UnitZ();
+    return std::atan2(up.x(), up.z());
+  };
+  double spin_before = 0;
+  while (angle() > 0 && solver.time() < 1) {
+    spin_before = solver.particles().angular_velocity[0].y();
+    solver.step();
+  }
+  EXPECT_NEAR(solver.time(), 0.220836, 2e-3);
+  scenes::run(solver, 0.01);
+  const double p2 = 0.75 * kGravity / std::hypot(0.05, 0.2);
+  // Gravity slows the rise meanwhile: theta'' = -p^2 (sin(alpha - theta)) about.
+  const double spin_after = solver.particles().angular_velocity[0].y() - p2 * slenderness * 0.01;
+  EXPECT_NEAR(spin_after / spin_before, 0.911765, 0.05);
+}
+
+// A column of crescents in a narrow box, filled by the same seed.
+Solver fill(double refresh_fraction, double duration) {
+  Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.3, 0.3));
+  scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()), 100);
+  scenes::add_box_of_planes(model, Vec3::Zero(), {0.16, 0.14, 0});
+  model.timestep = 1e-5;
+  model.numerics.refresh_fraction = refresh_fraction;
+  Solver solver(model);
+  scenes::scatter(solver, 0, 100, Vec3::Zero(), {0.16, 0.14, 0.7}, 21);
+  scenes::run(solver, duration);
+  return solver;
+}
+
+// Finding every contact anew at every step and finding them when they can have changed are one
+// physics. Single trajectories part after a few impacts; what the bed does must not.
+TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnAFallingBed) {
+  const double enabled = Model{}.numerics.refresh_fraction;
+  const Energy plain = fill(0, 0.25).energy(), skipping = fill(enabled, 0.25).energy();
+  EXPECT_NEAR(skipping.kinetic, plain.kinetic, 0.02 * plain.kinetic);
+  EXPECT_NEAR(skipping.gravitational, plain.gravitational, 0.002 * plain.gravitational);
+  EXPECT_NEAR(skipping.dissipated_normal, plain.dissipated_normal, 0.03 * plain.dissipated_normal);
+}
+
+TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnTheSettledHeight) {
+  const double enabled = Model{}.numerics.refresh_fraction;
+  const Energy plain = fill(0, 0.8).energy(), skipping = fill(enabled, 0.8).energy();
+  EXPECT_NEAR(skipping.gravitational, plain.gravitational, 0.03 * plain.gravitational);
+}
+
+// A settled bed keeps still and keeps its energy.
+TEST(HoldLong, SettledBedStaysAsItIs) {
+  Solver solver = fill(Model{}.numerics.refresh_fraction, 1.2);
+  const Energy before = solver.energy();
+  const std::uint64_t deep_births = solver.health().deep_births;
+  EXPECT_LT(before.kinetic, 1e-5);
+  scenes::run(solver, 0.5);
+  const Energy after = solver.energy();
+  EXPECT_LT(after.kinetic, 1e-6);
+  EXPECT_NEAR(after.gravitational, before.gravitational, 1e-4 * before.gravitational);
+  EXPECT_EQ(solver.health().deep_births, deep_births);
+}
+
+// The same outline in 2 to 12 parts: the bed that forms does not know.
+TEST(PartsLong, FallingBedDoesNotDependOnTheNumberOfParts) {
+  std::vector<double> kinetic;
+  for (const int parts : {2, 4, 12}) {
+    CrescentParameters p = named_crescent("mass-matched", {}).parameters;
+    p.parts = parts;
+    Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.3, 0.3));
+    scenes::add_particles(model, scenes::add_shape(model, scenes::crescent(p)), 100);
+    scenes::add_box_of_planes(model, Vec3::Zero(), {0.16, 0.14, 0});
+    model.timestep = 1e-5;
+    Solver solver(model);
+    scenes::scatter(solver, 0, 100, Vec3::Zero(), {0.16, 0.14, 0.7}, 21);
+    scenes::run(solver, 0.25);
+    kinetic.push_back(solver.energy().kinetic);
+  }
+  for (const double k : kinetic) EXPECT_NEAR(k, kinetic[0], 0.03 * kinetic[0]);
+}
+
+}  // namespace
+}  // namespace firn
