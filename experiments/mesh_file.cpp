@@ -9,9 +9,10 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <limits>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "experiments/sha256.h"
 
@@ -24,11 +25,11 @@ constexpr std::size_t kTitle = 80, kHeader = 84, kNormal = 12, kTriangle = 50;
 std::string read_bytes(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw InputError(file + ": cannot be opened; expected an STL file");
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (in.bad() || bytes.empty()) {
+  std::ostringstream bytes;
+  if (!(bytes << in.rdbuf())) {
     throw InputError(file + ": cannot be read or is empty; expected an STL file");
   }
-  return bytes;
+  return std::move(bytes).str();
 }
 
 std::uint32_t little_endian(const char* p) {

@@ -14,9 +14,12 @@
 namespace firn {
 namespace {
 
-constexpr int kCanvasWidth = 1600;  // pixels
-constexpr double kWall = 8e-3;      // m, drawn thickness of end walls and floor
-constexpr double kRim = 25e-3;      // m of empty space around the elevation
+constexpr int kCanvasWidth = 1600;              // pixels
+constexpr double kWall = 8e-3;                  // m, drawn thickness of end walls and floor
+constexpr double kRim = 14e-3;                  // m of empty space around the elevation
+constexpr double kLeft = 0.06, kRight = 0.985;  // of the canvas' width: the elevation's frame
+
+constexpr Color kWallColor{0.70f, 0.72f, 0.75f};
 
 TriangleMesh slab(const Vec3& low, const Vec3& high) {
   TriangleMesh mesh;
@@ -54,23 +57,17 @@ Stand stand(const HeapPicture& picture, double height) {
   result.floors = {slab({-x - kWall, -y, -kWall}, {-lip, y, 0}),
                    slab({lip, -y, -kWall}, {x + kWall, y, 0})};
   if (!picture.door_open) result.floors.push_back(slab({-lip, -y, -kWall}, {lip, y, 0}));
-  result.walls = {slab({-x - kWall, -y, 0}, {-x, y, height}), slab({x, -y, 0}, {x + kWall, y, height})};
+  result.walls = {slab({-x - kWall, -y, 0}, {-x, y, height}),
+                  slab({x, -y, 0}, {x + kWall, y, height})};
   return result;
 }
 
-Scene scene_of(const HeapPicture& picture, const Stand& stand, bool with_walls) {
+Scene scene_of(const HeapPicture& picture, const std::vector<TriangleMesh>& floors) {
   Scene scene;
   for (std::size_t k = 0; k < picture.particles.size(); ++k) {
     scene.bodies.push_back({picture.particles[k], ice(k)});
   }
-  for (const TriangleMesh& m : stand.floors) {
-    scene.bodies.push_back({{&m, {}}, {0.70f, 0.72f, 0.75f}, false});
-  }
-  if (with_walls) {
-    for (const TriangleMesh& m : stand.walls) {
-      scene.bodies.push_back({{&m, {}}, {0.70f, 0.72f, 0.75f}, false});
-    }
-  }
+  for (const TriangleMesh& m : floors) scene.bodies.push_back({{&m, {}}, kWallColor, false});
   scene.occlusion_radius = picture.particle_size;
   return scene;
 }
@@ -116,78 +113,150 @@ void write_image(const Image& image, const std::filesystem::path& file) {
 }
 
 // gnuplot's lines for one ledge: the mean surface as a data block, the fitted line, its angle.
-std::string slope_script(const HeapSlope& slope, const DrainedRepose& setup, double sign,
+std::string slope_script(const HeapSlope& slope, const DrainedRepose& setup, Side side,
                          double label_height) {
-  const auto x_mm = [&](double distance) {
-    return 1e3 * sign * (setup.door_width / 2 + distance);
-  };
-  const auto z_mm = [&](double distance) {
+  const double sign = side == Side::right ? 1 : -1;
+  const auto x = [&](double distance) { return 1e3 * sign * (setup.door_width / 2 + distance); };
+  const auto z = [&](double distance) {
     return 1e3 * (slope.robust.intercept + slope.robust.slope * distance);
   };
-  const std::string name = sign > 0 ? "right" : "left";
-  std::string text = fmt::format("${} << EOD\n", name);
+  std::string text = side == Side::right ? "$right << EOD\n" : "$left << EOD\n";
   for (std::size_t i = 0; i < slope.distance.size(); ++i) {
-    text += fmt::format("{:.3f} {:.3f}\n", x_mm(slope.distance[i]), 1e3 * slope.mean_height[i]);
+    text += fmt::format("{:.3f} {:.3f}\n", x(slope.distance[i]), 1e3 * slope.mean_height[i]);
   }
   text += "EOD\n";
+  const auto line = [&](double from, double z_from, double to, double z_to, const char* style) {
+    text += fmt::format("set arrow from {:.3f},{:.3f} to {:.3f},{:.3f} nohead front {}\n", x(from),
+                        z_from, x(to), z_to, style);
+  };
   const double a = slope.window.from, b = slope.window.to;
   const double ledge = (setup.box.x() - setup.door_width) / 2;
-  const auto arrow = [&](double from, double z_from, double to, double z_to, const char* style) {
-    text += fmt::format("set arrow from {:.3f},{:.3f} to {:.3f},{:.3f} nohead front {}\n",
-                        x_mm(from), z_from, x_mm(to), z_to, style);
-  };
-  arrow(a, z_mm(a), a + 0.62 * (b - a), z_mm(a), "lw 1.2 dt 3 lc rgb '#30343b'");
-  for (const char* style : {"lw 6 lc rgb '#ffffff'", "lw 3 lc rgb '#d1351b'"}) {
-    arrow(a, z_mm(a), b, z_mm(b), style);
-  }
-  arrow(0, z_mm(0), a, z_mm(a), "lw 2 dt 2 lc rgb '#d1351b'");
-  arrow(b, z_mm(b), ledge, z_mm(ledge), "lw 2 dt 2 lc rgb '#d1351b'");
+  line(a, z(a), b, z(a), "lw 1.5 dt 3 lc rgb '#30343b'");
+  line(a, z(a), b, z(b), "lw 7 lc rgb '#ffffff'");
+  line(a, z(a), b, z(b), "lw 3.5 lc rgb '#d1351b'");
+  line(0, z(0), a, z(a), "lw 2 dt 2 lc rgb '#d1351b'");
+  line(b, z(b), ledge, z(ledge), "lw 2 dt 2 lc rgb '#d1351b'");
   text += fmt::format(
-      "set label \"{{/:Bold {:.1f}° ± {:.1f}°}}\" at {:.3f},{:.3f} center front font ',19' "
+      "set label \"{{/:Bold {:.1f}° ± {:.1f}°}}\" at {:.3f},{:.3f} center front font ',20' "
       "tc rgb '#d1351b'\n",
-      slope.robust_angle, slope.robust_uncertainty, x_mm(0.5 * (a + b)), label_height);
+      slope.robust_angle, slope.robust_uncertainty, x(0.5 * (a + b)), label_height);
   return text;
 }
 
-// A picture without axes over a part of the canvas.
-std::string image_script(const Image& image, const std::filesystem::path& file) {
+std::string slopes_script(const HeapPicture& picture, double label_height) {
+  const DrainedRepose& s = picture.setup;
+  const std::vector<bool> stands = standing(picture.particles, s, picture.particle_size, true);
+  std::vector<PlacedMesh> heap;
+  for (std::size_t k = 0; k < stands.size(); ++k) {
+    if (stands[k]) heap.push_back(picture.particles[k]);
+  }
+  std::string text;
+  for (Side side : {Side::left, Side::right}) {
+    text += slope_script(heap_slope(heap, s, side, picture.particle_size, picture.mean_volume), s,
+                         side, label_height);
+  }
+  return text;
+}
+
+std::string image_source(const Image& image, const std::filesystem::path& file) {
   return fmt::format("{} binary array=({},{}) format='%uchar%uchar%uchar'",
                      Gnuplot::quoted(file.string()), image.width, image.height);
 }
 
-// The elevation in mm with the mean surfaces and fitted lines, between given parts of the canvas.
-std::string elevation_script(const HeapPicture& picture, const Image& image,
-                             const std::filesystem::path& image_file, double width, double height,
-                             double bottom) {
-  const DrainedRepose& s = picture.setup;
-  std::string text;
-  std::string plots;
-  const double top = 1e3 * (height - kWall - kRim);  // mm
-  if (picture.door_open) {
-    std::vector<PlacedMesh> heap;
-    const std::vector<bool> stands = standing(picture.particles, s, picture.particle_size, true);
-    for (std::size_t k = 0; k < stands.size(); ++k) {
-      if (stands[k]) heap.push_back(picture.particles[k]);
-    }
-    for (Side side : {Side::left, Side::right}) {
-      const HeapSlope slope = heap_slope(heap, s, side, picture.particle_size, picture.mean_volume);
-      text += slope_script(slope, s, side == Side::right ? 1 : -1, top - 4);
-    }
-    plots = ", $left with lines lw 2 lc rgb '#123a63', $right with lines lw 2 lc rgb '#123a63'";
-  }
-  const double step = 1e3 * width / image.width;
-  text += fmt::format(
-      "set border 3 lc rgb '#60666f'\nset tics out nomirror tc rgb '#30343b'\n"
-      "set xtics 50\nset ytics 25\nset xlabel 'x / mm'\nset ylabel 'z / mm'\n"
-      "set lmargin at screen 0.06\nset rmargin at screen 0.985\n"
-      "set bmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
-      "set xrange [{:.3f}:{:.3f}]\nset yrange [{:.3f}:{:.3f}]\n"
-      "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage{}\n",
-      bottom, bottom + 0, -500 * width, 500 * width, -1e3 * (kWall + kRim), top,
-      image_script(image, image_file), -500 * width + step / 2, -1e3 * (kWall + kRim) + step / 2,
-      step, step, plots);
-  return text;
+// One rectangle of the canvas, pixels from the top.
+std::string frame_script(double left, double right, double top, double bottom, double height) {
+  return fmt::format(
+      "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\n"
+      "set tmargin at screen {:.6f}\nset bmargin at screen {:.6f}\n",
+      left, right, 1 - top / height, 1 - bottom / height);
 }
 
 }  // namespace
+
+void draw_heap(const HeapPicture& picture, const std::string& file) {
+  const DrainedRepose& s = picture.setup;
+  const double height = drawn_height(picture);
+  const Stand solids = stand(picture, height);
+  Scene above = scene_of(picture, solids.floors), front = above;
+  add_box_lines(s, height, above);
+  for (const TriangleMesh& m : solids.walls) front.bodies.push_back({{&m, {}}, kWallColor, false});
+
+  // The elevation's frame in m, and its place on the canvas.
+  const double width = s.box.x() + 2 * (kWall + kRim), low = -kWall - kRim, high = height + kRim;
+  const int plot_width = static_cast<int>((kRight - kLeft) * kCanvasWidth);
+  const View elevation = View::parallel(Vec3(0, 0, 0.5 * (low + high)), Vec3::UnitY(),
+                                        Vec3::UnitZ(), width, high - low);
+  const Image top_image = render(above, overview(picture, height), kCanvasWidth);
+  const Image front_image = render(front, elevation, plot_width);
+  constexpr double kTitle = 78, kGap = 16, kAxis = 62;  // pixels
+  const double split = kTitle + top_image.height + kGap;
+  const double canvas_height = split + front_image.height + kAxis;
+
+  const Gnuplot gnuplot;
+  write_image(top_image, gnuplot.data_file("top"));
+  write_image(front_image, gnuplot.data_file("front"));
+  std::string script = "set encoding utf8\n" +
+                       Gnuplot::output(file, kCanvasWidth, static_cast<int>(canvas_height)) +
+                       "set multiplot\nunset key\nunset border\nunset tics\n";
+  script += fmt::format(
+      "set label 1 {} at screen 0.02, screen {:.5f} front font ',22' tc rgb '#1d2733' noenhanced\n"
+      "set label 2 {} at screen 0.02, screen {:.5f} front font ',14' tc rgb '#5b6673' noenhanced\n",
+      Gnuplot::quoted(picture.title), 1 - 28 / canvas_height, Gnuplot::quoted(picture.subtitle),
+      1 - 58 / canvas_height);
+  script += frame_script(0, 1, kTitle, kTitle + top_image.height, canvas_height);
+  script += fmt::format("set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage\n",
+                        top_image.width - 1, top_image.height - 1,
+                        image_source(top_image, gnuplot.data_file("top")));
+
+  script += "unset label\n" +
+            frame_script(kLeft, kRight, split, split + front_image.height, canvas_height);
+  if (picture.door_open) script += slopes_script(picture, 1e3 * (high - 0.8 * kRim));
+  const double step = 1e3 * width / front_image.width;  // mm a pixel
+  const double left = -500 * width, bottom = 1e3 * low;
+  script += fmt::format(
+      "set border 3 lc rgb '#8a929c'\nset tics out nomirror textcolor rgb '#30343b'\n"
+      "set xtics 50\nset ytics 25\nset xlabel 'x / mm' offset 0,0.3\nset ylabel 'z / mm'\n"
+      "set xrange [{:.4f}:{:.4f}]\nset yrange [{:.4f}:{:.4f}]\n"
+      "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage{}\n",
+      left, -left, bottom, bottom + step * front_image.height,
+      image_source(front_image, gnuplot.data_file("front")), left + step / 2, bottom + step / 2,
+      step, step,
+      picture.door_open
+          ? ", $left with lines lw 2 lc rgb '#123a63', $right with lines lw 2 lc rgb '#123a63'"
+          : "");
+  gnuplot.run(script + "unset multiplot\n");
+}
+
+void draw_heap(const Recording& recording, std::size_t frame, const std::string& file) {
+  const Case c = recording.read_case();
+  if (!c.drained_repose) {
+    throw InputError(
+        fmt::format("{}: is no drained angle of repose test; expected one to draw its "
+                    "heap",
+                    recording.file()));
+  }
+  const std::vector<double> times = recording.frame_times();
+  if (frame >= times.size()) {
+    throw InputError(fmt::format("{}: has no frame {}; expected less than {}", recording.file(),
+                                 frame, times.size()));
+  }
+  HeapPicture picture;
+  picture.setup = *c.drained_repose;
+  const auto particles = particles_in_box(recording, c, frame);
+  for (const auto& p : particles) {
+    picture.particles.push_back(p.placed);
+    picture.mean_volume += p.volume / static_cast<double>(particles.size());
+  }
+  const std::optional<double> opening = opening_time(recording, c);
+  picture.door_open = opening && times[frame] > *opening;
+  picture.particle_size = mean_particle_size(recording, c);
+  picture.title = c.name;
+  picture.subtitle = fmt::format(
+      "{} of {} particles in the box, seed {}, {}", particles.size(), recording.particle_count(),
+      recording.seed(),
+      picture.door_open ? fmt::format("{:.2f} s after the door opened", times[frame] - *opening)
+                        : fmt::format("door closed, {:.2f} s after the start", times[frame]));
+  draw_heap(picture, file);
+}
+
 }  // namespace firn

@@ -152,7 +152,8 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
   const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
   const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
 
-  Region region((on_a.face ? on_a.face->count : 2) + (on_b.face ? on_b.face->count : 2));
+  Region region(
+      region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2));
   bool found = false;
   if (on_a.face && on_b.face) {
     found = face_on_face(view_a, *on_a.face, view_b, *on_b.face, region);

