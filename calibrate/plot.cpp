@@ -60,21 +60,41 @@ struct Scene {
   Prediction predict(const VectorXd& u) const { return model.surrogate.best.predict(u); }
 };
 
+// Round numbers, about eight over the range.
+std::vector<double> round_levels(double low, double high) {
+  const double rough = (high - low) / 8, power = std::pow(10, std::floor(std::log10(rough)));
+  double step = 10 * power;
+  for (const double m : {1.0, 2.0, 2.5, 5.0})
+    if (m * power >= rough) {
+      step = m * power;
+      break;
+    }
+  std::vector<double> all;
+  for (double x = std::ceil(low / step) * step; x <= high; x += step) all.push_back(x);
+  return all;
+}
+
+// Round values of a parameter inside its range, for ticks.
+std::vector<double> tick_values(const Parameter& p) {
+  std::vector<double> ticks;
+  if (!p.logarithmic) return round_levels(p.min, p.max);
+  for (int decade = static_cast<int>(std::floor(std::log10(p.min))); decade <= 18; ++decade)
+    for (const double m : {1, 2, 5}) {
+      const double t = m * std::pow(10, decade);
+      if (t > 1.001 * p.max) return ticks;
+      if (t >= 0.999 * p.min) ticks.push_back(t);
+    }
+  return ticks;
+}
+
+// The axis runs over the unit cube and is labelled with the parameter's values: one kind of axis
+// for both scales, and gnuplot's image style wants equal cells.
 void print_axis(Out& out, const char* axis, const Parameter& p) {
-  print(out, "set {}label \"{}\"\nset {}range [{}:{}]\n", axis, with_unit(p.name, p.unit), axis,
-        p.min, p.max);
-  if (!p.logarithmic) return;
-  print(out, "set logscale {}\nset {}tics (", axis, axis);
-  // 1, 2 and 5 of every decade: logarithmic ticks of gnuplot's own leave short ranges bare.
-  bool first = true;
-  for (int decade = static_cast<int>(std::floor(std::log10(p.min)));
-       decade <= static_cast<int>(std::ceil(std::log10(p.max))); ++decade)
-    for (const double m : {1, 2, 5})
-      if (const double t = m * std::pow(10, decade); t >= 0.999 * p.min && t <= 1.001 * p.max) {
-        print(out, "{}\"{:.4g}\" {:.6g}", first ? "" : ", ", t, t);
-        first = false;
-      }
-  print(out, ")\n");
+  std::vector<std::string> ticks;
+  for (const double t : tick_values(p))
+    ticks.push_back(fmt::format("\"{:.4g}\" {:.6f}", t, p.to_unit(t)));
+  print(out, "set {0}label \"{1}\"\nset {0}range [0:1]\nset {0}tics ({2})\n", axis,
+        with_unit(p.name, p.unit), fmt::join(ticks, ", "));
 }
 
 void print_preamble(Out& out, const Scene& s) {
@@ -93,48 +113,59 @@ void print_points(Out& out, const Scene& s) {
   for (const Point& p : s.answer.points) {
     const Sample sample = firn::sample(p.finished(s.target.response));
     if (sample.count == 0 || p.phase.starts_with("compare")) continue;
-    print(out, "{} {} {}\n", fmt::join(p.values, " "), sample.mean,
+    print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(p.u, " "), sample.mean,
           s.model.noise.at(sample.mean) / std::sqrt(sample.count));
   }
   print(out, "END\n$arched << END\n");
   for (const Point& p : s.answer.points)
-    if (p.count(JobStatus::arched) > 0) print(out, "{}\n", fmt::join(p.values, " "));
+    if (p.count(JobStatus::arched) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
+  print(out, "END\n");
+}
+
+void print_place(Out& out, const Scene& s, const CheckedSet& set) {
+  const VectorXd u = to_unit(s.study.parameters, set.values);
+  print(out, "{:.5f} {:.5f} \"{}\"\n", u[0], u[1], plain(set.name));
+}
+
+// Levels of the contours, each where it crosses the diagonal of the map: there it is written.
+void print_levels(Out& out, const Scene& s) {
+  const ReachedRange& r = s.answer.reach.front();
+  print(out, "$levels << END\n");
+  for (const double level : round_levels(r.lowest, r.highest))
+    for (int i = 0; i < map_cells; ++i) {
+      const VectorXd a = VectorXd::Constant(2, double(i) / map_cells);
+      const VectorXd b = VectorXd::Constant(2, double(i + 1) / map_cells);
+      if ((s.predict(a).mean - level) * (s.predict(b).mean - level) > 0) continue;
+      print(out, "{:.5f} {:.5f} {:g}\n", a[0], a[1], level);
+      break;
+    }
   print(out, "END\n");
 }
 
 void print_map_data(Out& out, const Scene& s) {
-  const Parameter &px = s.study.parameters[0], &py = s.study.parameters[1];
   print(out, "$map << END\n");
   for (int i = 0; i <= map_cells; ++i) {
     for (int j = 0; j <= map_cells; ++j) {
       const VectorXd u = Eigen::Vector2d(i, j) / map_cells;
-      print(out, "{} {} {:.6g}\n", px.from_unit(u[0]), py.from_unit(u[1]), s.predict(u).mean);
+      print(out, "{:.5f} {:.5f} {:.6g}\n", u[0], u[1], s.predict(u).mean);
     }
     print(out, "\n");
   }
   print(out, "END\n$answer << END\n");
-  if (!s.answer.best.values.empty())
-    print(out, "{} {}\n", s.answer.best.values[0], s.answer.best.values[1]);
+  if (!s.answer.best.values.empty()) print_place(out, s, s.answer.best);
   print(out, "END\n$valley << END\n");
-  for (const CheckedSet& m : s.answer.valley) print(out, "{} {}\n", m.values[0], m.values[1]);
+  for (const CheckedSet& member : s.answer.valley) print_place(out, s, member);
   print(out, "END\n$compare << END\n");
-  for (const CheckedSet& c : s.answer.compare)
-    print(out, "{} {} \"{}\"\n", c.values[0], c.values[1], plain(c.name));
+  for (const CheckedSet& set : s.answer.compare) print_place(out, s, set);
   print(out, "END\n");
+  print_levels(out, s);
 }
 
-// Round numbers for contours: about eight over the range.
-std::vector<double> levels(double low, double high) {
-  const double rough = (high - low) / 8, power = std::pow(10, std::floor(std::log10(rough)));
-  double step = 10 * power;
-  for (const double m : {1.0, 2.0, 2.5, 5.0})
-    if (m * power >= rough) {
-      step = m * power;
-      break;
-    }
-  std::vector<double> all;
-  for (double x = std::ceil(low / step) * step; x <= high; x += step) all.push_back(x);
-  return all;
+// Contours of $map at these levels, into the data block `name`.
+void print_contours(Out& out, const char* name, const std::vector<double>& levels) {
+  if (levels.empty()) return;
+  print(out, "set cntrparam levels discrete {:.6g}\nset table ${}\nsplot $map\nunset table\n",
+        fmt::join(levels, ", "), name);
 }
 
 std::string draw_map(const Scene& s) {
@@ -144,49 +175,42 @@ std::string draw_map(const Scene& s) {
   print_preamble(out, s);
   print_axis(out, "x", s.study.parameters[0]);
   print_axis(out, "y", s.study.parameters[1]);
+  print(out, "set cblabel \"{}\" offset 1,0\nset cbrange [{:.6g}:{:.6g}]\n",
+        with_unit(t.response, t.unit), r.lowest, r.highest);
+  print(out, "set contour base\nunset surface\n");
+  print_contours(out, "target", {t.value});
+  print_contours(out, "band", {t.value - t.uncertainty, t.value + t.uncertainty});
+  print_contours(out, "contours", round_levels(r.lowest, r.highest));
   print(out,
-        "set cblabel \"{}\" offset 0.5,0\nset contour base\nunset surface\n"
-        "set cntrparam cubicspline\nset cntrparam levels discrete {:.6g}\n"
-        "set table $target\nsplot $map\nunset table\n"
-        "set cntrparam levels discrete {:.6g}, {:.6g}\n"
-        "set table $band\nsplot $map\nunset table\n"
-        "set cntrparam levels discrete {:.6g}\n"
-        "set table $contours\nsplot $map\nunset table\nunset contour\nset surface\n",
-        with_unit(t.response, t.unit), t.value, t.value - t.uncertainty, t.value + t.uncertainty,
-        fmt::join(levels(r.lowest, r.highest), ", "));
-  print(out,
-        "set palette defined (0 '#f4f8fb', 0.35 '#b9d7ea', 0.7 '#6aa6cf', 1 '#2b6aa0')\n"
-        "set pm3d map interpolate 2,2\nset view map\nset style textbox opaque noborder\n"
-        "splot $map using 1:2:3 with pm3d notitle, \\\n"
-        " $contours using 1:2:(0) with lines lc rgb '#90405060' lw 1 notitle, \\\n"
-        " $contours using 1:2:(0):(sprintf('%g', $3)) every 40::20 with labels font ',8' "
-        "tc rgb '#405060' notitle, \\\n"
-        " $band using 1:2:(0) with lines lc rgb '#e0701a' lw 1.6 dt (6,4) "
-        "title \"measured ± 1 standard uncertainty\", \\\n"
-        " $target using 1:2:(0) with lines lc rgb '#d1491b' lw 3.5 title 'as measured', \\\n"
-        " $points using 1:2:(0) with points pt 7 ps 2.1 lc rgb '#303030' notitle, \\\n"
-        " $points using 1:2:(0):3 with points pt 7 ps 1.7 lc palette "
-        "title 'simulated, mean over seeds', \\\n"
-        " $points using 1:2:(0):(sprintf('%.1f', $3)) with labels font ',9' offset 0,0.95 "
+        "unset contour\nset surface\n"
+        "set palette defined (0 '#f7fafc', 0.35 '#c3dcec', 0.7 '#7fb2d6', 1 '#3f7fb4')\n"
+        "set style textbox opaque fillcolor rgb '#e8ffffff' noborder margins 0.4,0.4\n"
+        "plot $map with image pixels notitle, \\\n"
+        " $contours with lines lc rgb '#90405060' lw 1 notitle, \\\n"
+        " $levels using 1:2:3 with labels boxed font ',9' tc rgb '#405060' notitle, \\\n"
+        " $band with lines lc rgb '#d1491b' lw 1.6 dt (8,5) "
+        "title 'as measured ± 1 standard uncertainty', \\\n"
+        " $target with lines lc rgb '#d1491b' lw 3.5 title 'as measured', \\\n"
+        " $points using 1:2 with points pt 7 ps 2.1 lc rgb '#303030' notitle, \\\n"
+        " $points using 1:2:3 with points pt 7 ps 1.7 lc palette notitle, \\\n"
+        " 1/0 with points pt 6 ps 1.9 lc rgb '#303030' title 'simulated: mean over seeds', \\\n"
+        " $points using 1:2:(sprintf('%.1f', $3)) with labels boxed font ',10' offset 0,1.05 "
         "notitle");
   if (!s.answer.valley.empty())
     print(out,
-          ", \\\n $valley using 1:2:(0) with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' "
-          "title 'equally good'");
+          ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
+          " $valley with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' title 'equally good'");
   if (!s.answer.compare.empty())
     print(out,
-          ", \\\n $compare using 1:2:(0) with points pt 13 ps 2 lc rgb '#107050' "
-          "title 'compared', \\\n $compare using 1:2:(0):3 with labels right font ',9' "
-          "tc rgb '#107050' offset -1,0 notitle");
+          ", \\\n $compare with points pt 13 ps 2 lc rgb '#107050' title 'compared', \\\n"
+          " $compare using 1:2:3 with labels left boxed font ',10' tc rgb '#107050' "
+          "offset 1.2,0 notitle");
   if (s.answer.arched > 0)
-    print(out,
-          ", \\\n $arched using 1:2:(0) with points pt 2 ps 1.6 lw 2 lc rgb '#800080' "
-          "title 'arched'");
+    print(out, ", \\\n $arched with points pt 2 ps 1.6 lw 2 lc rgb '#800080' title 'arched'");
   if (!s.answer.best.values.empty())
     print(out,
-          ", \\\n $answer using 1:2:(0) with points pt 7 ps 3 lc rgb 'white' notitle, \\\n"
-          " $answer using 1:2:(0) with points pt 3 ps 2.4 lw 3 lc rgb '#d1491b' "
-          "title '{}'",
+          ", \\\n $answer with points pt 7 ps 3.4 lc rgb 'white' notitle, \\\n"
+          " $answer with points pt 3 ps 2.4 lw 3 lc rgb '#d1491b' title '{}'",
           s.answer.best.run() ? "answer" : "nearest");
   print(out, "\n");
   return fmt::to_string(out);
@@ -203,8 +227,7 @@ void print_slice_data(Out& out, const Scene& s) {
     for (int c = 0; c <= slice_cells; ++c) {
       u[static_cast<Index>(i)] = double(c) / slice_cells;
       const Prediction p = s.predict(u);
-      print(out, "{} {:.6g} {:.6g}\n", s.study.parameters[i].from_unit(u[static_cast<Index>(i)]),
-            p.mean, std::sqrt(p.variance));
+      print(out, "{:.5f} {:.6g} {:.6g}\n", u[static_cast<Index>(i)], p.mean, std::sqrt(p.variance));
     }
     print(out, "END\n");
   }
@@ -218,7 +241,6 @@ std::string draw_slices(const Scene& s) {
   print(out, "set ylabel \"{}\"\nset grid lc rgb '#dddddd'\n", with_unit(t.response, t.unit));
   if (d > 1) print(out, "set multiplot layout 1,{}\n", d);
   for (std::size_t i = 0; i < d; ++i) {
-    print(out, "unset logscale x\nset xtics auto\n");
     print_axis(out, "x", s.study.parameters[i]);
     print(out,
           "plot $slice{6} using 1:({0:.6g}):({1:.6g}) with filledcurves fc rgb '#f6d9c8' "

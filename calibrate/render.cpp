@@ -30,7 +30,8 @@ std::string observed_text(const Observation& o) {
 }
 
 std::string counts_text(const CheckedSet& set) {
-  std::string s = fmt::format("{} runs", set.finished + set.arched + set.failed);
+  const int runs = set.finished + set.arched + set.failed;
+  std::string s = fmt::format("{} run{}", runs, runs == 1 ? "" : "s");
   if (set.arched > 0) s += fmt::format(", {} arched", set.arched);
   if (set.failed > 0) s += fmt::format(", {} failed", set.failed);
   return s;

@@ -27,6 +27,8 @@ using Eigen::VectorXd;
 
 // Seeds of the confirmation and of the anchors start this far above the study's: never used before.
 constexpr std::uint64_t confirm_seeds = 1000, anchor_seeds = 2000, anchor_stride = 500;
+// Phases of the runs that are asked for by name.
+const std::string compare_phase = "compare: ";
 // How many standard deviations still count as agreement.
 constexpr double agreement = 2;
 
@@ -112,10 +114,9 @@ void Calibration::explore() {
   const int d = static_cast<int>(study_.parameters.size());
   std::vector<Point>& points = a_.points;
   for (std::size_t i = 0; i < study_.compare.size() && study_.budget.compare_runs > 0; ++i)
-    points.push_back(campaign_.point("compare: " + study_.compare[i].name, static_cast<int>(i),
+    points.push_back(campaign_.point(compare_phase + study_.compare[i].name, static_cast<int>(i),
                                      study_.compare[i].values,
                                      seeds(study_.seed, study_.budget.compare_runs)));
-  const std::size_t compared = points.size();
   const auto add = [&](const char* phase, int number, const VectorXd& u, int runs) {
     points.push_back(campaign_.point(phase, number, tidy_values(study_.parameters, u),
                                      seeds(study_.seed, runs)));
@@ -129,8 +130,6 @@ void Calibration::explore() {
     add("design", number++, u, study_.budget.runs_per_point);
   progress_.phase("exploring the ranges");
   campaign_.run(points);
-  for (std::size_t i = 0; i < compared; ++i)
-    a_.compare.push_back(checked(study_.compare[i].name, points[i]));
 }
 
 // True when the targets are within reach of the ranges as far as is known.
@@ -302,10 +301,10 @@ std::string Calibration::range_text() const {
 }
 
 Answer Calibration::finish() {
-  for (CheckedSet& set : a_.compare)  // now that there is a surrogate to ask
-    if (a_.knowledge && set.predicted.empty())
-      for (const ResponseModel& m : a_.knowledge->targets)
-        set.predicted.push_back(m.surrogate.best.predict(to_unit(study_.parameters, set.values)));
+  // Now that the noise is known and there is a fit to ask.
+  for (const Point& p : a_.points)
+    if (p.phase.starts_with(compare_phase))
+      a_.compare.push_back(checked(study_.compare[static_cast<std::size_t>(p.number)].name, p));
   switch (a_.verdict) {
     case StudyVerdict::calibrated:
       a_.headline = fmt::format("calibrated: {}", parameter_text(a_.best.values));

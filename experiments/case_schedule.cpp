@@ -13,6 +13,9 @@ namespace {
 // Bodies put down at random without touching stop finding room at about this solid fraction.
 constexpr double kDensestPour = 0.3;
 
+// Beyond what any machine simulates: a slip of the keyboard, caught before memory runs out.
+constexpr int kMostParticles = 10'000'000;
+
 }  // namespace
 
 std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model) {
@@ -39,7 +42,7 @@ std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& sh
     Fill fill;
     const Shape& shape = shapes[shape_index(t, "shape", shapes)];
     fill.shape = shape.name;
-    fill.count = t.integer("count", 1);
+    fill.count = read_count(t);
     fill.tag = t.integer("tag", 0, 0);
     fill.region_min = t.vector("region_min", dimension::length);
     fill.region_max = t.vector("region_max", dimension::length);
@@ -55,6 +58,10 @@ std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& sh
     fills.push_back(fill);
   }
   return fills;
+}
+
+int read_count(const TomlTable& table) {
+  return static_cast<int>(table.integer64("count", 1, kMostParticles));
 }
 
 void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape) {

@@ -14,6 +14,9 @@ std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& sh
 std::vector<Outlet> read_outlets(const TomlTable& root);
 std::vector<Stage> read_stages(const TomlTable& root, const std::vector<Boundary>& boundaries);
 
+// `count` of a fill.
+int read_count(const TomlTable& table);
+
 // Throws when the region cannot hold a batch, or batches have no interval between them.
 void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape);
 

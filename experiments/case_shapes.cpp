@@ -113,7 +113,7 @@ class ShapeReader {
                            variant));
       }
     }
-    p.tip = length("tip", p.tip, Sign::non_negative);
+    p.tip = length("tip", p.tip, Sign::positive);
     p.dish = length("dish", p.dish, Sign::non_negative);
     p.draft = t.quantity("draft", dimension::angle, Sign::non_negative, "3 deg");
     p.facets = t.integer("facets", 4, p.facets);

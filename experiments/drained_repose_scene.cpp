@@ -84,7 +84,7 @@ Fill read_fill(const TomlTable& t, const DrainedRepose& d, const std::vector<Sha
   Fill fill;
   const Shape& shape = shapes[shape_index(t, "shape", shapes)];
   fill.shape = shape.name;
-  fill.count = t.integer("count", 1);
+  fill.count = read_count(t);
   fill.tag = t.integer("tag", 0, 1);
   const double bottom = t.quantity("pour_bottom", dimension::length, Sign::non_negative, "0 m");
   const double height = t.quantity("pour_height", dimension::length, Sign::positive, "0.8 m");

@@ -87,7 +87,7 @@ std::string keep_earlier_results(const std::string& file) {
 struct Recorder::Impl {
   Impl(const std::string& path, bool is_new, const std::vector<Column>& columns)
       : name(path),
-        lock(path),
+        lock(std::make_unique<WriteLock>(path)),
         file(is_new ? hdf5::File::create(path)
                     : hdf5::File::open(path, hdf5::File::Access::write)) {
     for (const Column& c : columns) {
@@ -172,7 +172,7 @@ struct Recorder::Impl {
   }
 
   std::string name;
-  WriteLock lock;
+  std::unique_ptr<WriteLock> lock;
   hdf5::File file;
   std::vector<hdf5::Table> tables;
   std::size_t frame_size = 0;  // values
@@ -244,6 +244,7 @@ void Recorder::close() {
   impl_->stop_writer();
   impl_->tables.clear();
   with_file([](hdf5::File& file) { file.close(); });
+  impl_->lock.reset();
 }
 
 }  // namespace firn

@@ -92,7 +92,7 @@ void add_box_lines(const DrainedRepose& s, double height, Scene& scene) {
 View overview(const HeapPicture& picture, double height) {
   const DrainedRepose& s = picture.setup;
   const Vec3 middle(0, 0, 0.45 * height);
-  const Vec3 eye = middle + Vec3(-0.42, -1.25, 0.72) * (s.box.x() / 0.6);
+  const Vec3 eye = middle + Vec3(-0.32, -1.3, 0.75) * (s.box.x() / 0.6);
   const View unit = View::perspective(eye, middle, Vec3::UnitZ(), 1, 1);
   double width = 0, tall = 0;
   for (int k = 0; k < 8; ++k) {
@@ -214,8 +214,9 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
   const double step = 1e3 * width / front_image.width;  // mm a pixel
   const double left = -500 * width, bottom = 1e3 * low;
   script += fmt::format(
-      "set border 3 lc rgb '#8a929c'\nset tics out nomirror textcolor rgb '#30343b'\n"
-      "set xtics 50\nset ytics 25\nset xlabel 'x / mm' offset 0,0.3\nset ylabel 'z / mm'\n"
+      "set border 3 lc rgb '#8a929c'\nset xtics 50 out nomirror textcolor rgb '#30343b'\n"
+      "set ytics 25 out nomirror textcolor rgb '#30343b'\nset xlabel 'x / mm' offset 0,0.3\nset "
+      "ylabel 'z / mm'\n"
       "set xrange [{:.4f}:{:.4f}]\nset yrange [{:.4f}:{:.4f}]\n"
       "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage{}\n",
       left, -left, bottom, bottom + step * front_image.height,

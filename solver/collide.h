@@ -1,5 +1,5 @@
-// Narrow phase: pure functions from two convex parts and a relative pose to distances and manifolds.
-// They know nothing of bodies, time or forces.
+// Narrow phase: pure functions from two convex parts and a relative pose to distances and
+// manifolds. They know nothing of bodies, time or forces.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +24,9 @@ struct ManifoldPoint {
 
 // All near points of one pair of parts share one normal.
 struct Manifold {
-  double gap = 0;                // m, smallest distance of the swept surfaces; negative: overlap.
-                                 // When no points are returned: a lower bound of it.
-  Vec3 normal = Vec3::UnitZ();   // unit, from A to B, A's axes
+  double gap = 0;               // m, smallest distance of the swept surfaces; negative: overlap.
+                                // When no points are returned: a lower bound of it.
+  Vec3 normal = Vec3::UnitZ();  // unit, from A to B, A's axes
   std::vector<ManifoldPoint> points;  // those with gap < shell; empty when apart or not ours (seam)
   // Area moments of the touching region, for torsion (weights as above):
   double area = 0;               // m^2, sum of the weights of the region
@@ -36,12 +36,16 @@ struct Manifold {
 
 // Gap, normal and clipped contact points of A against B, `b_in_a` placing B in A's axes.
 // Points farther apart than `shell` (m, >= 0) are left out. `out.points` keeps its capacity.
-// Overlaps deeper than both sweep radii go to libccd.
+// Apart by more than `shell`: `gap` may be a lower bound, not less than 0.8 of the true one.
+// Dropped at a seam (the neighbouring piece has the contact): no points, `gap` as found.
+// Overlaps deeper than both sweep radii go to libccd for the direction; the depth along it is
+// exact.
 void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
              GjkCache& cache, Manifold& out);
 
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
-// (from the part to the plane); never fails, however deep.
+// (from the part to the plane); never fails, however deep: beside the lowest feature every vertex
+// in the shell is a point, with the weight of a corner.
 void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out);
 
 // Distance of the two cores (no sweep), m; 0 when they overlap. For referees and placement.

@@ -18,7 +18,9 @@ void check(const CrescentParameters& p) {
     refuse("chord, width or depth is not above zero; expected three lengths");
   }
   if (!(p.tip > 0 && p.tip < p.depth)) {
-    refuse("tip is not between zero and its depth; expected a tip wall lower than the body");
+    refuse(
+        "tip is not between zero and its depth; expected a tip wall above zero and lower than the "
+        "body");
   }
   if (!(p.depth - p.tip <= p.chord / 2)) {
     refuse("arc is deeper than half its chord; expected depth - tip up to chord / 2");

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solver/gjk.h"
 #include "solver/region.h"
@@ -141,7 +143,7 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
   if (contact.distance <= kTouchingDistance) contact = penetration(a, b, b_in_a);
   out.gap = contact.distance - radii;
   out.normal = contact.normal;
-  if (out.gap >= shell) return;
+  if (!(out.gap < shell)) return;  // nor a number that is none
 
   const Frame frame(contact.normal);
   const View view_a(a, frame), view_b(b, frame, b_in_a);
@@ -187,7 +189,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   const std::uint16_t lowest = static_cast<std::uint16_t>(support(a, frame.n).vertex);
   out.normal = frame.n;
   out.gap = -offset - view.height(lowest) - a.radius;
-  if (out.gap >= shell) return;
+  if (!(out.gap < shell)) return;  // nor a number that is none
 
   const double depth = feature_depth(out.gap, shell);
   const Feature feature =

@@ -1,6 +1,7 @@
 // Depth of overlapping cores. libccd finds where to look; supports measure the depth exactly.
 #include <ccd/ccd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

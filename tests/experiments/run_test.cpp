@@ -138,6 +138,19 @@ void expect_equal_datasets(const std::string& a, const std::string& b) {
   }
 }
 
+// Runs `work` in a process of its own, which ends with it.
+template <class Work>
+pid_t start_process(Work&& work) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  try {
+    work();
+    ::_exit(0);
+  } catch (...) {
+    ::_exit(1);
+  }
+}
+
 TEST_F(RunTest, DrivesStagesFillsOutletsAndFrames) {
   const Case c = tray();
   const RunSummary summary = run(c, options("run.h5"));
@@ -246,20 +259,18 @@ TEST_F(RunTest, InterruptedRunGoesOnBitForBit) {
 
 TEST_F(RunTest, KilledRunGoesOnBitForBit) {
   const RunOptions whole = options("whole.h5");
-  const pid_t reference = ::fork();
-  if (reference == 0) {
-    run(tray(), whole);
-    ::_exit(0);
-  }
-  ::waitpid(reference, nullptr, 0);
+  int status = -1;
+  ::waitpid(start_process([&] { run(tray(), whole); }), &status, 0);
+  ASSERT_EQ(status, 0);
   RunOptions parts = options("parts.h5");
   parts.checkpoint_every = 0.02;
   for (int session = 0; session < 3; ++session) {
-    const pid_t child = ::fork();
-    if (child == 0) {
-      session == 0 ? run(tray(), parts) : resume(parts.results_file, parts);
-      ::_exit(0);
-    }
+    const pid_t child = start_process([&] {
+      if (session == 0)
+        run(tray(), parts);
+      else
+        resume(parts.results_file, parts);
+    });
     // Not before there is something to resume, and then somewhere in the middle.
     for (int i = 0; i < 500; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -70,13 +70,13 @@ inline TriangleMesh crescent(double scale = 1) {
     for (const auto& p : outline) mesh.vertices.emplace_back(p[0], y, p[1] + 0.4 * depth);
   }
   for (int i = 1; i + 1 < n; ++i) {
-    mesh.triangles.push_back({0, i + 1, i});
-    mesh.triangles.push_back({n, n + i, n + i + 1});
+    mesh.triangles.push_back({0, i, i + 1});
+    mesh.triangles.push_back({n, n + i + 1, n + i});
   }
   for (int i = 0; i < n; ++i) {
     const int j = (i + 1) % n;
-    mesh.triangles.push_back({i, j, n + j});
-    mesh.triangles.push_back({i, n + j, n + i});
+    mesh.triangles.push_back({i, n + j, j});
+    mesh.triangles.push_back({i, n + i, n + j});
   }
   for (Vec3& v : mesh.vertices) v *= scale;
   return mesh;

@@ -1,0 +1,44 @@
+// Runs the real program as its users do, in a folder of its own.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace firn::cli {
+
+struct Outcome {
+  int status = -1;  // exit status; 128 + signal when it was killed
+  std::string out;  // standard output
+  std::string err;  // standard error
+};
+
+// A scratch folder that vanishes with its owner; commands run in it.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  // Writes a file there and returns its name.
+  std::string write(const std::string& name, const std::string& text) const;
+  bool contains(const std::string& name) const { return std::filesystem::exists(path_ / name); }
+
+  // firn ARGUMENTS..., until it ends.
+  Outcome firn(const std::vector<std::string>& arguments) const;
+  // The same, left running.
+  pid_t start(const std::vector<std::string>& arguments) const;
+  Outcome wait(pid_t pid) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string read_text(const std::filesystem::path& file);
+std::size_t lines(const std::string& text);
+
+}  // namespace firn::cli

@@ -1,0 +1,145 @@
+// Real runs, end to end.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "experiments/recording.h"
+#include "tests/cli/cases.h"
+#include "tests/cli/program.h"
+
+namespace firn::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+TEST(RunCommand, TwoBoxesEndToEnd) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const Outcome o = folder.firn(
+      {"run", "case.toml", "--json", "--seed", "7", "--set", "case.duration=\"30 ms\""});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  EXPECT_EQ(result["status"], "finished");
+  EXPECT_EQ(result["results_file"], "runs/two-boxes-seed7.h5");
+  EXPECT_EQ(result["particles"], 2);
+  EXPECT_NEAR(result["simulated"], 0.03, 1e-4);
+  EXPECT_GT(result["health"]["largest_overlap"], 0.0);
+  EXPECT_THAT(o.err, HasSubstr("cube: box, 20.00 x 20.00 x 20.00 mm, 7.33 g"));
+  EXPECT_THAT(o.err, HasSubstr("time step"));
+
+  const Recording recording((folder.path() / "runs/two-boxes-seed7.h5").string());
+  EXPECT_EQ(recording.status(), "finished");
+  EXPECT_EQ(recording.seed(), 7U);
+  // Both boxes have fallen 2 mm and lie on each other: 10 and 30 mm, less the elastic overlap.
+  const Frame last = recording.frame(recording.frame_times().size() - 1);
+  EXPECT_NEAR(last.position[0][2], 0.010, 2e-4);
+}
+
+TEST(RunCommand, QuietRunTellsOnlyResults) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const Outcome o = folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet"});
+  EXPECT_EQ(o.status, 0);
+  EXPECT_EQ(o.err, "");
+}
+
+TEST(RunCommand, EarlierResultsAreKept) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "a.h5"}).status, 0);
+  const Outcome again = folder.firn({"run", "case.toml", "-o", "a.h5"});
+  ASSERT_EQ(again.status, 0);
+  EXPECT_TRUE(folder.contains("a.1.h5"));
+  EXPECT_THAT(again.err, HasSubstr("a.1.h5"));
+}
+
+TEST(RunCommand, TruncatedResultsFileIsRefused) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "a.h5"}).status, 0);
+  const auto file = folder.path() / "a.h5";
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"measure", "a.h5"}, {"run", "--resume", "a.h5"}}) {
+    const Outcome o = folder.firn(arguments);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_EQ(o.out, "");
+    EXPECT_EQ(lines(o.err), 1U) << o.err;
+    EXPECT_THAT(o.err, HasSubstr("a.h5"));
+  }
+}
+
+TEST(RunCommand, ExportsTables) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "a.h5"}).status, 0);
+  ASSERT_EQ(folder.firn({"export", "a.h5", "--to", "csv"}).status, 0);
+  // A header and two particles.
+  EXPECT_EQ(lines(read_text(folder.path() / "a-csv" / "particles.csv")), 3U);
+  ASSERT_EQ(folder.firn({"export", "a.h5", "--to", "vtk", "-o", "view"}).status, 0);
+  EXPECT_TRUE(folder.contains("view/particles.pvd"));
+}
+
+TEST(RunCommand, RequirementsDecideTheStatus) {
+  const Folder folder;
+  folder.write("case.toml", small_drain);
+  const Outcome met = folder.firn({"run", "case.toml", "-o", "a.h5", "--json", "--require",
+                                   "discharged_count>=1", "--require", "discharged_count <= 29"});
+  ASSERT_EQ(met.status, 0) << met.err;
+  const json result = json::parse(met.out);
+  const double count = result["responses"]["discharged_count"]["value"];
+  EXPECT_EQ(result["requirements"][0]["met"], true);
+
+  const Outcome missed = folder.firn({"measure", "a.h5", "--response", "discharged_count", "--json",
+                                      "--require", "discharged_count>30"});
+  EXPECT_EQ(missed.status, 3);
+  const json measured = json::parse(missed.out);
+  EXPECT_EQ(measured["responses"].size(), 1U);
+  EXPECT_EQ(measured["responses"]["discharged_count"]["value"], count);
+  EXPECT_EQ(measured["requirements"][0]["met"], false);
+
+  const Outcome unknown = folder.firn({"measure", "a.h5", "--require", "angle_of_rest<=3"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("angle_of_rest: no such response"));
+}
+
+TEST(RunCommand, InterruptedRunIsSavedAndGoesOn) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  // Long enough that it cannot end by itself first.
+  const std::vector<std::string> arguments = {"run",
+                                              "case.toml",
+                                              "--json",
+                                              "-o",
+                                              "a.h5",
+                                              "--set",
+                                              "case.duration=\"5000 s\"",
+                                              "--set",
+                                              "output.frames_every=\"10 s\""};
+  const pid_t pid = folder.start(arguments);
+  while (!folder.contains("a.h5")) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  kill(pid, SIGINT);
+  const Outcome stopped = folder.wait(pid);
+  ASSERT_EQ(stopped.status, 130) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("firn run --resume a.h5"));
+  const json result = json::parse(stopped.out);
+  EXPECT_EQ(result["status"], "interrupted");
+  const double reached = result["simulated"];
+  EXPECT_LT(reached, 5000);
+
+  const pid_t second = folder.start({"run", "--resume", "a.h5", "--json"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  kill(second, SIGTERM);
+  const Outcome further = folder.wait(second);
+  ASSERT_EQ(further.status, 130) << further.err;
+  EXPECT_GT(json::parse(further.out)["simulated"], reached);
+}
+
+}  // namespace
+}  // namespace firn::cli
