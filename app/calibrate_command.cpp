@@ -31,13 +31,14 @@ void add_calibrate_command(CLI::App& app, int& status) {
   command
       ->add_option("STUDY.toml", options->study_file,
                    "The study: case, parameters, targets, budget")
-      ->required();
+      ->required()
+      ->type_name("");
   command
       ->add_option("-o,--output", options->directory,
                    "Folder for its journal, runs and results; runs/<study name> by default")
       ->type_name("DIR");
   command->add_option("--jobs", options->jobs, "Simulations side by side; one per core by default")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1024))
       ->type_name("N");
   command->add_option("--executor", options->executor, "Who simulates")
       ->check(CLI::IsMember({"local"}))

@@ -39,24 +39,25 @@ void add_export_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("export", "Write a results file for ParaView or for spreadsheets");
-  command->add_option("RUN.h5", a->file, "Results file of `firn run`")->required();
+  command->add_option("RUN.h5", a->file, "Results file of `firn run`")->required()->type_name("");
   command
       ->add_option("--to", a->format,
-                   "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView; "
+                   "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView;\n"
                    "csv: particles, frames, series and responses as tables")
       ->check(CLI::IsMember({"vtk", "csv"}))
       ->required();
   command
       ->add_option("-o,--output", a->folder,
-                   "Folder for the files, made if need be; by default the results file's name "
+                   "Folder for the files, made if need be; by default the\nresults file's name "
                    "with -vtk or -csv")
       ->type_name("DIR");
   command->add_option("--every", a->vtk.every, "vtk: only every Nth frame")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1000000))
       ->type_name("N")
       ->capture_default_str();
-  command->add_flag("--parts", a->vtk.contact_parts,
-                    "vtk: the convex parts that touch, without their rounding, for the mesh");
+  command->add_flag(
+      "--parts", a->vtk.contact_parts,
+      "vtk: instead of the meshes, the convex parts that touch,\nwithout their rounding");
   command->callback([a, &status] { status = export_file(*a); });
 }
 

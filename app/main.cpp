@@ -73,6 +73,7 @@ int main_program(int argc, char** argv) {
                        "Print the version and the commit it was built from");
   app.set_help_flag("-h,--help", "Print this help");
   app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
   app.footer(
       "Exit status: 0 done, 1 the run failed, 2 bad input or usage, 3 a --require bound was "
       "missed,\n"

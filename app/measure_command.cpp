@@ -67,7 +67,9 @@ void add_measure_command(CLI::App& app, int& status) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("measure", "Measure the responses of a results file again");
-  command->add_option("RUN.h5", arguments->file, "Results file of `firn run`")->required();
+  command->add_option("RUN.h5", arguments->file, "Results file of `firn run`")
+      ->required()
+      ->type_name("");
   command->add_option("--response", arguments->names, "Only this response (may be repeated)")
       ->type_name("NAME")
       ->allow_extra_args(false);

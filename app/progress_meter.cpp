@@ -24,6 +24,7 @@ std::string particles_text(const Progress& p) {
 }  // namespace
 
 std::string duration_text(double seconds) {
+  if (seconds < 10) return fmt::format("{:.1f} s", seconds);
   const auto total = static_cast<long>(std::ceil(seconds));
   if (total < 60) return fmt::format("{} s", total);
   if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);

@@ -10,10 +10,13 @@ namespace {
 
 constexpr std::size_t values_in_a_row = 6;  // longer responses are told by their range
 
+// With as many digits as its uncertainty lets count.
 std::string value_text(const Response& r, std::size_t i) {
-  const std::string value = number_text(r.value[i]);
-  if (i >= r.uncertainty.size() || !std::isfinite(r.uncertainty[i])) return value;
-  return fmt::format("{} +- {:.2g}", value, r.uncertainty[i]);
+  const double sd = i < r.uncertainty.size() ? r.uncertainty[i] : 0;
+  if (!(sd > 0) || !std::isfinite(sd) || !std::isfinite(r.value[i])) return number_text(r.value[i]);
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(sd)));
+  if (decimals < 0 || decimals > 6) return fmt::format("{:.4g} +- {:.2g}", r.value[i], sd);
+  return fmt::format("{:.{}f} +- {:.{}f}", r.value[i], decimals, sd, decimals);
 }
 
 std::string value_text(const Response& r) {
@@ -36,7 +39,9 @@ Json scalar_or_array(const std::vector<double>& values) {
 }  // namespace
 
 std::string number_text(double value) {
-  return std::isfinite(value) ? fmt::format("{:.4g}", value) : "undefined";
+  if (!std::isfinite(value)) return "undefined";
+  const bool whole = value == std::floor(value) && std::abs(value) < 1e9;
+  return whole ? fmt::format("{:.0f}", value) : fmt::format("{:.4g}", value);
 }
 
 std::string mm_text(const Vec3& size) {
@@ -46,16 +51,14 @@ std::string mm_text(const Vec3& size) {
 std::string responses_table(const std::vector<Response>& responses) {
   std::size_t name_width = 0;
   std::size_t value_width = 0;
-  std::size_t unit_width = 0;
   for (const Response& r : responses) {
     name_width = std::max(name_width, r.name.size());
     value_width = std::max(value_width, value_text(r).size());
-    unit_width = std::max(unit_width, r.unit.size());
   }
   std::string table;
   for (const Response& r : responses) {
-    table += fmt::format("{:<{}}  {:>{}} {:<{}}  {}\n", r.name, name_width, value_text(r),
-                         value_width, r.unit == "1" ? "" : r.unit, unit_width, r.method);
+    table += fmt::format("{:<{}}  {:<{}}  {:<6}  {}\n", r.name, name_width, value_text(r),
+                         value_width, r.unit == "1" ? "" : r.unit, r.method);
   }
   return table;
 }

@@ -17,8 +17,8 @@ struct Requirement {
 };
 
 inline constexpr const char* requirement_help =
-    "Leave with status 3 when the response misses this bound: <=, >=, < or > and a number in the "
-    "response's own unit (may be repeated)";
+    "Leave with status 3 when the response misses this bound:\n"
+    "<=, >=, < or > and a number in its own unit (may be repeated)";
 
 // Parses "NAME<=VALUE" (or >=, <, >). Throws InputError.
 Requirement parse_requirement(const std::string& text);

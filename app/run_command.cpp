@@ -127,7 +127,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
 void tell_summary(const Case& c, const RunSummary& s) {
   spdlog::info("{} at t = {:.4g} s", s.reason, s.simulated);
   if (s.steps == 0) return;  // nothing was simulated: it was finished already
-  spdlog::info("{} steps, {} of wall time", s.steps, duration_text(s.wall));
+  spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
   spdlog::info(
       "health: largest overlap {:.3g} mm ({:.2g} % of the thickness), {} deep births, "
       "unexplained energy {:.3g} J",
@@ -156,6 +156,18 @@ int exit_status(const RunSummary& summary, const std::string& file,
   return ExitStatus::failed;
 }
 
+void check_combination(const Arguments& a) {
+  if (a.case_file.empty() && a.resume_file.empty()) {
+    throw InputError("run: no case; expected CASE.toml or --resume RUN.h5");
+  }
+  const bool changed = !a.case_file.empty() || !a.output.empty() || a.seed || !a.settings.empty();
+  if (!a.resume_file.empty() && changed) {
+    throw InputError(
+        "--resume: goes on with the case in the results file; expected no CASE.toml, --output, "
+        "--seed or --set beside it");
+  }
+}
+
 Case read_case_to_run(const Arguments& a) {
   if (!a.resume_file.empty()) return Recording(a.resume_file).read_case();
   std::vector<Override> overrides;
@@ -165,9 +177,7 @@ Case read_case_to_run(const Arguments& a) {
 }
 
 int run_case(const Arguments& a) {
-  if (a.case_file.empty() == a.resume_file.empty()) {
-    throw InputError("run: expected either a case file or --resume RUN.h5; see `firn run --help`");
-  }
+  check_combination(a);
   if (a.verbose) spdlog::set_level(spdlog::level::debug);
   if (a.quiet) spdlog::set_level(spdlog::level::warn);
   std::vector<Requirement> requirements;
@@ -205,46 +215,36 @@ int run_case(const Arguments& a) {
 void add_run_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("run", "Simulate one case and measure its responses");
-  CLI::Option* case_file = command->add_option("CASE.toml", a->case_file,
-                                               "Case file; docs/case-files.md lists its keys");
-  CLI::Option* output = command
-                            ->add_option("-o,--output", a->output,
-                                         "Results file, runs/<case name>-seed<N>.h5 by default. "
-                                         "Earlier results of that name are "
-                                         "kept as RUN.1.h5, RUN.2.h5 and so on")
-                            ->type_name("RUN.h5");
-  CLI::Option* seed =
-      command->add_option("--seed", a->seed, "Seed of all random choices; overrides case.seed")
-          ->type_name("N");
+  command->add_option("CASE.toml", a->case_file, "Case file; docs/case-files.md lists its keys")
+      ->type_name("");
   command
-      ->add_option(
-          "--threads", a->threads,
-          fmt::format("Threads, {} by default; the results do not depend on it", default_threads()))
-      ->check(CLI::PositiveNumber)
+      ->add_option("-o,--output", a->output,
+                   "Results file; runs/<case name>-seed<N>.h5 by default.\n"
+                   "Earlier results of that name become RUN.1.h5, RUN.2.h5, ...")
+      ->type_name("RUN.h5");
+  command->add_option("--seed", a->seed, "Seed of all random choices; overrides case.seed")
       ->type_name("N");
-  CLI::Option* settings =
-      command
-          ->add_option("--set", a->settings,
-                       "Override a value of the case by its TOML path, e.g. "
-                       "interactions.ice-ice.static_friction=0.2 (may be repeated)")
-          ->type_name("KEY=VALUE")
-          ->allow_extra_args(false);
+  command
+      ->add_option("--threads", a->threads,
+                   fmt::format("{} by default; the results do not depend on it", default_threads()))
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  command
+      ->add_option("--set", a->settings,
+                   "Override a value of the case by its TOML path, e.g.\n"
+                   "interactions.ice-ice.static_friction=0.2 (may be repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
   command
       ->add_option("--resume", a->resume_file,
-                   "Go on from the last checkpoint in a results file, as if never stopped")
-      ->type_name("RUN.h5")
-      ->excludes(case_file)
-      ->excludes(output)
-      ->excludes(seed)
-      ->excludes(settings);
+                   "Go on from the last checkpoint in a results file,\nas if never stopped")
+      ->type_name("RUN.h5");
   command->add_option("--require", a->requirements, requirement_help)
       ->type_name("\"RESPONSE<=VALUE\"")
       ->allow_extra_args(false);
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  CLI::Option* verbose =
-      command->add_flag("-v,--verbose", a->verbose, "Tell where the time went, too");
-  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors")
-      ->excludes(verbose);
+  command->add_flag("-v,--verbose", a->verbose, "Tell where the time went, too");
+  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");
   command->footer(
       "Ctrl-C saves the state and leaves with status 130; --resume goes on from there.");
   command->callback([a, &status] { status = run_case(*a); });

@@ -103,7 +103,9 @@ int tell_case(const Arguments& a) {
 void add_shape_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("shape", "Tell the facts of a mesh or of a case's shapes");
-  command->add_option("FILE", a->file, "An STL mesh, or a case file (*.toml)")->required();
+  command->add_option("FILE", a->file, "An STL mesh, or a case file (*.toml)")
+      ->required()
+      ->type_name("");
   command->add_option("--length-unit", a->length_unit, "Of a mesh file, which names none")
       ->type_name("UNIT")
       ->capture_default_str();
@@ -115,7 +117,7 @@ void add_shape_command(CLI::App& app, int& status) {
       ->capture_default_str();
   command
       ->add_option("--rounding", a->rounding,
-                   "Radius of edges and corners of a mesh file's body; 0.1 % of its smallest box "
+                   "Radius of edges and corners of a mesh file's body;\n0.1 % of its smallest box "
                    "edge by default")
       ->type_name("LENGTH");
   command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")

@@ -51,13 +51,13 @@ struct Answer {
   double wall = 0;        // s, of all runs together
 };
 
-// Rendering: render.cpp.
+// Rendering: render_table.cpp, render_json.cpp.
 std::string render_table(const Study& study, const Answer& answer);
 std::string render_json(const Study& study, const Answer& answer);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
 
-// Fitted response over the parameters, as fitted_response.png and .svg: plot.cpp. Empty when both
-// were drawn, else why not.
+// Fitted response of the first target (there must be a fit) over the parameters, as
+// fitted_response.png and .svg: plot.cpp. Empty when both were drawn, else why not.
 std::string plot_fitted_response(const Study& study, const Answer& answer,
                                  const std::string& directory);
 

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "calibrate/answer.h"
+#include "calibrate/print.h"
 
 namespace firn {
 namespace {
@@ -20,11 +21,6 @@ using Eigen::VectorXd;
 using Out = fmt::memory_buffer;
 
 constexpr int map_cells = 80, slice_cells = 120;
-
-template <class... Args>
-void print(Out& out, fmt::format_string<Args...> format, Args&&... args) {
-  fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
-}
 
 // For gnuplot's text: underscores would lower what follows.
 std::string plain(std::string s) {
@@ -185,7 +181,7 @@ std::string draw_map(const Scene& s) {
         "unset contour\nset surface\n"
         "set palette defined (0 '#f7fafc', 0.35 '#c3dcec', 0.7 '#7fb2d6', 1 '#3f7fb4')\n"
         "set style textbox opaque fillcolor rgb '#e8ffffff' noborder margins 0.4,0.4\n"
-        "plot $map with image pixels notitle, \\\n"
+        "plot $map with image notitle, \\\n"
         " $contours with lines lc rgb '#90405060' lw 1 notitle, \\\n"
         " $levels using 1:2:3 with labels boxed font ',9' tc rgb '#405060' notitle, \\\n"
         " $band with lines lc rgb '#d1491b' lw 1.6 dt (8,5) "
@@ -274,7 +270,6 @@ std::string run_gnuplot(const std::filesystem::path& script) {
 
 std::string plot_fitted_response(const Study& study, const Answer& answer,
                                  const std::string& directory) {
-  if (!answer.knowledge) return "nothing was fitted";
   const Scene scene{study, answer};
   const std::size_t d = study.parameters.size();
   const std::filesystem::path folder(directory), script = folder / "fitted_response.gp";

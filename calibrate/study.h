@@ -17,6 +17,7 @@ struct StudyOptions {
   std::string executor = "local";  // the only kind so far
   std::string program;             // the firn executable that simulates; empty: this one
   bool show_progress = true;       // on standard error
+  bool plot = true;                // draw the fitted response with gnuplot
   const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
   Executor* replace_executor = nullptr;          // not owned; a fake experiment, for tests
 };

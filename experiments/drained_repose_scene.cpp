@@ -37,7 +37,7 @@ DrainedRepose read_box(const TomlTable& t) {
                        "on the ledge of {:.4g} m; expected smaller margins",
                        d.end_margin, d.door_margin, ledge));
   }
-  d.drop_height = t.quantity("drop_height", dimension::length, Sign::positive, "0.2 m");
+  d.drop_height = t.quantity("drop_height", dimension::length, Sign::positive, "0.12 m");
   if (d.drop_height <= d.floor_thickness) {
     t.fail("drop_height", fmt::format("is {:.4g} m, inside the floor of {:.4g} m; expected more",
                                       d.drop_height, d.floor_thickness));

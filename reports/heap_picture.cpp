@@ -14,7 +14,6 @@
 namespace firn {
 namespace {
 
-constexpr int kCanvasWidth = 1600;              // pixels
 constexpr double kWall = 8e-3;                  // m, drawn thickness of end walls and floor
 constexpr double kRim = 14e-3;                  // m of empty space around the elevation
 constexpr double kLeft = 0.06, kRight = 0.985;  // of the canvas' width: the elevation's frame
@@ -174,6 +173,7 @@ std::string frame_script(double left, double right, double top, double bottom, d
 }  // namespace
 
 void draw_heap(const HeapPicture& picture, const std::string& file) {
+  Gnuplot::output(file, 1, 1);  // refuses a wrong extension before the work begins
   const DrainedRepose& s = picture.setup;
   const double height = drawn_height(picture);
   const Stand solids = stand(picture, height);
@@ -183,10 +183,10 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
 
   // The elevation's frame in m, and its place on the canvas.
   const double width = s.box.x() + 2 * (kWall + kRim), low = -kWall - kRim, high = height + kRim;
-  const int plot_width = static_cast<int>((kRight - kLeft) * kCanvasWidth);
+  const int plot_width = static_cast<int>((kRight - kLeft) * picture.width);
   const View elevation = View::parallel(Vec3(0, 0, 0.5 * (low + high)), Vec3::UnitY(),
                                         Vec3::UnitZ(), width, high - low);
-  const Image top_image = render(above, overview(picture, height), kCanvasWidth);
+  const Image top_image = render(above, overview(picture, height), picture.width);
   const Image front_image = render(front, elevation, plot_width);
   constexpr double kTitle = 78, kGap = 16, kAxis = 62;  // pixels
   const double split = kTitle + top_image.height + kGap;
@@ -196,7 +196,7 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
   write_image(top_image, gnuplot.data_file("top"));
   write_image(front_image, gnuplot.data_file("front"));
   std::string script = "set encoding utf8\n" +
-                       Gnuplot::output(file, kCanvasWidth, static_cast<int>(canvas_height)) +
+                       Gnuplot::output(file, picture.width, static_cast<int>(canvas_height)) +
                        "set multiplot\nunset key\nunset border\nunset tics\n";
   script += fmt::format(
       "set label 1 {} at screen 0.02, screen {:.5f} front font ',22' tc rgb '#1d2733' noenhanced\n"

@@ -19,6 +19,7 @@ struct HeapPicture {
   bool door_open = true;     // draws the fitted lines; a closed door is drawn instead
   double particle_size = 0;  // m, for the fit
   double mean_volume = 0;    // m^3 of a particle, for the fit's uncertainty
+  int width = 1600;          // pixels of the whole picture; the height follows
 };
 
 // Above, the box seen from the front and above; below, its elevation to scale with the mean surface

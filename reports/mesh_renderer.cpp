@@ -126,7 +126,7 @@ class Shader {
   }
 
  private:
-  static constexpr int kLightSamples = 2048;
+  static constexpr int kLightSamples = 1024;
 
   // A parallel view along the light of all that casts a shadow.
   static View light_view(const Scene& scene) {
@@ -162,7 +162,7 @@ class Shader {
       const Vec3 to = point_at(xk, yk) - point;
       const double far = to.squaredNorm();
       if (far > radius * radius) continue;
-      sum += std::max(0.0, to.dot(normal) - 0.02 * radius) / (far + 1e-4 * radius * radius) *
+      sum += std::max(0.0, to.dot(normal) - 0.05 * radius) / (far + 1e-4 * radius * radius) *
              radius * (1 - far / (radius * radius));
     }
     return std::min(0.85, 0.75 * sum / kSamples);

@@ -60,7 +60,7 @@ struct RenderedLine {
 struct Scene {
   std::vector<RenderedBody> bodies;
   std::vector<RenderedLine> lines;
-  Vec3 to_light = Vec3(-0.35, -0.55, 0.76).normalized();  // unit
+  Vec3 to_light = Vec3(-0.35, -0.72, 0.70).normalized();  // unit
   double occlusion_radius = 0.02;                         // m
   Color background{1, 1, 1};
 };

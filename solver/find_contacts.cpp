@@ -158,10 +158,15 @@ void commit(const Look& look, Pair& pair, State& s) {
 }  // namespace
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
-  w.due.clear();
   const std::size_t pairs = s.pairs.size();
+  if (w.ends_are_stale) {
+    w.ends.resize(pairs);
+    for (std::size_t p = 0; p < pairs; ++p) w.ends[p] = {s.pairs[p].a, s.pairs[p].b};
+    w.ends_are_stale = false;
+  }
+  w.due.clear();
   for (std::size_t p = 0; p < pairs; ++p) {
-    if (s.wake[p] <= s.path[s.pairs[p].a] + s.path[s.pairs[p].b]) {
+    if (s.wake[p] <= s.path[w.ends[p][0]] + s.path[w.ends[p][1]]) {
       w.due.push_back(static_cast<std::uint32_t>(p));
     }
   }

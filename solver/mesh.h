@@ -15,13 +15,13 @@ struct TriangleMesh {
 
 // Defects that make a mesh useless as a solid. All zero for a closed, outward-facing manifold.
 struct MeshDefects {
-  int open_edges = 0;          // edges with one triangle
-  int nonmanifold_edges = 0;   // edges with more than two
-  int flipped_edges = 0;       // edges run twice in the same direction
-  int degenerate = 0;          // triangles of no area
-  int duplicated = 0;          // the same three corners twice
-  bool inside_out = false;     // signed volume below zero
-  bool non_finite = false;     // a coordinate is NaN or infinite
+  int open_edges = 0;         // edges with one triangle
+  int nonmanifold_edges = 0;  // edges with more than two
+  int flipped_edges = 0;      // edges run twice in the same direction
+  int degenerate = 0;         // triangles of no area
+  int duplicated = 0;         // the same three corners twice
+  bool inside_out = false;    // signed volume below zero
+  bool non_finite = false;    // a coordinate is NaN or infinite
   bool sound() const {
     return !(open_edges || nonmanifold_edges || flipped_edges || degenerate || duplicated ||
              inside_out || non_finite);
@@ -32,9 +32,9 @@ MeshDefects inspect(const TriangleMesh& mesh);
 
 // Volume integrals at unit density (divergence theorem; exact for a closed polyhedron).
 struct MassProperties {
-  double volume = 0;               // m^3
-  Vec3 centroid = Vec3::Zero();    // m, mesh axes
-  Mat3 inertia = Mat3::Zero();     // m^5: integral of (|x|^2 I - x x^T) dV about the centroid
+  double volume = 0;             // m^3
+  Vec3 centroid = Vec3::Zero();  // m, mesh axes
+  Mat3 inertia = Mat3::Zero();   // m^5: integral of (|x|^2 I - x x^T) dV about the centroid
 };
 MassProperties mass_properties(const TriangleMesh& mesh);
 

@@ -63,12 +63,12 @@ struct Boundary {
 struct Numerics {
   // Points nearer than the shell are tracked as contact points, touching or not. It is this
   // fraction of the smaller sweep radius of a pair, and never more than shell_limit.
-  double contact_shell = 0.03;
+  double contact_shell = 0.04;
   double shell_limit = 40e-6;     // m
   // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
   // each other. 0: the plain path, every contact found anew at every step.
   double refresh_fraction = 1;
-  double skin = 0;                // m, margin of the neighbour list; 0: 0.12 of the smallest bounding radius
+  double skin = 0;                // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
   int threads = 1;
   // A run whose overlap exceeds this fraction of the smaller shape's smallest box edge is stopped.
   double overlap_limit = 0.5;

@@ -206,7 +206,7 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   list.finish();
   s.listed_path = s.path;
   s.list_is_stale = false;
-  w.active_is_stale = true;
+  w.active_is_stale = w.ends_are_stale = true;
   ++s.health.rebuilds;
   s.health.pairs = s.pairs.size();
 }

@@ -178,11 +178,8 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
     }
   }
   if (total <= 0) return;
-  for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
-    // No more than the loading line allows: the law would cap it anyway, and energy is counted so.
-    const double most = in.law.stiffness * points[i].share * std::max(0.0, -points[i].gap);
-    points[i].force = std::min(most, points[i].force + density[i] * force / total);
-  }
+  // Not capped by the loading line here: the law does that once it has taken the step's approach.
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i) points[i].force += density[i] * force / total;
 }
 
 // Friction carried over into the plane of the new normal, its size kept.

@@ -96,6 +96,7 @@ class Solver {
 
   double time() const;              // s
   std::uint64_t steps() const;
+  // A copy made when asked for: valid until the next step(), insert() or removal; ask again then.
   const ParticleState& particles() const;
   // Orientation as the results file wants it: shape axes -> world.
   Quat shape_orientation(int particle) const;

@@ -77,7 +77,7 @@ Workspace::Workspace(const Model& model) {
       out.rolling_limit = law.rolling_resistance * a.size_for_stiffness;
     }
   }
-  skin = model.numerics.skin > 0 ? model.numerics.skin : 0.12 * smallest_radius;
+  skin = model.numerics.skin > 0 ? model.numerics.skin : 0.16 * smallest_radius;
   for (const Boundary& b : model.boundaries) {
     reach.push_back(farthest_vertex(b.parts));
     if (b.kind == Boundary::Kind::solid) {

@@ -46,10 +46,12 @@ struct Workspace {
   double skin = 0;                          // m
   double smallest_box_edge = 0;             // m, over all shapes
 
+  std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan of a step
   std::vector<std::uint32_t> due;           // pairs to look at in this step
   std::vector<Look> looks;                  // [due]
   std::vector<std::uint32_t> active;        // pairs with patches
-  bool active_is_stale = true;
+  bool active_is_stale = true;              // a pair came into touch or out of it
+  bool ends_are_stale = true;               // the neighbour list was made anew
   std::vector<PairLoad> loads;              // [active]
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }

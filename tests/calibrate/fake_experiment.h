@@ -1,6 +1,8 @@
 // A formula in place of the simulation, behind the same interface.
 #pragma once
 
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -49,11 +51,14 @@ class FakeExperiment : public Executor {
       for (const unsigned char c : job.text) hash = (hash ^ c) * 1099511628211u;
       std::mt19937_64 random(hash);
       events.ended(job, formula_(values, random));
+      if (on_ended) on_ended(job);
+      if (stop) return;
     }
   }
 
   int runs = 0;
-  std::function<void(const Job&)> on_run;
+  std::function<void(const Job&)> on_run, on_ended;
+  bool stop = false;
 
  private:
   Formula formula_;
@@ -95,13 +100,13 @@ inline std::string read_text(const std::string& file) {
 }
 
 // A study of two frictions, mu1 and mu2, of the fake experiment; `more` is added to it.
-inline std::string friction_study(const std::string& more,
-                                  const std::string& budget = "centre_runs = 3\n"
-                                                              "design_points = 8\n"
-                                                              "runs_per_point = 2\n"
-                                                              "refine_rounds = 1\n"
-                                                              "refine_points = 3\n"
-                                                              "confirm_runs = 5\n") {
+inline std::string friction_study(const std::string& more, const std::string& budget =
+                                                               "centre_runs = 3\n"
+                                                               "design_points = 8\n"
+                                                               "runs_per_point = 2\n"
+                                                               "refine_rounds = 1\n"
+                                                               "refine_points = 3\n"
+                                                               "confirm_runs = 5\n") {
   return "[study]\nname = \"fake\"\ncase = \"case.toml\"\nseed = 1\n\n[budget]\n" + budget +
          "\n[[parameters]]\nname = \"mu1\"\nkeys = [\"a.mu1\"]\nmin = 0.01\nmax = 0.3\n"
          "scale = \"log\"\n\n"
@@ -116,6 +121,7 @@ inline StudySummary run_study(const std::string& file, const std::string& direct
   options.study_file = file;
   options.directory = directory;
   options.show_progress = false;
+  options.plot = false;
   options.replace_executor = &executor;
   return calibrate(options);
 }

@@ -55,7 +55,7 @@ steps_per_quarter_period = 6
 
 [materials.ice]
 density = "916.7 kg/m^3"
-young_modulus = "0.1 MPa"
+young_modulus = "1 MPa"
 [materials.plastic]
 young_modulus = "2 GPa"
 

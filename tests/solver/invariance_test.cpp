@@ -151,11 +151,12 @@ TEST(FrameOfReference, RotatedSceneMovesAlike) {
 }
 
 // The mirror image numbers vertices and parts the other way round, which decides between equally
-// near features: two bodies that meet at clear ones agree to rounding errors.
+// near features: two bodies that fall on a floor and on each other agree to 0.2 mm after 0.2 s. A
+// friction or a spin of the wrong hand moves them by centimetres.
 TEST(FrameOfReference, MirroredSceneMovesAlike) {
   const Mat3 mirror = Vec3(-1, 1, 1).asDiagonal();
   expect_same(fall(mirror, Vec3::Zero(), 2, false), fall(Mat3::Identity(), Vec3::Zero(), 2, false),
-              1e-9);
+              2e-4);
 }
 
 // Nothing but gravity works on crescents in a box at rest: kinetic, potential and elastic energy

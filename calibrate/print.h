@@ -1,0 +1,22 @@
+// Formatted text into a buffer: what tables and scripts are put together with.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <string>
+#include <utility>
+
+namespace firn {
+
+template <class... Args>
+void print(fmt::memory_buffer& out, fmt::format_string<Args...> format, Args&&... args) {
+  fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
+}
+
+// " deg"; nothing for a bare number.
+inline std::string unit_text(const std::string& unit) {
+  return unit.empty() || unit == "1" ? "" : " " + unit;
+}
+
+}  // namespace firn

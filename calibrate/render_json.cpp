@@ -1,0 +1,190 @@
+// The answer for programs.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibrate/answer.h"
+#include "calibrate/print.h"
+#include "experiments/version.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json named_values(const Study& study, const std::vector<double>& values) {
+  Json j = Json::object();
+  for (std::size_t i = 0; i < values.size(); ++i) j[study.parameters[i].name] = values[i];
+  return j;
+}
+
+Json split_json(const VarianceSplit& s) {
+  return {{"measurement", std::sqrt(s.measurement)},
+          {"seed_noise", std::sqrt(s.seeds)},
+          {"surrogate", std::sqrt(s.surrogate)}};
+}
+
+Json checked_json(const Study& study, const CheckedSet& set) {
+  Json j = {{"name", set.name}, {"parameters", named_values(study, set.values)}};
+  for (std::size_t k = 0; k < set.predicted.size(); ++k)
+    j["fit"][study.targets[k].response] = {{"value", set.predicted[k].mean},
+                                           {"uncertainty", std::sqrt(set.predicted[k].variance)},
+                                           {"unit", study.targets[k].unit}};
+  if (!set.run()) return j;
+  j["runs"] = {{"finished", set.finished}, {"arched", set.arched}, {"failed", set.failed}};
+  for (const Observation& o : set.observed)
+    j["simulated"][o.response] = {{"value", o.sample.count > 0 ? number(o.sample.mean) : nullptr},
+                                  {"standard_error", number(o.standard_error)},
+                                  {"sd_over_seeds", number(o.sample.sd())},
+                                  {"seeds", o.sample.count},
+                                  {"unit", o.unit}};
+  return j;
+}
+
+Json model_json(const ResponseModel& m) {
+  Json lengths = Json::array();
+  for (const double length : m.surrogate.best.lengths()) lengths.push_back(length);
+  return {{"response", m.name},
+          {"unit", m.unit},
+          {"surrogate", m.surrogate.best.form().describe()},
+          {"departure_sd", m.surrogate.best.departure_sd()},
+          {"lengths", lengths},
+          {"cross_check", m.surrogate.other.form().describe()},
+          {"points", m.samples.size()},
+          {"largest_leave_one_out_z", m.largest_leave_one_out_z},
+          {"seed_noise",
+           {{"sd", m.noise.sd},
+            {"relative", m.noise.relative},
+            {"degrees_of_freedom", m.noise.degrees_of_freedom}}}};
+}
+
+Json parameters_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    Json j = {{"name", p.name},
+              {"keys", p.keys},
+              {"min", p.min},
+              {"max", p.max},
+              {"unit", p.unit.empty() ? "1" : p.unit},
+              {"scale", p.logarithmic ? "log" : "linear"}};
+    if (p.prior_mean) j["prior"] = {{"mean", *p.prior_mean}, {"sd", *p.prior_sd}};
+    if (a.posterior) {
+      const Marginal& m = a.posterior->marginals[i];
+      j["median"] = m.median;
+      j["interval_95"] = {m.low, m.high};
+      j["width_ratio"] = m.width_ratio;
+      j["at_min"] = m.at_min;
+      j["at_max"] = m.at_max;
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json combinations_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (const Combination& c : a.combinations) {
+    Json terms = Json::array();
+    for (std::size_t i = 0; i < study.parameters.size(); ++i)
+      terms.push_back({{"parameter", study.parameters[i].name},
+                       {"of", study.parameters[i].logarithmic ? "logarithm" : "value"},
+                       {"coefficient", c.coefficients[static_cast<Eigen::Index>(i)]}});
+    Json j = {{"identified", c.identified},
+              {"terms", terms},
+              {"value", c.identified ? number(c.value) : nullptr},
+              {"uncertainty", c.identified ? number(c.sd) : nullptr},
+              {"singular_value", c.singular_value}};
+    if (c.identified) j["split"] = split_json(c.split);
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json targets_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    const Target& t = study.targets[k];
+    Json j = {{"response", t.response},
+              {"value", t.value},
+              {"uncertainty", t.uncertainty},
+              {"unit", t.unit},
+              {"source", t.source}};
+    if (a.knowledge)
+      j["reach"] = {{"lowest", a.reach[k].lowest},
+                    {"highest", a.reach[k].highest},
+                    {"bracketed", a.reach[k].bracketed},
+                    {"reachable", a.reach[k].reachable}};
+    if (k < a.split.size()) {
+      j["uncertainty_at_answer"] = split_json(a.split[k]);
+      j["other_surrogate_at_answer"] = a.cross_check[k];
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+std::string csv_text(std::string s) {
+  if (s.find_first_of(",\"\n") == std::string::npos) return s;
+  for (std::size_t i = 0; (i = s.find('"', i)) != std::string::npos; i += 2) s.insert(i, 1, '"');
+  return '"' + s + '"';
+}
+
+}  // namespace
+
+std::string render_json(const Study& study, const Answer& a) {
+  Json j = {{"study", study.name},
+            {"verdict", to_string(a.verdict)},
+            {"headline", a.headline},
+            {"firn_version", firn_version()},
+            {"git_commit", firn_git_commit()},
+            {"targets", targets_json(study, a)},
+            {"parameters", parameters_json(study, a)}};
+  if (!a.best.values.empty()) j["answer"] = checked_json(study, a.best);
+  j["combinations"] = combinations_json(study, a);
+  j["valley"] = Json::array();
+  for (const CheckedSet& set : a.valley) j["valley"].push_back(checked_json(study, set));
+  j["compare"] = Json::array();
+  for (const CheckedSet& set : a.compare) j["compare"].push_back(checked_json(study, set));
+  j["models"] = Json::array();
+  if (a.knowledge) {
+    for (const ResponseModel& m : a.knowledge->targets) j["models"].push_back(model_json(m));
+    for (const ResponseModel& m : a.knowledge->observed) j["models"].push_back(model_json(m));
+  }
+  j["runs"] = {{"total", a.runs},
+               {"finished", a.finished},
+               {"arched", a.arched},
+               {"failed", a.failed},
+               {"by_another_version", a.other_version}};
+  j["wall_seconds"] = a.wall;
+  return j.dump(2);
+}
+
+std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs) {
+  std::vector<std::string> names;
+  for (const Target& t : study.targets) names.push_back(t.response);
+  names.insert(names.end(), study.observed.begin(), study.observed.end());
+  fmt::memory_buffer out;
+  print(out, "run,phase,point,parameters,seed,status,reason,wall_s,attempts,version");
+  for (const std::string& name : names) print(out, ",{0},{0}_uncertainty", csv_text(name));
+  print(out, "\n");
+  for (const JournalRun& run : runs) {
+    print(out, "{},{},{},{},{},{},{},{:.1f},{},{}", run.key, csv_text(run.label.phase),
+          run.label.point, csv_text(run.label.parameters), run.label.seed, run.status,
+          csv_text(run.result.reason), run.result.wall, run.attempts, csv_text(run.version));
+    for (const std::string& name : names) {
+      std::string value, uncertainty;
+      for (const Response& r : run.result.responses)
+        if (r.name == name && r.value.size() == 1) {
+          value = fmt::format("{}", r.value[0]);
+          if (!r.uncertainty.empty()) uncertainty = fmt::format("{}", r.uncertainty[0]);
+        }
+      print(out, ",{},{}", value, uncertainty);
+    }
+    print(out, "\n");
+  }
+  return fmt::to_string(out);
+}
+
+}  // namespace firn

@@ -1,0 +1,189 @@
+// The answer for people.
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "calibrate/answer.h"
+#include "calibrate/print.h"
+
+namespace firn {
+namespace {
+
+using Out = fmt::memory_buffer;
+
+std::string observed_text(const Observation& o) {
+  if (o.sample.count == 0) return "no value";
+  return fmt::format("{:.4g} +- {:.2g}{}", o.sample.mean, o.standard_error, unit_text(o.unit));
+}
+
+std::string counts_text(const CheckedSet& set) {
+  const int runs = set.finished + set.arched + set.failed;
+  std::string s = fmt::format("{} run{}", runs, runs == 1 ? "" : "s");
+  if (set.arched > 0) s += fmt::format(", {} arched", set.arched);
+  if (set.failed > 0) s += fmt::format(", {} failed", set.failed);
+  return s;
+}
+
+void print_values(Out& out, const Study& study, const std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    print(out, "{}{} = {:.4g}{}", i == 0 ? "" : ", ", study.parameters[i].name, values[i],
+          unit_text(study.parameters[i].unit));
+}
+
+void print_targets(Out& out, const Study& study, const Answer& a) {
+  print(out, "Targets\n");
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    const Target& t = study.targets[k];
+    print(out, "  {} = {:.4g} +- {:.2g}{}\n", t.response, t.value, t.uncertainty,
+          unit_text(t.unit));
+    print(out, "    {}\n", t.source);
+    if (!a.knowledge) continue;
+    const ReachedRange& r = a.reach[k];
+    print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest, unit_text(t.unit),
+          r.reachable ? (r.bracketed ? "" : "; no simulated point lies beyond the target")
+                      : ": OUT OF REACH");
+  }
+}
+
+void print_models(Out& out, const Answer& a) {
+  print(out, "\nHow the responses were modelled\n");
+  const auto line = [&](const ResponseModel& m) {
+    print(out,
+          "  {:<22} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
+          "at most {:.1f}\n",
+          m.name, m.samples.size(), m.surrogate.best.form().describe(),
+          m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
+          m.noise.relative ? " %" : unit_text(m.unit), m.noise.degrees_of_freedom,
+          m.largest_leave_one_out_z);
+  };
+  for (const ResponseModel& m : a.knowledge->targets) line(m);
+  for (const ResponseModel& m : a.knowledge->observed) line(m);
+}
+
+void print_checked(Out& out, const Study& study, const CheckedSet& set) {
+  print(out, "  {}: ", set.name);
+  print_values(out, study, set.values);
+  if (set.run()) print(out, "   [{}]", counts_text(set));
+  print(out, "\n");
+  for (std::size_t k = 0; k < set.predicted.size(); ++k)
+    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}{}\n", study.targets[k].response,
+          set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
+          unit_text(study.targets[k].unit), set.run() ? ", simulated:" : "");
+  for (const Observation& o : set.observed) {
+    print(out, "    {:<22} {}", o.response, observed_text(o));
+    if (o.sample.count >= 2) print(out, "   (sd over seeds {:.2g})", o.sample.sd());
+    print(out, "\n");
+  }
+}
+
+void print_compare(Out& out, const Study& study, const Answer& a) {
+  if (a.compare.empty()) return;
+  print(out, "\nSets to compare{:>24}", "");
+  for (const CheckedSet& set : a.compare) print(out, "{:>26}", set.name);
+  print(out, "\n");
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    print(out, "  {:<37}", study.parameters[i].name + unit_text(study.parameters[i].unit));
+    for (const CheckedSet& set : a.compare) print(out, "{:>26.4g}", set.values[i]);
+    print(out, "\n");
+  }
+  for (std::size_t k = 0; k < a.compare.front().observed.size(); ++k) {
+    print(out, "  {:<37}", a.compare.front().observed[k].response);
+    for (const CheckedSet& set : a.compare) print(out, "{:>26}", observed_text(set.observed[k]));
+    print(out, "\n  {:<37}", "  sd over seeds");
+    for (const CheckedSet& set : a.compare) {
+      const Sample& s = set.observed[k].sample;
+      print(out, "{:>26}", s.count < 2 ? "-" : fmt::format("{:.2g}", s.sd()));
+    }
+    print(out, "\n");
+  }
+  print(out, "  {:<37}", "runs");
+  for (const CheckedSet& set : a.compare) print(out, "{:>26}", counts_text(set));
+  print(out, "\n");
+}
+
+void print_best(Out& out, const Study& study, const Answer& a) {
+  if (a.best.values.empty()) return;
+  print(out, "\n{}\n",
+        a.best.run() ? "Answer, confirmed with seeds never used before"
+                     : "Nearest to the targets, by the fit alone");
+  print_checked(out, study, a.best);
+  for (std::size_t k = 0; k < a.split.size(); ++k) {
+    const VarianceSplit& s = a.split[k];
+    print(out,
+          "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}; the "
+          "other surrogate says {:.4g}\n",
+          study.targets[k].response, std::sqrt(s.measurement), std::sqrt(s.seeds),
+          std::sqrt(s.surrogate), unit_text(study.targets[k].unit), a.cross_check[k]);
+  }
+}
+
+std::string term(double coefficient, const Parameter& p, bool first) {
+  return fmt::format("{}{:.2f} {}{}{}",
+                     coefficient < 0 ? (first ? "-" : " - ")
+                     : first         ? ""
+                                     : " + ",
+                     std::abs(coefficient), p.logarithmic ? "ln(" : "", p.name,
+                     p.logarithmic ? ")" : "");
+}
+
+std::string combination_text(const Study& study, const Combination& c) {
+  std::string s;
+  for (std::size_t i = 0; i < study.parameters.size(); ++i)
+    s += term(c.coefficients[static_cast<Eigen::Index>(i)], study.parameters[i], i == 0);
+  return s;
+}
+
+void print_identified(Out& out, const Study& study, const Answer& a) {
+  if (!a.posterior) return;
+  print(out, "\nWhat the data determine\n");
+  print(out, "  {:<18}{:>12}{:>28}{:>22}\n", "parameter", "median", "95 % interval",
+        "width left, of before");
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    const Marginal& m = a.posterior->marginals[i];
+    print(out, "  {:<18}{:>12.4g}{:>28}{:>20.0f} %", p.name + unit_text(p.unit), m.median,
+          fmt::format("{:.4g} to {:.4g}", m.low, m.high), 100 * m.width_ratio);
+    if (m.width_ratio > 0.8) print(out, "   nothing learned");
+    if (m.at_min) print(out, "   at the lower end of the range");
+    if (m.at_max) print(out, "   at the upper end of the range");
+    print(out, "\n");
+  }
+  for (const Combination& c : a.combinations) {
+    if (!c.identified) {
+      print(out, "  not determined:  {}   (the data see {:.1f} sd over the whole range)\n",
+            combination_text(study, c), c.singular_value);
+      continue;
+    }
+    print(out,
+          "  determined:      {} = {:.3f} +- {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
+          "surrogate {:.3f})\n",
+          combination_text(study, c), c.value, c.sd, std::sqrt(c.split.measurement),
+          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
+  }
+}
+
+void print_valley(Out& out, const Study& study, const Answer& a) {
+  if (a.valley.empty()) return;
+  print(out, "\nEqually good parameters, from one end of the valley to the other\n");
+  for (const CheckedSet& set : a.valley) print_checked(out, study, set);
+}
+
+}  // namespace
+
+std::string render_table(const Study& study, const Answer& a) {
+  Out out;
+  print_targets(out, study, a);
+  print_compare(out, study, a);
+  if (a.knowledge) print_models(out, a);
+  print_best(out, study, a);
+  print_identified(out, study, a);
+  print_valley(out, study, a);
+  print(out, "\n{} runs: {} finished, {} arched, {} failed; {:.0f} s of simulation\n", a.runs,
+        a.finished, a.arched, a.failed, a.wall);
+  if (a.other_version > 0)
+    print(out, "{} more in the journal were made by another version of the program: not used\n",
+          a.other_version);
+  return fmt::to_string(out);
+}
+
+}  // namespace firn
