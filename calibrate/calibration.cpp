@@ -88,9 +88,11 @@ bool Calibration::fit() {
 
 void Calibration::refine(int round) {
   std::vector<Point> batch;
+  std::vector<VectorXd> taken;
+  for (const Point& p : a_.points) taken.push_back(p.u);
   int number = 0;
   for (const VectorXd& u :
-       splitting_points(study_, *a_.knowledge, *a_.posterior, study_.budget.refine_points))
+       splitting_points(study_, *a_.knowledge, *a_.posterior, taken, study_.budget.refine_points))
     batch.push_back(campaign_.point(fmt::format("refine {}", round + 1), number++,
                                     tidy_values(study_.parameters, u),
                                     seeds(study_.seed, study_.budget.runs_per_point)));

@@ -21,6 +21,7 @@ constexpr int samples_per_dimension = 4096;
 constexpr double enough_samples = 400;
 constexpr int valley_members = 5;
 constexpr int candidates = 400;
+constexpr double keep_apart = 0.15;  // unit cube
 
 VarianceSplit split_variance(const Target& t, const Prediction& p) {
   return {t.uncertainty * t.uncertainty, p.noise_variance, p.variance - p.noise_variance};
@@ -208,7 +209,8 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
 }
 
 std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
-                                       const Posterior& posterior, int count) {
+                                       const Posterior& posterior, std::vector<VectorXd> taken,
+                                       int count) {
   // Systematic resampling: candidates are as dense as the posterior.
   std::vector<VectorXd> pool;
   double sum = 0;
@@ -227,12 +229,16 @@ std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& know
       for (std::size_t k = 0; k < believed.size(); ++k)
         score += believed[k].predict(u).variance / std::pow(study.targets[k].uncertainty, 2);
       score *= std::pow(1 - knowledge.arch.probability(u), 2);
+      // A polynomial's variance hardly knows where the points are: keep them apart ourselves.
+      for (const VectorXd& t : taken)
+        score *= 1 - std::exp(-0.5 * (u - t).squaredNorm() / (keep_apart * keep_apart));
       if (score > most) {
         most = score;
         best = &u;
       }
     }
     chosen.push_back(*best);
+    taken.push_back(*best);
     for (std::size_t k = 0; k < believed.size(); ++k) {
       const double level = believed[k].predict(*best).mean;
       const double noise = knowledge.targets[k].noise.at(level);

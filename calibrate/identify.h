@@ -63,8 +63,10 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
                                  const Posterior& posterior);
 
 // Where the next runs split the set of equally good answers best: members of the posterior whose
-// predictions are least certain, each chosen as if the one before had come out as predicted.
+// predictions are least certain, each chosen as if the one before had come out as predicted, and
+// away from each other and from `taken` (unit cube).
 std::vector<Eigen::VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
-                                              const Posterior& posterior, int count);
+                                              const Posterior& posterior,
+                                              std::vector<Eigen::VectorXd> taken, int count);
 
 }  // namespace firn

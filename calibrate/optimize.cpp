@@ -164,8 +164,8 @@ double jacobian_error(const LeastSquaresProblem& problem, const VectorXd& x) {
   CeresAdapter adapter(problem, static_cast<int>(x.size()));
   ceres::NumericDiffOptions numeric;
   numeric.relative_step_size = 1e-5;
-  const std::vector<const ceres::Manifold*> manifolds;
-  ceres::GradientChecker checker(&adapter, &manifolds, numeric);
+  const std::vector<const ceres::Manifold*>* no_manifolds = nullptr;
+  ceres::GradientChecker checker(&adapter, no_manifolds, numeric);
   const double* blocks[] = {x.data()};
   ceres::GradientChecker::ProbeResults results;
   checker.Probe(blocks, 1e-9, &results);

@@ -16,7 +16,7 @@ constexpr double kCellsPerParticle = 8;  // resolution of the surface
 // In particle sizes:
 constexpr double kReach = 0.25;  // nearer counts as resting on
 constexpr double kPit = 1.5;     // narrower pits are no part of the surface
-constexpr double kStrip = 2;     // width of the strips that are resampled
+constexpr double kStrip = 1.5;   // width of the strips that are resampled
 constexpr int kResamples = 200;
 
 double degrees(double slope) { return std::atan(slope) * kDegrees; }
@@ -27,8 +27,8 @@ PlanGrid plan_grid(double x_from, double x_to, const DrainedRepose& setup, doubl
                            particle_size / kCellsPerParticle);
 }
 
-// Both angles after resampling strips of the surface that run up the slope, two particle
-// sizes wide: neighbouring cells see the same particle and are not independent, strips nearly.
+// Both angles after resampling strips of the surface that run up the slope, as wide as a pit:
+// neighbouring cells see the same particle and are not independent, strips nearly.
 struct AngleSpread {
   double robust = 0, least_squares = 0;  // deg
 };

@@ -1,7 +1,6 @@
 #include "experiments/toml_reader.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -95,7 +94,7 @@ std::string elements(const toml::array& array) {
     const auto name = t ? (*t)["name"].value<std::string>() : std::nullopt;
     names.push_back(name ? fmt::format("{} (\"{}\")", i, *name) : fmt::format("{}", i));
   }
-  return fmt::format("{}", fmt::join(names, ", "));
+  return comma_list(names);
 }
 
 }  // namespace
@@ -270,7 +269,7 @@ double TomlTable::number(std::string_view key, double fallback) const {
 
 std::string TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> words,
                               std::string_view fallback) const {
-  const std::string wanted = fmt::format("one of {}", fmt::join(words, ", "));
+  const std::string wanted = "one of " + comma_list(words);
   if (!has(key) && !fallback.empty()) set(key, std::string(fallback));
   const std::string word = text(key, wanted);
   if (std::ranges::find(words, word) == words.end()) {

@@ -1,7 +1,6 @@
 #include "experiments/units.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -141,7 +140,7 @@ std::string nearest_symbols(std::string_view text) {
   std::ranges::stable_sort(candidates, {}, &std::pair<int, std::string>::first);
   std::vector<std::string> best;
   for (std::size_t i = 0; i < 3; ++i) best.push_back(candidates[i].second);
-  return fmt::format("{}", fmt::join(best, ", "));
+  return comma_list(best);
 }
 
 Unit find_symbol(std::string_view text) {

@@ -57,6 +57,17 @@ std::string example(const Dimension& dimension, int components = 1);
 // A value in SI as a text that reads back to the same bits: "0.06096 m".
 std::string si_text(double value, const Dimension& dimension);
 
+// "a, b, c"
+template <class Words>
+std::string comma_list(const Words& words) {
+  std::string text;
+  for (const auto& word : words) {
+    if (!text.empty()) text += ", ";
+    text += word;
+  }
+  return text;
+}
+
 // Levenshtein distance, upper and lower case being half a step apart; in half steps.
 int edit_distance(std::string_view a, std::string_view b);
 

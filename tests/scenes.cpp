@@ -62,7 +62,8 @@ int add_plane(Model& model, const Vec3& point, const Vec3& normal, bool rigid) {
   return static_cast<int>(model.boundaries.size()) - 1;
 }
 
-int add_panel(Model& model, const std::string& name, const Vec3& lower, const Vec3& upper) {
+int add_panel(Model& model, const std::string& name, const Vec3& lower, const Vec3& upper,
+              double rounding) {
   Boundary b;
   b.name = name;
   b.material = kPlastic;
@@ -74,7 +75,7 @@ int add_panel(Model& model, const std::string& name, const Vec3& lower, const Ve
     for (const double sign : {-1.0, 1.0})
       sides.push_back({sign * Vec3::Unit(axis), half[axis], false});
   }
-  b.parts = {convex_part(sides, 1e-3)};
+  b.parts = {convex_part(sides, rounding)};
   model.boundaries.push_back(std::move(b));
   return static_cast<int>(model.boundaries.size()) - 1;
 }

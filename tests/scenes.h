@@ -29,8 +29,9 @@ int add_shape(Model& model, Shape shape);
 int add_particles(Model& model, int shape, int count = 1);
 // A half-space, solid below. A rigid one leaves the pair the stiffness of the particle.
 int add_plane(Model& model, const Vec3& point, const Vec3& normal, bool rigid = true);
-// A solid box at rest, by its two corners.
-int add_panel(Model& model, const std::string& name, const Vec3& lower, const Vec3& upper);
+// A solid box at rest, by its two corners; edges rounded (m).
+int add_panel(Model& model, const std::string& name, const Vec3& lower, const Vec3& upper,
+              double rounding = 1e-3);
 // Walls and floor of a box with its inner lower corner and size given, as planes of plastic.
 void add_box_of_planes(Model& model, const Vec3& corner, const Vec3& size);
 

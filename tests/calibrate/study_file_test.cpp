@@ -95,7 +95,7 @@ TEST(StudyFile, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(message(folder, good + "[[compare]]\nname = \"x\"\nvalues = { mu1 = 1, mu3 = 1 }\n"),
               HasSubstr("mu3"));
   EXPECT_THAT(message(folder, replaced(good, "max = 0.3", "max = 0.001")),
-              HasSubstr("study.toml:17: "));
+              HasSubstr("study.toml:18: "));
 }
 
 }  // namespace

@@ -151,6 +151,19 @@ pid_t start_process(Work&& work) {
   }
 }
 
+// Until the file of a run under way has so many frames or a minute has passed; how many it has.
+std::size_t wait_for_frames(const std::string& file, std::size_t wanted) {
+  std::size_t frames = 0;
+  for (int i = 0; i < 6000 && frames < wanted; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    try {
+      frames = Recording(file).frame_times().size();
+    } catch (const InputError&) {  // not there yet, or caught in the middle of a flush
+    }
+  }
+  return frames;
+}
+
 TEST_F(RunTest, DrivesStagesFillsOutletsAndFrames) {
   const Case c = tray();
   const RunSummary summary = run(c, options("run.h5"));
@@ -263,7 +276,8 @@ TEST_F(RunTest, KilledRunGoesOnBitForBit) {
   ::waitpid(start_process([&] { run(tray(), whole); }), &status, 0);
   ASSERT_EQ(status, 0);
   RunOptions parts = options("parts.h5");
-  parts.checkpoint_every = 0.02;
+  parts.checkpoint_every = 0.01;
+  std::size_t frames = 0;
   for (int session = 0; session < 3; ++session) {
     const pid_t child = start_process([&] {
       if (session == 0)
@@ -271,18 +285,11 @@ TEST_F(RunTest, KilledRunGoesOnBitForBit) {
       else
         resume(parts.results_file, parts);
     });
-    // Not before there is something to resume, and then somewhere in the middle.
-    for (int i = 0; i < 500; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      try {
-        if (Recording(parts.results_file).has_checkpoint()) break;
-      } catch (const InputError&) {  // not there yet, or caught in the middle of a flush
-      }
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    frames = wait_for_frames(parts.results_file, frames + 2);
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
   }
+  EXPECT_GT(frames, 5u);
   ASSERT_EQ(resume(parts.results_file, parts).status, RunStatus::finished);
   expect_equal_datasets(whole.results_file, parts.results_file);
 }

@@ -306,8 +306,6 @@ TEST(Collide, SwappingThePartsMirrorsTheAnswer) {
 TEST(Collide, MovingBothPartsMovesTheAnswer) {
   const ConvexPart a = box({10e-3, 8e-3, 5e-3}, 0.5e-3), b = box({4e-3, 5e-3, 6e-3}, 1e-3);
   const Pose shift = at({3e-3, -2e-3, 7e-3}, turn(0.7, Vec3(1, 2, -1)));
-  const Pose shift_back{shift.rotation.transpose(),
-                        -(shift.rotation.transpose() * shift.translation)};
   // The same solid described in other axes.
   std::vector<HalfSpace> planes = box_planes(-Vec3(10e-3, 8e-3, 5e-3), Vec3(10e-3, 8e-3, 5e-3));
   for (auto& h : planes) {
@@ -480,7 +478,9 @@ TEST(CollidePlane, SlabsAddUpToTheWholeFace) {
       const Load got = load(pieces);
       EXPECT_NEAR(area, one.area, 1e-6 * one.area);
       EXPECT_NEAR(got.force, expected.force, 1e-9 * expected.force);
-      if (tilt == 0) EXPECT_NEAR((got.moment - expected.moment).norm(), 0, 1e-8 * expected.force);
+      if (tilt == 0) {
+        EXPECT_NEAR((got.moment - expected.moment).norm(), 0, 1e-8 * expected.force);
+      }
     }
   }
 }

@@ -14,21 +14,14 @@ using scenes::kGravity;
 // Four blocks stacked with the greatest overhang, L/2 (1 + 1/2 + 1/3 + 1/4) = 1.041667 L, scaled.
 // Returns how far the top block has fallen.
 double overhang_fall(double fraction) {
-  const double edge = 0.1, stiffness = 1e6;
+  const double edge = 0.1, stiffness = 1e7, rounding = 1e-4;
   Model model = scenes::empty(scenes::law(0.6, 0.3), scenes::law(0.6, 0.3));
-  const Shape block = make_box({edge, edge, edge / 2}, scenes::ice_options(1, stiffness, 1e-5));
+  const Shape block = make_box({edge, edge, edge / 2}, scenes::ice_options(1, stiffness, rounding));
   const int shape = scenes::add_shape(model, block);
   scenes::add_particles(model, shape, 4);
   // The table ends at x = 0; blocks reach beyond it towards +x.
-  scenes::add_panel(model, "table", {-0.5, -0.2, -0.1}, {0, 0.2, 0});
-  model.boundaries[0].rigid = true;
-  model.boundaries[0].parts = {convex_part({{Vec3::UnitX(), 0.25, false},
-                                            {-Vec3::UnitX(), 0.25, false},
-                                            {Vec3::UnitY(), 0.2, false},
-                                            {-Vec3::UnitY(), 0.2, false},
-                                            {Vec3::UnitZ(), 0.05, false},
-                                            {-Vec3::UnitZ(), 0.05, false}},
-                                           1e-5)};
+  const int table = scenes::add_panel(model, "table", {-0.5, -0.2, -0.1}, {0, 0.2, 0}, rounding);
+  model.boundaries[table].rigid = true;
   model.timestep = 1e-5;
   Solver solver(model);
   double reach = 0;  // of the right end of the block in hand
@@ -78,38 +71,53 @@ TEST(RockingLong, SlenderBlockRocksWithHousnersPeriodAndLoss) {
   EXPECT_NEAR(spin_after / spin_before, 0.911765, 0.05);
 }
 
-// A column of crescents in a narrow box, filled by the same seed.
-Solver fill(double refresh_fraction, double duration) {
+// 100 crescents fall into a narrow box.
+Solver fill(double refresh_fraction, double duration, std::uint64_t seed) {
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.3, 0.3));
   scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()), 100);
   scenes::add_box_of_planes(model, Vec3::Zero(), {0.16, 0.14, 0});
   model.timestep = 1e-5;
   model.numerics.refresh_fraction = refresh_fraction;
   Solver solver(model);
-  scenes::scatter(solver, 0, 100, Vec3::Zero(), {0.16, 0.14, 0.7}, 21);
+  scenes::scatter(solver, 0, 100, Vec3::Zero(), {0.16, 0.14, 0.7}, seed);
   scenes::run(solver, duration);
   return solver;
 }
 
 // Finding every contact anew at every step and finding them when they can have changed are one
-// physics. Single trajectories part after a few impacts; what the bed does must not.
-TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnAFallingBed) {
-  const double enabled = Model{}.numerics.refresh_fraction;
-  const Energy plain = fill(0, 0.25).energy(), skipping = fill(enabled, 0.25).energy();
-  EXPECT_NEAR(skipping.kinetic, plain.kinetic, 0.02 * plain.kinetic);
-  EXPECT_NEAR(skipping.gravitational, plain.gravitational, 0.002 * plain.gravitational);
-  EXPECT_NEAR(skipping.dissipated_normal, plain.dissipated_normal, 0.03 * plain.dissipated_normal);
+// physics. Single trajectories part after a few impacts; what beds do in the mean of four must not:
+// one bed's kinetic energy while it lands varies by some 2 %, its settled height by 1 %.
+struct Bed {
+  double kinetic = 0, gravitational = 0, dissipated = 0;  // J
+};
+
+Bed mean_bed(double refresh_fraction, double duration) {
+  Bed mean;
+  for (const std::uint64_t seed : {21, 22, 23, 24}) {
+    const Energy e = fill(refresh_fraction, duration, seed).energy();
+    mean.kinetic += e.kinetic / 4;
+    mean.gravitational += e.gravitational / 4;
+    mean.dissipated += (e.dissipated_normal + e.dissipated_friction) / 4;
+  }
+  return mean;
 }
 
-TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnTheSettledHeight) {
-  const double enabled = Model{}.numerics.refresh_fraction;
-  const Energy plain = fill(0, 0.8).energy(), skipping = fill(enabled, 0.8).energy();
-  EXPECT_NEAR(skipping.gravitational, plain.gravitational, 0.03 * plain.gravitational);
+TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnFallingAndSettledBeds) {
+  for (const double duration : {0.25, 0.7}) {
+    SCOPED_TRACE(duration);
+    const Bed plain = mean_bed(0, duration);
+    const Bed skipping = mean_bed(Model{}.numerics.refresh_fraction, duration);
+    EXPECT_NEAR(skipping.gravitational, plain.gravitational, 0.015 * plain.gravitational);
+    EXPECT_NEAR(skipping.dissipated, plain.dissipated, 0.02 * plain.dissipated);
+    if (duration < 0.5) {
+      EXPECT_NEAR(skipping.kinetic, plain.kinetic, 0.02 * plain.kinetic);
+    }
+  }
 }
 
 // A settled bed keeps still and keeps its energy.
 TEST(HoldLong, SettledBedStaysAsItIs) {
-  Solver solver = fill(Model{}.numerics.refresh_fraction, 1.2);
+  Solver solver = fill(Model{}.numerics.refresh_fraction, 1.2, 21);
   const Energy before = solver.energy();
   const std::uint64_t deep_births = solver.health().deep_births;
   EXPECT_LT(before.kinetic, 1e-5);

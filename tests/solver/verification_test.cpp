@@ -55,7 +55,6 @@ Impact drop_sphere(double mass, double speed, double stiffness, double e) {
                 Vec3::Zero());
   const double floor_force = 0.002 * speed * std::sqrt(mass * stiffness);
   Impact out;
-  double before = -speed;
   for (double before = -speed; solver.steps() < 100000;) {
     solver.step();
     const ParticleState& p = solver.particles();
