@@ -1,18 +1,34 @@
 // firn calibrate: parameters from measurements.
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "calibrate/study.h"
+#include "reports/heap_picture.h"
 
 namespace firn {
 namespace {
 
+// The heap of a run at the answer, beside the results. A study of another experiment has none.
+void draw_example(const StudySummary& summary) {
+  if (summary.example_run.empty()) return;
+  try {
+    const Recording recording(summary.example_run);
+    if (!recording.read_case().drained_repose) return;
+    draw_heap(recording, recording.frame_times().size() - 1,
+              (std::filesystem::path(summary.directory) / "drained_heap.png").string());
+  } catch (const InputError& e) {
+    fmt::print(stderr, "firn: no picture of the heap: {}\n", e.what());
+  }
+}
+
 int run_study(StudyOptions options, bool json) {
   options.interrupt = &interrupt_flag();
   const StudySummary summary = calibrate(options);
+  draw_example(summary);
   if (json) {
     fmt::print("{}\n", summary.json);
   } else {

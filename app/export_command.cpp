@@ -1,4 +1,4 @@
-// firn export: a results file for ParaView and for spreadsheets.
+// firn export: a results file for ParaView, for spreadsheets and as a picture.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "experiments/export.h"
+#include "reports/heap_picture.h"
 
 namespace firn {
 namespace {
@@ -20,8 +21,20 @@ struct Arguments {
   VtkOptions vtk;
 };
 
+int export_picture(const Recording& recording, const Arguments& a) {
+  const std::size_t frames = recording.frame_times().size();
+  if (frames == 0)
+    throw InputError(a.file + ": holds no frame to draw; expected a run that has begun");
+  const std::string file =
+      a.folder.empty() ? fs::path(a.file).replace_extension(".png").string() : a.folder;
+  draw_heap(recording, frames - 1, file);
+  fmt::print(stderr, "drawn in {}\n", file);
+  return ExitStatus::done;
+}
+
 int export_file(const Arguments& a) {
   const Recording recording(a.file);
+  if (a.format == "png") return export_picture(recording, a);
   const std::string folder =
       a.folder.empty() ? fs::path(a.file).replace_extension().string() + "-" + a.format : a.folder;
   if (a.format == "csv") {
@@ -37,20 +50,21 @@ int export_file(const Arguments& a) {
 
 void add_export_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("export", "Write a results file for ParaView or for spreadsheets");
+  CLI::App* command = app.add_subcommand(
+      "export", "Write a results file for ParaView, for spreadsheets or as a picture");
   command->add_option("RUN.h5", a->file, "Results file of `firn run`")->required()->type_name("");
   command
       ->add_option("--to", a->format,
                    "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView;\n"
-                   "csv: particles, frames, series and responses as tables")
-      ->check(CLI::IsMember({"vtk", "csv"}))
+                   "csv: particles, frames, series and responses as tables;\n"
+                   "png: a picture of the drained heap in the last frame")
+      ->check(CLI::IsMember({"vtk", "csv", "png"}))
       ->required();
   command
       ->add_option("-o,--output", a->folder,
                    "Folder for the files, made if need be; by default the\nresults file's name "
-                   "with -vtk or -csv")
-      ->type_name("DIR");
+                   "with -vtk or -csv. png: the picture's file")
+      ->type_name("PATH");
   command->add_option("--every", a->vtk.every, "vtk: only every Nth frame")
       ->check(CLI::Range(1, 1000000))
       ->type_name("N")

@@ -76,6 +76,10 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
   s.json = render_json(study, answer);
   s.directory = directory;
   const fs::path folder(directory);
+  for (const JournalRun& run : runs) {
+    const fs::path results = folder / "runs" / (run.key + ".h5");
+    if (run.label.phase == "confirm" && fs::exists(results)) s.example_run = results.string();
+  }
   write_file(folder / "results.json", s.json + "\n");
   write_file(folder / "runs.csv", render_runs_csv(study, runs));
   write_file(folder / "report.md",

@@ -38,6 +38,7 @@ struct StudySummary {
   std::string table;     // for people: what was found, with uncertainty; ends in a new line
   std::string json;      // the same for programs; also results.json in the directory
   std::string directory;
+  std::string example_run;  // results file of a simulation at the answer; empty: none was made
   int exit_status() const;  // 0 done, 1 too few runs, 130 interrupted
 };
 

@@ -11,7 +11,7 @@
 namespace firn {
 
 // Width given to edges and corners so that face >> edge >> corner, whatever their lengths.
-inline constexpr double kEdgeWidth = 2e-5;    // m
+inline constexpr double kEdgeWidth = 1e-6;    // m
 inline constexpr double kLeastExtent = 1e-9;  // m, below which a segment is a point
 
 struct Point2 {

@@ -8,7 +8,6 @@
 namespace firn {
 namespace {
 
-using scenes::kDegree;
 using scenes::kGravity;
 
 // Four blocks stacked with the greatest overhang, L/2 (1 + 1/2 + 1/3 + 1/4) = 1.041667 L, scaled.
