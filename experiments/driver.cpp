@@ -151,6 +151,7 @@ RunSummary Driver::run() {
     conclude(fmt::format("failed: {}", e.what()));
     throw;
   }
+  if (options_.progress) report();
   summary.simulated = now();
   summary.wall = seconds_since(started_);
   summary.steps = solver_.steps();
@@ -161,6 +162,7 @@ RunSummary Driver::run() {
 }
 
 std::string Driver::simulate() {
+  if (options_.progress) report();
   if (!resumed_) {
     for (const Case::Placed& p : case_.placed)
       solver_.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
@@ -238,7 +240,7 @@ bool Driver::let_out() {
 
 // Everybody that is to come is there, and the mean kinetic energy is below the stage's bound.
 bool Driver::is_quiet() const {
-  const Stage& stage = stages_[state_.stages.size() - 1];
+  const Stage& stage = this->stage();
   if (stage.until != Stage::Until::at_rest) return false;
   for (std::size_t i = 0; i < case_.fills.size(); ++i)
     if (state_.batches[i] < batch_count(case_.fills[i])) return false;
@@ -255,7 +257,7 @@ bool Driver::is_quiet() const {
 }
 
 std::optional<std::string> Driver::stage_end() const {
-  const Stage& stage = stages_[state_.stages.size() - 1];
+  const Stage& stage = this->stage();
   const std::uint64_t step = solver_.steps();
   const std::uint64_t in_stage = step - state_.stage_start;
   if (step >= last_step_) return "end of the case";
@@ -266,6 +268,10 @@ std::optional<std::string> Driver::stage_end() const {
       step >= static_cast<std::uint64_t>(state_.rest_since) + to_steps(stage.rest_hold))
     return "at rest";
   return std::nullopt;
+}
+
+const Stage& Driver::stage() const {
+  return stages_[std::max<std::size_t>(1, state_.stages.size()) - 1];
 }
 
 void Driver::enter_stage(std::size_t number) {
@@ -308,7 +314,7 @@ void Driver::report() {
   Progress progress;
   progress.time = now();
   progress.latest_end = case_.duration;
-  progress.stage = state_.stages.back().name;
+  progress.stage = stage().name;
   progress.wall = seconds_since(started_);
   for (Presence presence : solver_.particles().presence) {
     if (presence == Presence::present) ++progress.present;

@@ -47,6 +47,7 @@ class Driver {
   bool let_out();
   bool is_quiet() const;
   std::optional<std::string> stage_end() const;
+  const Stage& stage() const;  // under way, or the first
   void enter_stage(std::size_t number);
   void record_frame();
   void save();

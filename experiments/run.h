@@ -28,7 +28,7 @@ struct RunOptions {
   std::string results_file;  // HDF5; always written
   int threads = 1;
   double checkpoint_every = 60;  // s of wall time; also on interruption and at the end of a stage
-  std::function<void(const Progress&)> progress;  // called about five times a second
+  std::function<void(const Progress&)> progress;  // about five times a second, first and last
   const std::atomic<bool>* interrupt = nullptr;   // set from a signal handler: save and stop
 };
 

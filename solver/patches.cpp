@@ -6,12 +6,24 @@ namespace firn {
 
 namespace {
 
-// Cosine of 5 degrees: parts whose normals differ less may share a patch. Wider, a corner that
-// touches beside a face would get next to nothing of the stiffness, which goes by area, and sink in.
-constexpr double kSamePatch = 0.9962;
+constexpr double kSameFace = 0.9962;  // cosine of 5 degrees: one region whatever else
+constexpr double kSamePatch = 0.9;    // cosine: normals further apart are never one region
+constexpr double kLikeArea = 0.1;     // ratio of areas that share stiffness fairly
 constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
 
 std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
+
+// True when two neighbouring contacts belong to one region. Stiffness is shared by area, so a corner
+// that touches deeper than the face beside it would get next to nothing and sink in: it is a region
+// of its own.
+bool same_region(const Manifold& c, const Manifold& d) {
+  const double cosine = c.normal.dot(d.normal);
+  if (cosine >= kSameFace) return true;
+  if (cosine < kSamePatch) return false;
+  const Manifold& smaller = c.area < d.area ? c : d;
+  const Manifold& larger = c.area < d.area ? d : c;
+  return smaller.area > kLikeArea * larger.area || smaller.gap >= larger.gap;
+}
 
 // Connected components of the contacts: neighbouring parts on both bodies and like normals.
 int group_contacts(const PatchInput& in, PatchScratch& scratch) {
@@ -30,7 +42,7 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
         const PartContact& d = in.contacts[k];
         if (!(in.neighbours_a[c.a] & bit(d.a))) continue;
         if (!in.neighbours_b.empty() && !(in.neighbours_b[c.b] & bit(d.b))) continue;
-        if (c.manifold.normal.dot(d.manifold.normal) < kSamePatch) continue;
+        if (!same_region(c.manifold, d.manifold)) continue;
         scratch.group[k] = groups;
         scratch.stack.push_back(k);
       }
