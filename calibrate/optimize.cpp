@@ -160,10 +160,10 @@ LeastSquaresFit least_squares(const LeastSquaresProblem& problem, const VectorXd
   return fit;
 }
 
-double jacobian_error(const LeastSquaresProblem& problem, const VectorXd& x) {
+double jacobian_error(const LeastSquaresProblem& problem, const VectorXd& x, double step) {
   CeresAdapter adapter(problem, static_cast<int>(x.size()));
   ceres::NumericDiffOptions numeric;
-  numeric.relative_step_size = 1e-5;
+  numeric.ridders_relative_initial_step_size = step;
   const std::vector<const ceres::Manifold*>* no_manifolds = nullptr;
   ceres::GradientChecker checker(&adapter, no_manifolds, numeric);
   const double* blocks[] = {x.data()};

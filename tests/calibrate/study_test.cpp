@@ -75,8 +75,10 @@ TEST(Calibrate, OneAngleDeterminesOneCombinationOfTwoFrictions) {
   EXPECT_TRUE(open["uncertainty"].is_null());  // not zero: the data say nothing there
   // 0.27 ln mu1 + 0.22 ln mu2 = ln(10 / 35), at unit length of the coefficients.
   const double norm = std::hypot(0.27, 0.22), sd = determined["uncertainty"].get<double>();
-  EXPECT_NEAR(determined["terms"][0]["coefficient"].get<double>(), 0.27 / norm, 0.08);
-  EXPECT_NEAR(determined["terms"][1]["coefficient"].get<double>(), 0.22 / norm, 0.08);
+  // 8 % of noise on 8 points with two seeds over 0.9 (one standard deviation of the logarithms)
+  // leaves 0.02 to each slope, 0.065 to the direction: three times that.
+  EXPECT_NEAR(determined["terms"][0]["coefficient"].get<double>(), 0.27 / norm, 0.19);
+  EXPECT_NEAR(determined["terms"][1]["coefficient"].get<double>(), 0.22 / norm, 0.19);
   EXPECT_NEAR(determined["value"].get<double>(), std::log(10.0 / 35) / norm, 3 * sd);
   EXPECT_GT(sd, 0.05);  // the measurement alone: 0.05 / norm = 0.14
   EXPECT_LT(sd, 0.6);
