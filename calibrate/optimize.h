@@ -45,8 +45,8 @@ struct LeastSquaresFit {
 LeastSquaresFit least_squares(const LeastSquaresProblem& problem, const Eigen::VectorXd& start);
 
 // Largest relative difference between the problem's Jacobian and Ceres's own numeric one at x; for
-// tests of hand-written derivatives. `step` is where Ridders' extrapolation starts, relative to each
-// parameter and absolute at the least: it must not leap over a small parameter.
+// tests of hand-written derivatives. `step` is where Ridders' extrapolation starts, relative to
+// each parameter and absolute at the least: it must not leap over a small parameter.
 double jacobian_error(const LeastSquaresProblem& problem, const Eigen::VectorXd& x,
                       double step = 1e-2);
 

@@ -41,7 +41,8 @@ void advance_boundaries(const Model& model, State& s) {
     Displacement d{motion.position, s.orientation[body]};
     for (const Motion& m : boundary.motions) apply(m, s.time, dt, d);
     for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
-      if (s.extra_motion_boundary[k] == static_cast<int>(b)) apply(s.extra_motions[k], s.time, dt, d);
+      if (s.extra_motion_boundary[k] == static_cast<int>(b))
+        apply(s.extra_motions[k], s.time, dt, d);
     }
     motion.velocity = (d.position - motion.position) / dt;
     motion.spin = d.turned / dt;

@@ -17,8 +17,8 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
   Energy e;
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
     if (s.presence[i] != Presence::present) continue;
-    const double gravitational = -w.rigid[model.particles[i].shape].mass *
-                                 model.gravity.dot(s.motion[i].position);
+    const double gravitational =
+        -w.rigid[model.particles[i].shape].mass * model.gravity.dot(s.motion[i].position);
     e.gravitational += gravitational;
     e.kinetic += particle_energy(model, w, s, static_cast<int>(i)) - gravitational;
   }
@@ -31,7 +31,8 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
           stored_energy(w.laws[pair.law], patch, s.points.data() + patch.first_point);
       stored.normal += one.normal;
       stored.friction += one.friction;
-      if (pair.b >= static_cast<int>(model.particles.size())) stored_walls += one.normal + one.friction;
+      if (pair.b >= static_cast<int>(model.particles.size()))
+        stored_walls += one.normal + one.friction;
     }
   }
   // What contacts took from the bodies and do not hold any more is lost.
@@ -46,8 +47,8 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
 
 namespace {
 
-constexpr std::uint64_t kEnergyEvery = 500;   // steps between two energy balances
-constexpr double kRunaway = 0.25;             // of the energy at play
+constexpr std::uint64_t kEnergyEvery = 500;  // steps between two energy balances
+constexpr double kRunaway = 0.25;            // of the energy at play
 
 void check_finite(const Model& model, const State& s) {
   double sum = 0;
@@ -95,8 +96,9 @@ void check_state(const Model& model, Workspace& w, State& s) {
   for (std::size_t k = 0; k < w.active.size(); ++k) {
     const Pair& pair = s.pairs[w.active[k]];
     if (w.loads[k].overlap > w.laws[pair.law].overlap_limit) {
-      throw RunError(fmt::format("particle {} overlaps by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m",
-                                 pair.a, w.loads[k].overlap, s.time, w.laws[pair.law].overlap_limit));
+      throw RunError(
+          fmt::format("particle {} overlaps by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m",
+                      pair.a, w.loads[k].overlap, s.time, w.laws[pair.law].overlap_limit));
     }
   }
   if (s.steps % kEnergyEvery == 0) check_energy(model, w, s);

@@ -2,9 +2,9 @@
 //
 // What one body feels from another is one or more patches. A patch is a connected touching region
 // with one normal and the full stiffness K of the pair, however many convex parts, facets or
-// clipped vertices lie under it. Its points share K by the area they stand for; each carries its own
-// hysteretic normal force, so that a flat face resists tilting and loses rocking energy. Friction is
-// one tangential and one torsional spring per patch. See docs/contact.md.
+// clipped vertices lie under it. Its points share K by the area they stand for; each carries its
+// own hysteretic normal force, so that a flat face resists tilting and loses rocking energy.
+// Friction is one tangential and one torsional spring per patch. See docs/contact.md.
 #pragma once
 
 #include <algorithm>
@@ -17,19 +17,19 @@ namespace firn {
 
 // Constants of a pair of shapes (or shape and boundary), made once from the model.
 struct PairLaw {
-  double stiffness = 0;            // N/m, K_nl of equation (4)
-  double unloading_ratio = 1;      // K_nu / K_nl = 1 / epsilon^2, equation (5)
-  double floor = 0;                // lambda of equation (3)
-  double tangential_stiffness = 0; // N/m, K_tau
+  double stiffness = 0;             // N/m, K_nl of equation (4)
+  double unloading_ratio = 1;       // K_nu / K_nl = 1 / epsilon^2, equation (5)
+  double floor = 0;                 // lambda of equation (3)
+  double tangential_stiffness = 0;  // N/m, K_tau
   double static_friction = 0;
   double dynamic_friction = 0;
-  double sliding_speed = 0;        // m/s
-  double rolling_limit = 0;        // m: rolling moment limit / normal force
-  double shell = 0;                // m
-  double refresh = 0;              // m of relative motion between two searches for contacts
-  double merge = 0;                // m, points nearer than this are one
-  double deep = 0;                 // m, overlap at birth that counts as late detection
-  double overlap_limit = 0;        // m
+  double sliding_speed = 0;  // m/s
+  double rolling_limit = 0;  // m: rolling moment limit / normal force
+  double shell = 0;          // m
+  double refresh = 0;        // m of relative motion between two searches for contacts
+  double merge = 0;          // m, points nearer than this are one
+  double deep = 0;           // m, overlap at birth that counts as late detection
+  double overlap_limit = 0;  // m
 };
 
 struct ContactPoint {
@@ -41,19 +41,19 @@ struct ContactPoint {
 };
 
 struct Patch {
-  Vec3 normal = Vec3::UnitZ();        // unit, from a to b, world
-  Vec3 arm = Vec3::Zero();            // m, reference point (pressure centre) minus centre of a, world
-  Vec3 tangential = Vec3::Zero();     // N, friction force on a
-  Vec3 rolling = Vec3::Zero();        // N m, rolling moment on a
-  double torsion = 0;                 // N m, about the normal, on a
-  double torsion_radius = 0;          // m
-  double normal_force = 0;            // N
-  std::uint64_t parts_a = 0;          // bit i: part i (mod 64) of a takes part
+  Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
+  Vec3 arm = Vec3::Zero();         // m, reference point (pressure centre) minus centre of a, world
+  Vec3 tangential = Vec3::Zero();  // N, friction force on a
+  Vec3 rolling = Vec3::Zero();     // N m, rolling moment on a
+  double torsion = 0;              // N m, about the normal, on a
+  double torsion_radius = 0;       // m
+  double normal_force = 0;         // N
+  std::uint64_t parts_a = 0;       // bit i: part i (mod 64) of a takes part
   std::uint64_t parts_b = 0;
   std::uint32_t first_point = 0;
   std::uint32_t point_count = 0;
-  std::uint32_t sliding = 0;          // 1: dynamic friction applies
-  std::uint32_t fresh = 1;            // 1: gaps are those of this instant, not yet to be advanced
+  std::uint32_t sliding = 0;  // 1: dynamic friction applies
+  std::uint32_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
 };
 
 // Relative motion of the two bodies at a patch over one step.
@@ -63,19 +63,20 @@ struct RelativeMotion {
 };
 
 struct PatchLoad {
-  Vec3 force = Vec3::Zero();       // N, on a
-  Vec3 moment = Vec3::Zero();      // N m, on a, about the reference point
-  double normal_force = 0;         // N
-  double overlap = 0;              // m, deepest point
-  double work_normal = 0;    // J taken from the bodies in this step: stored or lost
-  double work_friction = 0;  // J, the same of friction, torsion and rolling
+  Vec3 force = Vec3::Zero();   // N, on a
+  Vec3 moment = Vec3::Zero();  // N m, on a, about the reference point
+  double normal_force = 0;     // N
+  double overlap = 0;          // m, deepest point
+  double work_normal = 0;      // J taken from the bodies in this step: stored or lost
+  double work_friction = 0;    // J, the same of friction, torsion and rolling
 };
 
 // Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`
 // (m, positive: approaching) to `overlap`. Loading along K, unloading and reloading along K_u,
 // never below lambda K s. A point that touches for the first time starts on the loading line.
-[[gnu::always_inline]] inline double normal_force(double previous, double stiffness, double unloading_stiffness,
-                           double floor, double overlap, double ds) {
+[[gnu::always_inline]] inline double normal_force(double previous, double stiffness,
+                                                  double unloading_stiffness, double floor,
+                                                  double overlap, double ds) {
   if (overlap <= 0) return 0;
   const double loading = stiffness * overlap;
   if (previous <= 0) return loading;
@@ -84,8 +85,9 @@ struct PatchLoad {
 
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
 // and a dynamic coefficient. Returns the friction limit in force, N.
-[[gnu::always_inline]] inline double advance_friction(const PairLaw& law, Patch& patch, const RelativeMotion& motion,
-                               double dt, PatchLoad& out) {
+[[gnu::always_inline]] inline double advance_friction(const PairLaw& law, Patch& patch,
+                                                      const RelativeMotion& motion, double dt,
+                                                      PatchLoad& out) {
   const Vec3 slip = motion.velocity - patch.normal * motion.velocity.dot(patch.normal);
   Vec3 trial = patch.tangential - (law.tangential_stiffness * dt) * slip;
   const double square = trial.squaredNorm();
@@ -104,8 +106,9 @@ struct PatchLoad {
 }
 
 // Torsion spring about the normal with the same slip limit at the patch's radius.
-[[gnu::always_inline]] inline void advance_torsion(const PairLaw& law, Patch& patch, const RelativeMotion& motion,
-                            double cap, double dt, PatchLoad& out) {
+[[gnu::always_inline]] inline void advance_torsion(const PairLaw& law, Patch& patch,
+                                                   const RelativeMotion& motion, double cap,
+                                                   double dt, PatchLoad& out) {
   const double r = patch.torsion_radius;
   const double turn = motion.spin.dot(patch.normal) * dt;
   const double before = patch.torsion;
@@ -131,8 +134,9 @@ inline void advance_rolling(const PairLaw& law, Patch& patch, const RelativeMoti
 }
 
 // Advances one patch by `dt` and returns what it does to body a; body b feels the opposite.
-[[gnu::always_inline]] inline PatchLoad advance_patch(const PairLaw& law, Patch& patch, ContactPoint* points,
-                               const RelativeMotion& motion, double dt) {
+[[gnu::always_inline]] inline PatchLoad advance_patch(const PairLaw& law, Patch& patch,
+                                                      ContactPoint* points,
+                                                      const RelativeMotion& motion, double dt) {
   PatchLoad out;
   const Vec3& n = patch.normal;
   const double approach = motion.velocity.dot(n) * dt;
@@ -177,7 +181,8 @@ inline void advance_rolling(const PairLaw& law, Patch& patch, const RelativeMoti
 struct StoredEnergy {
   double normal = 0, friction = 0;
 };
-inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const ContactPoint* points) {
+inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch,
+                                  const ContactPoint* points) {
   StoredEnergy e;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double ku = law.stiffness * points[i].share * law.unloading_ratio;

@@ -45,13 +45,12 @@ class Looker {
     const Pose pose = relative_pose(s_, pair.a, pair.b);
     const double path = s_.path[pair.a] + s_.path[pair.b];
     const double reach_b = pair.b < n_ ? w_.reach[model_.particles[pair.b].shape] : 0;
-    const double moved =
-        watch.moved + moved_since(s_, pair, watch, pose, reach_b, path);
+    const double moved = watch.moved + moved_since(s_, pair, watch, pose, reach_b, path);
     // World-fixed normals and arms also age when both bodies turn together.
-    const double turn_left = pair.patch_count == 0
-                                 ? std::numeric_limits<double>::infinity()
-                                 : law.refresh - (s_.turn[pair.a] - watch.reference_turn) *
-                                                     w_.reach[shape_a];
+    const double turn_left =
+        pair.patch_count == 0
+            ? std::numeric_limits<double>::infinity()
+            : law.refresh - (s_.turn[pair.a] - watch.reference_turn) * w_.reach[shape_a];
     out.queried = false;
     out.queries = 0;
     out.deep_births = 0;
@@ -96,14 +95,16 @@ class Looker {
                   {},
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
                   s_.points.data()};
-    if (pair.b < n_) in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
+    if (pair.b < n_)
+      in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
     out.deep_births = build_patches(in, scratch_, out.found);
   }
 
   void collide_parts(const Pair& pair, const ConvexPart& part_a, PartPair& p, const Pose& pose,
                      double shell, Manifold& out) const {
     if (pair.b < n_) {
-      collide(part_a, model_.shapes[model_.particles[pair.b].shape].parts[p.b], pose, shell, p.cache, out);
+      collide(part_a, model_.shapes[model_.particles[pair.b].shape].parts[p.b], pose, shell,
+              p.cache, out);
       return;
     }
     const Boundary& boundary = model_.boundaries[pair.b - n_];

@@ -36,13 +36,14 @@ void pair_load(const State& s, const PairLaw& law, const Pair& pair, Patch* patc
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
   w.loads.resize(w.active.size());
-  for_chunks(model.numerics.threads, w.active.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const Pair& pair = s.pairs[w.active[k]];
-      pair_load(s, w.laws[pair.law], pair, s.patches.data(), s.points.data(), model.timestep,
-                w.loads[k]);
-    }
-  });
+  for_chunks(model.numerics.threads, w.active.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) {
+               for (std::size_t k = begin; k < end; ++k) {
+                 const Pair& pair = s.pairs[w.active[k]];
+                 pair_load(s, w.laws[pair.law], pair, s.patches.data(), s.points.data(),
+                           model.timestep, w.loads[k]);
+               }
+             });
 }
 
 void sum_forces(const Model& model, const Workspace& w, State& s) {

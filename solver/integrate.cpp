@@ -70,9 +70,7 @@ void rotate_free(const Vec3& inverse_inertia, double dt, Quat& orientation, Vec3
   rotate(inverse_inertia.data(), dt, orientation.coeffs().data(), m.data());
 }
 
-void rotate_free(FreeRotations& b, double dt) {
-  rotate(b.inverse_inertia, dt, b.q, b.momentum);
-}
+void rotate_free(FreeRotations& b, double dt) { rotate(b.inverse_inertia, dt, b.q, b.momentum); }
 
 void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, const Vec3& gravity,
                double dt, const Mat3& rotation, BodyMotion& motion, Vec3& angular_momentum) {

@@ -20,8 +20,8 @@ void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, con
 constexpr int kLanes = 8;
 using Lanes = Eigen::Array<double, kLanes, 1>;
 struct FreeRotations {
-  Lanes q[4];          // x y z w of the orientations
-  Lanes momentum[3];   // kg m^2/s, body axes
+  Lanes q[4];         // x y z w of the orientations
+  Lanes momentum[3];  // kg m^2/s, body axes
   Lanes inverse_inertia[3];
 };
 void rotate_free(FreeRotations& bodies, double dt);

@@ -93,14 +93,16 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
   if (springs.empty()) {
     return {1e-4, "no particle can touch anything: 0.1 ms"};
   }
-  const Spring& s = *std::min_element(springs.begin(), springs.end(), [](const auto& x, const auto& y) {
-    return x.quarter_period() < y.quarter_period();
-  });
+  const Spring& s = *std::min_element(
+      springs.begin(), springs.end(),
+      [](const auto& x, const auto& y) { return x.quarter_period() < y.quarter_period(); });
   TimestepAdvice advice;
   advice.timestep = s.quarter_period() / steps;
   advice.reason = fmt::format(
-      "{:.4g} steps in the quarter period {:.4g} s of {}: {} stiffness {:.4g} N/m, effective mass {:.4g} kg",
-      steps, s.quarter_period(), s.name, s.unloading ? "unloading" : "loading", s.stiffness, s.mass);
+      "{:.4g} steps in the quarter period {:.4g} s of {}: {} stiffness {:.4g} N/m, effective mass "
+      "{:.4g} kg",
+      steps, s.quarter_period(), s.name, s.unloading ? "unloading" : "loading", s.stiffness,
+      s.mass);
   return advice;
 }
 
@@ -130,8 +132,9 @@ void validate(const Model& model) {
     for (const Boundary& b : model.boundaries) {
       check_interaction(model, model.shapes[i].material, b.material);
       if (!(boundary_pair_stiffness(model, model.shapes[i], b) > 0)) {
-        throw InputError("boundaries." + b.name +
-                         ": has no stiffness; expected a Young's modulus, a stiffness or rigid = true");
+        throw InputError(
+            "boundaries." + b.name +
+            ": has no stiffness; expected a Young's modulus, a stiffness or rigid = true");
       }
     }
   }

@@ -37,26 +37,26 @@ struct Particle {
 struct Motion {
   enum class Kind { translation, rotation };
   Kind kind = Kind::translation;
-  double start = 0;                                            // s
-  double stop = std::numeric_limits<double>::infinity();       // s
-  Vec3 velocity = Vec3::Zero();                                // m/s (translation)
-  Vec3 axis = Vec3::UnitZ();                                   // unit (rotation)
-  Vec3 center = Vec3::Zero();                                  // m, a point on the axis, world, at start
-  double angular_speed = 0;                                    // rad/s about the axis
+  double start = 0;                                       // s
+  double stop = std::numeric_limits<double>::infinity();  // s
+  Vec3 velocity = Vec3::Zero();                           // m/s (translation)
+  Vec3 axis = Vec3::UnitZ();                              // unit (rotation)
+  Vec3 center = Vec3::Zero();                             // m, a point on the axis, world, at start
+  double angular_speed = 0;                               // rad/s about the axis
 };
 
 struct Boundary {
   enum class Kind { plane, solid };
   std::string name;
   int material = 0;
-  bool rigid = false;       // no compliance in series, whatever its Young's modulus
-  double stiffness = 0;     // N/m; 0: E_b * L of the particle, equation (7)
+  bool rigid = false;    // no compliance in series, whatever its Young's modulus
+  double stiffness = 0;  // N/m; 0: E_b * L of the particle, equation (7)
   Kind kind = Kind::plane;
   // Axes of the boundary. A plane is the half-space z <= 0 of its own axes, solid below.
-  Vec3 origin = Vec3::Zero();             // m, world, at t = 0
-  Quat orientation = Quat::Identity();    // boundary axes -> world, at t = 0
-  std::vector<ConvexPart> parts;          // m, boundary axes (solids)
-  TriangleMesh mesh;                      // m, boundary axes, for drawing
+  Vec3 origin = Vec3::Zero();           // m, world, at t = 0
+  Quat orientation = Quat::Identity();  // boundary axes -> world, at t = 0
+  std::vector<ConvexPart> parts;        // m, boundary axes (solids)
+  TriangleMesh mesh;                    // m, boundary axes, for drawing
   std::vector<Motion> motions;
 };
 
@@ -64,11 +64,11 @@ struct Numerics {
   // Points nearer than the shell are tracked as contact points, touching or not. It is this
   // fraction of the smaller sweep radius of a pair, and never more than shell_limit.
   double contact_shell = 0.04;
-  double shell_limit = 40e-6;     // m
+  double shell_limit = 40e-6;  // m
   // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
   // each other. 0: the plain path, every contact found anew at every step.
   double refresh_fraction = 1;
-  double skin = 0;                // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
+  double skin = 0;  // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
   int threads = 1;
   // A run whose overlap exceeds this fraction of the smaller shape's smallest box edge is stopped.
   double overlap_limit = 0.5;

@@ -63,8 +63,9 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
 
 void kick_and_drift(const Model& model, const Workspace& w, State& s) {
   const double dt = model.timestep;
-  for_chunks(model.numerics.threads, model.particles.size(), kGrain,
-             [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
+  for_chunks(
+      model.numerics.threads, model.particles.size(), kGrain,
+      [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
   const std::size_t n = model.particles.size();
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     const BodyMotion& m = s.motion[n + b];
@@ -75,8 +76,8 @@ void kick_and_drift(const Model& model, const Workspace& w, State& s) {
     if (turned > 0 && model.boundaries[b].kind == Boundary::Kind::plane) {
       for (std::size_t i = 0; i < n; ++i) {
         if (s.presence[i] != Presence::present) continue;
-        reach = std::max(reach, (s.motion[i].position - m.position).norm() +
-                                    w.reach[model.particles[i].shape]);
+        reach = std::max(
+            reach, (s.motion[i].position - m.position).norm() + w.reach[model.particles[i].shape]);
       }
     }
     s.turn[n + b] += turned;
@@ -87,12 +88,13 @@ void kick_and_drift(const Model& model, const Workspace& w, State& s) {
 void kick(const Model& model, const Workspace& w, State& s) {
   for_chunks(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (s.presence[i] != Presence::present) continue;
-      half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i], model.gravity,
-                model.timestep, s.rotation[i], s.motion[i], s.angular_momentum[i]);
-    }
-  });
+               for (std::size_t i = begin; i < end; ++i) {
+                 if (s.presence[i] != Presence::present) continue;
+                 half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i],
+                           model.gravity, model.timestep, s.rotation[i], s.motion[i],
+                           s.angular_momentum[i]);
+               }
+             });
 }
 
 }  // namespace firn

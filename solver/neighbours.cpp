@@ -8,10 +8,10 @@ namespace {
 
 // Places of the bounding spheres of all parts of the present particles.
 struct PartSpheres {
-  std::vector<int> particle;           // [present] ids, ascending
-  std::vector<std::size_t> first;      // [present] into centers
-  std::vector<Vec3> centers;           // m, world
-  std::vector<Box3> boxes;             // [present] m, world, with half the skin around
+  std::vector<int> particle;       // [present] ids, ascending
+  std::vector<std::size_t> first;  // [present] into centers
+  std::vector<Vec3> centers;       // m, world
+  std::vector<Box3> boxes;         // [present] m, world, with half the skin around
 };
 
 PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s) {
@@ -64,7 +64,8 @@ class ListMaker {
     const auto& parts = model_.shapes[model_.particles[a].shape].parts;
     begin(a, b, w_.law_index_boundary(model_.particles[a].shape, boundary));
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      const Vec3 c = pose.rotation.transpose() * (spheres.centers[spheres.first[i] + k] - pose.translation);
+      const Vec3 c =
+          pose.rotation.transpose() * (spheres.centers[spheres.first[i] + k] - pose.translation);
       const double reach = parts[k].bounding_radius + w_.skin;
       if (model_.boundaries[boundary].kind == Boundary::Kind::plane) {
         if (c.z() < reach) add_part(static_cast<int>(k), 0);
@@ -184,7 +185,8 @@ class ListMaker {
 bool must_rebuild(const Workspace& w, const State& s) {
   if (s.list_is_stale) return true;
   double most = 0;
-  for (std::size_t i = 0; i < s.path.size(); ++i) most = std::max(most, s.path[i] - s.listed_path[i]);
+  for (std::size_t i = 0; i < s.path.size(); ++i)
+    most = std::max(most, s.path[i] - s.listed_path[i]);
   return most > 0.5 * w.skin;
 }
 

@@ -13,9 +13,9 @@ constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old
 
 std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
 
-// True when two neighbouring contacts belong to one region. Stiffness is shared by area, so a corner
-// that touches deeper than the face beside it would get next to nothing and sink in: it is a region
-// of its own.
+// True when two neighbouring contacts belong to one region. Stiffness is shared by area, so a
+// corner that touches deeper than the face beside it would get next to nothing and sink in: it is a
+// region of its own.
 bool same_region(const Manifold& c, const Manifold& d) {
   const double cosine = c.normal.dot(d.normal);
   if (cosine >= kSameFace) return true;
@@ -191,7 +191,8 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
   }
   if (total <= 0) return;
   // Not capped by the loading line here: the law does that once it has taken the step's approach.
-  for (std::uint32_t i = 0; i < fresh.point_count; ++i) points[i].force += density[i] * force / total;
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i)
+    points[i].force += density[i] * force / total;
 }
 
 // Friction carried over into the plane of the new normal, its size kept.
@@ -228,7 +229,8 @@ void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
       fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
       fresh.rolling += f * turned_into_plane(old.rolling, fresh.normal);
       // A smaller patch has a shorter lever: what it cannot hold is lost as slip.
-      const double lever = old.torsion_radius > 0 ? std::min(1.0, fresh.torsion_radius / old.torsion_radius) : 0;
+      const double lever =
+          old.torsion_radius > 0 ? std::min(1.0, fresh.torsion_radius / old.torsion_radius) : 0;
       fresh.torsion += f * lever * lever * old.torsion;
       fresh.sliding |= old.sliding;
       scratch.has_parent[i] = 1;

@@ -16,11 +16,11 @@ struct PartContact {
 
 struct PatchInput {
   const PairLaw& law;
-  const Mat3& rotation_a;                            // body a's axes -> world
+  const Mat3& rotation_a;  // body a's axes -> world
   std::span<const PartContact> contacts;
-  std::span<const std::uint64_t> neighbours_a;       // [parts of a] masks of touching parts
-  std::span<const std::uint64_t> neighbours_b;       // empty: a boundary, all parts are connected
-  std::span<const Patch> old_patches;                // of the same pair; point indices into:
+  std::span<const std::uint64_t> neighbours_a;  // [parts of a] masks of touching parts
+  std::span<const std::uint64_t> neighbours_b;  // empty: a boundary, all parts are connected
+  std::span<const Patch> old_patches;           // of the same pair; point indices into:
   const ContactPoint* old_points = nullptr;
 };
 

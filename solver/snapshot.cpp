@@ -110,15 +110,20 @@ void walk_motion(Archive& ar, M& m) {
 
 // What must agree between the model that made a state and the one that takes it up.
 std::vector<double> fingerprint(const Model& model) {
-  std::vector<double> f = {model.timestep,         model.gravity.x(),
-                           model.gravity.y(),      model.gravity.z(),
-                           double(model.particles.size()), double(model.boundaries.size()),
-                           model.numerics.contact_shell,   model.numerics.shell_limit,
-                           model.numerics.refresh_fraction, model.numerics.skin};
+  std::vector<double> f = {model.timestep,
+                           model.gravity.x(),
+                           model.gravity.y(),
+                           model.gravity.z(),
+                           double(model.particles.size()),
+                           double(model.boundaries.size()),
+                           model.numerics.contact_shell,
+                           model.numerics.shell_limit,
+                           model.numerics.refresh_fraction,
+                           model.numerics.skin};
   for (const Interaction& i : model.interactions) {
-    f.insert(f.end(), {i.static_friction, i.dynamic_friction, i.restitution,
-                       i.tangential_stiffness_ratio, i.unloading_floor, i.rolling_resistance,
-                       i.sliding_speed});
+    f.insert(f.end(),
+             {i.static_friction, i.dynamic_friction, i.restitution, i.tangential_stiffness_ratio,
+              i.unloading_floor, i.rolling_resistance, i.sliding_speed});
   }
   for (const Shape& s : model.shapes) {
     f.insert(f.end(), {s.mass, s.volume, s.stiffness, s.rounding, double(s.parts.size())});

@@ -13,7 +13,7 @@ struct Solver::Impl {
   Model model;
   Workspace workspace;
   State state;
-  ParticleState view;               // copied from the state when somebody asks
+  ParticleState view;  // copied from the state when somebody asks
   std::vector<BoundaryState> walls;
   std::uint64_t view_steps = ~std::uint64_t{0};
   std::vector<PhaseTime> profile;
@@ -143,7 +143,8 @@ bool Solver::overlaps(int shape, const Vec3& center_of_mass, const Quat& orienta
   const State& s = impl_->state;
   const Shape& mine = model.shapes[shape];
   const Mat3 rotation = (orientation * mine.shape_from_body).toRotationMatrix();
-  const auto near = [&](const std::vector<ConvexPart>& parts, const Mat3& other, const Vec3& place) {
+  const auto near = [&](const std::vector<ConvexPart>& parts, const Mat3& other,
+                        const Vec3& place) {
     const Pose pose{rotation.transpose() * other, rotation.transpose() * (place - center_of_mass)};
     for (const ConvexPart& a : mine.parts) {
       for (const ConvexPart& b : parts) {
@@ -194,7 +195,8 @@ const ParticleState& Solver::particles() const {
   i.view.position.resize(n);
   i.view.velocity.resize(n);
   i.view.angular_velocity.resize(n);
-  i.view.orientation.assign(s.orientation.begin(), s.orientation.begin() + static_cast<std::ptrdiff_t>(n));
+  i.view.orientation.assign(s.orientation.begin(),
+                            s.orientation.begin() + static_cast<std::ptrdiff_t>(n));
   for (std::size_t k = 0; k < n; ++k) {
     i.view.position[k] = s.motion[k].position;
     i.view.velocity[k] = s.motion[k].velocity;

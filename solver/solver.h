@@ -17,48 +17,48 @@ enum class Presence : std::uint8_t { waiting, present, left };
 // order of the ids, particles that wait or have left included.
 struct ParticleState {
   std::vector<Presence> presence;
-  std::vector<Vec3> position;          // m, centre of mass, world
-  std::vector<Quat> orientation;       // body (principal) axes -> world
-  std::vector<Vec3> velocity;          // m/s, world
-  std::vector<Vec3> angular_velocity;  // rad/s, world
+  std::vector<Vec3> position;             // m, centre of mass, world
+  std::vector<Quat> orientation;          // body (principal) axes -> world
+  std::vector<Vec3> velocity;             // m/s, world
+  std::vector<Vec3> angular_velocity;     // rad/s, world
   std::vector<double> peak_normal_force;  // N, largest patch force over all steps so far
 };
 
 struct BoundaryState {
-  Vec3 position = Vec3::Zero();           // m, of its origin, world
-  Quat orientation = Quat::Identity();    // boundary axes -> world
-  Vec3 velocity = Vec3::Zero();           // m/s, of the origin
-  Vec3 angular_velocity = Vec3::Zero();   // rad/s
+  Vec3 position = Vec3::Zero();          // m, of its origin, world
+  Quat orientation = Quat::Identity();   // boundary axes -> world
+  Vec3 velocity = Vec3::Zero();          // m/s, of the origin
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
   bool present = true;
   // Since the last take_boundary_loads():
-  Vec3 impulse = Vec3::Zero();            // N s, on the boundary
-  Vec3 angular_impulse = Vec3::Zero();    // N m s, about the moving origin
-  double peak_normal_force = 0;           // N, largest single patch
+  Vec3 impulse = Vec3::Zero();          // N s, on the boundary
+  Vec3 angular_impulse = Vec3::Zero();  // N m s, about the moving origin
+  double peak_normal_force = 0;         // N, largest single patch
 };
 
-struct Energy {            // J
+struct Energy {  // J
   double kinetic = 0;
   double gravitational = 0;      // relative to the world's origin
   double elastic = 0;            // recoverable part of the contact springs
   double dissipated_normal = 0;  // since the start, by restitution
   double dissipated_friction = 0;
-  double dissipated_walls = 0;   // the part of both that was lost against boundaries
-  double boundary_work = 0;      // done by moving boundaries on the particles since the start
-  double removed = 0;            // mechanical energy carried away by removals, less that inserted
+  double dissipated_walls = 0;  // the part of both that was lost against boundaries
+  double boundary_work = 0;     // done by moving boundaries on the particles since the start
+  double removed = 0;           // mechanical energy carried away by removals, less that inserted
 };
 
 // Health of the run: what a user should see when an answer looks odd.
 struct Health {
-  double largest_overlap = 0;      // m, over all steps
+  double largest_overlap = 0;  // m, over all steps
   int largest_overlap_particle = -1;
-  std::uint64_t deep_births = 0;   // patches first seen already deeper than 1 % of the sweep radii
-  double energy_rise = 0;          // J, sum of unexplained rises
-  std::uint64_t rebuilds = 0;      // of the neighbour list
-  std::uint64_t queries = 0;       // narrow-phase queries of part pairs
-  std::uint64_t refreshes = 0;     // of body pairs with patches
-  std::uint64_t patches = 0;       // now
-  std::uint64_t points = 0;        // now
-  std::uint64_t pairs = 0;         // in the neighbour list now
+  std::uint64_t deep_births = 0;  // patches first seen already deeper than 1 % of the sweep radii
+  double energy_rise = 0;         // J, sum of unexplained rises
+  std::uint64_t rebuilds = 0;     // of the neighbour list
+  std::uint64_t queries = 0;      // narrow-phase queries of part pairs
+  std::uint64_t refreshes = 0;    // of body pairs with patches
+  std::uint64_t patches = 0;      // now
+  std::uint64_t points = 0;       // now
+  std::uint64_t pairs = 0;        // in the neighbour list now
 };
 
 struct PhaseTime {
@@ -94,14 +94,14 @@ class Solver {
   // the limit) naming the particle and the time.
   void step();
 
-  double time() const;              // s
+  double time() const;  // s
   std::uint64_t steps() const;
   // A copy made when asked for: valid until the next step(), insert() or removal; ask again then.
   const ParticleState& particles() const;
   // Orientation as the results file wants it: shape axes -> world.
   Quat shape_orientation(int particle) const;
   const std::vector<BoundaryState>& boundaries() const;
-  void clear_boundary_loads();      // after they were recorded
+  void clear_boundary_loads();  // after they were recorded
   Energy energy() const;
   const Health& health() const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far

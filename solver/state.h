@@ -20,11 +20,11 @@ struct BodyMotion {
 
 // Two bodies that may come to touch before the neighbour list is made again.
 struct Pair {
-  std::int32_t a = 0, b = 0;        // bodies, a < b
-  std::int32_t law = 0;             // index into Workspace::laws
-  std::uint32_t first_part = 0;     // PartPair range
+  std::int32_t a = 0, b = 0;     // bodies, a < b
+  std::int32_t law = 0;          // index into Workspace::laws
+  std::uint32_t first_part = 0;  // PartPair range
   std::uint32_t part_count = 0;
-  std::uint32_t first_patch = 0;    // Patch range; the points of a pair are contiguous too
+  std::uint32_t first_patch = 0;  // Patch range; the points of a pair are contiguous too
   std::uint32_t patch_count = 0;
   std::uint32_t patch_capacity = 0;
   std::uint32_t first_point = 0;
@@ -37,10 +37,10 @@ struct Pair {
 struct PairWatch {
   double reference_rotation[9] = {};     // b in a, column by column
   double reference_translation[3] = {};  // m
-  double reference_path = 0;     // m, path[a] + path[b] then
-  double reference_turn = 0;     // rad, turn[a] then
-  double moved = 0;              // m
-  double need = 0;               // m: the value of `moved` at which parts must be queried
+  double reference_path = 0;             // m, path[a] + path[b] then
+  double reference_turn = 0;             // rad, turn[a] then
+  double moved = 0;                      // m
+  double need = 0;                       // m: the value of `moved` at which parts must be queried
 };
 
 // One convex part of a against one of b.
@@ -54,37 +54,37 @@ struct PartPair {
 };
 
 struct State {
-  double time = 0;               // s
+  double time = 0;  // s
   std::uint64_t steps = 0;
   // Bodies
-  std::vector<BodyMotion> motion;          // [M]
-  std::vector<Mat3> rotation;              // [M] body axes -> world
-  std::vector<Quat> orientation;           // [M] the same
-  std::vector<Vec3> angular_momentum;      // [N] kg m^2/s, body axes
-  std::vector<Vec3> force, torque;         // [N] N, N m, world, at `time`
-  std::vector<double> path;                // [M] m, bound on the way of any point of the body
-  std::vector<double> turn;                // [M] rad, bound on the angle turned
-  std::vector<double> listed_path;         // [M] path when the neighbour list was made
-  std::vector<Presence> presence;          // [N]
-  std::vector<double> peak_normal_force;   // [N] N
+  std::vector<BodyMotion> motion;              // [M]
+  std::vector<Mat3> rotation;                  // [M] body axes -> world
+  std::vector<Quat> orientation;               // [M] the same
+  std::vector<Vec3> angular_momentum;          // [N] kg m^2/s, body axes
+  std::vector<Vec3> force, torque;             // [N] N, N m, world, at `time`
+  std::vector<double> path;                    // [M] m, bound on the way of any point of the body
+  std::vector<double> turn;                    // [M] rad, bound on the angle turned
+  std::vector<double> listed_path;             // [M] path when the neighbour list was made
+  std::vector<Presence> presence;              // [N]
+  std::vector<double> peak_normal_force;       // [N] N
   std::vector<std::uint8_t> boundary_present;  // [B]
   std::vector<Vec3> boundary_impulse, boundary_angular_impulse;  // [B] N s, N m s
-  std::vector<double> boundary_peak;       // [B] N
-  std::vector<Motion> extra_motions;       // started by stages
+  std::vector<double> boundary_peak;                             // [B] N
+  std::vector<Motion> extra_motions;                             // started by stages
   std::vector<std::int32_t> extra_motion_boundary;
   // Contacts
   bool list_is_stale = true;
-  std::vector<Pair> pairs;                 // [P] sorted by (a, b)
-  std::vector<double> wake;                // [P] look when path[a] + path[b] reaches this
-  std::vector<PairWatch> watch;            // [P]
+  std::vector<Pair> pairs;       // [P] sorted by (a, b)
+  std::vector<double> wake;      // [P] look when path[a] + path[b] reaches this
+  std::vector<PairWatch> watch;  // [P]
   std::vector<PartPair> part_pairs;
-  std::vector<Patch> patches;              // with holes
-  std::vector<ContactPoint> points;        // with holes
+  std::vector<Patch> patches;        // with holes
+  std::vector<ContactPoint> points;  // with holes
   // Accounts
-  double work_normal = 0, work_friction = 0;  // J taken from bodies: stored in contacts, or lost
-  double work_walls = 0;                      // J, the part of both at boundaries
+  double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
+  double work_walls = 0;                         // J, the part of both at boundaries
   double boundary_work = 0, removed_energy = 0;  // J
-  double lowest_energy = 0, largest_kinetic = 0;                                // J
+  double lowest_energy = 0, largest_kinetic = 0;  // J
   bool energy_known = false;
   Health health;
 };

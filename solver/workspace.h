@@ -13,7 +13,6 @@
 #include "solver/patches.h"
 #include "solver/state.h"
 
-
 namespace firn {
 
 // What one body pair adds to its bodies in this step.
@@ -29,30 +28,31 @@ struct PairLoad {
 
 // Outcome of one look at one pair.
 struct Look {
-  bool queried = false;       // contacts were searched; otherwise only the wake-up call moved
+  bool queried = false;  // contacts were searched; otherwise only the wake-up call moved
   int queries = 0;
   int deep_births = 0;
-  double wake = 0;            // m
+  double wake = 0;  // m
   FoundPatches found;
 };
 
 struct Workspace {
   explicit Workspace(const Model& model);
 
-  std::vector<RigidBody> rigid;             // [shapes]
-  std::vector<PairLaw> laws;                // [shape * (shapes + boundaries) + other]
+  std::vector<RigidBody> rigid;               // [shapes]
+  std::vector<PairLaw> laws;                  // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<BoxTree>> trees;  // [boundaries]; none for planes
-  std::vector<double> reach;                // [shapes + boundaries] m, farthest point from the centre
-  double skin = 0;                          // m
-  double smallest_box_edge = 0;             // m, over all shapes
+  std::vector<double> reach;     // [shapes + boundaries] m, farthest point from the centre
+  double skin = 0;               // m
+  double smallest_box_edge = 0;  // m, over all shapes
 
-  std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan of a step
-  std::vector<std::uint32_t> due;           // pairs to look at in this step
-  std::vector<Look> looks;                  // [due]
-  std::vector<std::uint32_t> active;        // pairs with patches
-  bool active_is_stale = true;              // a pair came into touch or out of it
-  bool ends_are_stale = true;               // the neighbour list was made anew
-  std::vector<PairLoad> loads;              // [active]
+  std::vector<std::array<std::int32_t, 2>>
+      ends;                           // [pairs] the bodies, packed for the scan of a step
+  std::vector<std::uint32_t> due;     // pairs to look at in this step
+  std::vector<Look> looks;            // [due]
+  std::vector<std::uint32_t> active;  // pairs with patches
+  bool active_is_stale = true;        // a pair came into touch or out of it
+  bool ends_are_stale = true;         // the neighbour list was made anew
+  std::vector<PairLoad> loads;        // [active]
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
@@ -79,7 +79,8 @@ void check_state(const Model& model, Workspace& workspace, State& state);
 // Energy of the present state, J.
 Energy energy_of(const Model& model, const Workspace& workspace, const State& state);
 // Kinetic plus gravitational energy of one particle, J.
-double particle_energy(const Model& model, const Workspace& workspace, const State& state, int particle);
+double particle_energy(const Model& model, const Workspace& workspace, const State& state,
+                       int particle);
 
 // The placement of b's axes in a's.
 inline Pose relative_pose(const State& s, int a, int b) {
