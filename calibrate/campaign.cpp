@@ -80,6 +80,7 @@ std::string Campaign::describe(const Point& point) const {
 
 void Campaign::run(std::vector<Point>& points) {
   std::vector<Job> jobs;
+  std::vector<PlannedRun> planned;
   std::set<std::string> wanted;
   for (Point& p : points) {
     p.keys.clear();
@@ -92,20 +93,20 @@ void Campaign::run(std::vector<Point>& points) {
       job.threads = study_.threads;
       p.keys.push_back(job.key);
       if (!wanted.insert(job.key).second) continue;
-      journal_.plan(job.key, job.text, version_, {p.phase, p.number, describe(p), seed});
-      if (const auto known = journal_.outcome(job.key))
+      planned.push_back({job.key, job.text, version_, {p.phase, p.number, describe(p), seed}});
+      if (const auto known = journal_.outcome(job.key)) {
+        check_responses(*known);
         progress_.ended(known->wall, true, known->status == JobStatus::failed);
-      else
+      } else {
         jobs.push_back(std::move(job));
+      }
     }
   }
+  journal_.plan(planned);
   run_jobs(std::move(jobs));
   for (Point& p : points) {
     p.results.clear();
-    for (const std::string& key : p.keys) {
-      p.results.push_back(journal_.outcome(key).value());
-      check_responses(p.results.back());
-    }
+    for (const std::string& key : p.keys) p.results.push_back(journal_.outcome(key).value());
   }
 }
 
@@ -127,6 +128,7 @@ void Campaign::run_jobs(std::vector<Job> jobs) {
       }
       journal_.finish(job.key, result);
       progress_.ended(result.wall, false, result.status == JobStatus::failed);
+      check_responses(result);  // the first run tells, not the last
     };
     events.tick = [&] { progress_.tick(); };
     executor_.run(jobs, events);

@@ -79,7 +79,7 @@ class LocalExecutor final : public Executor {
 
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {
     std::deque<Job> waiting(jobs.begin(), jobs.end());
-    std::vector<Child> children;
+    Children children;
     bool told_to_stop = false;
     while (!waiting.empty() || !children.empty()) {
       const bool stop = options_.interrupt != nullptr && options_.interrupt->load();
@@ -104,8 +104,15 @@ class LocalExecutor final : public Executor {
     Job job;
     Clock::time_point start;
   };
+  // Should somebody throw while they run, they save their state and end.
+  struct Children : std::vector<Child> {
+    ~Children() {
+      for (const Child& c : *this) kill(c.pid, SIGINT);
+      for (const Child& c : *this) waitpid(c.pid, nullptr, 0);
+    }
+  };
 
-  void start(const Job& job, const JobEvents& events, std::vector<Child>& children) {
+  void start(const Job& job, const JobEvents& events, Children& children) {
     const JobFiles files(job);
     events.started(job);
     bool go_on = false;
@@ -155,7 +162,7 @@ class LocalExecutor final : public Executor {
     _exit(127);
   }
 
-  static void collect(const JobEvents& events, std::vector<Child>& children) {
+  static void collect(const JobEvents& events, Children& children) {
     for (std::size_t i = 0; i < children.size();) {
       int status = 0;
       if (waitpid(children[i].pid, &status, WNOHANG) == 0) {

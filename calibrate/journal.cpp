@@ -186,19 +186,22 @@ std::optional<JobResult> Journal::outcome(const std::string& key) {
   return result;
 }
 
-void Journal::plan(const std::string& key, const std::string& case_text, const std::string& version,
-                   const RunLabel& label) {
-  Statement(db_,
-            "INSERT OR IGNORE INTO runs (key, case_text, version, phase, point, parameters, seed, "
-            "status) VALUES (?, ?, ?, ?, ?, ?, ?, 'planned')")
-      .bind(key)
-      .bind(case_text)
-      .bind(version)
-      .bind(label.phase)
-      .bind(std::int64_t{label.point})
-      .bind(label.parameters)
-      .bind(std::to_string(label.seed))
-      .next();
+void Journal::plan(const std::vector<PlannedRun>& runs) {
+  Transaction transaction(db_);
+  for (const PlannedRun& run : runs)
+    Statement(
+        db_,
+        "INSERT OR IGNORE INTO runs (key, case_text, version, phase, point, parameters, seed, "
+        "status) VALUES (?, ?, ?, ?, ?, ?, ?, 'planned')")
+        .bind(run.key)
+        .bind(run.case_text)
+        .bind(run.version)
+        .bind(run.label.phase)
+        .bind(std::int64_t{run.label.point})
+        .bind(run.label.parameters)
+        .bind(std::to_string(run.label.seed))
+        .next();
+  transaction.commit();
 }
 
 void Journal::start(const std::string& key) {

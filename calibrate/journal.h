@@ -24,6 +24,11 @@ struct RunLabel {
   std::uint64_t seed = 0;
 };
 
+struct PlannedRun {
+  std::string key, case_text, version;
+  RunLabel label;
+};
+
 struct JournalRun {
   std::string key;
   RunLabel label;       // of its first use
@@ -47,8 +52,8 @@ class Journal {
 
   // Outcome of a run that has ended; nothing for one that has not.
   std::optional<JobResult> outcome(const std::string& key);
-  void plan(const std::string& key, const std::string& case_text, const std::string& version,
-            const RunLabel& label);
+  // Notes all of them at once; those that are known already stay as they are.
+  void plan(const std::vector<PlannedRun>& runs);
   void start(const std::string& key);
   void finish(const std::string& key, const JobResult& result);
 
