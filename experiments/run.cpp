@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "experiments/checkpoint.h"
 #include "experiments/driver.h"
 #include "experiments/recorder.h"
 #include "experiments/recording.h"
@@ -17,6 +18,20 @@ std::vector<Response> measure_and_store(const std::string& results_file) {
   recorder.with_file([&](hdf5::File& file) { write_responses(file, responses); });
   recorder.close();
   return responses;
+}
+
+// A run that was killed just as it finished may have left its checkpoints, or not been measured.
+std::vector<Response> tidy_finished(const std::string& results_file) {
+  bool measured = false;
+  {
+    const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
+    measured = file.contains("/responses");
+    if (measured && !file.contains("/checkpoint")) return Recording(results_file).responses();
+  }
+  Recorder recorder = Recorder::reopen(results_file, {});
+  recorder.with_file(remove_checkpoints);
+  recorder.close();
+  return measured ? Recording(results_file).responses() : measure_and_store(results_file);
 }
 
 RunSummary drive(Driver& driver, const RunOptions& options) {
@@ -64,23 +79,27 @@ RunSummary run(const Case& c, const RunOptions& options) {
 RunSummary resume(const std::string& results_file, const RunOptions& given) {
   RunOptions options = given;
   options.results_file = results_file;
+  RunSummary summary;
   Case c;
   {
     const Recording recording(results_file);
     if (recording.status() == "finished") {
-      RunSummary summary;
       summary.status = RunStatus::finished;
       summary.reason = "was finished already";
-      summary.responses = recording.responses();
       const std::vector<double> times = recording.frame_times();
       summary.simulated = times.empty() ? 0 : times.back();
-      return summary;
+    } else {
+      c = recording.read_case();
+      if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
+          c.model.particles.size() != recording.particle_count())
+        throw InputError(
+            fmt::format("{}: cannot be resumed: this version of Firn reads another case from it",
+                        results_file));
     }
-    c = recording.read_case();
-    if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
-        c.model.particles.size() != recording.particle_count())
-      throw InputError(fmt::format(
-          "{}: cannot be resumed: this version of Firn reads another case from it", results_file));
+  }
+  if (summary.status == RunStatus::finished) {
+    summary.responses = tidy_finished(results_file);
+    return summary;
   }
   Recorder recorder = Recorder::reopen(results_file, result_columns(c.model));
   Driver driver(c, options, recorder);

@@ -10,8 +10,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
-#include "solver/types.h"
+#include "solver/vec.h"
 
 namespace firn {
 
@@ -56,64 +57,117 @@ struct Patch {
   std::uint32_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
 };
 
-// Relative motion of the two bodies at a patch over one step.
-struct RelativeMotion {
-  Vec3 velocity = Vec3::Zero();  // m/s, of a's material point minus b's at the reference point
-  Vec3 spin = Vec3::Zero();      // rad/s, of a minus b
-};
-
-struct PatchLoad {
-  Vec3 force = Vec3::Zero();   // N, on a
-  Vec3 moment = Vec3::Zero();  // N m, on a, about the reference point
-  double normal_force = 0;     // N
-  double overlap = 0;          // m, deepest point
-  double work_normal = 0;      // J taken from the bodies in this step: stored or lost
-  double work_friction = 0;    // J, the same of friction, torsion and rolling
-};
-
 // Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`
 // (m, positive: approaching) to `overlap`. Loading along K, unloading and reloading along K_u,
 // never below lambda K s. A point that touches for the first time starts on the loading line.
-[[gnu::always_inline]] inline double normal_force(double previous, double stiffness,
-                                                  double unloading_stiffness, double floor,
-                                                  double overlap, double ds) {
-  if (overlap <= 0) return 0;
-  const double loading = stiffness * overlap;
-  if (previous <= 0) return loading;
-  return std::min(loading, std::max(previous + unloading_stiffness * ds, floor * loading));
+inline double normal_force(double previous, double stiffness, double unloading_stiffness,
+                           double floor, double overlap, double ds) {
+  // Written without branches: whether a point touches is anybody's guess to the processor.
+  const double loading = std::max(0.0, stiffness * overlap);
+  const double from = previous > 0 ? previous : std::numeric_limits<double>::infinity();
+  return std::min(loading, std::max(from + unloading_stiffness * ds, floor * loading));
 }
+
+// How the two bodies move against each other at a patch, over one step.
+struct Approach {
+  double closing;  // m, of the reference point, along the normal
+  Vec tilt;        // the point at offset o closes by `closing` + o . tilt
+  Vec slip;        // m/s, across the normal
+  double turn;     // rad, about the normal
+};
+
+// velocity: m/s, of a's material point minus b's at the reference point; spin: rad/s, a minus b.
+[[gnu::always_inline]] inline Approach approach(const Vec& normal, const Vec& velocity,
+                                                const Vec& spin, double dt) {
+  const double closing = dot(velocity, normal);
+  // (v + w x o) . n dt = v . n dt + o . (n x w) dt
+  return {closing * dt, dt * cross(normal, spin), velocity - closing * normal,
+          dot(spin, normal) * dt};
+}
+
+// What the points of a patch bear together.
+struct NormalLoad {
+  double force = 0;    // N
+  Vec offset_force{};  // N m, sum of force times offset
+  double overlap = 0;  // m, deepest point
+  double work = 0;     // J taken from the bodies in this step: stored or lost
+};
+
+[[gnu::always_inline]] inline NormalLoad advance_points(const PairLaw& law, const Patch& patch,
+                                                        ContactPoint* points, const Approach& way) {
+  NormalLoad out;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    ContactPoint& p = points[i];
+    const Vec offset = plain(p.offset);
+    const double ds = way.closing + dot(offset, way.tilt);
+    if (!patch.fresh) p.gap -= ds;
+    const double before = p.force;
+    const double k = law.stiffness * p.share;
+    p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
+    out.force += p.force;
+    out.offset_force = out.offset_force + p.force * offset;
+    out.overlap = std::max(out.overlap, -p.gap);
+    out.work += 0.5 * (before + p.force) * ds;
+  }
+  return out;
+}
+
+// Constants of friction, and its state: the tangential force, the torsion, and whether it slides
+// (1) or sticks (0).
+struct FrictionLaw {
+  double stiffness, static_friction, dynamic_friction, sliding_speed;
+};
+struct FrictionState {
+  Vec tangential;  // N, on a
+  double torsion;  // N m, on a, about the normal
+  double sliding;
+};
+struct FrictionStep {
+  FrictionState state;
+  double work;  // J taken from the bodies
+};
 
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
-// and a dynamic coefficient. Returns the friction limit in force, N.
-[[gnu::always_inline]] inline double advance_friction(const PairLaw& law, Patch& patch,
-                                                      const RelativeMotion& motion, double dt,
-                                                      PatchLoad& out) {
-  const Vec3 slip = motion.velocity - patch.normal * motion.velocity.dot(patch.normal);
-  Vec3 trial = patch.tangential - (law.tangential_stiffness * dt) * slip;
-  const double square = trial.squaredNorm();
-  const double static_cap = law.static_friction * patch.normal_force;
-  const double dynamic_cap = law.dynamic_friction * patch.normal_force;
-  if (patch.sliding && square <= dynamic_cap * dynamic_cap &&
-      slip.squaredNorm() < law.sliding_speed * law.sliding_speed) {
-    patch.sliding = 0;
-  }
-  if (!patch.sliding && square > static_cap * static_cap) patch.sliding = 1;
-  const double cap = patch.sliding ? dynamic_cap : static_cap;
-  if (square > cap * cap) trial *= cap / std::sqrt(square);
-  out.work_friction -= 0.5 * dt * (patch.tangential + trial).dot(slip);
-  patch.tangential = trial;
-  return cap;
+// and a dynamic coefficient, and a torsional spring about the normal with the same slip limit at
+// the radius of the patch. A patch that bears nothing forgets. Without branches, as above.
+[[gnu::always_inline]] inline FrictionStep advance_friction(const FrictionLaw& law,
+                                                            const FrictionState& before,
+                                                            double normal_force,
+                                                            double torsion_radius,
+                                                            const Approach& way, double dt) {
+  const bool bears = normal_force > 0;
+  const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
+  const double size2 = square(trial);
+  const double static_cap = law.static_friction * normal_force;
+  const double dynamic_cap = law.dynamic_friction * normal_force;
+  const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
+  const bool held = size2 <= dynamic_cap * dynamic_cap;
+  double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
+  sliding = size2 > static_cap * static_cap ? 1.0 : sliding;
+  const double cap = sliding > 0 ? dynamic_cap : static_cap;
+  const double scale = size2 > cap * cap ? cap / std::sqrt(size2) : 1.0;
+  FrictionStep out;
+  out.state.tangential = scale * trial;
+  out.state.sliding = bears ? sliding : 0.0;
+  const double limit = cap * torsion_radius;
+  const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
+  out.state.torsion = std::min(std::max(free, -limit), limit);
+  const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -
+                      0.5 * (before.torsion + out.state.torsion) * way.turn;
+  out.work = bears ? work : 0.0;
+  return out;
 }
 
-// Torsion spring about the normal with the same slip limit at the patch's radius.
-[[gnu::always_inline]] inline void advance_torsion(const PairLaw& law, Patch& patch,
-                                                   const RelativeMotion& motion, double cap,
-                                                   double dt, PatchLoad& out) {
-  const double r = patch.torsion_radius;
-  const double turn = motion.spin.dot(patch.normal) * dt;
-  const double before = patch.torsion;
-  patch.torsion = std::clamp(before - law.tangential_stiffness * r * r * turn, -cap * r, cap * r);
-  out.work_friction -= 0.5 * (before + patch.torsion) * turn;
+// Force on a, and moment on a about the reference point; b feels the opposite.
+struct Wrench {
+  Vec force, moment;  // N, N m
+};
+[[gnu::always_inline]] inline Wrench wrench(const Vec& normal, double normal_force,
+                                            const Vec& offset_force,
+                                            const FrictionState& friction) {
+  // Normal forces act at their points: moment sum o x (-f n).
+  return {friction.tangential - normal_force * normal,
+          cross(normal, offset_force) + friction.torsion * normal};
 }
 
 // Elastic-plastic rolling spring, N m/rad (after Wensrich and Katterfeld, Powder Technology 2012).
@@ -121,60 +175,15 @@ inline double rolling_stiffness(const PairLaw& law) {
   return 2.25 * law.stiffness * law.rolling_limit * law.rolling_limit;
 }
 
-inline void advance_rolling(const PairLaw& law, Patch& patch, const RelativeMotion& motion,
-                            double dt, PatchLoad& out) {
-  const Vec3 spin = motion.spin - patch.normal * motion.spin.dot(patch.normal);
+// Advances the rolling moment (on a) and returns the work that it takes, J.
+inline double advance_rolling(const PairLaw& law, Patch& patch, const Vec3& spin, double dt) {
+  const Vec3 across = spin - patch.normal * spin.dot(patch.normal);
   const Vec3 before = patch.rolling;
-  patch.rolling -= (rolling_stiffness(law) * dt) * spin;
+  patch.rolling -= (rolling_stiffness(law) * dt) * across;
   const double limit = law.rolling_limit * patch.normal_force;
   const double m = patch.rolling.norm();
   if (m > limit) patch.rolling *= limit / m;
-  out.moment += patch.rolling;
-  out.work_friction -= 0.5 * dt * (before + patch.rolling).dot(spin);
-}
-
-// Advances one patch by `dt` and returns what it does to body a; body b feels the opposite.
-[[gnu::always_inline]] inline PatchLoad advance_patch(const PairLaw& law, Patch& patch,
-                                                      ContactPoint* points,
-                                                      const RelativeMotion& motion, double dt) {
-  PatchLoad out;
-  const Vec3& n = patch.normal;
-  const double approach = motion.velocity.dot(n) * dt;
-  // The approach of a point at offset o is (v + w x o) . n dt = approach + o . (n x w) dt.
-  const Vec3 tilt = n.cross(motion.spin) * dt;
-  double total = 0;
-  Vec3 offset_force = Vec3::Zero();
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    ContactPoint& p = points[i];
-    const double ds = approach + p.offset.dot(tilt);
-    if (!patch.fresh) p.gap -= ds;
-    const double before = p.force;
-    const double k = law.stiffness * p.share;
-    p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
-    total += p.force;
-    offset_force += p.force * p.offset;
-    out.overlap = std::max(out.overlap, -p.gap);
-    out.work_normal += 0.5 * (before + p.force) * ds;
-  }
-  patch.fresh = 0;
-  patch.normal_force = total;
-  out.normal_force = total;
-  if (total <= 0) {
-    // The contact has ended and its memory with it; the points stay as near ones.
-    patch.tangential.setZero();
-    patch.rolling.setZero();
-    patch.torsion = 0;
-    patch.sliding = 0;
-    return out;
-  }
-
-  const double cap = advance_friction(law, patch, motion, dt, out);
-  if (patch.torsion_radius > 0) advance_torsion(law, patch, motion, cap, dt, out);
-  out.force = patch.tangential - total * n;
-  // Normal forces act at their points: moment sum o x (-f n).
-  out.moment = n.cross(offset_force) + patch.torsion * n;
-  if (law.rolling_limit > 0) advance_rolling(law, patch, motion, dt, out);
-  return out;
+  return patch.normal_force > 0 ? -0.5 * dt * (before + patch.rolling).dot(across) : 0;
 }
 
 // Recoverable energy of the springs of a patch, J.

@@ -280,6 +280,30 @@ void set_edges(ConvexPart& part) {
   part.edges.erase(std::unique(part.edges.begin(), part.edges.end()), part.edges.end());
 }
 
+void set_stars(ConvexPart& part) {
+  std::vector<std::vector<ConvexPart::Spoke>> spokes(part.vertex_count);
+  std::vector<std::vector<std::uint16_t>> faces(part.vertex_count);
+  for (const auto& [a, b] : part.edges) {
+    const double inverse = 1 / (part.vertex(b) - part.vertex(a)).norm();
+    spokes[a].push_back({b, inverse});
+    spokes[b].push_back({a, inverse});
+  }
+  for (std::size_t f = 0; f < part.faces.size(); ++f) {
+    for (int k = 0; k < part.faces[f].count; ++k) {
+      faces[part.loops[part.faces[f].first + k]].push_back(static_cast<std::uint16_t>(f));
+    }
+  }
+  for (int i = 0; i < part.vertex_count; ++i) {
+    const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+    std::sort(spokes[i].begin(), spokes[i].end(),
+              [](const auto& p, const auto& q) { return p.vertex < q.vertex; });
+    part.stars.push_back(
+        {count(part.spokes), count(spokes[i]), count(part.star_faces), count(faces[i])});
+    part.spokes.insert(part.spokes.end(), spokes[i].begin(), spokes[i].end());
+    part.star_faces.insert(part.star_faces.end(), faces[i].begin(), faces[i].end());
+  }
+}
+
 void set_seams(ConvexPart& part) {
   part.internal_faces.assign(part.vertex_count, 0);
   for (const auto& face : part.faces) {
@@ -322,6 +346,7 @@ ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double roundin
     part.loops.insert(part.loops.end(), facet.loop.begin(), facet.loop.end());
   }
   set_edges(part);
+  set_stars(part);
   set_seams(part);
   return part;
 }
@@ -367,6 +392,7 @@ ConvexPart sphere_part(const Vec3& center, double radius) {
   ConvexPart part;
   part.radius = radius;
   set_vertices({center}, part);
+  set_stars(part);
   set_seams(part);
   return part;
 }

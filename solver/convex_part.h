@@ -35,6 +35,19 @@ struct ConvexPart {
   std::vector<std::uint16_t> loops;
   std::vector<std::array<std::uint16_t, 2>> edges;  // each once
 
+  // What meets at each vertex: far ends of its edges and its faces, both ascending.
+  struct Spoke {
+    std::uint16_t vertex = 0;
+    double inverse_length = 0;  // 1/m
+  };
+  struct Star {
+    std::uint32_t first_spoke = 0, spoke_count = 0;
+    std::uint32_t first_face = 0, face_count = 0;
+  };
+  std::vector<Star> stars;  // [vertex_count]
+  std::vector<Spoke> spokes;
+  std::vector<std::uint16_t> star_faces;
+
   // Seams. A contact whose nearest feature lies wholly on internal face f and whose normal points
   // out through f belongs to the neighbour there, and is dropped by this part.
   std::vector<Vec3> internal_normals;  // at most 32

@@ -156,6 +156,51 @@ void commit(const Look& look, Pair& pair, State& s) {
   pair.patch_count = patches;
 }
 
+// What looks further down the list will read: it lies scattered, and waiting for it would cost as
+// much as the look itself.
+void prefetch(const State& s, const std::vector<std::uint32_t>& due, std::size_t k,
+              std::size_t end) {
+  if (k + 4 < end) {
+    const std::uint32_t far = due[k + 4];
+    __builtin_prefetch(&s.pairs[far]);
+    const auto* watch = reinterpret_cast<const char*>(&s.watch[far]);
+    __builtin_prefetch(watch);
+    __builtin_prefetch(watch + 64);
+  }
+  if (k + 2 < end) {
+    const Pair& near = s.pairs[due[k + 2]];
+    const auto* parts = reinterpret_cast<const char*>(s.part_pairs.data() + near.first_part);
+    for (std::uint32_t i = 0; i < near.part_count * sizeof(PartPair); i += 64)
+      __builtin_prefetch(parts + i);
+    __builtin_prefetch(s.patches.data() + near.first_patch);
+  }
+}
+
+// The list of pairs with patches after some have come into touch (now on) or out of it.
+void update_active(const State& s, const std::vector<std::uint32_t>& changed, Workspace& w) {
+  if (!w.active_is_stale) {
+    if (changed.empty()) return;
+    w.spare_active.clear();
+    std::size_t c = 0;
+    for (const std::uint32_t p : w.active) {
+      for (; c < changed.size() && changed[c] < p; ++c) w.spare_active.push_back(changed[c]);
+      if (c < changed.size() && changed[c] == p)
+        ++c;  // out of touch
+      else
+        w.spare_active.push_back(p);
+    }
+    w.spare_active.insert(w.spare_active.end(), changed.begin() + static_cast<std::ptrdiff_t>(c),
+                          changed.end());
+    std::swap(w.active, w.spare_active);
+    return;
+  }
+  w.active.clear();
+  for (std::size_t p = 0; p < s.pairs.size(); ++p) {
+    if (s.pairs[p].patch_count > 0) w.active.push_back(static_cast<std::uint32_t>(p));
+  }
+  w.active_is_stale = false;
+}
+
 }  // namespace
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
@@ -174,8 +219,12 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.looks.size() < w.due.size()) w.looks.resize(w.due.size());
   for_chunks(model.numerics.threads, w.due.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     Looker looker(model, w, s);
-    for (std::size_t k = begin; k < end; ++k) looker.look(w.due[k], w.looks[k]);
+    for (std::size_t k = begin; k < end; ++k) {
+      prefetch(s, w.due, k, end);
+      looker.look(w.due[k], w.looks[k]);
+    }
   });
+  w.changed.clear();
   for (std::size_t k = 0; k < w.due.size(); ++k) {
     const Look& look = w.looks[k];
     Pair& pair = s.pairs[w.due[k]];
@@ -184,16 +233,10 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
     s.health.deep_births += look.deep_births;
     if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
     ++s.health.refreshes;
-    if ((pair.patch_count == 0) != look.found.patches.empty()) w.active_is_stale = true;
+    if ((pair.patch_count == 0) != look.found.patches.empty()) w.changed.push_back(w.due[k]);
     commit(look, pair, s);
   }
-  if (w.active_is_stale) {
-    w.active.clear();
-    for (std::size_t p = 0; p < pairs; ++p) {
-      if (s.pairs[p].patch_count > 0) w.active.push_back(static_cast<std::uint32_t>(p));
-    }
-    w.active_is_stale = false;
-  }
+  update_active(s, w.changed, w);
 }
 
 }  // namespace firn

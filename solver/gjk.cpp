@@ -4,24 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "solver/vec.h"
+
 namespace firn {
 namespace {
 
 constexpr int kMaxIterations = 128;
 constexpr int kMaxStalls = 4;
-
-// Three plain numbers: the inner loop lives in registers, which Eigen's vectors leave.
-struct Vec {
-  double x, y, z;
-};
-inline Vec operator-(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vec operator+(const Vec& a, const Vec& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vec operator*(double s, const Vec& a) { return {s * a.x, s * a.y, s * a.z}; }
-inline double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline double square(const Vec& a) { return dot(a, a); }
-inline Vec cross(const Vec& a, const Vec& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 inline Vec vertex(const ConvexPart& part, int i) { return {part.x[i], part.y[i], part.z[i]}; }
 

@@ -32,44 +32,46 @@ struct Support {
   double height;  // m: d . x of that vertex
 };
 
-// The vertex farthest along (dx, dy, dz) in part axes. Eight vertices at a time; the padding of the
-// arrays repeats the last vertex. On a tie the choice is fixed, so results are reproducible.
+// The vertex farthest along (dx, dy, dz) in part axes. Four vertices at a time (one AVX2 register;
+// wider vectors are torn apart through memory); the padding of the arrays repeats the last vertex.
+// On a tie the choice is fixed, so results are reproducible.
 inline Support support(const ConvexPart& part, double dx, double dy, double dz) {
-  using Lanes = double __attribute__((vector_size(64)));
-  using Index = std::int64_t __attribute__((vector_size(64)));
+  using Lanes = double __attribute__((vector_size(32)));
+  using Index = std::int64_t __attribute__((vector_size(32)));
   const double* const x = part.x.data();
   const double* const y = part.y.data();
   const double* const z = part.z.data();
-  Lanes vx, vy, vz;
-  std::memcpy(&vx, x, sizeof vx);
-  std::memcpy(&vy, y, sizeof vy);
-  std::memcpy(&vz, z, sizeof vz);
-  Lanes best = vx * dx + vy * dy + vz * dz;
-  const Index lane = {0, 1, 2, 3, 4, 5, 6, 7};
-  Index at = lane;
-  for (int i = 8; i < part.vertex_count; i += 8) {
+  const auto heights = [&](int i, Lanes& out) {
+    Lanes vx, vy, vz;
     std::memcpy(&vx, x + i, sizeof vx);
     std::memcpy(&vy, y + i, sizeof vy);
     std::memcpy(&vz, z + i, sizeof vz);
-    const Lanes value = vx * dx + vy * dy + vz * dz;
-    const Index farther = value > best;
+    out = vx * dx + vy * dy + vz * dz;
+  };
+  // Two chains side by side, as the padding is to eight.
+  const Index lane = {0, 1, 2, 3};
+  Lanes best, second, value, second_value;
+  heights(0, best);
+  heights(4, second);
+  Index at = lane, second_at = lane + 4;
+  for (int i = 8; i < part.vertex_count; i += 8) {
+    heights(i, value);
+    heights(i + 4, second_value);
+    const Index farther = value > best, second_farther = second_value > second;
     best = farther ? value : best;
     at = farther ? lane + i : at;
+    second = second_farther ? second_value : second;
+    second_at = second_farther ? lane + (i + 4) : second_at;
   }
-  // Fold eight lanes to two, the last two by hand.
-  Lanes other = __builtin_shufflevector(best, best, 4, 5, 6, 7, 0, 1, 2, 3);
-  Index other_at = __builtin_shufflevector(at, at, 4, 5, 6, 7, 0, 1, 2, 3);
-  Index farther = other > best;
-  best = farther ? other : best;
-  at = farther ? other_at : at;
-  other = __builtin_shufflevector(best, best, 2, 3, 0, 1, 6, 7, 4, 5);
-  other_at = __builtin_shufflevector(at, at, 2, 3, 0, 1, 6, 7, 4, 5);
-  farther = other > best;
-  best = farther ? other : best;
-  at = farther ? other_at : at;
-  const bool second = best[1] > best[0];
-  const int vertex = static_cast<int>(second ? at[1] : at[0]);
-  return {std::min(vertex, part.vertex_count - 1), second ? best[1] : best[0]};
+  const Index farther = second > best;
+  best = farther ? second : best;
+  at = farther ? second_at : at;
+  const bool high = best[1] > best[0], higher = best[3] > best[2];
+  const double low_best = high ? best[1] : best[0], high_best = higher ? best[3] : best[2];
+  const std::int64_t low_at = high ? at[1] : at[0], high_at = higher ? at[3] : at[2];
+  const bool upper = high_best > low_best;
+  const int vertex = static_cast<int>(upper ? high_at : low_at);
+  return {std::min(vertex, part.vertex_count - 1), upper ? high_best : low_best};
 }
 inline Support support(const ConvexPart& part, const Vec3& d) {
   return support(part, d.x(), d.y(), d.z());

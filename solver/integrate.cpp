@@ -6,14 +6,18 @@ namespace {
 
 constexpr double kSmallAngle = 2e-2;  // rad, below which the polynomials are exact to rounding
 
-[[gnu::always_inline]] inline bool small(double h) { return std::abs(h) < kSmallAngle; }
-[[gnu::always_inline]] inline bool small(const Lanes& h) { return (h.abs() < kSmallAngle).all(); }
+[[gnu::always_inline]] inline bool small(double h) { return h * h < kSmallAngle * kSmallAngle; }
+[[gnu::always_inline]] inline bool small(const Lanes& h) {
+  const Lanes::Four l = h.low * h.low, u = h.high * h.high, most = l > u ? l : u;
+  const double a = most[0] > most[1] ? most[0] : most[1], b = most[2] > most[3] ? most[2] : most[3];
+  return (a > b ? a : b) < kSmallAngle * kSmallAngle;
+}
 
 template <class Real>
 [[gnu::always_inline]] inline void small_sin_cos(const Real& h, Real& s, Real& c) {
   const Real h2 = h * h;
-  s = h * (1 - h2 * (1.0 / 6) * (1 - h2 * (1.0 / 20) * (1 - h2 * (1.0 / 42))));
-  c = 1 - h2 * 0.5 * (1 - h2 * (1.0 / 12) * (1 - h2 * (1.0 / 30)));
+  s = h * (1.0 - (1.0 / 6) * h2 * (1.0 - (1.0 / 20) * h2 * (1.0 - (1.0 / 42) * h2)));
+  c = 1.0 - 0.5 * h2 * (1.0 - (1.0 / 12) * h2 * (1.0 - (1.0 / 30) * h2));
 }
 
 [[gnu::always_inline]] inline void sin_cos(double h, double& s, double& c) {
@@ -29,7 +33,12 @@ template <class Real>
   if (small(h)) {
     small_sin_cos(h, s, c);
   } else {
-    for (int k = 0; k < kLanes; ++k) sin_cos(h[k], s[k], c[k]);
+    for (int k = 0; k < Lanes::size; ++k) {
+      double sine, cosine;
+      sin_cos(h[k], sine, cosine);
+      s.set(k, sine);
+      c.set(k, cosine);
+    }
   }
 }
 
@@ -40,7 +49,7 @@ template <int K, class Real>
   constexpr int I = (K + 1) % 3, J = (K + 2) % 3;
   Real s, c;
   sin_cos(Real(0.5 * t * m[K] * inverse_inertia), s, c);
-  const Real c2 = c * c - s * s, s2 = 2 * c * s;
+  const Real c2 = c * c - s * s, s2 = 2.0 * c * s;
   const Real mi = m[I], mj = m[J];
   m[I] = c2 * mi + s2 * mj;
   m[J] = c2 * mj - s2 * mi;
@@ -61,7 +70,7 @@ template <class Real>
   turn<0>(inverse[0], 0.5 * dt, q, m);
   // One Newton step keeps the quaternion unit to rounding.
   const Real scale = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  for (int k = 0; k < 4; ++k) q[k] *= scale;
+  for (int k = 0; k < 4; ++k) q[k] = scale * q[k];
 }
 
 }  // namespace
@@ -73,11 +82,10 @@ void rotate_free(const Vec3& inverse_inertia, double dt, Quat& orientation, Vec3
 void rotate_free(FreeRotations& b, double dt) { rotate(b.inverse_inertia, dt, b.q, b.momentum); }
 
 void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, const Vec3& gravity,
-               double dt, const Mat3& rotation, BodyMotion& motion, Vec3& angular_momentum) {
+               double dt, const Mat3& rotation, Vec3& velocity, Vec3& angular_momentum) {
   const double h = 0.5 * dt;
-  motion.velocity += h * (body.inverse_mass * force + gravity);
+  velocity += h * (body.inverse_mass * force + gravity);
   angular_momentum += h * (rotation.transpose() * torque);
-  motion.spin = rotation * angular_momentum.cwiseProduct(body.inverse_inertia);
 }
 
 }  // namespace firn

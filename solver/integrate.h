@@ -13,12 +13,40 @@ struct RigidBody {
 
 // Kicks one body by half a step: velocity by F / m, angular momentum (body axes) by torque.
 void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, const Vec3& gravity,
-               double dt, const Mat3& rotation, BodyMotion& motion, Vec3& angular_momentum);
+               double dt, const Mat3& rotation, Vec3& velocity, Vec3& angular_momentum);
 
-// Rotations of several bodies side by side, which hides the latency of the long chain of turns;
-// bit for bit what rotate_free() gives for each.
-constexpr int kLanes = 8;
-using Lanes = Eigen::Array<double, kLanes, 1>;
+// Eight numbers side by side, as two registers of four (AVX2): operations on both overlap, which
+// hides the latency of the long chain of turns below. Always inline: sources compiled with and
+// without AVX would pass them differently.
+struct Lanes {
+  static constexpr int size = 8;
+  using Four = double __attribute__((vector_size(32)));
+  Four low, high;
+
+  Lanes() = default;
+  explicit Lanes(double all) : low{all, all, all, all}, high(low) {}
+  [[gnu::always_inline]] Lanes(const Four& l, const Four& h) : low(l), high(h) {}
+  double operator[](int i) const { return i < 4 ? low[i] : high[i - 4]; }
+  void set(int i, double value) { (i < 4 ? low[i] : high[i - 4]) = value; }
+
+  [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator*(double a, const Lanes& b) {
+    return {a * b.low, a * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(double a, const Lanes& b) {
+    return {a - b.low, a - b.high};
+  }
+};
+
+// Rotations of several bodies side by side; bit for bit what rotate_free() gives for each.
 struct FreeRotations {
   Lanes q[4];         // x y z w of the orientations
   Lanes momentum[3];  // kg m^2/s, body axes

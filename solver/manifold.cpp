@@ -30,11 +30,10 @@ struct Carriers {
   bool include(int i) const { return std::find(vertex, vertex + count, i) != vertex + count; }
 };
 
-bool on_face(const ConvexPart& part, const ConvexPart::Face& face, const Carriers& carriers) {
-  const auto first = part.loops.begin() + face.first;
-  return std::all_of(carriers.vertex, carriers.vertex + carriers.count, [&](std::uint16_t i) {
-    return std::find(first, first + face.count, i) != first + face.count;
-  });
+bool is_on_face(const ConvexPart& part, int vertex, std::uint16_t face) {
+  const ConvexPart::Star& star = part.stars[vertex];
+  const auto first = part.star_faces.begin() + star.first_face;
+  return std::find(first, first + star.face_count, face) != first + star.face_count;
 }
 
 // The feature of `part` that supports it along n (part axes): a face if it lies within `depth` of
@@ -47,9 +46,14 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers
   const double top = n.dot(part.vertex(carriers.vertex[0]));
   double best = kLeastCosine;
   const ConvexPart::Face* face = nullptr;
-  for (const ConvexPart::Face& f : part.faces) {
+  const ConvexPart::Star& star = part.stars[carriers.vertex[0]];
+  for (std::uint32_t k = 0; k < star.face_count; ++k) {
+    const std::uint16_t index = part.star_faces[star.first_face + k];
+    const ConvexPart::Face& f = part.faces[index];
     const double cosine = n.dot(f.normal);
-    if (cosine <= best || f.internal || !on_face(part, f, carriers)) continue;
+    if (cosine <= best || f.internal) continue;
+    if (carriers.count > 1 && !is_on_face(part, carriers.vertex[1], index)) continue;
+    if (carriers.count > 2 && !is_on_face(part, carriers.vertex[2], index)) continue;
     best = cosine;
     face = &f;
   }
@@ -65,19 +69,20 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers
     }
   }
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& e : part.edges) {
-    if (!carriers.include(e[0]) && !carriers.include(e[1])) continue;
-    const std::uint16_t near = carriers.include(e[0]) ? e[0] : e[1];
-    const std::uint16_t far = near == e[0] ? e[1] : e[0];
-    if (carriers.count > 1 && !carriers.include(far)) continue;
-    const Vec3 along = part.vertex(far) - part.vertex(near);
-    const double drop = -n.dot(along);
-    const double over_reach = drop * std::min(1.0, reach / along.norm());
-    if (over_reach > depth || over_reach >= least) continue;
-    least = over_reach;
-    out.kind = Feature::Kind::edge;
-    out.ends[0] = near;
-    out.ends[1] = far;
+  for (int c = 0; c < carriers.count; ++c) {
+    const std::uint16_t near = carriers.vertex[c];
+    const ConvexPart::Spoke* spokes = part.spokes.data() + part.stars[near].first_spoke;
+    for (std::uint32_t k = 0; k < part.stars[near].spoke_count; ++k) {
+      const std::uint16_t far = spokes[k].vertex;
+      if (carriers.count > 1 && (far < near || !carriers.include(far))) continue;
+      const double drop = n.dot(part.vertex(near)) - n.dot(part.vertex(far));
+      const double over_reach = drop * std::min(1.0, reach * spokes[k].inverse_length);
+      if (over_reach > depth || over_reach >= least) continue;
+      least = over_reach;
+      out.kind = Feature::Kind::edge;
+      out.ends[0] = near;
+      out.ends[1] = far;
+    }
   }
   return out;
 }

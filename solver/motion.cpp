@@ -6,17 +6,21 @@ namespace firn {
 namespace {
 constexpr std::size_t kGrain = 1024;  // bodies a task; below this threads do not pay
 
-// The rotational drift of up to kLanes bodies, one in each lane.
+Vec3 spin_of(const RigidBody& body, const Mat3& rotation, const Vec3& angular_momentum) {
+  return rotation * angular_momentum.cwiseProduct(body.inverse_inertia);
+}
+
+// The rotational drift of up to Lanes::size bodies, one in each lane.
 void drift_rotations(const Workspace& w, const Model& model, State& s, const std::size_t* bodies,
                      int count) {
   FreeRotations r;
-  for (int k = 0; k < kLanes; ++k) {
+  for (int k = 0; k < Lanes::size; ++k) {
     const std::size_t i = bodies[std::min(k, count - 1)];
     const Vec3& inverse = w.rigid[model.particles[i].shape].inverse_inertia;
-    for (int c = 0; c < 4; ++c) r.q[c][k] = s.orientation[i].coeffs()[c];
+    for (int c = 0; c < 4; ++c) r.q[c].set(k, s.orientation[i].coeffs()[c]);
     for (int c = 0; c < 3; ++c) {
-      r.momentum[c][k] = s.angular_momentum[i][c];
-      r.inverse_inertia[c][k] = inverse[c];
+      r.momentum[c].set(k, s.angular_momentum[i][c]);
+      r.inverse_inertia[c].set(k, inverse[c]);
     }
   }
   rotate_free(r, model.timestep);
@@ -30,7 +34,7 @@ void drift_rotations(const Workspace& w, const Model& model, State& s, const std
 void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
                           std::size_t end) {
   const double dt = model.timestep;
-  std::size_t lanes[kLanes];
+  std::size_t lanes[Lanes::size];
   int filled = 0;
   const auto finish = [&] {
     if (filled == 0) return;
@@ -40,7 +44,7 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
       const int shape = model.particles[i].shape;
       BodyMotion& m = s.motion[i];
       s.rotation[i] = s.orientation[i].toRotationMatrix();
-      m.spin = s.rotation[i] * s.angular_momentum[i].cwiseProduct(w.rigid[shape].inverse_inertia);
+      m.spin = spin_of(w.rigid[shape], s.rotation[i], s.angular_momentum[i]);
       const double turned = m.spin.norm() * dt;
       s.turn[i] += turned;
       s.path[i] += m.velocity.norm() * dt + turned * w.reach[shape];
@@ -51,10 +55,10 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
     if (s.presence[i] != Presence::present) continue;
     BodyMotion& m = s.motion[i];
     half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i], model.gravity, dt,
-              s.rotation[i], m, s.angular_momentum[i]);
+              s.rotation[i], m.velocity, s.angular_momentum[i]);
     m.position += dt * m.velocity;
     lanes[filled++] = i;
-    if (filled == kLanes) finish();
+    if (filled == Lanes::size) finish();
   }
   finish();
 }
@@ -90,9 +94,10 @@ void kick(const Model& model, const Workspace& w, State& s) {
              [&](std::size_t begin, std::size_t end) {
                for (std::size_t i = begin; i < end; ++i) {
                  if (s.presence[i] != Presence::present) continue;
-                 half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i],
-                           model.gravity, model.timestep, s.rotation[i], s.motion[i],
-                           s.angular_momentum[i]);
+                 const RigidBody& body = w.rigid[model.particles[i].shape];
+                 half_kick(body, s.force[i], s.torque[i], model.gravity, model.timestep,
+                           s.rotation[i], s.motion[i].velocity, s.angular_momentum[i]);
+                 s.motion[i].spin = spin_of(body, s.rotation[i], s.angular_momentum[i]);
                }
              });
 }

@@ -1,5 +1,6 @@
-// The neighbour list: made anew when somebody has moved half the skin, keeping the memory of the
-// pairs that stay.
+// The neighbour list: made anew when somebody has moved its margin, keeping the memory of the pairs
+// that stay. Fast bodies get wider margins, so that a few that fall do not wear out the list of
+// all.
 #include "solver/workspace.h"
 
 namespace firn {
@@ -11,10 +12,35 @@ struct PartSpheres {
   std::vector<int> particle;       // [present] ids, ascending
   std::vector<std::size_t> first;  // [present] into centers
   std::vector<Vec3> centers;       // m, world
-  std::vector<Box3> boxes;         // [present] m, world, with half the skin around
+  std::vector<Box3> boxes;         // [present] m, world, with the margin around
 };
 
-PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s) {
+// A quarter of the skin, and as much again for each time that a body is faster than the average;
+// at constant speed nobody then asks for a new list before the average body has moved a quarter.
+void set_margins(const Model& model, const Workspace& w, State& s) {
+  constexpr double kWidest = 2;  // skins
+  const std::size_t n = model.particles.size();
+  const auto speed = [&](std::size_t i) {
+    return s.motion[i].velocity.norm() +
+           s.motion[i].spin.norm() * w.reach[model.particles[i].shape];
+  };
+  double mean = 0;
+  std::size_t present = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (s.presence[i] != Presence::present) continue;
+    mean += speed(i);
+    ++present;
+  }
+  if (present > 0) mean /= static_cast<double>(present);
+  const double base = 0.25 * w.skin;
+  for (std::size_t i = 0; i < s.path.size(); ++i) {
+    const bool moves = i < n && s.presence[i] == Presence::present && mean > 0;
+    s.margin[i] = moves ? std::min(base * (1 + speed(i) / mean), kWidest * w.skin) : 2 * base;
+    s.relist_path[i] = s.path[i] + s.margin[i];
+  }
+}
+
+PartSpheres place_spheres(const Model& model, const State& s) {
   PartSpheres out;
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
     if (s.presence[i] != Presence::present) continue;
@@ -25,7 +51,7 @@ PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s
     for (std::size_t k = 0; k < shape.parts.size(); ++k) {
       const ConvexPart& part = shape.parts[k];
       const Vec3 c = s.motion[i].position + s.rotation[i] * part.center;
-      const Vec3 r = Vec3::Constant(part.bounding_radius + 0.5 * w.skin);
+      const Vec3 r = Vec3::Constant(part.bounding_radius + s.margin[i]);
       out.centers.push_back(c);
       box.lower = k == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
       box.upper = k == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
@@ -46,10 +72,11 @@ class ListMaker {
     const auto& pa = model_.shapes[model_.particles[a].shape].parts;
     const auto& pb = model_.shapes[model_.particles[b].shape].parts;
     begin(a, b, w_.law_index(model_.particles[a].shape, model_.particles[b].shape));
+    const double margins = s_.margin[a] + s_.margin[b];
     for (std::size_t k = 0; k < pa.size(); ++k) {
       const Vec3& ca = spheres.centers[spheres.first[i] + k];
       for (std::size_t l = 0; l < pb.size(); ++l) {
-        const double reach = pa[k].bounding_radius + pb[l].bounding_radius + w_.skin;
+        const double reach = pa[k].bounding_radius + pb[l].bounding_radius + margins;
         if ((ca - spheres.centers[spheres.first[j] + l]).squaredNorm() < reach * reach) {
           add_part(static_cast<int>(k), static_cast<int>(l));
         }
@@ -66,7 +93,7 @@ class ListMaker {
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const Vec3 c =
           pose.rotation.transpose() * (spheres.centers[spheres.first[i] + k] - pose.translation);
-      const double reach = parts[k].bounding_radius + w_.skin;
+      const double reach = parts[k].bounding_radius + s_.margin[a] + s_.margin[b];
       if (model_.boundaries[boundary].kind == Boundary::Kind::plane) {
         if (c.z() < reach) add_part(static_cast<int>(k), 0);
         continue;
@@ -182,19 +209,20 @@ class ListMaker {
   std::vector<ContactPoint> points_;
 };
 
-bool must_rebuild(const Workspace& w, const State& s) {
+bool must_rebuild(const State& s) {
   if (s.list_is_stale) return true;
-  double most = 0;
-  for (std::size_t i = 0; i < s.path.size(); ++i)
-    most = std::max(most, s.path[i] - s.listed_path[i]);
-  return most > 0.5 * w.skin;
+  for (std::size_t i = 0; i < s.path.size(); ++i) {
+    if (s.path[i] > s.relist_path[i]) return true;
+  }
+  return false;
 }
 
 }  // namespace
 
 void refresh_neighbours(const Model& model, Workspace& w, State& s) {
-  if (!must_rebuild(w, s)) return;
-  const PartSpheres spheres = place_spheres(model, w, s);
+  if (!must_rebuild(s)) return;
+  set_margins(model, w, s);
+  const PartSpheres spheres = place_spheres(model, s);
   std::vector<std::array<std::int32_t, 2>> near;
   box_pairs(spheres.boxes, near);
   ListMaker list(model, w, s);
@@ -206,7 +234,6 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
     }
   }
   list.finish();
-  s.listed_path = s.path;
   s.list_is_stale = false;
   w.active_is_stale = w.ends_are_stale = true;
   ++s.health.rebuilds;

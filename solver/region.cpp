@@ -6,6 +6,8 @@
 namespace firn {
 namespace {
 
+// std::hypot guards against overflow that lengths in metres never see, at five times the price.
+double length_of(const Point2& a) { return std::sqrt(a.u * a.u + a.v * a.v); }
 double dot(const Point2& a, const Point2& b) { return a.u * b.u + a.v * b.v; }
 double cross(const Point2& a, const Point2& b) { return a.u * b.v - a.v * b.u; }
 Point2 operator-(const Point2& a, const Point2& b) { return {a.u - b.u, a.v - b.v}; }
@@ -105,7 +107,7 @@ void weigh_polygon(Region& r) {
 
 void weigh_segment(Region& r) {
   const Point2 e = r.points[1].at - r.points[0].at;
-  const double length = std::hypot(e.u, e.v);
+  const double length = length_of(e);
   r.area = kEdgeWidth * length;
   r.points[0].weight = r.points[1].weight = 0.5 * r.area;
   r.polar = r.area * length * length / 12;
@@ -155,7 +157,7 @@ bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const V
     if (side_q < 0) to = std::min(to, side_p / (side_p - side_q));
   }
   const Point2 e = q - p;
-  if ((to - from) * std::hypot(e.u, e.v) < kLeastExtent) return false;
+  if ((to - from) * length_of(e) < kLeastExtent) return false;
   const Slope slope(face_view, face);
   for (const double t : {from, to}) {
     const Point2 at{p.u + t * e.u, p.v + t * e.v};
@@ -171,12 +173,12 @@ bool edge_on_edge(const View& a, const std::uint16_t (&ends_a)[2], const View& b
   const Point2 a0 = a.flat(ends_a[0]), a1 = a.flat(ends_a[1]);
   const Point2 b0 = b.flat(ends_b[0]), b1 = b.flat(ends_b[1]);
   const Point2 da = a1 - a0, db = b1 - b0;
-  const double length_a = std::hypot(da.u, da.v), length_b = std::hypot(db.u, db.v);
+  const double length_a = length_of(da), length_b = length_of(db);
   if (std::min(length_a, length_b) < kLeastExtent) return false;
   if (std::abs(cross(da, db)) > 0.5 * length_a * length_b) return false;  // beyond 30 degrees
   const double sign = dot(da, db) > 0 ? 1 / length_b : -1 / length_b;
   Point2 middle{da.u / length_a + sign * db.u, da.v / length_a + sign * db.v};
-  const double norm = std::hypot(middle.u, middle.v);
+  const double norm = length_of(middle);
   middle = {middle.u / norm, middle.v / norm};
   const Strand on_a(a, ends_a, a0, a1, middle), on_b(b, ends_b, b0, b1, middle);
   double from = std::max(on_a.along0, on_b.along0), to = std::min(on_a.along1, on_b.along1);

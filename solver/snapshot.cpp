@@ -64,7 +64,8 @@ void walk(Archive& ar, S& s) {
   ar.array(s.torque);
   ar.array(s.path);
   ar.array(s.turn);
-  ar.array(s.listed_path);
+  ar.array(s.margin);
+  ar.array(s.relist_path);
   ar.array(s.presence);
   ar.array(s.peak_normal_force);
   ar.array(s.boundary_present);

@@ -64,7 +64,8 @@ struct State {
   std::vector<Vec3> force, torque;             // [N] N, N m, world, at `time`
   std::vector<double> path;                    // [M] m, bound on the way of any point of the body
   std::vector<double> turn;                    // [M] rad, bound on the angle turned
-  std::vector<double> listed_path;             // [M] path when the neighbour list was made
+  std::vector<double> margin;                  // [M] m, what the neighbour list lets it move
+  std::vector<double> relist_path;             // [M] m, path at which the list must be made anew
   std::vector<Presence> presence;              // [N]
   std::vector<double> peak_normal_force;       // [N] N
   std::vector<std::uint8_t> boundary_present;  // [B]

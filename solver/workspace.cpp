@@ -51,14 +51,12 @@ Workspace::Workspace(const Model& model) {
   shapes = static_cast<int>(model.shapes.size());
   columns = shapes + static_cast<int>(model.boundaries.size());
   laws.resize(static_cast<std::size_t>(shapes) * columns);
-  smallest_box_edge = std::numeric_limits<double>::infinity();
   double smallest_radius = std::numeric_limits<double>::infinity();
   for (int i = 0; i < shapes; ++i) {
     const Shape& a = model.shapes[i];
     rigid.push_back({a.mass, 1 / a.mass, a.inertia.cwiseInverse()});
     reach.push_back(a.bounding_radius);
     const double edge = a.box.minCoeff();
-    smallest_box_edge = std::min(smallest_box_edge, edge);
     smallest_radius = std::min(smallest_radius, a.bounding_radius);
     for (int j = 0; j < shapes; ++j) {
       const Shape& b = model.shapes[j];
@@ -77,6 +75,9 @@ Workspace::Workspace(const Model& model) {
       out.rolling_limit = law.rolling_resistance * a.size_for_stiffness;
     }
   }
+  least_overlap_limit = std::numeric_limits<double>::infinity();
+  for (const PairLaw& law : laws)
+    least_overlap_limit = std::min(least_overlap_limit, law.overlap_limit);
   skin = model.numerics.skin > 0 ? model.numerics.skin : 0.16 * smallest_radius;
   for (const Boundary& b : model.boundaries) {
     reach.push_back(farthest_vertex(b.parts));

@@ -10,21 +10,11 @@
 
 #include "solver/broadphase.h"
 #include "solver/integrate.h"
+#include "solver/patch_block.h"
 #include "solver/patches.h"
 #include "solver/state.h"
 
 namespace firn {
-
-// What one body pair adds to its bodies in this step.
-struct PairLoad {
-  Vec3 force = Vec3::Zero();     // N, on a; b feels the opposite
-  Vec3 moment_a = Vec3::Zero();  // N m, about the centre of a
-  Vec3 moment_b = Vec3::Zero();  // N m, about the centre (origin) of b
-  double peak = 0;               // N, largest normal force of a patch
-  double overlap = 0;            // m
-  double work_normal = 0;        // J taken from the bodies by normal forces
-  double work_friction = 0;      // J by friction
-};
 
 // Outcome of one look at one pair.
 struct Look {
@@ -41,18 +31,19 @@ struct Workspace {
   std::vector<RigidBody> rigid;               // [shapes]
   std::vector<PairLaw> laws;                  // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<BoxTree>> trees;  // [boundaries]; none for planes
-  std::vector<double> reach;     // [shapes + boundaries] m, farthest point from the centre
-  double skin = 0;               // m
-  double smallest_box_edge = 0;  // m, over all shapes
+  std::vector<double> reach;       // [shapes + boundaries] m, farthest point from the centre
+  double skin = 0;                 // m
+  double least_overlap_limit = 0;  // m, over all laws
 
   std::vector<std::array<std::int32_t, 2>>
       ends;                           // [pairs] the bodies, packed for the scan of a step
   std::vector<std::uint32_t> due;     // pairs to look at in this step
   std::vector<Look> looks;            // [due]
-  std::vector<std::uint32_t> active;  // pairs with patches
-  bool active_is_stale = true;        // a pair came into touch or out of it
-  bool ends_are_stale = true;         // the neighbour list was made anew
-  std::vector<PairLoad> loads;        // [active]
+  std::vector<std::uint32_t> active;  // pairs with patches, ascending
+  std::vector<std::uint32_t> changed, spare_active;  // scratch of its update
+  bool active_is_stale = true;                       // the neighbour list was made anew
+  bool ends_are_stale = true;                        // the neighbour list was made anew
+  std::vector<std::vector<PatchLoad>> loads;         // of each task
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
@@ -72,9 +63,8 @@ void kick_and_drift(const Model& model, const Workspace& workspace, State& state
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void contact_forces(const Model& model, Workspace& workspace, State& state);
-void sum_forces(const Model& model, const Workspace& workspace, State& state);
 void kick(const Model& model, const Workspace& workspace, State& state);
-void check_state(const Model& model, Workspace& workspace, State& state);
+void check_state(const Model& model, const Workspace& workspace, State& state);
 
 // Energy of the present state, J.
 Energy energy_of(const Model& model, const Workspace& workspace, const State& state);

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "experiments/checkpoint.h"
 #include "experiments/hdf5_file.h"
 #include "experiments/recording.h"
 
@@ -125,7 +126,7 @@ Case tray() { return read_case_text(kTray, "tray.toml", "."); }
 void expect_equal_datasets(const std::string& a, const std::string& b) {
   const hdf5::File first = hdf5::File::open(a, hdf5::File::Access::read);
   const hdf5::File second = hdf5::File::open(b, hdf5::File::Access::read);
-  ASSERT_EQ(first.datasets(), second.datasets());
+  ASSERT_THAT(second.datasets(), testing::ElementsAreArray(first.datasets()));
   for (const std::string& path : first.datasets()) {
     ASSERT_EQ(first.shape(path), second.shape(path)) << path;
     if (path == "/stages/name" || path == "/stages/ended_by" || path == "/shapes/name") {
@@ -151,13 +152,16 @@ pid_t start_process(Work&& work) {
   }
 }
 
-// Until the file of a run under way has so many frames or a minute has passed; how many it has.
+// Until the file of a run under way has so many frames, or has ended, or a minute has passed; how
+// many it has.
 std::size_t wait_for_frames(const std::string& file, std::size_t wanted) {
   std::size_t frames = 0;
   for (int i = 0; i < 30000 && frames < wanted; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     try {
-      frames = Recording(file).frame_times().size();
+      const Recording recording(file);
+      frames = recording.frame_times().size();
+      if (recording.status() == "finished") break;
     } catch (const InputError&) {  // not there yet, or caught in the middle of a flush
     }
   }
@@ -271,27 +275,53 @@ TEST_F(RunTest, InterruptedRunGoesOnBitForBit) {
 }
 
 TEST_F(RunTest, KilledRunGoesOnBitForBit) {
+  // Long enough to be killed on the way.
+  std::string text = kTray;
+  const auto last = text.find("remove = [\"floor\"]");
+  text.replace(text.rfind("0.3 s"), 5, "1.5 s");
+  ASSERT_LT(last, text.rfind("1.5 s"));
+  const auto read = [&] { return read_case_text(text, "tray.toml", "."); };
   const RunOptions whole = options("whole.h5");
   int status = -1;
-  ::waitpid(start_process([&] { run(tray(), whole); }), &status, 0);
+  ::waitpid(start_process([&] { run(read(), whole); }), &status, 0);
   ASSERT_EQ(status, 0);
   RunOptions parts = options("parts.h5");
   parts.checkpoint_every = 0.01;
   std::size_t frames = 0;
+  int killed_on_the_way = 0;
   for (int session = 0; session < 3; ++session) {
     const pid_t child = start_process([&] {
       if (session == 0)
-        run(tray(), parts);
+        run(read(), parts);
       else
         resume(parts.results_file, parts);
     });
     frames = wait_for_frames(parts.results_file, frames + 2);
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
+    killed_on_the_way += Recording(parts.results_file).status() != "finished";
   }
   EXPECT_GT(frames, 5u);
+  EXPECT_GT(killed_on_the_way, 0);
   ASSERT_EQ(resume(parts.results_file, parts).status, RunStatus::finished);
   expect_equal_datasets(whole.results_file, parts.results_file);
+}
+
+// Killed after the last word on the run and before the rest of the housekeeping.
+TEST_F(RunTest, ResumeTidiesARunKilledAtItsEnd) {
+  Case c = tray();
+  c.duration = 0.02;
+  run(c, options("whole.h5"));
+  fs::copy_file(options("whole.h5").results_file, options("cut.h5").results_file);
+  {
+    hdf5::File file = hdf5::File::open(options("cut.h5").results_file, hdf5::File::Access::write);
+    file.remove("/responses");
+    write_checkpoint(file, {1, {std::byte{1}}});
+  }
+  const RunSummary summary = resume(options("cut.h5").results_file, options("cut.h5"));
+  EXPECT_EQ(summary.status, RunStatus::finished);
+  EXPECT_FALSE(summary.responses.empty());
+  expect_equal_datasets(options("whole.h5").results_file, options("cut.h5").results_file);
 }
 
 TEST_F(RunTest, FinishedRunIsNotRunAgain) {

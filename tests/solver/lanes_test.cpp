@@ -1,0 +1,138 @@
+// The wide paths against the plain ones: the same bits.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "solver/integrate.h"
+#include "solver/patch_block.h"
+
+namespace firn {
+namespace {
+
+struct Dice {
+  std::mt19937_64 engine{11};
+  double operator()(double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
+  }
+  Vec3 vector(double size) {
+    return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)};
+  }
+};
+
+TEST(Lanes, RotateEachBodyAsOnItsOwn) {
+  Dice dice;
+  for (const double dt : {1e-5, 1e-2, 1.0}) {  // polynomials, both, library functions
+    FreeRotations many;
+    Quat q[Lanes::size];
+    Vec3 momentum[Lanes::size], inverse[Lanes::size];
+    for (int k = 0; k < Lanes::size; ++k) {
+      q[k] = Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized();
+      momentum[k] = dice.vector(2);
+      inverse[k] = Vec3(dice(1, 3), dice(1, 3), dice(1, 3));
+      for (int c = 0; c < 4; ++c) many.q[c].set(k, q[k].coeffs()[c]);
+      for (int c = 0; c < 3; ++c) {
+        many.momentum[c].set(k, momentum[k][c]);
+        many.inverse_inertia[c].set(k, inverse[k][c]);
+      }
+    }
+    rotate_free(many, dt);
+    for (int k = 0; k < Lanes::size; ++k) {
+      rotate_free(inverse[k], dt, q[k], momentum[k]);
+      for (int c = 0; c < 4; ++c) EXPECT_EQ(many.q[c][k], q[k].coeffs()[c]);
+      for (int c = 0; c < 3; ++c) EXPECT_EQ(many.momentum[c][k], momentum[k][c]);
+    }
+  }
+}
+
+struct Contact {
+  Patch patch;
+  std::vector<ContactPoint> points;
+  PairMotion motion;
+  PairLaw law;
+};
+
+// Patches of all kinds: touching, near, sliding, sticking, fresh, turning, with rolling resistance.
+Contact any_contact(Dice& dice) {
+  Contact c;
+  c.law.stiffness = 2e5;
+  c.law.unloading_ratio = dice(1, 10);
+  c.law.floor = 0.001;
+  c.law.tangential_stiffness = dice(0.3, 1) * 2e5;
+  c.law.static_friction = dice(0, 0.5);
+  c.law.dynamic_friction = dice(0, 1) * c.law.static_friction;
+  c.law.sliding_speed = 1e-3;
+  c.law.rolling_limit = dice(-1, 1) > 0 ? 1e-3 : 0;
+  Patch& p = c.patch;
+  p.normal = dice.vector(1).normalized();
+  p.arm = dice.vector(0.02);
+  p.fresh = dice(-1, 1) > 0.5;
+  p.sliding = dice(-1, 1) > 0;
+  p.torsion_radius = dice(-1, 1) > 0 ? dice(0, 0.005) : 0;
+  p.torsion = p.torsion_radius > 0 ? dice(-1e-3, 1e-3) : 0;
+  const Vec3 t = dice.vector(1);
+  p.tangential = t - p.normal * p.normal.dot(t);
+  p.point_count = static_cast<std::uint32_t>(dice(1, 7));
+  for (std::uint32_t i = 0; i < p.point_count; ++i) {
+    ContactPoint point;
+    point.offset = dice.vector(0.005);
+    point.gap = dice(-2e-5, 1e-5);
+    point.share = 1.0 / p.point_count;
+    point.force = dice(-1, 1) > 0 && point.gap < 0 ? dice(0, 1) : 0;
+    c.points.push_back(point);
+  }
+  c.motion = {plain(dice.vector(0.3)), plain(dice.vector(5)), plain(dice.vector(0.03))};
+  return c;
+}
+
+TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
+  Dice dice;
+  const double dt = 2e-5;
+  for (int count : {1, 3, PatchBlock::room}) {
+    std::vector<Contact> wide;
+    for (int k = 0; k < count; ++k) wide.push_back(any_contact(dice));
+    std::vector<Contact> plain_ones = wide;
+    PatchBlock block;
+    for (int k = 0; k < count; ++k) {
+      Contact& c = wide[k];
+      block.add(2 * k, 2 * k + 1, 0, c.law, c.patch, c.points.data(), c.motion);
+    }
+    block.advance(dt);
+    for (int k = 0; k < count; ++k) {
+      Contact& c = plain_ones[k];
+      const Vec n = plain(c.patch.normal), arm = plain(c.patch.arm);
+      const Approach way =
+          approach(n, c.motion.velocity + cross(c.motion.spin, arm), c.motion.spin, dt);
+      const NormalLoad pressed = advance_points(c.law, c.patch, c.points.data(), way);
+      const FrictionStep rubbed = advance_friction(
+          {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,
+           c.law.sliding_speed},
+          {plain(c.patch.tangential), c.patch.torsion, c.patch.sliding ? 1.0 : 0.0}, pressed.force,
+          c.patch.torsion_radius, way, dt);
+      const Wrench on_a = wrench(n, pressed.force, pressed.offset_force, rubbed.state);
+      const PatchLoad load = block.load(k);
+      EXPECT_EQ(load.a, 2 * k);
+      EXPECT_EQ(load.force.x, on_a.force.x);
+      EXPECT_EQ(load.force.y, on_a.force.y);
+      EXPECT_EQ(load.force.z, on_a.force.z);
+      EXPECT_EQ(load.normal, pressed.force);
+      EXPECT_EQ(load.overlap, pressed.overlap);
+      EXPECT_EQ(load.work_normal, pressed.work);
+      EXPECT_EQ(wide[k].patch.torsion, rubbed.state.torsion);
+      EXPECT_EQ(wide[k].patch.sliding, rubbed.state.sliding > 0 ? 1u : 0u);
+      for (std::size_t i = 0; i < c.points.size(); ++i) {
+        EXPECT_EQ(wide[k].points[i].force, c.points[i].force);
+        EXPECT_EQ(wide[k].points[i].gap, c.points[i].gap);
+      }
+      // Newton's third law, moments about one point: that of a and that of b.
+      const Vec sum = load.moment_a + load.moment_b + cross(c.motion.apart, load.force);
+      EXPECT_NEAR(std::sqrt(square(sum)), 0, 1e-15 + 1e-12 * std::sqrt(square(load.moment_a)));
+      if (c.law.rolling_limit == 0) {
+        EXPECT_EQ(load.work_friction, rubbed.work);
+        EXPECT_EQ(load.moment_a.x, (on_a.moment + cross(arm, on_a.force)).x);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace firn
