@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "experiments/drained_repose_responses.h"
 #include "experiments/recording.h"
@@ -9,8 +10,32 @@
 namespace firn {
 namespace {
 
+// How soft the contacts were in the last stage, as part of the smallest edge of any particle.
+void add_overlaps(const Recording& recording, const Case& c, std::vector<Response>& out) {
+  const std::vector<StageRecord> stages = recording.stages();
+  const double start = stages.empty() ? 0 : stages.back().start;
+  double edge = std::numeric_limits<double>::infinity();
+  for (const Particle& p : c.model.particles)
+    edge = std::min(edge, c.model.shapes[static_cast<std::size_t>(p.shape)].box.minCoeff());
+  const auto mean_of = [&](const std::string& path) {
+    const std::vector<double> times = recording.frame_times(), values = recording.series(path);
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      if (times[i] < start || !std::isfinite(values[i])) continue;
+      sum += values[i];
+      count += 1;
+    }
+    return sum / count / edge;
+  };
+  const char* const method = "part of the thickness; mean over the frames of the last stage";
+  const double median = mean_of("/health/overlap_median"), most = mean_of("/health/overlap_p99");
+  if (!std::isfinite(median)) return;  // nothing ever touched
+  out.push_back({"contact_overlap_median", {median}, {}, "1", method, 1});
+  out.push_back({"contact_overlap_p99", {most}, {}, "1", method, 1});
+}
+
 // What every case can be asked.
-std::vector<Response> general_responses(const Recording& recording) {
+std::vector<Response> general_responses(const Recording& recording, const Case& c) {
   std::vector<Response> out;
   const std::vector<double> times = recording.frame_times();
   if (times.empty()) return out;
@@ -31,6 +56,7 @@ std::vector<Response> general_responses(const Recording& recording) {
                  "J",
                  "translation and rotation in the last frame",
                  1});
+  add_overlaps(recording, c, out);
   const std::vector<double> peaks = recording.peak_normal_force();
   if (!peaks.empty()) {
     out.push_back({"peak_normal_force",
@@ -47,7 +73,7 @@ std::vector<Response> general_responses(const Recording& recording) {
 
 std::vector<Response> measure(const Recording& recording) {
   const Case c = recording.read_case();
-  std::vector<Response> responses = general_responses(recording);
+  std::vector<Response> responses = general_responses(recording, c);
   if (c.drained_repose) {
     const auto more = drained_repose_responses(drained_heap(recording, c));
     responses.insert(responses.end(), more.begin(), more.end());

@@ -1,5 +1,7 @@
 #include "experiments/results_layout.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "experiments/version.h"
@@ -56,6 +58,13 @@ void add_boundary(Row& row, const BoundaryState& b, double interval) {
   }
 }
 
+// The smallest of the sorted values that `share` of them do not exceed; NaN of none.
+double quantile(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return kNaN;
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
 }  // namespace
 
 std::vector<Column> result_columns(const Model& model) {
@@ -77,6 +86,8 @@ std::vector<Column> result_columns(const Model& model) {
                            "dissipated_friction", "dissipated_walls", "boundary_work", "removed"})
     columns.push_back({std::string("/energy/") + name, "J", {}});
   columns.push_back({"/health/largest_overlap", "m", {}});
+  for (const char* name : {"overlap_now", "overlap_p99", "overlap_median"})
+    columns.push_back({std::string("/health/") + name, "m", {}});
   columns.push_back({"/health/energy_rise", "J", {}});
   for (const char* name : {"deep_births", "patches", "points"})
     columns.push_back({std::string("/health/") + name, "1", {}});
@@ -94,7 +105,11 @@ std::vector<double> result_row(const Solver& solver, double interval) {
         e.dissipated_normal, e.dissipated_friction, e.dissipated_walls, e.boundary_work, e.removed})
     row.add(value);
   const Health& h = solver.health();
-  for (double value : {h.largest_overlap, h.energy_rise, static_cast<double>(h.deep_births),
+  row.add(h.largest_overlap);
+  std::vector<double> overlaps = solver.contact_overlaps();
+  std::sort(overlaps.begin(), overlaps.end());
+  for (double share : {1.0, 0.99, 0.5}) row.add(quantile(overlaps, share));
+  for (double value : {h.energy_rise, static_cast<double>(h.deep_births),
                        static_cast<double>(h.patches), static_cast<double>(h.points)})
     row.add(value);
   return row.take();

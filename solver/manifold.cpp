@@ -178,7 +178,10 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
     const double height = frame.n.dot(contact.point_a);
     region.count = 0;
     region.add(frame.flat(contact.point_a), height, height + contact.distance);
-    weigh_point(region);
+    const double radius = on_a.face   ? b.radius
+                          : on_b.face ? a.radius
+                                      : edge_radius(a.radius, b.radius);
+    weigh_point(region, radius, radii);
   }
   if (belongs_to_neighbour(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
       belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
@@ -220,15 +223,16 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   }
   for (int i = 0; i < loop_count; ++i) add(loop[i]);
   if (loop_count > 2) weigh_polygon(region);
-  if (loop_count == 2) weigh_segment(region);
+  if (loop_count == 2) weigh_segment(region, a.radius, a.radius);
   // Whatever else is in the shell, as corners: a part that stands deep and tilted in the plane is
   // held wherever it is in.
   for (int i = 0; i < a.vertex_count; ++i) {
     if (-offset - view.height(i) - a.radius >= shell || leaning_seams(i) != 0) continue;
     if (std::find(loop, loop + loop_count, i) != loop + loop_count) continue;
     add(i);
-    region.points[region.count - 1].weight = kEdgeWidth * kEdgeWidth;
-    region.area += kEdgeWidth * kEdgeWidth;
+    const double width = swept_width(a.radius, offset + view.height(i) + a.radius);
+    region.points[region.count - 1].weight = width * width;
+    region.area += width * width;
   }
   emit(region, frame, a.radius, 0, shell, out);
 }

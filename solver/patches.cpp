@@ -164,10 +164,15 @@ double patch_size(const PatchInput& in, const Patch& patch, const ContactPoint* 
 }
 
 // Gives each point of `fresh` the force density of the nearest point of the old patch, scaled so
-// that the patch carries `force` in all, and adds it to what the point has.
+// that the patch carries `force` in all, and adds it to what the point has. Where the old patch had
+// no point, the new one takes no more than its overlap bears, and the others carry the rest: a face
+// that comes to touch by one edge would otherwise lose half of what that edge carried.
 void hand_down_normal(const PatchInput& in, const Patch& old, double force, const Patch& fresh,
-                      ContactPoint* points, std::vector<double>& density) {
+                      ContactPoint* points, PatchScratch& scratch) {
+  std::vector<double>& density = scratch.density;
   density.assign(fresh.point_count, 0);
+  scratch.is_new.assign(fresh.point_count, 0);
+  const double same_place = 4 * in.law.merge;
   double total = 0;
   for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
     const Vec3 place = fresh.arm + points[i].offset - old.arm;
@@ -182,6 +187,7 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
     }
     density[i] *= points[i].weight;
     total += density[i];
+    scratch.is_new[i] = nearest > same_place * same_place;
   }
   if (total <= 0) {  // nearest ones were idle: share by depth instead
     for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
@@ -190,9 +196,22 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
     }
   }
   if (total <= 0) return;
+  double known = 0;
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i) known += scratch.is_new[i] ? 0 : density[i];
+  double rest = force;
+  for (std::uint32_t i = 0; i < fresh.point_count && known > 0; ++i) {
+    if (!scratch.is_new[i]) continue;
+    const double bears = in.law.stiffness * points[i].share * std::max(0.0, -points[i].gap);
+    const double room = std::max(0.0, bears - points[i].force);
+    const double f = std::min(density[i] * force / total, room);
+    points[i].force += f;
+    rest -= f;
+  }
   // Not capped by the loading line here: the law does that once it has taken the step's approach.
-  for (std::uint32_t i = 0; i < fresh.point_count; ++i)
-    points[i].force += density[i] * force / total;
+  const double sum = known > 0 ? known : total;
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
+    if (known <= 0 || !scratch.is_new[i]) points[i].force += density[i] * rest / sum;
+  }
 }
 
 // Friction carried over into the plane of the new normal, its size kept.
@@ -224,7 +243,7 @@ void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
       if (!inherits(in, old, fresh)) continue;
       const double f = patch_size(in, fresh, out.points.data()) / all;
       hand_down_normal(in, old, f * old.normal_force, fresh, out.points.data() + fresh.first_point,
-                       scratch.weighted_depth);
+                       scratch);
       fresh.normal_force += f * old.normal_force;
       fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
       fresh.rolling += f * turned_into_plane(old.rolling, fresh.normal);

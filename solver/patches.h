@@ -27,7 +27,8 @@ struct PatchInput {
 // Scratch memory that keeps its capacity from call to call.
 struct PatchScratch {
   std::vector<int> group;
-  std::vector<double> weighted_depth;
+  std::vector<double> density;  // N, of each point of a patch
+  std::vector<char> is_new;     // [points] the old patch had none there
   std::vector<int> stack;
   std::vector<char> has_parent;
 };

@@ -105,16 +105,28 @@ void weigh_polygon(Region& r) {
   r.polar = polar - r.area * (centroid.u * centroid.u + centroid.v * centroid.v);
 }
 
-void weigh_segment(Region& r) {
+double swept_width(double radius, double overlap) {
+  return std::max(kEdgeWidth, 2 * std::sqrt(2 * radius * std::max(0.0, overlap)));
+}
+
+double edge_radius(double radius_a, double radius_b) {
+  const double sum = radius_a + radius_b;
+  return sum > 0 ? radius_a * radius_b / sum : 0;
+}
+
+void weigh_segment(Region& r, double radius, double radii) {
+  const auto overlap = [&](const RegionPoint& p) { return radii - (p.height_b - p.height_a); };
+  const double width = swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])));
   const Point2 e = r.points[1].at - r.points[0].at;
   const double length = length_of(e);
-  r.area = kEdgeWidth * length;
+  r.area = width * length;
   r.points[0].weight = r.points[1].weight = 0.5 * r.area;
   r.polar = r.area * length * length / 12;
 }
 
-void weigh_point(Region& r) {
-  r.area = r.points[0].weight = kEdgeWidth * kEdgeWidth;
+void weigh_point(Region& r, double radius, double radii) {
+  const double width = swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a));
+  r.area = r.points[0].weight = width * width;
   r.polar = 0;
 }
 
@@ -164,7 +176,7 @@ bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const V
     const double on_edge = height_p + t * (height_q - height_p), on_face = slope.height(at);
     r.add(at, edge_is_a ? on_edge : on_face, edge_is_a ? on_face : on_edge);
   }
-  weigh_segment(r);
+  weigh_segment(r, edge_view.part.radius, edge_view.part.radius + face_view.part.radius);
   return true;
 }
 
@@ -196,7 +208,7 @@ bool edge_on_edge(const View& a, const std::uint16_t (&ends_a)[2], const View& b
     r.add({s * middle.u - across * middle.v, s * middle.v + across * middle.u}, on_a.height(s),
           on_b.height(s));
   }
-  weigh_segment(r);
+  weigh_segment(r, edge_radius(a.part.radius, b.part.radius), a.part.radius + b.part.radius);
   return true;
 }
 

@@ -10,7 +10,7 @@
 
 namespace firn {
 
-// Width given to edges and corners so that face >> edge >> corner, whatever their lengths.
+// Least width given to edges and corners.
 inline constexpr double kEdgeWidth = 1e-6;    // m
 inline constexpr double kLeastExtent = 1e-9;  // m, below which a segment is a point
 
@@ -106,8 +106,14 @@ inline int region_capacity(int corners_a, int corners_b) { return 2 * (corners_a
 
 // Weights that integrate linear functions over the polygon exactly, and its moments.
 void weigh_polygon(Region& r);
-void weigh_segment(Region& r);
-void weigh_point(Region& r);
+// Edges and corners are swept: a rounding of `radius` (m) that overlaps by d touches over a width
+// of 2 sqrt(2 radius d). With a fixed width, an edge that has sunk in deeper than a face beside it
+// would bear next to nothing of what the patch bears. `radii`: sum of both sweep radii, m.
+void weigh_segment(Region& r, double radius, double radii);
+void weigh_point(Region& r, double radius, double radii);
+// The same width for one overlap (m), and the radius of two edges against each other.
+double swept_width(double radius, double overlap);
+double edge_radius(double radius_a, double radius_b);
 
 // The region over which two features face each other, weighed. False when it is empty or too small.
 bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,

@@ -252,6 +252,22 @@ const Health& Solver::health() const {
   return s.health;
 }
 
+std::vector<double> Solver::contact_overlaps() const {
+  const State& s = impl_->state;
+  std::vector<double> out;
+  for (const Pair& pair : s.pairs) {
+    for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
+      const Patch& patch = s.patches[k];
+      if (patch.normal_force <= 0) continue;
+      double gap = 0;
+      for (std::uint32_t i = 0; i < patch.point_count; ++i)
+        gap = std::min(gap, s.points[patch.first_point + i].gap);
+      out.push_back(-gap);
+    }
+  }
+  return out;
+}
+
 std::vector<PhaseTime> Solver::profile() const { return impl_->profile; }
 
 std::vector<std::byte> Solver::save() const { return pack(impl_->model, impl_->state); }

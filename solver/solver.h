@@ -104,6 +104,8 @@ class Solver {
   void clear_boundary_loads();  // after they were recorded
   Energy energy() const;
   const Health& health() const;
+  // Overlap of the deepest point of every patch that bears a force now, m.
+  std::vector<double> contact_overlaps() const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 
   // Every byte that the next step reads. restore() makes a solver over the same model go on bit

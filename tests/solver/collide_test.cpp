@@ -14,7 +14,7 @@ using testing::Random;
 using testing::slabs;
 
 constexpr double kShell = 20e-6;     // m
-constexpr double kEdgeWidth = 1e-6;  // m, weight of an edge per length
+constexpr double kEdgeWidth = 1e-6;  // m, least width of an edge
 constexpr double kTiny = 1e-15;      // m, rounding of a few centimetres
 
 Pose at(const Vec3& translation, const Mat3& rotation = Mat3::Identity()) {
@@ -169,8 +169,9 @@ TEST(Collide, EdgeOnFaceIsASegment) {
   ASSERT_EQ(m.points.size(), 2u);
   // From x = -2 mm to A's core border at 9 mm.
   const double length = 11e-3;
-  EXPECT_NEAR(weight(m), kEdgeWidth * length, 1e-12 * kEdgeWidth);
-  EXPECT_NEAR(m.polar, kEdgeWidth * std::pow(length, 3) / 12, 1e-24);
+  const double width = 2 * std::sqrt(2 * 1e-3 * 4e-6);  // of a rounding of 1 mm sunk in by 4 um
+  EXPECT_NEAR(weight(m), width * length, 1e-8 * width * length);
+  EXPECT_NEAR(m.polar, width * std::pow(length, 3) / 12, 1e-8 * m.polar);
   EXPECT_NEAR(m.centroid.x(), 3.5e-3, 1e-12);
   EXPECT_NEAR(m.centroid.y(), 1e-3, 1e-12);
 }
@@ -217,7 +218,8 @@ TEST(Collide, ParallelEdgesMeetOverTheirOverlapAndTurnIntoAPoint) {
     EXPECT_NEAR(nearest, m.gap, 0.25 * kShell) << angle;
     // 14 mm edges shifted by 5 mm: 9 mm; from then on the overlap can only shrink.
     if (angle <= 1e-9) {
-      EXPECT_NEAR(weight(m), kEdgeWidth * 9e-3, 1e-14);
+      // Two roundings of 1 mm are one of half a millimetre.
+      EXPECT_NEAR(weight(m), 2 * std::sqrt(2 * 0.5e-3 * 4e-6) * 9e-3, 1e-12);
     } else {
       EXPECT_LE(weight(m), last * (1 + 1e-3)) << angle;
     }
@@ -423,7 +425,7 @@ TEST(CollidePlane, FaceEdgeAndCorner) {
   collide_plane(a, edge_up, -reach + 4e-6, kShell, m);
   EXPECT_NEAR(m.gap, -4e-6, kTiny);
   ASSERT_EQ(m.points.size(), 2u);
-  EXPECT_NEAR(weight(m), kEdgeWidth * 18e-3, 1e-15);
+  EXPECT_NEAR(weight(m), 2 * std::sqrt(2 * 1e-3 * 4e-6) * 18e-3, 1e-12);
 
   const Vec3 corner_up = Vec3(1, 1, 1).normalized();
   collide_plane(a, corner_up, -(9e-3 + 7e-3 + 4e-3) / std::sqrt(3) - 1e-3 + 4e-6, kShell, m);

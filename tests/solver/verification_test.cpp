@@ -402,8 +402,8 @@ bool cube_tips(double degrees) {
 }
 
 TEST(Incline, CubeTipsAboveFortyFiveDegreesOnly) {
-  EXPECT_FALSE(cube_tips(44.8));
-  EXPECT_TRUE(cube_tips(45.2));
+  EXPECT_FALSE(cube_tips(44.9));
+  EXPECT_TRUE(cube_tips(45.1));
 }
 
 // Uniform pressure: moment mu m g a 0.382598, so alpha = 0.382598 mu m g a / (m a^2 / 6).
