@@ -29,8 +29,8 @@ Particles standing_of(const Particles& particles, const DrainedHeap& heap, bool 
 }
 
 void add(std::vector<Response>& responses, const std::string& name, double value,
-         double uncertainty, const std::string& unit, const std::string& method) {
-  responses.push_back({name, {value}, {uncertainty}, unit, method, 1});
+         double uncertainty, const std::string& unit, const std::string& method, int version = 1) {
+  responses.push_back({name, {value}, {uncertainty}, unit, method, version});
 }
 
 void add_angles(std::vector<Response>& out, const DrainedHeap& heap,
@@ -43,10 +43,10 @@ void add_angles(std::vector<Response>& out, const DrainedHeap& heap,
       heap_slope(surface_particles, heap.setup, Side::right, heap.particle_size, volume);
   const auto add_three = [&](const std::string& suffix, double l, double r, double sd_l,
                              double sd_r, const std::string& method) {
-    add(out, "angle_of_repose_left" + suffix, l, sd_l, "deg", method);
-    add(out, "angle_of_repose_right" + suffix, r, sd_r, "deg", method);
+    add(out, "angle_of_repose_left" + suffix, l, sd_l, "deg", method, 2);
+    add(out, "angle_of_repose_right" + suffix, r, sd_r, "deg", method, 2);
     add(out, "angle_of_repose" + suffix, (l + r) / 2, std::hypot(sd_l, sd_r) / 2, "deg",
-        method + ", mean of both sides");
+        method + ", mean of both sides", 2);
   };
   add_three("", left.robust_angle, right.robust_angle, left.robust_uncertainty,
             right.robust_uncertainty, "Theil-Sen line through the mesh surface");

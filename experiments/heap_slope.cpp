@@ -129,9 +129,11 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepo
 
   const AngleSpread spread =
       bootstrap(height, result.distance, kStrip * particle_size / std::abs(surface.grid.step_y));
-  const double least = one_particle_angle(result.window, depth, mean_volume);
-  result.robust_uncertainty = std::max(spread.robust, least);
-  result.least_squares_uncertainty = std::max(spread.least_squares, least);
+  // Resampling sees how strips differ, not what neighbours share: a particle is longer than a strip
+  // is wide.
+  const double shared = one_particle_angle(result.window, depth, mean_volume);
+  result.robust_uncertainty = std::hypot(spread.robust, shared);
+  result.least_squares_uncertainty = std::hypot(spread.least_squares, shared);
   return result;
 }
 
