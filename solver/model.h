@@ -63,8 +63,8 @@ struct Boundary {
 struct Numerics {
   // Points nearer than the shell are tracked as contact points, touching or not. It is this
   // fraction of the smaller sweep radius of a pair, and never more than shell_limit.
-  double contact_shell = 0.04;
-  double shell_limit = 40e-6;  // m
+  double contact_shell = 0.06;
+  double shell_limit = 60e-6;  // m
   // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
   // each other. 0: the plain path, every contact found anew at every step.
   double refresh_fraction = 1;

@@ -2,7 +2,8 @@
 // out through the door. One core unless FIRN_THREADS says otherwise.
 //
 // The settled bed is made once by filling (about 15 s) and kept beside the program, together with
-// two files for other programs: bed.csv (pose of every crescent) and crescent.json (its shape).
+// files for other programs: bed.csv (pose of every crescent), hull_bed.csv (pose of every convex
+// hull of a crescent, settled by Firn too) and crescent.json (the shape).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -34,11 +35,21 @@ scenes::ReposeBox box() {
 
 nlohmann::json triple(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-// Corners of the crescent's convex hull as drawn (edges not rounded), body axes, and its
-// parameters.
+// The convex hull of the crescent, as heavy.
+Shape convex_hull_of(double stiffness, double rounding) {
+  const NamedCrescent named = named_crescent("mass-matched", {});
+  std::vector<Vec3> corners;
+  for (const ConvexPart& part :
+       make_crescent(named.parameters, scenes::ice_options(0, 0, 1e-6)).parts) {
+    for (int i = 0; i < part.vertex_count; ++i) corners.push_back(part.vertex(i));
+  }
+  return make_convex(corners, scenes::ice_options(named.mass, stiffness, rounding));
+}
+
+// Corners of the crescent's convex hull as drawn (edges not rounded), in the hull's body axes, and
+// the parameters of the crescent.
 void export_crescent(const std::filesystem::path& file, const scenes::ReposeBox& b) {
   const CrescentParameters p = named_crescent("mass-matched", {}).parameters;
-  const Shape sharp = make_crescent(p, scenes::ice_options(0, 0, 1e-6));
   nlohmann::json out = {{"chord", p.chord},
                         {"width", p.width},
                         {"depth", p.depth},
@@ -47,9 +58,9 @@ void export_crescent(const std::filesystem::path& file, const scenes::ReposeBox&
                         {"draft", p.draft},
                         {"mass", b.model.shapes[0].mass},
                         {"box", triple(b.upper - b.lower)}};
-  for (const ConvexPart& part : sharp.parts) {
-    for (int i = 0; i < part.vertex_count; ++i) out["hull"].push_back(triple(part.vertex(i)));
-  }
+  const Shape hull = convex_hull_of(0, 1e-6);
+  for (int i = 0; i < hull.parts[0].vertex_count; ++i)
+    out["hull"].push_back(triple(hull.parts[0].vertex(i)));
   std::ofstream(file) << out.dump(1) << '\n';
 }
 
@@ -69,6 +80,17 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
   std::vector<std::byte> bytes(text.size());
   std::memcpy(bytes.data(), text.data(), text.size());
   return bytes;
+}
+
+// Programs that know convex bodies only could not start from bed.csv: hulls of crescents that lie
+// in each other's dishes overlap.
+void export_hull_bed(const std::filesystem::path& file, scenes::ReposeBox b) {
+  Shape& shape = b.model.shapes[0];
+  shape = convex_hull_of(shape.stiffness, shape.rounding);
+  Solver solver(b.model);
+  scenes::scatter(solver, 0, kCubes, b.lower, b.upper, 1);
+  scenes::run(solver, 1.2);
+  export_bed(file, solver.particles());
 }
 
 // A solver over the settled bed, from the kept file or by filling anew.
@@ -92,6 +114,7 @@ Solver settled(const scenes::ReposeBox& b) {
              static_cast<std::streamsize>(bytes.size()));
   export_bed(folder / "bed.csv", solver.particles());
   export_crescent(folder / "crescent.json", b);
+  export_hull_bed(folder / "hull_bed.csv", b);
   return solver;
 }
 

@@ -1,4 +1,4 @@
-"""Yade: convex hulls of the crescent, started from Firn's settled bed and timed for a few steps.
+"""Yade: convex hulls of the crescent, started from a bed of hulls settled by Firn and timed for a few steps.
 
 Run by `compare` as  yade -n -x -j1 polyhedra.py  with its input in the environment:
 FIRN_BED (CSV: x,y,z m; w,qx,qy,qz body axes -> world), FIRN_CRESCENT (JSON), STEPS, REPETITIONS.
