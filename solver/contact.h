@@ -41,20 +41,23 @@ struct ContactPoint {
   double weight = 0;           // m^2, area it stands for
 };
 
-struct Patch {
+struct alignas(32) Patch {
+  // In fours, each one wide load (see PatchBlock).
   Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
-  Vec3 arm = Vec3::Zero();         // m, reference point (pressure centre) minus centre of a, world
-  Vec3 tangential = Vec3::Zero();  // N, friction force on a
-  Vec3 rolling = Vec3::Zero();     // N m, rolling moment on a
   double torsion = 0;              // N m, about the normal, on a
+  Vec3 arm = Vec3::Zero();         // m, reference point (pressure centre) minus centre of a, world
   double torsion_radius = 0;       // m
+  Vec3 tangential = Vec3::Zero();  // N, friction force on a
   double normal_force = 0;         // N
-  std::uint64_t parts_a = 0;       // bit i: part i (mod 64) of a takes part
+
+  Vec3 rolling = Vec3::Zero();  // N m, rolling moment on a
+  std::uint64_t parts_a = 0;    // bit i: part i (mod 64) of a takes part
   std::uint64_t parts_b = 0;
   std::uint32_t first_point = 0;
   std::uint32_t point_count = 0;
   std::uint32_t sliding = 0;  // 1: dynamic friction applies
   std::uint32_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
+  std::uint64_t unused = 0;   // no padding: every byte is part of a checkpoint
 };
 
 // Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`

@@ -11,13 +11,33 @@ namespace {
 
 constexpr std::size_t kGrain = 256;  // pairs a task
 
-PairMotion pair_motion(const BodyMotion& a, const BodyMotion& b) {
-  PairMotion out;
-  const Vec spin_b = plain(b.spin);
-  out.apart = plain(a.position) - plain(b.position);
-  out.velocity = plain(a.velocity) - plain(b.velocity) - cross(spin_b, out.apart);
-  out.spin = plain(a.spin) - spin_b;
-  return out;
+// a x b; the fourth number is zero.
+[[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
+  using Index = std::int64_t __attribute__((vector_size(32)));
+  const Index yzx = {1, 2, 0, 3};
+  const Four twisted = a * __builtin_shuffle(b, yzx) - __builtin_shuffle(a, yzx) * b;
+  out = __builtin_shuffle(twisted, yzx);
+}
+[[gnu::always_inline]] inline void add_to(void* sum, const Four& v) {
+  Four s;
+  get(sum, s);
+  put(s + v, sum);
+}
+
+[[gnu::always_inline]] inline void pair_motion(const BodyMotion& a, const BodyMotion& b,
+                                               PairMotion& out) {
+  Four place_a, place_b, velocity_a, velocity_b, spin_a, spin_b, dragged;
+  get(&a.position, place_a);
+  get(&b.position, place_b);
+  get(&a.velocity, velocity_a);
+  get(&b.velocity, velocity_b);
+  get(&a.spin, spin_a);
+  get(&b.spin, spin_b);
+  const Four apart = place_a - place_b;
+  cross(spin_b, apart, dragged);
+  put(apart, &out.apart);
+  put(velocity_a - velocity_b - dragged, &out.velocity);
+  put(spin_a - spin_b, &out.spin);
 }
 
 // Advances the patches of active pairs [begin, end), block by block, and hands each block to
@@ -37,7 +57,8 @@ void advance_patches(const Model& model, const Workspace& w, State& s, std::size
       __builtin_prefetch(&s.motion[w.ends[w.active[k + 8]][1]]);
     }
     const Pair& pair = s.pairs[w.active[k]];
-    const PairMotion motion = pair_motion(s.motion[pair.a], s.motion[pair.b]);
+    PairMotion motion;
+    pair_motion(s.motion[pair.a], s.motion[pair.b], motion);
     for (std::uint32_t i = 0; i < pair.patch_count; ++i) {
       Patch& patch = s.patches[pair.first_patch + i];
       block.add(pair.a, pair.b, pair.law, w.laws[pair.law], patch,
@@ -47,6 +68,21 @@ void advance_patches(const Model& model, const Workspace& w, State& s, std::size
   }
   if (block.size() > 0) flush();
 }
+
+// Loads that tasks have left, read as a block is.
+struct KeptLoads {
+  const std::vector<PatchLoad>& all;
+  std::int32_t a(int k) const { return all[k].a; }
+  std::int32_t b(int k) const { return all[k].b; }
+  const Quad& force(int k) const { return all[k].force; }
+  const Quad& moment_a(int k) const { return all[k].moment_a; }
+  const Quad& moment_b(int k) const { return all[k].moment_b; }
+  double normal(int k) const { return all[k].normal; }
+  double overlap(int k) const { return all[k].overlap; }
+  double work_normal(int k) const { return all[k].work_normal; }
+  double work_friction(int k) const { return all[k].work_friction; }
+  const PatchLoad& load(int k) const { return all[k]; }
+};
 
 [[noreturn]] void fail_by_overlap(double time, const PatchLoad& load, double limit) {
   throw RunError(
@@ -65,27 +101,31 @@ class Sums {
         dt_(model.timestep),
         work_normal_(s.work_normal),
         work_friction_(s.work_friction) {
-    std::fill(s.force.begin(), s.force.end(), Vec3::Zero());
-    std::fill(s.torque.begin(), s.torque.end(), Vec3::Zero());
+    std::fill(s.load.begin(), s.load.end(), BodyLoad{});
   }
 
-  [[gnu::always_inline]] void add(const PatchLoad& load) {
-    work_normal_ += load.work_normal;
-    work_friction_ += load.work_friction;
-    if (load.b >= n_) add_to_boundary(load);
-    if (!(load.normal > 0)) return;
-    const Vec3 force = eigen(load.force);
-    s_.force[load.a] += force;
-    s_.torque[load.a] += eigen(load.moment_a);
-    double& peak = s_.peak_normal_force[load.a];
-    peak = std::max(peak, load.normal);
-    if (load.b < n_) {
-      s_.force[load.b] -= force;
-      s_.torque[load.b] += eigen(load.moment_b);
-      double& other = s_.peak_normal_force[load.b];
-      other = std::max(other, load.normal);
+  // `Loads` is a block or a list of kept loads.
+  template <class Loads>
+  [[gnu::always_inline]] void add(const Loads& loads, int k) {
+    const int a = loads.a(k), b = loads.b(k);
+    work_normal_ += loads.work_normal(k);
+    work_friction_ += loads.work_friction(k);
+    if (b >= n_) add_to_boundary(loads.load(k));
+    const double normal = loads.normal(k);
+    if (!(normal > 0)) return;
+    Four force, moment;
+    get(&loads.force(k), force);
+    get(&loads.moment_a(k), moment);
+    add_to(&s_.load[a].force, force);
+    add_to(&s_.load[a].torque, moment);
+    s_.peak_normal_force[a] = std::max(s_.peak_normal_force[a], normal);
+    if (b < n_) {
+      get(&loads.moment_b(k), moment);
+      add_to(&s_.load[b].force, -force);
+      add_to(&s_.load[b].torque, moment);
+      s_.peak_normal_force[b] = std::max(s_.peak_normal_force[b], normal);
     }
-    if (load.overlap > least_to_report_) report_overlap(load);
+    if (loads.overlap(k) > least_to_report_) report_overlap(loads.load(k));
   }
 
   void finish() {
@@ -94,10 +134,9 @@ class Sums {
   }
 
  private:
-  // By value, and out of line: an address taken here would keep every load out of registers.
-  [[gnu::noinline]] void add_to_boundary(PatchLoad load) {
+  [[gnu::noinline]] void add_to_boundary(const PatchLoad& load) {
     const int b = load.b - n_;
-    const Vec3 force = eigen(load.force), moment = eigen(load.moment_b);
+    const Vec3 force = eigen(plain(load.force)), moment = eigen(plain(load.moment_b));
     const BodyMotion& wall = s_.motion[load.b];
     s_.work_walls += load.work_normal + load.work_friction;
     s_.boundary_impulse[b] -= force * dt_;
@@ -106,7 +145,7 @@ class Sums {
     s_.boundary_work += dt_ * (force.dot(wall.velocity) - moment.dot(wall.spin));
   }
 
-  [[gnu::noinline]] void report_overlap(PatchLoad load) {
+  [[gnu::noinline]] void report_overlap(const PatchLoad& load) {
     const double limit = w_.laws[load.law].overlap_limit;
     if (load.overlap > limit) fail_by_overlap(s_.time, load, limit);
     if (load.overlap > s_.health.largest_overlap) {
@@ -130,7 +169,7 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
   const std::size_t pairs = w.active.size();
   if (model.numerics.threads <= 1) {
     advance_patches(model, w, s, 0, pairs, [&](const PatchBlock& block) {
-      for (int k = 0; k < block.size(); ++k) sums.add(block.load(k));
+      for (int k = 0; k < block.size(); ++k) sums.add(block, k);
     });
     sums.finish();
     return;
@@ -144,7 +183,8 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
     });
   });
   for (const auto& loads : w.loads) {
-    for (const PatchLoad& load : loads) sums.add(load);
+    const KeptLoads kept{loads};
+    for (std::size_t k = 0; k < loads.size(); ++k) sums.add(kept, static_cast<int>(k));
   }
   sums.finish();
 }

@@ -54,7 +54,7 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
   for (std::size_t i = begin; i < end; ++i) {
     if (s.presence[i] != Presence::present) continue;
     BodyMotion& m = s.motion[i];
-    half_kick(w.rigid[model.particles[i].shape], s.force[i], s.torque[i], model.gravity, dt,
+    half_kick(w.rigid[model.particles[i].shape], s.load[i].force, s.load[i].torque, model.gravity, dt,
               s.rotation[i], m.velocity, s.angular_momentum[i]);
     m.position += dt * m.velocity;
     lanes[filled++] = i;
@@ -95,7 +95,7 @@ void kick(const Model& model, const Workspace& w, State& s) {
                for (std::size_t i = begin; i < end; ++i) {
                  if (s.presence[i] != Presence::present) continue;
                  const RigidBody& body = w.rigid[model.particles[i].shape];
-                 half_kick(body, s.force[i], s.torque[i], model.gravity, model.timestep,
+                 half_kick(body, s.load[i].force, s.load[i].torque, model.gravity, model.timestep,
                            s.rotation[i], s.motion[i].velocity, s.angular_momentum[i]);
                  s.motion[i].spin = spin_of(body, s.rotation[i], s.angular_momentum[i]);
                }

@@ -2,28 +2,30 @@
 // compiler makes vector code of it, and the long chain of one patch is hidden behind the others.
 #pragma once
 
+#include <cstddef>
+
 #include "solver/contact.h"
 
 namespace firn {
 
-// What one patch adds to its two bodies in this step.
+// What one patch adds to its two bodies in this step. The fourth numbers of the vectors are zero.
 struct PatchLoad {
   std::int32_t a, b;   // bodies
   std::int32_t law;    // index into Workspace::laws
-  Vec force;           // N, on a; b feels the opposite
-  Vec moment_a;        // N m, on a, about its centre
-  Vec moment_b;        // N m, on b, about its centre (origin)
+  Quad force;          // N, on a; b feels the opposite
+  Quad moment_a;       // N m, on a, about its centre
+  Quad moment_b;       // N m, on b, about its centre (origin)
   double normal;       // N
   double overlap;      // m, deepest point
   double work_normal;  // J taken from the bodies by normal forces
   double work_friction;
 };
 
-// Two bodies against each other.
+// Two bodies against each other. The fourth numbers are of no meaning.
 struct PairMotion {
-  Vec velocity;  // m/s, a's minus b's, of the points of both at the centre of a
-  Vec spin;      // rad/s, a's minus b's
-  Vec apart;     // m, centre of a minus centre of b
+  Quad velocity;  // m/s, a's minus b's, of the points of both at the centre of a
+  Quad spin;      // rad/s, a's minus b's
+  Quad apart;     // m, centre of a minus centre of b
 };
 
 class PatchBlock {
@@ -33,7 +35,23 @@ class PatchBlock {
   // Adds a patch of bodies a and b; `law` is number `law_index`. Law, patch and points must stay
   // until the block has advanced. Call while !full().
   void add(std::int32_t a, std::int32_t b, std::int32_t law_index, const PairLaw& law, Patch& patch,
-           ContactPoint* points, const PairMotion& motion);
+           ContactPoint* points, const PairMotion& motion) {
+    const int k = count_++;
+    a_[k] = a;
+    b_[k] = b;
+    law_index_[k] = law_index;
+    law_[k] = &law;
+    patch_[k] = &patch;
+    points_[k] = points;
+    copy_four(&patch.normal, &normal_[k]);
+    copy_four(&patch.arm, &arm_[k]);
+    copy_four(&patch.tangential, &tangential_[k]);
+    copy_four(&law.tangential_stiffness, &friction_[k]);
+    copy_four(&motion.velocity, &velocity_[k]);
+    copy_four(&motion.spin, &spin_[k]);
+    copy_four(&motion.apart, &apart_[k]);
+    sliding_[k] = patch.sliding;
+  }
   bool full() const { return count_ == room; }
   int size() const { return count_; }
   void clear() { count_ = 0; }
@@ -42,21 +60,21 @@ class PatchBlock {
   void advance(double dt);
 
   // What patch k does after that.
+  std::int32_t a(int k) const { return a_[k]; }
+  std::int32_t b(int k) const { return b_[k]; }
+  const Quad& force(int k) const { return force_[k]; }
+  const Quad& moment_a(int k) const { return moment_a_[k]; }
+  const Quad& moment_b(int k) const { return moment_b_[k]; }
+  double normal(int k) const { return pressed_[k].w; }
+  double overlap(int k) const { return overlap_[k]; }
+  double work_normal(int k) const { return work_normal_[k]; }
+  double work_friction(int k) const { return work_friction_[k]; }
   PatchLoad load(int k) const {
-    return {a_[k],
-            b_[k],
-            law_index_[k],
-            {force_x[k], force_y[k], force_z[k]},
-            {moment_x[k], moment_y[k], moment_z[k]},
-            {counter_x[k], counter_y[k], counter_z[k]},
-            normal_force_[k],
-            overlap_[k],
-            work_normal_[k],
-            work_friction_[k]};
+    return {a_[k],        b_[k],         law_index_[k], force_[k],       moment_a_[k],
+            moment_b_[k], pressed_[k].w, overlap_[k],   work_normal_[k], work_friction_[k]};
   }
 
  private:
-  using Numbers = double[room];
   void approach_all(double dt);
   void press_all();
   void rub_all(double dt);
@@ -67,16 +85,23 @@ class PatchBlock {
   const PairLaw* law_[room];
   Patch* patch_[room];
   ContactPoint* points_[room];
-  // Components of the vectors of all patches.
-  alignas(32) Numbers normal_x, normal_y, normal_z;
-  Numbers arm_x, arm_y, arm_z, apart_x, apart_y, apart_z;
-  Numbers velocity_x, velocity_y, velocity_z, spin_x, spin_y, spin_z;
-  Numbers tangential_x, tangential_y, tangential_z, torsion_, torsion_radius, sliding_;
-  Numbers stiffness_, static_, dynamic_, speed_;
-  Numbers closing, tilt_x, tilt_y, tilt_z, slip_x, slip_y, slip_z, turn;
-  Numbers normal_force_, offset_x, offset_y, offset_z, overlap_, work_normal_, work_friction_;
-  Numbers force_x, force_y, force_z, moment_x, moment_y, moment_z;  // on a
-  Numbers counter_x, counter_y, counter_z;                          // moment on b
+  // Vectors with what else a phase needs; the compiler turns four of them at a time.
+  alignas(32) Quad normal_[room];  // and torsion
+  Quad arm_[room];                 // and torsion radius
+  Quad tangential_[room];          // and normal force, afterwards
+  Quad friction_[room];            // stiffness, static, dynamic, sliding speed
+  Quad velocity_[room], spin_[room], apart_[room];
+  Quad tilt_[room];     // and closing
+  Quad slip_[room];     // and turn
+  Quad pressed_[room];  // sum of force times offset, and normal force
+  Quad force_[room], moment_a_[room], moment_b_[room];
+  double torsion_[room], sliding_[room], overlap_[room], work_normal_[room], work_friction_[room];
 };
+
+static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
+              offsetof(Patch, torsion_radius) == offsetof(Patch, arm) + sizeof(Vec3) &&
+              offsetof(Patch, normal_force) == offsetof(Patch, tangential) + sizeof(Vec3));
+static_assert(offsetof(PairLaw, sliding_speed) ==
+              offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
 
 }  // namespace firn

@@ -6,7 +6,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000001;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000002;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -60,8 +60,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.rotation);
   ar.array(s.orientation);
   ar.array(s.angular_momentum);
-  ar.array(s.force);
-  ar.array(s.torque);
+  ar.array(s.load);
   ar.array(s.path);
   ar.array(s.turn);
   ar.array(s.margin);

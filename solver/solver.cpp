@@ -40,8 +40,7 @@ void resize(const Model& model, State& s) {
   s.rotation.resize(n + b, Mat3::Identity());
   s.orientation.resize(n + b, Quat::Identity());
   s.angular_momentum.resize(n, Vec3::Zero());
-  s.force.resize(n, Vec3::Zero());
-  s.torque.resize(n, Vec3::Zero());
+  s.load.resize(n);
   s.path.resize(n + b, 0);
   s.turn.resize(n + b, 0);
   s.margin.resize(n + b, 0);
@@ -107,8 +106,7 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   s.rotation[particle] = s.orientation[particle].toRotationMatrix();
   s.angular_momentum[particle] =
       shape.inertia.cwiseProduct(s.rotation[particle].transpose() * angular_velocity);
-  s.force[particle].setZero();
-  s.torque[particle].setZero();
+  s.load[particle] = BodyLoad{};
   s.presence[particle] = Presence::present;
   s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle);
   s.list_is_stale = true;

@@ -12,10 +12,20 @@
 
 namespace firn {
 
-struct BodyMotion {
+// Both are padded so that a vector and a zero are one wide load.
+struct alignas(32) BodyMotion {
   Vec3 position = Vec3::Zero();  // m, centre of mass (a boundary: its origin), world
+  double zero_0 = 0;
   Vec3 velocity = Vec3::Zero();  // m/s
-  Vec3 spin = Vec3::Zero();      // rad/s, world
+  double zero_1 = 0;
+  Vec3 spin = Vec3::Zero();  // rad/s, world
+  double zero_2 = 0;
+};
+struct alignas(32) BodyLoad {
+  Vec3 force = Vec3::Zero();  // N, world
+  double zero_0 = 0;
+  Vec3 torque = Vec3::Zero();  // N m, about the centre of mass, world
+  double zero_1 = 0;
 };
 
 // Two bodies that may come to touch before the neighbour list is made again.
@@ -61,7 +71,7 @@ struct State {
   std::vector<Mat3> rotation;                  // [M] body axes -> world
   std::vector<Quat> orientation;               // [M] the same
   std::vector<Vec3> angular_momentum;          // [N] kg m^2/s, body axes
-  std::vector<Vec3> force, torque;             // [N] N, N m, world, at `time`
+  std::vector<BodyLoad> load;                  // [N] by contacts, at `time`
   std::vector<double> path;                    // [M] m, bound on the way of any point of the body
   std::vector<double> turn;                    // [M] rad, bound on the angle turned
   std::vector<double> margin;                  // [M] m, what the neighbour list lets it move

@@ -18,6 +18,26 @@ inline Vec cross(const Vec& a, const Vec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+// Three numbers and a fourth that rides along: what one wide register holds.
+struct alignas(32) Quad {
+  double x, y, z, w;
+};
+// The register, and the same wherever it lies in memory. Never passed by value: sources compiled
+// without AVX would warn. (std::memcpy would move it in halves, which a wide load then waits for.)
+using Four = double __attribute__((vector_size(32)));
+using FourInMemory = double __attribute__((vector_size(32), aligned(8), may_alias));
+[[gnu::always_inline]] inline void get(const void* from, Four& v) {
+  v = *static_cast<const FourInMemory*>(from);
+}
+[[gnu::always_inline]] inline void put(const Four& v, void* to) {
+  *static_cast<FourInMemory*>(to) = v;
+}
+[[gnu::always_inline]] inline void copy_four(const void* from, void* to) {
+  *static_cast<FourInMemory*>(to) = *static_cast<const FourInMemory*>(from);
+}
+
+inline Vec plain(const Quad& a) { return {a.x, a.y, a.z}; }
+
 inline Vec plain(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
 inline Vec3 eigen(const Vec& a) { return {a.x, a.y, a.z}; }
 

@@ -80,7 +80,11 @@ Contact any_contact(Dice& dice) {
     point.force = dice(-1, 1) > 0 && point.gap < 0 ? dice(0, 1) : 0;
     c.points.push_back(point);
   }
-  c.motion = {plain(dice.vector(0.3)), plain(dice.vector(5)), plain(dice.vector(0.03))};
+  const auto quad = [&](double size) {
+    const Vec3 v = dice.vector(size);
+    return Quad{v.x(), v.y(), v.z(), 0};
+  };
+  c.motion = {quad(0.3), quad(5), quad(0.03)};
   return c;
 }
 
@@ -100,8 +104,8 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     for (int k = 0; k < count; ++k) {
       Contact& c = plain_ones[k];
       const Vec n = plain(c.patch.normal), arm = plain(c.patch.arm);
-      const Approach way =
-          approach(n, c.motion.velocity + cross(c.motion.spin, arm), c.motion.spin, dt);
+      const Vec spin = plain(c.motion.spin);
+      const Approach way = approach(n, plain(c.motion.velocity) + cross(spin, arm), spin, dt);
       const NormalLoad pressed = advance_points(c.law, c.patch, c.points.data(), way);
       const FrictionStep rubbed = advance_friction(
           {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,
@@ -124,8 +128,10 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
         EXPECT_EQ(wide[k].points[i].gap, c.points[i].gap);
       }
       // Newton's third law, moments about one point: that of a and that of b.
-      const Vec sum = load.moment_a + load.moment_b + cross(c.motion.apart, load.force);
-      EXPECT_NEAR(std::sqrt(square(sum)), 0, 1e-15 + 1e-12 * std::sqrt(square(load.moment_a)));
+      const Vec moment = plain(load.moment_a);
+      const Vec sum =
+          moment + plain(load.moment_b) + cross(plain(c.motion.apart), plain(load.force));
+      EXPECT_NEAR(std::sqrt(square(sum)), 0, 1e-15 + 1e-12 * std::sqrt(square(moment)));
       if (c.law.rolling_limit == 0) {
         EXPECT_EQ(load.work_friction, rubbed.work);
         EXPECT_EQ(load.moment_a.x, (on_a.moment + cross(arm, on_a.force)).x);
