@@ -1,6 +1,7 @@
 // Beds and structures: minutes of computing, against closed forms and against themselves.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <future>
 
@@ -143,6 +144,15 @@ TEST(HoldLong, SettledBedStaysAsItIs) {
   EXPECT_LT(after.kinetic, 1e-6);
   EXPECT_NEAR(after.gravitational, before.gravitational, 1e-4 * before.gravitational);
   EXPECT_EQ(solver.health().deep_births, deep_births);
+
+  // Contacts are no deeper than the impacts that made them (4 m/s: 0.7 mm), and few are that deep.
+  std::vector<double> overlaps = solver.contact_overlaps();
+  std::sort(overlaps.begin(), overlaps.end());
+  ASSERT_GT(overlaps.size(), 100u);
+  const double thickness = solver.model().shapes[0].box.minCoeff();
+  EXPECT_LT(overlaps[overlaps.size() / 2], 0.002 * thickness);
+  EXPECT_LT(overlaps[overlaps.size() * 98 / 100], 0.015 * thickness);
+  EXPECT_LT(overlaps.back(), 0.05 * thickness);
 }
 
 // The same outline in 2 to 12 parts: the bed that forms does not know.
