@@ -77,7 +77,7 @@ struct KeptLoads {
   const Quad& force(int k) const { return all[k].force; }
   const Quad& moment_a(int k) const { return all[k].moment_a; }
   const Quad& moment_b(int k) const { return all[k].moment_b; }
-  double normal(int k) const { return all[k].normal; }
+  double normal_force(int k) const { return all[k].normal; }
   double overlap(int k) const { return all[k].overlap; }
   double work_normal(int k) const { return all[k].work_normal; }
   double work_friction(int k) const { return all[k].work_friction; }
@@ -111,7 +111,7 @@ class Sums {
     work_normal_ += loads.work_normal(k);
     work_friction_ += loads.work_friction(k);
     if (b >= n_) add_to_boundary(loads.load(k));
-    const double normal = loads.normal(k);
+    const double normal = loads.normal_force(k);
     if (!(normal > 0)) return;
     Four force, moment;
     get(&loads.force(k), force);

@@ -2,28 +2,86 @@
 
 namespace firn {
 
+namespace {
+
+// Four rows of four into four columns of four, or back.
+[[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
+  using Index = std::int64_t __attribute__((vector_size(32)));
+  const Index even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
+  const Four ab_even = __builtin_shuffle(a, b, even), ab_odd = __builtin_shuffle(a, b, odd);
+  const Four cd_even = __builtin_shuffle(c, d, even), cd_odd = __builtin_shuffle(c, d, odd);
+  a = __builtin_shuffle(ab_even, cd_even, low);
+  b = __builtin_shuffle(ab_odd, cd_odd, low);
+  c = __builtin_shuffle(ab_even, cd_even, high);
+  d = __builtin_shuffle(ab_odd, cd_odd, high);
+}
+
+}  // namespace
+
+// Both also move what lies behind the last patch, up to a multiple of four; nobody reads it.
+void PatchBlock::spread(const Quad* rows, Columns& columns) const {
+  for (int k = 0; k < count_; k += 4) {
+    Four a, b, c, d;
+    get(rows + k, a);
+    get(rows + k + 1, b);
+    get(rows + k + 2, c);
+    get(rows + k + 3, d);
+    transpose(a, b, c, d);
+    put(a, columns.x + k);
+    put(b, columns.y + k);
+    put(c, columns.z + k);
+    put(d, columns.w + k);
+  }
+}
+
+void PatchBlock::collect(const Columns& columns, Quad* rows) const {
+  for (int k = 0; k < count_; k += 4) {
+    Four a, b, c, d;
+    get(columns.x + k, a);
+    get(columns.y + k, b);
+    get(columns.z + k, c);
+    get(columns.w + k, d);
+    transpose(a, b, c, d);
+    put(a, rows + k);
+    put(b, rows + k + 1);
+    put(c, rows + k + 2);
+    put(d, rows + k + 3);
+  }
+}
+
 void PatchBlock::advance(double dt) {
+  spread(normal_rows_, normal_);
+  spread(arm_rows_, arm_);
+  spread(tangential_rows_, tangential_);
+  spread(friction_rows_, friction_);
+  spread(velocity_rows_, velocity_);
+  spread(spin_rows_, spin_);
+  spread(apart_rows_, apart_);
   approach_all(dt);
   press_all();
   rub_all(dt);
+  collect(tangential_, tangential_rows_);
+  collect(push_, force_);
+  collect(moment_, moment_a_);
+  collect(counter_, moment_b_);
   store_all(dt);
 }
 
 void PatchBlock::approach_all(double dt) {
   for (int k = 0; k < count_; ++k) {
-    const Vec spin = plain(spin_[k]);
-    const Vec velocity = plain(velocity_[k]) + cross(spin, plain(arm_[k]));
-    const Approach way = approach(plain(normal_[k]), velocity, spin, dt);
-    tilt_[k] = {way.tilt.x, way.tilt.y, way.tilt.z, way.closing};
-    slip_[k] = {way.slip.x, way.slip.y, way.slip.z, way.turn};
+    const Vec spin = spin_.vec(k);
+    const Vec velocity = velocity_.vec(k) + cross(spin, arm_.vec(k));
+    const Approach way = approach(normal_.vec(k), velocity, spin, dt);
+    tilt_.set(k, way.tilt, way.closing);
+    slip_.set(k, way.slip, way.turn);
   }
 }
 
 void PatchBlock::press_all() {
   for (int k = 0; k < count_; ++k) {
-    const Approach way{tilt_[k].w, plain(tilt_[k]), {}, 0};
+    const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
     const NormalLoad load = advance_points(*law_[k], *patch_[k], points_[k], way);
-    pressed_[k] = {load.offset_force.x, load.offset_force.y, load.offset_force.z, load.force};
+    pressed_.set(k, load.offset_force, load.force);
     overlap_[k] = load.overlap;
     work_normal_[k] = load.work;
   }
@@ -31,35 +89,33 @@ void PatchBlock::press_all() {
 
 void PatchBlock::rub_all(double dt) {
   for (int k = 0; k < count_; ++k) {
-    const Vec normal = plain(normal_[k]);
-    const double pressing = pressed_[k].w;
-    const Approach way{0, {}, plain(slip_[k]), slip_[k].w};
+    const double pressing = pressed_.w[k];
+    const Approach way{0, {}, slip_.vec(k), slip_.w[k]};
     const FrictionStep step = advance_friction(
-        {friction_[k].x, friction_[k].y, friction_[k].z, friction_[k].w},
-        {plain(tangential_[k]), normal_[k].w, sliding_[k]}, pressing, arm_[k].w, way, dt);
-    const Wrench on_a = wrench(normal, pressing, plain(pressed_[k]), step.state);
-    const Vec moment = on_a.moment + cross(plain(arm_[k]), on_a.force);
-    const Vec counter = moment + cross(plain(apart_[k]), on_a.force);  // arm_b = arm_a + apart
-    const Vec t = step.state.tangential;
-    tangential_[k] = {t.x, t.y, t.z, pressing};
+        {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
+        {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing, arm_.w[k], way, dt);
+    const Wrench on_a = wrench(normal_.vec(k), pressing, pressed_.vec(k), step.state);
+    const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
+    const Vec counter = moment + cross(apart_.vec(k), on_a.force);  // arm_b = arm_a + apart
+    tangential_.set(k, step.state.tangential, pressing);
     torsion_[k] = step.state.torsion;
     sliding_[k] = step.state.sliding;
     work_friction_[k] = step.work;
-    force_[k] = {on_a.force.x, on_a.force.y, on_a.force.z, 0};
-    moment_a_[k] = {moment.x, moment.y, moment.z, 0};
-    moment_b_[k] = {-counter.x, -counter.y, -counter.z, 0};
+    push_.set(k, on_a.force, 0);
+    moment_.set(k, moment, 0);
+    counter_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
   }
 }
 
 void PatchBlock::store_all(double dt) {
   for (int k = 0; k < count_; ++k) {
     Patch& patch = *patch_[k];
-    copy_four(&tangential_[k], &patch.tangential);
+    copy_four(&tangential_rows_[k], &patch.tangential);
     patch.torsion = torsion_[k];
     patch.sliding = sliding_[k] > 0;
     patch.fresh = 0;
     if (law_[k]->rolling_limit > 0) {
-      work_friction_[k] += advance_rolling(*law_[k], patch, eigen(plain(spin_[k])), dt);
+      work_friction_[k] += advance_rolling(*law_[k], patch, eigen(plain(spin_rows_[k])), dt);
       const Vec m = plain(patch.rolling);
       moment_a_[k] = {moment_a_[k].x + m.x, moment_a_[k].y + m.y, moment_a_[k].z + m.z, 0};
       moment_b_[k] = {moment_b_[k].x - m.x, moment_b_[k].y - m.y, moment_b_[k].z - m.z, 0};

@@ -43,13 +43,13 @@ class PatchBlock {
     law_[k] = &law;
     patch_[k] = &patch;
     points_[k] = points;
-    copy_four(&patch.normal, &normal_[k]);
-    copy_four(&patch.arm, &arm_[k]);
-    copy_four(&patch.tangential, &tangential_[k]);
-    copy_four(&law.tangential_stiffness, &friction_[k]);
-    copy_four(&motion.velocity, &velocity_[k]);
-    copy_four(&motion.spin, &spin_[k]);
-    copy_four(&motion.apart, &apart_[k]);
+    copy_four(&patch.normal, &normal_rows_[k]);
+    copy_four(&patch.arm, &arm_rows_[k]);
+    copy_four(&patch.tangential, &tangential_rows_[k]);
+    copy_four(&law.tangential_stiffness, &friction_rows_[k]);
+    copy_four(&motion.velocity, &velocity_rows_[k]);
+    copy_four(&motion.spin, &spin_rows_[k]);
+    copy_four(&motion.apart, &apart_rows_[k]);
     sliding_[k] = patch.sliding;
   }
   bool full() const { return count_ == room; }
@@ -65,16 +65,29 @@ class PatchBlock {
   const Quad& force(int k) const { return force_[k]; }
   const Quad& moment_a(int k) const { return moment_a_[k]; }
   const Quad& moment_b(int k) const { return moment_b_[k]; }
-  double normal(int k) const { return pressed_[k].w; }
+  double normal_force(int k) const { return pressed_.w[k]; }
   double overlap(int k) const { return overlap_[k]; }
   double work_normal(int k) const { return work_normal_[k]; }
   double work_friction(int k) const { return work_friction_[k]; }
   PatchLoad load(int k) const {
     return {a_[k],        b_[k],         law_index_[k], force_[k],       moment_a_[k],
-            moment_b_[k], pressed_[k].w, overlap_[k],   work_normal_[k], work_friction_[k]};
+            moment_b_[k], pressed_.w[k], overlap_[k],   work_normal_[k], work_friction_[k]};
   }
 
  private:
+  // The components of a Quad for all patches.
+  struct alignas(32) Columns {
+    double x[room], y[room], z[room], w[room];
+    Vec vec(int k) const { return {x[k], y[k], z[k]}; }
+    void set(int k, const Vec& v, double fourth) {
+      x[k] = v.x;
+      y[k] = v.y;
+      z[k] = v.z;
+      w[k] = fourth;
+    }
+  };
+  void spread(const Quad* rows, Columns& columns) const;
+  void collect(const Columns& columns, Quad* rows) const;
   void approach_all(double dt);
   void press_all();
   void rub_all(double dt);
@@ -85,17 +98,19 @@ class PatchBlock {
   const PairLaw* law_[room];
   Patch* patch_[room];
   ContactPoint* points_[room];
-  // Vectors with what else a phase needs; the compiler turns four of them at a time.
-  alignas(32) Quad normal_[room];  // and torsion
-  Quad arm_[room];                 // and torsion radius
-  Quad tangential_[room];          // and normal force, afterwards
-  Quad friction_[room];            // stiffness, static, dynamic, sliding speed
-  Quad velocity_[room], spin_[room], apart_[room];
-  Quad tilt_[room];     // and closing
-  Quad slip_[room];     // and turn
-  Quad pressed_[room];  // sum of force times offset, and normal force
+  // Rows as they come from and go to bodies and patches, and columns as the law wants them.
+  Quad normal_rows_[room];      // and torsion
+  Quad arm_rows_[room];         // and torsion radius
+  Quad tangential_rows_[room];  // and normal force, afterwards
+  Quad friction_rows_[room];    // stiffness, static, dynamic, sliding speed
+  Quad velocity_rows_[room], spin_rows_[room], apart_rows_[room];
   Quad force_[room], moment_a_[room], moment_b_[room];
-  double torsion_[room], sliding_[room], overlap_[room], work_normal_[room], work_friction_[room];
+  Columns normal_, arm_, tangential_, friction_, velocity_, spin_, apart_, push_, moment_, counter_;
+  Columns tilt_;     // and closing
+  Columns slip_;     // and turn
+  Columns pressed_;  // sum of force times offset, and normal force
+  alignas(32) double torsion_[room], sliding_[room], overlap_[room], work_normal_[room],
+      work_friction_[room];
 };
 
 static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
