@@ -13,7 +13,7 @@ namespace {
 
 // From the finished file alone, and into it.
 std::vector<Response> measure_and_store(const std::string& results_file) {
-  const std::vector<Response> responses = measure(Recording(results_file));
+  std::vector<Response> responses = measure(Recording(results_file));
   Recorder recorder = Recorder::reopen(results_file, {});
   recorder.with_file([&](hdf5::File& file) { write_responses(file, responses); });
   recorder.close();

@@ -13,10 +13,9 @@ constexpr std::size_t kGrain = 256;  // pairs a task
 
 // a x b; the fourth number is zero.
 [[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
-  using Index = std::int64_t __attribute__((vector_size(32)));
-  const Index yzx = {1, 2, 0, 3};
-  const Four twisted = a * __builtin_shuffle(b, yzx) - __builtin_shuffle(a, yzx) * b;
-  out = __builtin_shuffle(twisted, yzx);
+  const Four twisted =
+      a * __builtin_shufflevector(b, b, 1, 2, 0, 3) - __builtin_shufflevector(a, a, 1, 2, 0, 3) * b;
+  out = __builtin_shufflevector(twisted, twisted, 1, 2, 0, 3);
 }
 [[gnu::always_inline]] inline void add_to(void* sum, const Four& v) {
   Four s;

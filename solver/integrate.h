@@ -27,7 +27,12 @@ struct Lanes {
   explicit Lanes(double all) : low{all, all, all, all}, high(low) {}
   [[gnu::always_inline]] Lanes(const Four& l, const Four& h) : low(l), high(h) {}
   double operator[](int i) const { return i < 4 ? low[i] : high[i - 4]; }
-  void set(int i, double value) { (i < 4 ? low[i] : high[i - 4]) = value; }
+  void set(int i, double value) {
+    if (i < 4)
+      low[i] = value;
+    else
+      high[i - 4] = value;
+  }
 
   [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
     return {a.low + b.low, a.high + b.high};

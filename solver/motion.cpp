@@ -54,8 +54,8 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
   for (std::size_t i = begin; i < end; ++i) {
     if (s.presence[i] != Presence::present) continue;
     BodyMotion& m = s.motion[i];
-    half_kick(w.rigid[model.particles[i].shape], s.load[i].force, s.load[i].torque, model.gravity, dt,
-              s.rotation[i], m.velocity, s.angular_momentum[i]);
+    half_kick(w.rigid[model.particles[i].shape], s.load[i].force, s.load[i].torque, model.gravity,
+              dt, s.rotation[i], m.velocity, s.angular_momentum[i]);
     m.position += dt * m.velocity;
     lanes[filled++] = i;
     if (filled == Lanes::size) finish();

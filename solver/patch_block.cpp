@@ -6,14 +6,14 @@ namespace {
 
 // Four rows of four into four columns of four, or back.
 [[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
-  using Index = std::int64_t __attribute__((vector_size(32)));
-  const Index even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
-  const Four ab_even = __builtin_shuffle(a, b, even), ab_odd = __builtin_shuffle(a, b, odd);
-  const Four cd_even = __builtin_shuffle(c, d, even), cd_odd = __builtin_shuffle(c, d, odd);
-  a = __builtin_shuffle(ab_even, cd_even, low);
-  b = __builtin_shuffle(ab_odd, cd_odd, low);
-  c = __builtin_shuffle(ab_even, cd_even, high);
-  d = __builtin_shuffle(ab_odd, cd_odd, high);
+  const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Four ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Four cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
 }  // namespace
