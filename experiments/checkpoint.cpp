@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <filesystem>
 
 namespace firn {
 namespace {
 
+constexpr const char* kKept = ".saved";
+constexpr const char* kUnfinished = ".saving";
 constexpr std::array kSlots = {"/checkpoint/slot_0", "/checkpoint/slot_1"};
 
 // In front of the payload. The hash comes over all that follows it, so that any mixture of an old
@@ -47,6 +50,12 @@ std::optional<Checkpoint> read_slot(const hdf5::File& file, const std::string& s
   return Checkpoint{header.sequence, {payload.begin(), payload.end()}};
 }
 
+// `to` is the old file or the new one at any moment.
+void copy_whole(const std::string& from, const std::string& to, const std::string& on_the_way) {
+  std::filesystem::copy_file(from, on_the_way, std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::rename(on_the_way, to);
+}
+
 }  // namespace
 
 void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint) {
@@ -64,6 +73,20 @@ void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint) {
 
 void remove_checkpoints(hdf5::File& file) {
   if (file.contains("/checkpoint")) file.remove("/checkpoint");
+}
+
+void keep_copy(const std::string& results_file) {
+  copy_whole(results_file, results_file + kKept, results_file + kUnfinished);
+}
+
+void restore_kept_copy(const std::string& results_file) {
+  if (std::filesystem::exists(results_file + kKept))
+    copy_whole(results_file + kKept, results_file, results_file + kUnfinished);
+}
+
+void drop_kept_copy(const std::string& results_file) {
+  std::filesystem::remove(results_file + kKept);
+  std::filesystem::remove(results_file + kUnfinished);
 }
 
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file) {

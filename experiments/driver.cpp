@@ -305,6 +305,7 @@ void Driver::save() {
     write_stages(file, stages_, state_.stages);
     file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
     write_checkpoint(file, {++checkpoints_, payload});
+    keep_copy(options_.results_file);
   });
   save_wanted_ = false;
   saved_ = Clock::now();

@@ -28,6 +28,7 @@ std::vector<Response> tidy_finished(const std::string& results_file) {
     measured = file.contains("/responses");
     if (measured && !file.contains("/checkpoint")) return Recording(results_file).responses();
   }
+  keep_copy(results_file);
   Recorder recorder = Recorder::reopen(results_file, {});
   recorder.with_file(remove_checkpoints);
   recorder.close();
@@ -38,6 +39,7 @@ RunSummary drive(Driver& driver, const RunOptions& options) {
   RunSummary summary = driver.run();
   if (summary.status == RunStatus::finished)
     summary.responses = measure_and_store(options.results_file);
+  drop_kept_copy(options.results_file);
   return summary;
 }
 
@@ -65,6 +67,7 @@ const char* to_string(RunStatus status) {
 RunSummary run(const Case& c, const RunOptions& options) {
   check(c, options);
   const std::string kept_earlier = keep_earlier_results(options.results_file);
+  drop_kept_copy(options.results_file);
   Recorder recorder = Recorder::create(options.results_file, result_columns(c.model));
   recorder.with_file([&](hdf5::File& file) {
     write_header(file, c);
@@ -81,6 +84,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   options.results_file = results_file;
   RunSummary summary;
   Case c;
+  restore_kept_copy(results_file);
   {
     const Recording recording(results_file);
     if (recording.status() == "finished") {
@@ -99,8 +103,10 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   }
   if (summary.status == RunStatus::finished) {
     summary.responses = tidy_finished(results_file);
+    drop_kept_copy(results_file);
     return summary;
   }
+  keep_copy(results_file);
   Recorder recorder = Recorder::reopen(results_file, result_columns(c.model));
   Driver driver(c, options, recorder);
   driver.restore();
