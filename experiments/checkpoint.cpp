@@ -79,9 +79,12 @@ void keep_copy(const std::string& results_file) {
   copy_whole(results_file, results_file + kKept, results_file + kUnfinished);
 }
 
+bool has_kept_copy(const std::string& results_file) {
+  return std::filesystem::exists(results_file + kKept);
+}
+
 void restore_kept_copy(const std::string& results_file) {
-  if (std::filesystem::exists(results_file + kKept))
-    copy_whole(results_file + kKept, results_file, results_file + kUnfinished);
+  copy_whole(results_file + kKept, results_file, results_file + kUnfinished);
 }
 
 void drop_kept_copy(const std::string& results_file) {

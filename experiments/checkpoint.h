@@ -30,7 +30,7 @@ void remove_checkpoints(hdf5::File& file);
 // (FILE.saved), whole at any moment; a run that ends by itself drops it, and one that goes on
 // starts from it.
 void keep_copy(const std::string& results_file);  // of a file just flushed
-// Back to the copy; nothing when there is none.
+bool has_kept_copy(const std::string& results_file);
 void restore_kept_copy(const std::string& results_file);
 void drop_kept_copy(const std::string& results_file);
 

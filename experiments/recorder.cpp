@@ -14,9 +14,11 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
+#include "experiments/checkpoint.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -59,6 +61,13 @@ bool is_hdf5(const std::string& file) {
 }
 
 }  // namespace
+
+void recover_results(const std::string& file) {
+  if (!has_kept_copy(file)) return;
+  std::optional<WriteLock> nobody_writes;  // or its file would be taken from under it
+  if (std::filesystem::exists(file)) nobody_writes.emplace(file);
+  restore_kept_copy(file);
+}
 
 std::string keep_earlier_results(const std::string& file) {
   namespace fs = std::filesystem;

@@ -18,6 +18,10 @@ struct Column {
   hdf5::Shape row;  // empty: one value
 };
 
+// Puts the whole copy that a killed run has left back in its place; nothing when there is none.
+// Throws InputError when a run is still writing the file.
+void recover_results(const std::string& file);
+
 // Moves an earlier results file out of the way, RUN.h5 to RUN.1.h5 (.2, ...), and returns its new
 // name; empty when there was none. Throws InputError when `file` is something else than HDF5 (an
 // empty file is replaced) or a run is still writing it.

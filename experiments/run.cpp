@@ -66,6 +66,7 @@ const char* to_string(RunStatus status) {
 
 RunSummary run(const Case& c, const RunOptions& options) {
   check(c, options);
+  recover_results(options.results_file);  // a killed run is kept whole, too
   const std::string kept_earlier = keep_earlier_results(options.results_file);
   drop_kept_copy(options.results_file);
   Recorder recorder = Recorder::create(options.results_file, result_columns(c.model));
@@ -84,7 +85,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   options.results_file = results_file;
   RunSummary summary;
   Case c;
-  restore_kept_copy(results_file);
+  recover_results(results_file);
   {
     const Recording recording(results_file);
     if (recording.status() == "finished") {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 
 #include "experiments/checkpoint.h"
 #include "experiments/hdf5_file.h"
+#include "experiments/recorder.h"
 #include "experiments/recording.h"
 
 namespace firn {
@@ -250,12 +252,12 @@ TEST_F(RunTest, InterruptedRunGoesOnBitForBit) {
   RunOptions parts = options("parts.h5");
   parts.interrupt = &interrupt;
   parts.checkpoint_every = 0;  // at every look at the clock
-  // Somebody presses Ctrl-C whenever five more frames are there.
-  std::size_t frames = 0;
+  // Somebody presses Ctrl-C soon; a run takes some 100 ms. (He may not look into the file: HDF5 is
+  // not made for two threads.)
   const auto until_interrupted = [&](auto&& simulate) {
     interrupt = false;
     std::thread user([&] {
-      frames = wait_for_frames(parts.results_file, frames + 5);
+      std::this_thread::sleep_for(std::chrono::milliseconds(6));
       interrupt = true;
     });
     const RunSummary summary = simulate();
@@ -327,6 +329,34 @@ TEST_F(RunTest, ResumeTidiesARunKilledAtItsEnd) {
   EXPECT_EQ(summary.status, RunStatus::finished);
   EXPECT_FALSE(summary.responses.empty());
   expect_equal_datasets(options("whole.h5").results_file, options("cut.h5").results_file);
+}
+
+// The copy beside a killed run is what a later one keeps of it.
+TEST_F(RunTest, NewRunKeepsAKilledOneWhole) {
+  Case c = tray();
+  c.duration = 0.02;
+  const std::string file = options("run.h5").results_file;
+  run(c, options("run.h5"));
+  keep_copy(file);
+  fs::resize_file(file, fs::file_size(file) / 2);
+  const RunSummary again = run(c, options("run.h5"));
+  expect_equal_datasets(file, again.kept_earlier);
+  EXPECT_FALSE(fs::exists(file + ".saved"));
+}
+
+TEST_F(RunTest, FileOfALivingRunIsNotTakenFromIt) {
+  Case c = tray();
+  c.duration = 0.02;
+  const std::string file = options("run.h5").results_file;
+  run(c, options("run.h5"));
+  keep_copy(file);
+  struct stat before = {}, after = {};
+  ASSERT_EQ(::stat(file.c_str(), &before), 0);
+  Recorder writer = Recorder::reopen(file, {});
+  EXPECT_THROW(resume(file, options("run.h5")), InputError);
+  EXPECT_THROW(run(c, options("run.h5")), InputError);
+  ASSERT_EQ(::stat(file.c_str(), &after), 0);
+  EXPECT_EQ(after.st_ino, before.st_ino);
 }
 
 TEST_F(RunTest, FinishedRunIsNotRunAgain) {
