@@ -15,7 +15,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "tests/scenes.h"
+#include "validation/verification/scenes.h"
 
 namespace firn {
 namespace {

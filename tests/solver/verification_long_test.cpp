@@ -5,7 +5,7 @@
 #include <cmath>
 #include <future>
 
-#include "tests/scenes.h"
+#include "validation/verification/scenes.h"
 
 namespace firn {
 namespace {

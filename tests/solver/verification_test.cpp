@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "tests/scenes.h"
+#include "validation/verification/scenes.h"
 
 namespace firn {
 namespace {

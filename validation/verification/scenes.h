@@ -1,4 +1,4 @@
-// Small models that tests and benchmarks share. SI, world axes with z up.
+// Small models that the verification suite, tests and benchmarks share. SI, world axes with z up.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "tests/scenes.h"
+#include "validation/verification/scenes.h"
 
 #include <fmt/format.h>
 
