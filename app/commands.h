@@ -12,5 +12,6 @@ void add_measure_command(CLI::App& app, int& status);
 void add_calibrate_command(CLI::App& app, int& status);
 void add_shape_command(CLI::App& app, int& status);
 void add_export_command(CLI::App& app, int& status);
+void add_verify_command(CLI::App& app, int& status);
 
 }  // namespace firn

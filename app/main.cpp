@@ -84,6 +84,7 @@ int main_program(int argc, char** argv) {
   add_calibrate_command(app, status);
   add_shape_command(app, status);
   add_export_command(app, status);
+  add_verify_command(app, status);
   try {
     app.parse(argc, argv);
     return status;

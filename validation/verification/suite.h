@@ -1,0 +1,34 @@
+// Runs verification cases side by side.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "validation/verification/check.h"
+
+namespace firn::verification {
+
+struct CaseResult {
+  std::vector<Check> checks;
+  std::string error;   // the case ended with this exception; empty: it ran
+  double seconds = 0;  // wall time
+  bool ran = false;
+};
+
+// Ran without an error, with checks that all hold.
+bool passed(const CaseResult& result);
+// Largest share of a tolerance that a check has used up, 0 without checks.
+double most_used(const CaseResult& result);
+
+// The cases chosen by names of groups or cases ("impact", "bulk.dice"), in the suite's order. No
+// names: all, those of the full tier only when `full`. Throws InputError for a name that is none.
+std::vector<VerificationCase> select(const std::vector<std::string>& names, bool full);
+
+// Results in the order of the cases. `jobs` at a time; `done` is called, one call at a time, when a
+// case has ended, with all results so far.
+std::vector<CaseResult> run_cases(
+    const std::vector<VerificationCase>& cases, int jobs,
+    const std::function<void(std::size_t, const std::vector<CaseResult>&)>& done);
+
+}  // namespace firn::verification
