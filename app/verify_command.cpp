@@ -120,6 +120,8 @@ int verify(const Arguments& a) {
       a.jobs > 0 ? a.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const std::string program = fmt::format("firn {} (commit {})", firn_version(), firn_git_commit());
   const bool terminal = ::isatty(STDERR_FILENO) != 0;
+  if (!a.page.empty())  // a wrong name is told before hours of work
+    write_verification_page(cases, std::vector<CaseResult>(cases.size()), program, a.page);
   std::size_t ended = 0;
   const auto tell = [&](std::size_t k, const std::vector<CaseResult>& so_far) {
     ++ended;

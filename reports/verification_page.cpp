@@ -173,7 +173,8 @@ table { border-collapse: collapse; width: 100%; font-size: .92rem; margin: .5rem
 th, td { text-align: left; padding: .2rem .6rem .2rem 0; border-bottom: 1px solid var(--line);
          vertical-align: top; } td.n, th.n { text-align: right; font-variant-numeric: tabular-nums;
          white-space: nowrap; }
-.scroll { overflow-x: auto; }
+.scroll { overflow-x: auto; } .scroll td:first-child { min-width: 14rem; }
+.count { min-width: 6rem; text-align: right; }
 .bar { display: inline-block; width: 6rem; height: .55rem; border: 1px solid var(--line);
        border-radius: 3px; overflow: hidden; } .bar i { display: block; height: 100%;
        background: var(--bar); } .bar i.over { background: var(--bad); }
@@ -211,7 +212,7 @@ void html_case(fmt::memory_buffer& out, const VerificationCase& c, const CaseRes
   fmt::format_to(to, "<details{} id=\"{}\"><summary><h3>{}</h3>", r.ran && !good ? " open" : "",
                  escaped(c.name), escaped(c.title));
   if (r.ran && r.error.empty()) {
-    fmt::format_to(to, "{}<span class=\"faint\">{} check{}</span>", bar(most_used(r), good),
+    fmt::format_to(to, "{}<span class=\"faint count\">{} check{}</span>", bar(most_used(r), good),
                    r.checks.size(), r.checks.size() == 1 ? "" : "s");
   }
   fmt::format_to(to, "<span class=\"verdict {}\">{}</span></summary>\n", good ? "holds" : "fails",
