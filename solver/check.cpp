@@ -68,6 +68,13 @@ void check_finite(const Model& model, const State& s) {
   throw RunError(fmt::format("speeds beyond all bounds at {:.6g} s", s.time));
 }
 
+// J: a millionth of what lifts the heaviest body by its own size.
+double negligible_energy(const Model& model) {
+  double most = 0;
+  for (const Shape& shape : model.shapes) most = std::max(most, shape.mass * shape.bounding_radius);
+  return 1e-6 * most * model.gravity.norm();
+}
+
 // Contacts only ever take energy, so what is left of it after the work of boundaries and of
 // insertions is taken out may not rise.
 void check_energy(const Model& model, const Workspace& w, State& s) {
@@ -82,7 +89,7 @@ void check_energy(const Model& model, const Workspace& w, State& s) {
   const double rise = left - s.lowest_energy;
   s.health.energy_rise = std::max(s.health.energy_rise, rise);
   const double at_play = s.largest_kinetic + s.work_normal + s.work_friction;
-  if (rise > kRunaway * at_play && rise > 1e-9) {
+  if (rise > kRunaway * at_play && rise > negligible_energy(model)) {
     throw RunError(fmt::format(
         "energy grew by {:.4g} J without cause up to {:.6g} s (kinetic {:.4g} J): the time step is "
         "too long for these contacts",

@@ -198,7 +198,7 @@ struct Query {
 
 CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
                          GjkCache& cache) {
-  const double radii = a.radius + b.radius;
+  const double radii = a.radius + b.radius, touching = touching_distance(a, b);
   Query query{a, b, Placement(b_in_a), {}};
   Simplex& s = query.s;
   query.start(cache);
@@ -209,7 +209,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
   int stalls = 0;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const Nearest near = nearest(s);
-    if (near.corners == kInside || near.squared <= kTouchingDistance * kTouchingDistance) {
+    if (near.corners == kInside || near.squared <= touching * touching) {
       query.store(cache);
       out.distance = 0;
       return out;

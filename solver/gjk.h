@@ -10,9 +10,21 @@
 
 namespace firn {
 
-// Cores nearer than this (m) count as overlapping: their distance is too small to carry a
-// direction.
-inline constexpr double kTouchingDistance = 1e-10;
+// What is small beside a pair of parts is measured by this, so that nothing depends on the unit of
+// length: m, the smaller bounding radius; of a bare point and a part, the part's; of two bare
+// points, which have none, 1.
+inline double pair_size(const ConvexPart& a, const ConvexPart& b) {
+  const double smaller = std::min(a.bounding_radius, b.bounding_radius);
+  const double larger = std::max(a.bounding_radius, b.bounding_radius);
+  return smaller > 0 ? smaller : larger > 0 ? larger : 1;
+}
+
+// Cores nearer than this part of the pair's size count as overlapping: their distance is too small
+// to carry a direction.
+inline constexpr double kTouchingShare = 1e-8;
+inline double touching_distance(const ConvexPart& a, const ConvexPart& b) {
+  return kTouchingShare * pair_size(a, b);
+}
 
 // A normal that leans out over a seam by more than this (sine) belongs to the neighbour there.
 inline constexpr double kSeamTilt = 1e-9;
@@ -79,12 +91,13 @@ inline Support support(const ConvexPart& part, const Vec3& d) {
 
 // Distance of the cores of A and B. Stops early, with converged = false, once the swept solids are
 // known to be farther apart than `shell` and the bound is good to a fifth of their gap.
-// `distance` is 0 and the rest unset when the cores overlap or are nearer than kTouchingDistance.
+// `distance` is 0 and the rest unset when the cores overlap or are nearer than the touching
+// distance.
 CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
                          GjkCache& cache);
 
 // Overlapping cores: the shallowest way out that leads through no internal face, and where they
-// meet. distance <= 0 up to rounding and kTouchingDistance.
+// meet. distance <= 0 up to rounding and the touching distance.
 CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
 
 }  // namespace firn

@@ -101,7 +101,7 @@ bool belongs_to_neighbour(const View& view, const Carriers& carriers, const Vec3
     if (outward.dot(seam) <= kSeamTilt) continue;
     const double offset = seam.dot(part.vertex(carriers.vertex[0]));
     const bool reaches_back = std::any_of(r.points, r.points + r.count, [&](const RegionPoint& p) {
-      return seam.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent;
+      return seam.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent * r.size;
     });
     if (!reaches_back) return true;
   }
@@ -131,7 +131,9 @@ void clear(Manifold& out) {
 
 // Depth below its support plane at which a feature still counts as touching: everything that
 // overlaps or lies in the shell, and some more so that features change before they bear load.
-double feature_depth(double gap, double shell) { return std::max(0.0, -gap) + 4 * shell + 1e-9; }
+double feature_depth(double gap, double shell, double size) {
+  return std::max(0.0, -gap) + 4 * shell + kLeastExtent * size;
+}
 
 }  // namespace
 
@@ -145,7 +147,7 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
     out.normal = contact.normal;
     return;
   }
-  if (contact.distance <= kTouchingDistance) contact = penetration(a, b, b_in_a);
+  if (contact.distance <= touching_distance(a, b)) contact = penetration(a, b, b_in_a);
   out.gap = contact.distance - radii;
   out.normal = contact.normal;
   if (!(out.gap < shell)) return;  // nor a number that is none
@@ -154,13 +156,13 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
   const View view_a(a, frame), view_b(b, frame, b_in_a);
   const Carriers carriers_a(contact.simplex.a, contact.simplex.count);
   const Carriers carriers_b(contact.simplex.b, contact.simplex.count);
-  const double depth = feature_depth(out.gap, shell);
-  const double reach = 2 * std::min(a.bounding_radius, b.bounding_radius);
+  const double size = pair_size(a, b), depth = feature_depth(out.gap, shell, size);
+  const double reach = 2 * size;
   const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
   const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
 
-  Region region(
-      region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2));
+  Region region(region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2),
+                size);
   bool found = false;
   if (on_a.face && on_b.face) {
     found = face_on_face(view_a, *on_a.face, view_b, *on_b.face, region);
@@ -170,8 +172,9 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
     found = edge_on_face(view_a, on_a.ends, view_b, *on_b.face, true, region);
   } else if (on_a.kind == Feature::Kind::edge && on_b.kind == Feature::Kind::edge) {
     // Swept edges d apart and y aside have opened by about y^2 / 2d.
-    const double opening = 0.25 * shell + 1e-9;
-    const double aside = std::sqrt(2 * std::max(0.0, contact.distance) * opening) + 1e-9;
+    const double opening = 0.25 * shell + kLeastExtent * size;
+    const double aside =
+        std::sqrt(2 * std::max(0.0, contact.distance) * opening) + kLeastExtent * size;
     found = edge_on_edge(view_a, on_a.ends, view_b, on_b.ends, aside, region);
   }
   if (!found) {
@@ -199,7 +202,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   out.gap = -offset - view.height(lowest) - a.radius;
   if (!(out.gap < shell)) return;  // nor a number that is none
 
-  const double depth = feature_depth(out.gap, shell);
+  const double depth = feature_depth(out.gap, shell, a.bounding_radius);
   const Feature feature =
       supporting_feature(a, frame.n, Carriers(lowest), depth, 2 * a.bounding_radius);
   // A vertex on a seam that leans towards the plane is the neighbour's, who reaches lower there.
@@ -210,7 +213,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     }
     return mask;
   };
-  Region region(a.vertex_count);
+  Region region(a.vertex_count, a.bounding_radius);
   const auto add = [&](int i) { region.add(view.flat(i), view.height(i), -offset); };
   const std::uint16_t* loop = feature.ends;
   int loop_count = 0;
@@ -230,7 +233,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     if (-offset - view.height(i) - a.radius >= shell || leaning_seams(i) != 0) continue;
     if (std::find(loop, loop + loop_count, i) != loop + loop_count) continue;
     add(i);
-    const double width = swept_width(a.radius, offset + view.height(i) + a.radius);
+    const double width = swept_width(a.radius, offset + view.height(i) + a.radius, region.size);
     region.points[region.count - 1].weight = width * width;
     region.area += width * width;
   }

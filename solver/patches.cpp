@@ -68,9 +68,7 @@ struct Region {
   }
   // A disc-like bound of friction's lever: .3826 a for a uniform square of side a.
   double torsion_radius() const {
-    constexpr double kSmallest = 1e-6;  // m: a point does not resist turning
-    const double r = area > 0 ? 0.937 * std::sqrt(polar / area) : 0;
-    return r > kSmallest ? r : 0;
+    return area > 0 ? 0.937 * std::sqrt(std::max(0.0, polar) / area) : 0;
   }
 };
 

@@ -50,7 +50,8 @@ bool through_seam(const ConvexPart& part, const Vec3& n) {
   const double top = support(part, n).height;
   std::uint32_t common = ~0u;
   for (int i = 0; i < part.vertex_count; ++i) {
-    if (n.dot(part.vertex(i)) > top - kTouchingDistance) common &= part.internal_faces[i];
+    if (n.dot(part.vertex(i)) > top - kTouchingShare * part.bounding_radius)
+      common &= part.internal_faces[i];
   }
   for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
     if ((common >> f & 1u) && n.dot(part.internal_normals[f]) > kSeamTilt) return true;
@@ -124,9 +125,9 @@ CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_
     const double clearance =
         std::max(1e-3 * std::min(a.bounding_radius, b.bounding_radius), 0.1 * std::abs(best.depth));
     contact = contact_outside(p, best, clearance);
-    if (contact.distance <= kTouchingDistance) break;
+    if (contact.distance <= touching_distance(a, b)) break;
     const Way nearer{contact.normal, width(p, contact.normal)};
-    if (!(nearer.depth < best.depth - 1e-15) || !ours(p, nearer.normal)) break;
+    if (!(nearer.depth < best.depth - 1e-13 * pair_size(a, b)) || !ours(p, nearer.normal)) break;
     best = nearer;
   }
   if (contact.simplex.count == 0 || contact.normal.dot(best.normal) < 1 - 1e-12) {

@@ -105,8 +105,8 @@ void weigh_polygon(Region& r) {
   r.polar = polar - r.area * (centroid.u * centroid.u + centroid.v * centroid.v);
 }
 
-double swept_width(double radius, double overlap) {
-  return std::max(kEdgeWidth, 2 * std::sqrt(2 * radius * std::max(0.0, overlap)));
+double swept_width(double radius, double overlap, double size) {
+  return std::max(kEdgeWidth * size, 2 * std::sqrt(2 * radius * std::max(0.0, overlap)));
 }
 
 double edge_radius(double radius_a, double radius_b) {
@@ -116,7 +116,8 @@ double edge_radius(double radius_a, double radius_b) {
 
 void weigh_segment(Region& r, double radius, double radii) {
   const auto overlap = [&](const RegionPoint& p) { return radii - (p.height_b - p.height_a); };
-  const double width = swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])));
+  const double width =
+      swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])), r.size);
   const Point2 e = r.points[1].at - r.points[0].at;
   const double length = length_of(e);
   r.area = width * length;
@@ -125,7 +126,8 @@ void weigh_segment(Region& r, double radius, double radii) {
 }
 
 void weigh_point(Region& r, double radius, double radii) {
-  const double width = swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a));
+  const double width =
+      swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a), r.size);
   r.area = r.points[0].weight = width * width;
   r.polar = 0;
 }
@@ -150,7 +152,7 @@ bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,
     r.add(polygon[i], over_a.height(polygon[i]), over_b.height(polygon[i]));
   }
   weigh_polygon(r);
-  return r.area > kEdgeWidth * kEdgeWidth;
+  return r.area > std::pow(kEdgeWidth * r.size, 2);
 }
 
 bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const View& face_view,
@@ -169,7 +171,7 @@ bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const V
     if (side_q < 0) to = std::min(to, side_p / (side_p - side_q));
   }
   const Point2 e = q - p;
-  if ((to - from) * length_of(e) < kLeastExtent) return false;
+  if ((to - from) * length_of(e) < kLeastExtent * r.size) return false;
   const Slope slope(face_view, face);
   for (const double t : {from, to}) {
     const Point2 at{p.u + t * e.u, p.v + t * e.v};
@@ -186,7 +188,7 @@ bool edge_on_edge(const View& a, const std::uint16_t (&ends_a)[2], const View& b
   const Point2 b0 = b.flat(ends_b[0]), b1 = b.flat(ends_b[1]);
   const Point2 da = a1 - a0, db = b1 - b0;
   const double length_a = length_of(da), length_b = length_of(db);
-  if (std::min(length_a, length_b) < kLeastExtent) return false;
+  if (std::min(length_a, length_b) < kLeastExtent * r.size) return false;
   if (std::abs(cross(da, db)) > 0.5 * length_a * length_b) return false;  // beyond 30 degrees
   const double sign = dot(da, db) > 0 ? 1 / length_b : -1 / length_b;
   Point2 middle{da.u / length_a + sign * db.u, da.v / length_a + sign * db.v};
@@ -202,7 +204,7 @@ bool edge_on_edge(const View& a, const std::uint16_t (&ends_a)[2], const View& b
     from = std::max(from, crossing - aside / std::abs(opening));
     to = std::min(to, crossing + aside / std::abs(opening));
   }
-  if (to - from < kLeastExtent) return false;
+  if (to - from < kLeastExtent * r.size) return false;
   for (const double s : {from, to}) {
     const double across = 0.5 * (on_a.across(s) + on_b.across(s));
     r.add({s * middle.u - across * middle.v, s * middle.v + across * middle.u}, on_a.height(s),

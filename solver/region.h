@@ -10,9 +10,10 @@
 
 namespace firn {
 
-// Least width given to edges and corners.
-inline constexpr double kEdgeWidth = 1e-6;    // m
-inline constexpr double kLeastExtent = 1e-9;  // m, below which a segment is a point
+// In parts of the pair's size: least width given to edges and corners, and the length below which a
+// segment is a point.
+inline constexpr double kEdgeWidth = 1e-4;
+inline constexpr double kLeastExtent = 1e-7;
 
 struct Point2 {
   double u, v;
@@ -84,7 +85,8 @@ struct RegionPoint {
 
 // The touching region seen along the normal: a convex polygon, a segment or a point.
 struct Region {
-  explicit Region(int room) : storage(room), points(storage.data()), capacity(room) {}
+  Region(int room, double pair_size)
+      : storage(room), points(storage.data()), capacity(room), size(pair_size) {}
   Region(const Region&) = delete;
 
   void add(const Point2& at, double height_a, double height_b) {
@@ -95,6 +97,7 @@ struct Region {
   Scratch<RegionPoint> storage;
   RegionPoint* points;
   int capacity;
+  double size;  // m, of the pair
   int count = 0;
   double area = 0;   // m^2, sum of the weights
   double polar = 0;  // m^4, about the centroid
@@ -111,8 +114,9 @@ void weigh_polygon(Region& r);
 // would bear next to nothing of what the patch bears. `radii`: sum of both sweep radii, m.
 void weigh_segment(Region& r, double radius, double radii);
 void weigh_point(Region& r, double radius, double radii);
-// The same width for one overlap (m), and the radius of two edges against each other.
-double swept_width(double radius, double overlap);
+// The same width for one overlap (m), and the radius of two edges against each other. `size`: of the
+// pair, m.
+double swept_width(double radius, double overlap, double size);
 double edge_radius(double radius_a, double radius_b);
 
 // The region over which two features face each other, weighed. False when it is empty or too small.

@@ -117,8 +117,9 @@ Tally fuzz(int pairs, std::uint64_t seed) {
     const double expected = testing::referee(a, b, pose);
     GjkCache cold;
     CoreContact got = core_contact(a, b, pose, std::numeric_limits<double>::infinity(), cold);
-    const bool touching = got.distance <= kTouchingDistance;
-    EXPECT_EQ(touching, expected <= kTouchingDistance) << expected;
+    const double near = touching_distance(a, b);
+    const bool touching = got.distance <= near;
+    EXPECT_EQ(touching, expected <= near) << expected;
     if (touching) got = penetration(a, b, pose);
 
     const auto pa = testing::place(a, Pose{}), pb = testing::place(b, pose);
@@ -129,9 +130,9 @@ Tally fuzz(int pairs, std::uint64_t seed) {
     if (!touching) {
       ++tally.apart;
       tally.distance_error = std::max(tally.distance_error, error);
-    } else if (expected > -kTouchingDistance) {
+    } else if (expected > -near) {
       // Too near for a direction: either side of zero counts as touching.
-      EXPECT_LE(error, 2 * kTouchingDistance);
+      EXPECT_LE(error, 2 * near);
     } else if (-expected < 0.2 * size) {
       ++tally.overlapping;
       tally.shallow_error = std::max(tally.shallow_error, error);

@@ -14,7 +14,7 @@ using testing::Random;
 using testing::slabs;
 
 constexpr double kShell = 20e-6;     // m
-constexpr double kEdgeWidth = 1e-6;  // m, least width of an edge
+constexpr double kEdgeWidth = 1e-4;  // of the pair's size: least width of an edge
 constexpr double kTiny = 1e-15;      // m, rounding of a few centimetres
 
 Pose at(const Vec3& translation, const Mat3& rotation = Mat3::Identity()) {
@@ -63,7 +63,7 @@ TEST(Collide, SpheresMeetOnTheLineOfTheirCentres) {
   ASSERT_EQ(m.points.size(), 1u);
   // Midway: A's surface is 5 mm from its centre, B's 10 mm.
   EXPECT_NEAR((m.points[0].position - Vec3(1e-3, 0, 0) - 7.5e-3 * m.normal).norm(), 0, kTiny);
-  EXPECT_DOUBLE_EQ(m.points[0].weight, kEdgeWidth * kEdgeWidth);
+  EXPECT_DOUBLE_EQ(m.points[0].weight, std::pow(kEdgeWidth * 3e-3, 2));
   EXPECT_DOUBLE_EQ(m.area, m.points[0].weight);
   EXPECT_EQ(m.polar, 0);
 }

@@ -146,6 +146,26 @@ std::vector<Check> mirrored() {
   return checks;
 }
 
+std::vector<Check> other_units() {
+  const Places reference = fall({}, kFall);
+  std::vector<Check> checks;
+  // Powers of two change no mantissa: the motion must be the same to the last bit.
+  Telling t;
+  t.length = 1024;
+  t.mass = 64;
+  t.time = 32;
+  checks.push_back(check("units of 1/1024 m, 1/64 kg and 1/32 s", t, reference, kFall, 1e-6));
+  t = {};
+  t.length = 100;
+  t.mass = 1000;
+  checks.push_back(check("centimetre, gram, second", t, reference, kFall, 1e-6));
+  t = {};
+  t.length = 1e-3;
+  t.time = 0.1;
+  checks.push_back(check("kilometre, kilogram, ten seconds", t, reference, kFall, 1e-6));
+  return checks;
+}
+
 std::vector<Check> other_order() {
   const Places reference = fall({}, kFall);
   std::vector<Check> checks;
@@ -270,6 +290,9 @@ std::vector<VerificationCase> invariance_cases() {
       {"invariance.mirror", "Mirrored", "the same scene in the first axes",
        "A friction or a spin of the wrong hand would move the bodies by centimetres.", Tier::quick,
        mirrored},
+      {"invariance.units", "In other units of length, mass and time",
+       "the same scene in SI: nothing in the solver knows what a metre is", "", Tier::quick,
+       other_units},
       {"invariance.order", "Particles numbered otherwise", "the same scene in the first order",
        "Sums are taken in another order: equal to rounding.", Tier::quick, other_order},
       {"invariance.step", "The time step halved", "a run with steps of 0.3 us",
