@@ -114,8 +114,8 @@ void weigh_polygon(Region& r);
 // would bear next to nothing of what the patch bears. `radii`: sum of both sweep radii, m.
 void weigh_segment(Region& r, double radius, double radii);
 void weigh_point(Region& r, double radius, double radii);
-// The same width for one overlap (m), and the radius of two edges against each other. `size`: of the
-// pair, m.
+// The same width for one overlap (m), and the radius of two edges against each other. `size`: of
+// the pair, m.
 double swept_width(double radius, double overlap, double size);
 double edge_radius(double radius_a, double radius_b);
 
