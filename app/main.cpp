@@ -85,6 +85,8 @@ int main_program(int argc, char** argv) {
   add_shape_command(app, status);
   add_export_command(app, status);
   add_verify_command(app, status);
+  add_contacts_command(app, status);
+  add_hashes_command(app, status);
   try {
     app.parse(argc, argv);
     return status;

@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "app/commands.h"
+#include "app/default_threads.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "app/progress_meter.h"
@@ -18,6 +19,7 @@
 #include "app/shape_facts.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
+#include "experiments/state_trace.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -32,19 +34,13 @@ struct Arguments {
   int threads = 0;  // 0: not given
   std::vector<std::string> settings;
   std::string resume_file;
+  TraceOptions trace;
+  std::string trace_numbers;
   std::vector<std::string> requirements;
   bool json = false;
   bool verbose = false;
   bool quiet = false;
 };
-
-// More threads than this gain nothing on beds of some thousand particles.
-constexpr unsigned most_default_threads = 8;
-
-int default_threads() {
-  return static_cast<int>(
-      std::clamp(std::thread::hardware_concurrency(), 1U, most_default_threads));
-}
 
 // "crescent (mass-matched)": what the case says that a shape is.
 std::string kind_text(const toml::table& resolved, const std::string& shape) {
@@ -168,6 +164,25 @@ void check_combination(const Arguments& a) {
   }
 }
 
+// "1200" or "1200:1210"
+TraceOptions trace_options(const Arguments& a) {
+  TraceOptions trace = a.trace;
+  if (a.trace_numbers.empty()) return trace;
+  const char* text = a.trace_numbers.c_str();
+  const char* end = text + a.trace_numbers.size();
+  auto [stop, error] = std::from_chars(text, end, trace.numbers_from);
+  trace.numbers_to = trace.numbers_from;
+  if (error == std::errc() && stop != end && *stop == ':') {
+    const auto second = std::from_chars(stop + 1, end, trace.numbers_to);
+    stop = second.ptr;
+    error = second.ec;
+  }
+  if (error != std::errc() || stop != end || trace.numbers_to < trace.numbers_from)
+    throw InputError(fmt::format(
+        "--trace-numbers {}: is no range of steps; expected STEP or FROM:TO", a.trace_numbers));
+  return trace;
+}
+
 Case read_case_to_run(const Arguments& a) {
   if (!a.resume_file.empty()) return Recording(a.resume_file).read_case();
   std::vector<Override> overrides;
@@ -193,8 +208,14 @@ int run_case(const Arguments& a) {
   options.results_file = resuming ? a.resume_file : a.output.empty() ? default_output(c) : a.output;
   make_parent_folder(options.results_file);
   tell_facts(c, options.results_file);
+  std::optional<TraceWriter> trace;
+  if (!a.trace.file.empty()) {
+    trace.emplace(c, trace_options(a));
+    options.each_step = [&](const Solver& solver, bool last) { trace->see(solver, last); };
+  }
   const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
   meter.finish();
+  if (trace) trace->close();
   if (!summary.kept_earlier.empty()) {
     spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
   }
@@ -239,6 +260,20 @@ void add_run_command(CLI::App& app, int& status) {
       ->add_option("--resume", a->resume_file,
                    "Go on from the last checkpoint in a results file,\nas if never stopped")
       ->type_name("RUN.h5");
+  CLI::Option* trace =
+      command
+          ->add_option("--trace-hashes", a->trace.file,
+                       "Write a line of hashes of the state each step, for `firn hashes`")
+          ->type_name("FILE");
+  command->add_option("--trace-every", a->trace.every, "A line only every N steps")
+      ->check(CLI::Range(1, 1000000000))
+      ->needs(trace)
+      ->type_name("N");
+  command
+      ->add_option("--trace-numbers", a->trace_numbers,
+                   "Write the state itself, too, at these steps: bodies, patches, points")
+      ->needs(trace)
+      ->type_name("STEP|FROM:TO");
   command->add_option("--require", a->requirements, requirement_help)
       ->type_name("\"RESPONSE<=VALUE\"")
       ->allow_extra_args(false);

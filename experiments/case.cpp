@@ -60,8 +60,10 @@ void read_numerics(const TomlTable& root, Numerics& n) {
 
 void read_output(const TomlTable& root, Case& c) {
   const TomlTable t = root.table("output");
-  t.allow({"frames_every"});
+  t.allow({"frames_every", "states_every"});
   c.frames_every = t.quantity("frames_every", dimension::time, Sign::positive, "10 ms");
+  if (t.has("states_every"))
+    c.states_every = t.quantity("states_every", dimension::time, Sign::positive);
 }
 
 void read_experiment(const TomlTable& root, Case& c) {

@@ -78,6 +78,7 @@ struct Case {
   std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;
   double frames_every = 0;  // s
+  double states_every = 0;  // s; 0: no states are kept in the results file
   std::string resolved;     // TOML text of the whole case, defaults filled in, mesh files embedded
                             // by content hash and path made absolute; read_case_text() of it
                             // gives the same case

@@ -1,15 +1,19 @@
 #include "experiments/checkpoint.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 namespace firn {
 namespace {
 
 constexpr const char* kKept = ".saved";
 constexpr const char* kUnfinished = ".saving";
+constexpr std::string_view kStates = "/states/";
 constexpr std::array kSlots = {"/checkpoint/slot_0", "/checkpoint/slot_1"};
 
 // In front of the payload. The hash comes over all that follows it, so that any mixture of an old
@@ -50,6 +54,19 @@ std::optional<Checkpoint> read_slot(const hdf5::File& file, const std::string& s
   return Checkpoint{header.sequence, {payload.begin(), payload.end()}};
 }
 
+std::vector<std::byte> sealed(const Checkpoint& checkpoint) {
+  Header header;
+  header.sequence = checkpoint.sequence;
+  header.size = checkpoint.payload.size();
+  header.hash = hash_of(header, checkpoint.payload);
+  std::vector<std::byte> bytes(sizeof(header) + checkpoint.payload.size());
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  std::copy(checkpoint.payload.begin(), checkpoint.payload.end(), bytes.begin() + sizeof(header));
+  return bytes;
+}
+
+std::string state_path(std::uint64_t step) { return fmt::format("{}{:012}", kStates, step); }
+
 // `to` is the old file or the new one at any moment.
 void copy_whole(const std::string& from, const std::string& to, const std::string& on_the_way) {
   std::filesystem::copy_file(from, on_the_way, std::filesystem::copy_options::overwrite_existing);
@@ -59,16 +76,28 @@ void copy_whole(const std::string& from, const std::string& to, const std::strin
 }  // namespace
 
 void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint) {
-  Header header;
-  header.sequence = checkpoint.sequence;
-  header.size = checkpoint.payload.size();
-  header.hash = hash_of(header, checkpoint.payload);
-  std::vector<std::byte> bytes(sizeof(header) + checkpoint.payload.size());
-  std::memcpy(bytes.data(), &header, sizeof(header));
-  std::copy(checkpoint.payload.begin(), checkpoint.payload.end(), bytes.begin() + sizeof(header));
+  const std::vector<std::byte> bytes = sealed(checkpoint);
   file.flush();
   file.write_bytes(kSlots[checkpoint.sequence % kSlots.size()], bytes);
   file.flush();
+}
+
+void write_state(hdf5::File& file, std::uint64_t step, const std::vector<std::byte>& payload) {
+  file.write_bytes(state_path(step), sealed({step, payload}));
+}
+
+std::vector<std::uint64_t> kept_states(const hdf5::File& file) {
+  std::vector<std::uint64_t> steps;
+  for (const std::string& path : file.datasets())
+    if (path.starts_with(kStates)) steps.push_back(std::stoull(path.substr(kStates.size())));
+  std::sort(steps.begin(), steps.end());
+  return steps;
+}
+
+std::optional<std::vector<std::byte>> read_state(const hdf5::File& file, std::uint64_t step) {
+  std::optional<Checkpoint> found = read_slot(file, state_path(step));
+  if (!found || found->sequence != step) return std::nullopt;
+  return std::move(found->payload);
 }
 
 void remove_checkpoints(hdf5::File& file) {

@@ -84,10 +84,11 @@ Model with_threads(Model model, int threads) {
 
 }  // namespace
 
-Driver::Driver(const Case& c, const RunOptions& options, Recorder& recorder)
+Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker)
     : case_(c),
       options_(options),
       recorder_(recorder),
+      onlooker_(std::move(onlooker)),
       solver_(with_threads(c.model, options.threads)),
       stages_(stages_of(c)) {
   const std::size_t particles = c.model.particles.size();
@@ -101,6 +102,8 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder& recorder)
   // Without an interval, the first and the last frame alone.
   frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(c.frames_every))
                                     : std::max<std::uint64_t>(1, last_step_);
+  if (recorder_ && c.states_every > 0)
+    kept_steps_ = std::max<std::uint64_t>(1, to_steps(c.states_every));
   const std::vector<double> never(particles, std::numeric_limits<double>::quiet_NaN());
   state_.passages = {never, never};
   state_.batches.assign(c.fills.size(), 0);
@@ -108,7 +111,7 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder& recorder)
 
 void Driver::restore() {
   std::vector<Checkpoint> checkpoints;
-  recorder_.with_file([&](hdf5::File& file) {
+  recorder_->with_file([&](hdf5::File& file) {
     checkpoints = read_checkpoints(file);
     wall_before_ = file.number_attribute("/", "wall_time").at(0);
   });
@@ -117,7 +120,7 @@ void Driver::restore() {
     try {
       std::vector<std::byte> bytes;
       DriverState state = unpack(checkpoint.payload, bytes);
-      recorder_.truncate(state.frames);
+      recorder_->truncate(state.frames);
       solver_.restore(bytes);
       state_ = std::move(state);
       checkpoints_ = checkpoint.sequence;
@@ -129,6 +132,14 @@ void Driver::restore() {
     }
   }
   throw InputError(fmt::format("{}: cannot be resumed: {}", options_.results_file, why));
+}
+
+void Driver::restore(const std::vector<std::byte>& payload) {
+  std::vector<std::byte> bytes;
+  state_ = unpack(payload, bytes);
+  solver_.restore(bytes);
+  resumed_ = true;
+  save_wanted_ = false;
 }
 
 RunSummary Driver::run() {
@@ -175,21 +186,27 @@ std::string Driver::simulate() {
       return {};
     }
     if (save_wanted_) save();
+    if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
     place_due_batches();
     if (solver_.steps() % kWatchInterval == 0) watch();
     if (const std::optional<std::string> ended_by = stage_end()) {
       state_.stages.back().end = now();
       state_.stages.back().ended_by = *ended_by;
       const bool last = state_.stages.size() == stages_.size();
-      if (last || solver_.steps() >= last_step_)
+      if (last || solver_.steps() >= last_step_) {
+        look(true);
         return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *ended_by);
+      }
       enter_stage(state_.stages.size());
       save_wanted_ = true;
     }
     if (solver_.steps() % frame_steps_ == 0) record_frame();
+    if (!look(false)) return {};
     solver_.step();
   }
 }
+
+bool Driver::look(bool last) { return !onlooker_.step || onlooker_.step(solver_, last); }
 
 void Driver::place_due_batches() {
   for (std::size_t i = 0; i < case_.fills.size(); ++i) {
@@ -292,29 +309,42 @@ void Driver::enter_stage(std::size_t number) {
 void Driver::record_frame() {
   const double interval =
       static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
-  recorder_.push(result_row(solver_, interval));
+  if (recorder_ || onlooker_.frame) {
+    std::vector<double> row = result_row(solver_, interval);
+    if (onlooker_.frame) onlooker_.frame(state_.frames, row);
+    if (recorder_) recorder_->push(std::move(row));
+  }
   solver_.clear_boundary_loads();
   state_.loads_cleared = solver_.steps();
   ++state_.frames;
 }
 
 void Driver::save() {
+  save_wanted_ = false;
+  saved_ = Clock::now();
+  if (!recorder_) return;
   const std::vector<std::byte> payload = pack(state_, solver_.save());
-  recorder_.with_file([&](hdf5::File& file) {
+  recorder_->with_file([&](hdf5::File& file) {
     write_particles(file, solver_.particles().peak_normal_force, state_.passages);
     write_stages(file, stages_, state_.stages);
     file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
     write_checkpoint(file, {++checkpoints_, payload});
     keep_copy(options_.results_file);
   });
-  save_wanted_ = false;
   saved_ = Clock::now();
+}
+
+// The same bytes whether or not the run was interrupted on its way: a resumed one writes some
+// again.
+void Driver::keep_state() {
+  const std::vector<std::byte> payload = pack(state_, solver_.save());
+  recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
 }
 
 void Driver::report() {
   Progress progress;
   progress.time = now();
-  progress.latest_end = case_.duration;
+  progress.latest_end = onlooker_.latest_end > 0 ? onlooker_.latest_end : case_.duration;
   progress.stage = stage().name;
   progress.wall = seconds_since(started_);
   for (Presence presence : solver_.particles().presence) {
@@ -327,7 +357,8 @@ void Driver::report() {
 }
 
 void Driver::conclude(const std::string& status) {
-  recorder_.with_file([&](hdf5::File& file) {
+  if (!recorder_) return;
+  recorder_->with_file([&](hdf5::File& file) {
     write_particles(file, solver_.particles().peak_normal_force, state_.passages);
     write_stages(file, stages_, state_.stages);
     file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
@@ -335,7 +366,7 @@ void Driver::conclude(const std::string& status) {
     file.flush();
     if (status == to_string(RunStatus::finished)) remove_checkpoints(file);
   });
-  recorder_.close();
+  recorder_->close();
 }
 
 std::uint64_t Driver::to_steps(double seconds) const {

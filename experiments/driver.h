@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,14 +26,33 @@ struct DriverState {
   Passages passages;
 };
 
+// Throws InputError for a case that no solver can take.
+void check_runnable(const Case& c);
+// The case of a results file. Throws InputError unless it is the one that was run; `what`
+// ("resumed") cannot be done otherwise.
+Case case_of(const Recording& recording, const char* what);
+
+// Who looks on. All may be empty.
+struct Onlooker {
+  // With the state of each step, before the next one is taken; false ends the simulation.
+  std::function<bool(const Solver&, bool last)> step;
+  // With each frame: its number and its row (result_row).
+  std::function<void(std::uint64_t frame, const std::vector<double>& row)> frame;
+  double latest_end = 0;  // s, told as progress; 0: the case's duration
+};
+
 class Driver {
  public:
-  // The recorder's file is new and has its header.
-  Driver(const Case& c, const RunOptions& options, Recorder& recorder);
+  // The recorder's file is new and has its header; nullptr: nothing is recorded.
+  Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker = {});
 
   // Goes on from the newest checkpoint of the recorder's file that fits; cuts the rest off.
   // Throws InputError when there is none.
   void restore();
+  // Goes on from a state as checkpoints and kept states hold it. Throws RunError for bytes of
+  // another version or case; the driver is then of no more use.
+  void restore(const std::vector<std::byte>& payload);
+  std::uint64_t steps() const { return solver_.steps(); }
 
   // Until the case's end, an interruption or a failure, whatever comes first. The file is complete
   // and says how it ended when this returns. Throws InputError for a fill that does not fit.
@@ -50,7 +70,9 @@ class Driver {
   const Stage& stage() const;  // under way, or the first
   void enter_stage(std::size_t number);
   void record_frame();
+  bool look(bool last);  // false: the onlooker has seen enough
   void save();
+  void keep_state();
   void report();
   void conclude(const std::string& status);
 
@@ -60,12 +82,14 @@ class Driver {
 
   const Case& case_;
   const RunOptions& options_;
-  Recorder& recorder_;
+  Recorder* recorder_;
+  Onlooker onlooker_;
   Solver solver_;
   const std::vector<Stage> stages_;
   std::vector<int> first_of_fill_;  // particle ids
   std::uint64_t frame_steps_ = 1;
-  std::uint64_t last_step_ = 0;  // of the case
+  std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
+  std::uint64_t last_step_ = 0;   // of the case
   DriverState state_;
   bool resumed_ = false, save_wanted_ = true;
   std::uint64_t checkpoints_ = 0;

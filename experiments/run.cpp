@@ -35,6 +35,16 @@ std::vector<Response> tidy_finished(const std::string& results_file) {
   return measured ? Recording(results_file).responses() : measure_and_store(results_file);
 }
 
+Onlooker onlooker(const RunOptions& options) {
+  if (!options.each_step) return {};
+  Onlooker looks;
+  looks.step = [&options](const Solver& solver, bool last) {
+    options.each_step(solver, last);
+    return true;
+  };
+  return looks;
+}
+
 RunSummary drive(Driver& driver, const RunOptions& options) {
   RunSummary summary = driver.run();
   if (summary.status == RunStatus::finished)
@@ -43,14 +53,23 @@ RunSummary drive(Driver& driver, const RunOptions& options) {
   return summary;
 }
 
-void check(const Case& c, const RunOptions& options) {
-  if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
+}  // namespace
+
+void check_runnable(const Case& c) {
   if (c.model.particles.empty())
     throw InputError(c.source + ": particles: none; expected at least one, placed or in a fill");
   validate(c.model);
 }
 
-}  // namespace
+Case case_of(const Recording& recording, const char* what) {
+  Case c = recording.read_case();
+  if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
+      c.model.particles.size() != recording.particle_count())
+    throw InputError(
+        fmt::format("{}: cannot be {}: this version of Firn reads another case from it",
+                    recording.file(), what));
+  return c;
+}
 
 const char* to_string(RunStatus status) {
   switch (status) {
@@ -65,7 +84,8 @@ const char* to_string(RunStatus status) {
 }
 
 RunSummary run(const Case& c, const RunOptions& options) {
-  check(c, options);
+  if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
+  check_runnable(c);
   recover_results(options.results_file);  // a killed run is kept whole, too
   const std::string kept_earlier = keep_earlier_results(options.results_file);
   drop_kept_copy(options.results_file);
@@ -74,7 +94,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
     write_header(file, c);
     file.flush();
   });
-  Driver driver(c, options, recorder);
+  Driver driver(c, options, &recorder, onlooker(options));
   RunSummary summary = drive(driver, options);
   summary.kept_earlier = kept_earlier;
   return summary;
@@ -94,12 +114,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
       const std::vector<double> times = recording.frame_times();
       summary.simulated = times.empty() ? 0 : times.back();
     } else {
-      c = recording.read_case();
-      if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
-          c.model.particles.size() != recording.particle_count())
-        throw InputError(
-            fmt::format("{}: cannot be resumed: this version of Firn reads another case from it",
-                        results_file));
+      c = case_of(recording, "resumed");
     }
   }
   if (summary.status == RunStatus::finished) {
@@ -109,7 +124,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   }
   keep_copy(results_file);
   Recorder recorder = Recorder::reopen(results_file, result_columns(c.model));
-  Driver driver(c, options, recorder);
+  Driver driver(c, options, &recorder, onlooker(options));
   driver.restore();
   recorder.with_file(
       [](hdf5::File& file) { file.set_attribute("/", "status", std::string("running")); });

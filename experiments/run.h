@@ -1,4 +1,5 @@
-// run(case, options) -> responses: the only place that starts a simulation.
+// run(case, options) -> responses: the only place that starts a simulation, beside replay() of the
+// same (replay.h).
 #pragma once
 
 #include <atomic>
@@ -30,6 +31,9 @@ struct RunOptions {
   double checkpoint_every = 60;  // s of wall time; also on interruption and at the end of a stage
   std::function<void(const Progress&)> progress;  // about five times a second, first and last
   const std::atomic<bool>* interrupt = nullptr;   // set from a signal handler: save and stop
+  // Called with the state of each step as a frame would hold it: batches placed, outlets and stages
+  // done, the next step still to be taken. `last`: there is none.
+  std::function<void(const Solver&, bool last)> each_step;
 };
 
 struct RunSummary {

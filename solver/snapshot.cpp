@@ -1,5 +1,6 @@
 #include "solver/snapshot.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace firn {
@@ -11,6 +12,7 @@ constexpr std::uint64_t kMagic = 0x4e52494600000002;  // "FIRN" and the layout's
 // The same walk over the state writes and reads it.
 class Writer {
  public:
+  void group(const char*) {}
   template <class T>
   void value(const T& v) {
     const auto* p = reinterpret_cast<const std::byte*>(&v);
@@ -28,6 +30,7 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const std::vector<std::byte>& b) : bytes_(b) {}
+  void group(const char*) {}
   template <class T>
   void value(T& v) {
     take(&v, sizeof(T));
@@ -52,32 +55,79 @@ class Reader {
   std::size_t at_ = 0;
 };
 
+// Neither writes nor reads: hashes what belongs to each group.
+class Hasher {
+ public:
+  void group(const char* name) { groups.push_back({name, kStart}); }
+  template <class T>
+  void value(const T& v) {
+    mix(&v, sizeof(T));
+  }
+  template <class T>
+  void array(const std::vector<T>& v) {
+    value<std::uint64_t>(v.size());
+    mix(v.data(), v.size() * sizeof(T));
+  }
+  std::vector<GroupHash> groups;
+
+ private:
+  static constexpr std::uint64_t kStart = 14695981039346656037ull;
+
+  // FNV-1a over words of eight bytes, the last one padded with zeros. The shift lets high bits of a
+  // word reach the low ones of the hash.
+  void mix(const void* from, std::size_t n) {
+    const auto* p = static_cast<const std::byte*>(from);
+    std::uint64_t h = groups.back().hash;
+    for (std::size_t i = 0; i < n; i += sizeof(std::uint64_t)) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, p + i, std::min(sizeof(word), n - i));
+      h = (h ^ word) * 1099511628211ull;
+      h ^= h >> 29;
+    }
+    groups.back().hash = h;
+  }
+};
+
 template <class Archive, class S>
 void walk(Archive& ar, S& s) {
+  ar.group("time");
   ar.value(s.time);
   ar.value(s.steps);
+  ar.group("positions and velocities");
   ar.array(s.motion);
+  ar.group("orientations");
   ar.array(s.rotation);
   ar.array(s.orientation);
+  ar.group("angular momenta");
   ar.array(s.angular_momentum);
+  ar.group("contact loads");
   ar.array(s.load);
+  ar.group("ways moved");
   ar.array(s.path);
   ar.array(s.turn);
   ar.array(s.margin);
   ar.array(s.relist_path);
+  ar.group("presence and peaks");
   ar.array(s.presence);
   ar.array(s.peak_normal_force);
+  ar.group("boundary loads");
   ar.array(s.boundary_present);
   ar.array(s.boundary_impulse);
   ar.array(s.boundary_angular_impulse);
   ar.array(s.boundary_peak);
+  ar.group("neighbour list");
   ar.value(s.list_is_stale);
   ar.array(s.pairs);
+  ar.group("watch on pairs");
   ar.array(s.wake);
   ar.array(s.watch);
+  ar.group("pairs of parts");
   ar.array(s.part_pairs);
+  ar.group("patches");
   ar.array(s.patches);
+  ar.group("contact points");
   ar.array(s.points);
+  ar.group("energy accounts");
   ar.value(s.work_normal);
   ar.value(s.work_friction);
   ar.value(s.work_walls);
@@ -86,6 +136,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.lowest_energy);
   ar.value(s.largest_kinetic);
   ar.value(s.energy_known);
+  ar.group("health");
   ar.value(s.health.largest_overlap);
   ar.value(s.health.largest_overlap_particle);
   ar.value(s.health.deep_births);
@@ -93,6 +144,7 @@ void walk(Archive& ar, S& s) {
   ar.value(s.health.rebuilds);
   ar.value(s.health.queries);
   ar.value(s.health.refreshes);
+  ar.group("started motions");
   ar.array(s.extra_motion_boundary);
 }
 
@@ -140,6 +192,22 @@ std::vector<std::byte> pack(const Model& model, const State& state) {
   walk(w, state);
   for (const Motion& m : state.extra_motions) walk_motion(w, m);
   return std::move(w.bytes);
+}
+
+std::vector<GroupHash> hash_groups(const State& state) {
+  Hasher hasher;
+  walk(hasher, state);
+  for (const Motion& m : state.extra_motions) walk_motion(hasher, m);
+  return std::move(hasher.groups);
+}
+
+std::uint64_t combined(const std::vector<GroupHash>& groups) {
+  std::uint64_t all = 14695981039346656037ull;
+  for (const GroupHash& g : groups) {
+    all = (all ^ g.hash) * 1099511628211ull;
+    all ^= all >> 29;
+  }
+  return all;
 }
 
 void unpack(const std::vector<std::byte>& bytes, const Model& model, State& state) {

@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include "solver/contacts.h"
 #include "solver/snapshot.h"
 #include "solver/workspace.h"
 
@@ -266,6 +267,15 @@ std::vector<double> Solver::contact_overlaps() const {
   return out;
 }
 
+std::vector<Contact> Solver::contacts() const {
+  return contacts_of(impl_->workspace, impl_->state);
+}
+
+Solver::Load Solver::load(int particle) const {
+  const BodyLoad& load = impl_->state.load.at(static_cast<std::size_t>(particle));
+  return {load.force, load.torque};
+}
+
 std::vector<PhaseTime> Solver::profile() const { return impl_->profile; }
 
 std::vector<std::byte> Solver::save() const { return pack(impl_->model, impl_->state); }
@@ -276,10 +286,8 @@ void Solver::restore(const std::vector<std::byte>& bytes) {
   impl_->changed();
 }
 
-std::uint64_t Solver::hash() const {
-  std::uint64_t h = 14695981039346656037ull;  // FNV-1a, 64 bits
-  for (std::byte b : save()) h = (h ^ std::to_integer<std::uint64_t>(b)) * 1099511628211ull;
-  return h;
-}
+std::vector<GroupHash> Solver::group_hashes() const { return hash_groups(impl_->state); }
+
+std::uint64_t Solver::hash() const { return combined(group_hashes()); }
 
 }  // namespace firn

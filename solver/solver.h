@@ -61,6 +61,46 @@ struct Health {
   std::uint64_t pairs = 0;        // in the neighbour list now
 };
 
+// One contact point of a patch, as the force law sees it.
+struct ContactSpot {
+  Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
+  double gap = 0;                // m, along the patch's normal; negative: overlap
+  double share = 0;              // of the stiffness K of the pair; may not add up to 1 (contact.md)
+  double force = 0;              // N, normal
+  double area = 0;               // m^2 that it stands for
+};
+
+// One patch: what body b does to body a over one touching region, at the end of a step. Points that
+// are merely near (gap above 0) bear nothing; a patch of such points alone bears nothing.
+struct Contact {
+  int a = 0;                     // particle
+  int b = 0;                     // particle above a, or number of particles + boundary
+  int patch = 0;                 // counts the patches of this pair from 0
+  Vec3 place = Vec3::Zero();     // m, world: the reference point, where friction acts
+  Vec3 normal = Vec3::UnitZ();   // unit, world, from a to b
+  double normal_force = 0;       // N, sum over the points
+  Vec3 friction = Vec3::Zero();  // N, world, on a, across the normal
+  double friction_cap = 0;       // N: static while it sticks, dynamic while it slides
+  bool sliding = false;
+  double torsion = 0;            // N m, about the normal, on a
+  double torsion_cap = 0;        // N m
+  Vec3 rolling = Vec3::Zero();   // N m, world, on a
+  double overlap = 0;            // m, of the deepest point; 0 when none touches
+  double gap = 0;                // m, the smallest; negative: overlap
+  double stiffness = 0;          // N/m, K of the pair, loading, equation (4)
+  double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
+  Vec3 force = Vec3::Zero();     // N, world, on a: friction - normal_force * normal; b: opposite
+  Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its centre of mass
+  Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its centre of mass (origin)
+  std::vector<ContactSpot> spots;
+};
+
+// Hashes of the state's arrays in groups, so that two runs that part can be told what parted first.
+struct GroupHash {
+  const char* group;
+  std::uint64_t hash;
+};
+
 struct PhaseTime {
   const char* name;
   double seconds;
@@ -106,14 +146,25 @@ class Solver {
   const Health& health() const;
   // Overlap of the deepest point of every patch that bears a force now, m.
   std::vector<double> contact_overlaps() const;
+  // Every patch of the neighbour list, in order of (a, b): a copy, nothing is changed. What it says
+  // of forces is what the next half kick reads. A particle or boundary removed since the last step
+  // still has its last contacts.
+  std::vector<Contact> contacts() const;
+  // Force and moment of all contacts on a particle at the end of the step, as the motion uses them.
+  struct Load {
+    Vec3 force, moment;  // N, N m about the centre of mass, world
+  };
+  Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 
   // Every byte that the next step reads. restore() makes a solver over the same model go on bit
   // for bit; it throws RunError when the bytes were made by another program version or model.
   std::vector<std::byte> save() const;
   void restore(const std::vector<std::byte>& bytes);
-  // Hash of the same state: equal for equal futures.
+  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it tells
+  // chance apart, not malice.
   std::uint64_t hash() const;
+  std::vector<GroupHash> group_hashes() const;  // together, all that save() packs but the model
 
  private:
   struct Impl;
