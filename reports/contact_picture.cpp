@@ -24,8 +24,10 @@ constexpr Color kNormal{0.80f, 0.12f, 0.10f};
 constexpr Color kFriction{0.10f, 0.35f, 0.75f};
 constexpr Color kWeight{0.25f, 0.27f, 0.30f};
 
-constexpr int kPanel = 800;               // pixels
-constexpr double kSeeThrough = 0.30;      // how much of a neighbour is seen
+constexpr int kPanel = 800;  // pixels
+// How much of the picture each layer makes: arrows alone, with the body, with its neighbours too.
+constexpr double kLayers[] = {0.2, 0.48, 0.32};
+constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
 constexpr double kTitle = 84, kKey = 44;  // pixels
 
 // Sides of a cylinder and a cone around the z axis, from `from` to `to` (unit: m).
@@ -67,7 +69,7 @@ class ContactScene {
     size_ = shape(main).bounding_radius;
     add_particle(main, kBody);
     for (const ContactView& view : now.contacts) {
-      if (view.bears()) most_ = std::max(most_, view.contact.normal_force);
+      for (const ContactSpot& spot : view.contact.spots) most_ = std::max(most_, spot.force);
       for (const int body : {view.contact.a, view.contact.b})
         if (body != main && shown_.insert(body).second) add_neighbour(body);
     }
@@ -76,20 +78,28 @@ class ContactScene {
     add_forces(weight);
   }
 
-  // Neighbours let the body and the arrows show through.
-  Image draw(const Vec3& direction, int width) const {
-    const double span = 3.1 * size_;
-    const View view = View::parallel(center_, direction, Vec3::UnitZ(), span, span);
-    Scene inner = scene_with(false), all = scene_with(true);
-    Image image = render(inner, view, width);
-    const Image veil = render(all, view, width);
-    for (std::size_t k = 0; k < image.pixels.size(); ++k) {
-      for (int channel = 0; channel < 3; ++channel) {
-        image.pixels[k][channel] = static_cast<std::uint8_t>(std::lround(
-            (1 - kSeeThrough) * image.pixels[k][channel] + kSeeThrough * veil.pixels[k][channel]));
+  // The body shows through its neighbours, and the arrows through the body.
+  Image draw(const View& view, const Vec3& direction, int width) const {
+    Image image;
+    std::vector<Eigen::Vector3d> sum;
+    for (int layer : {0, 1, 2}) {
+      image = render(scene_of(layer, direction), view, width);
+      sum.resize(image.pixels.size(), Eigen::Vector3d::Zero());
+      for (std::size_t k = 0; k < sum.size(); ++k) {
+        for (int channel : {0, 1, 2})
+          sum[k][channel] += kLayers[layer] * image.pixels[k][index(channel)];
       }
     }
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      for (int channel : {0, 1, 2})
+        image.pixels[k][index(channel)] = static_cast<std::uint8_t>(std::lround(sum[k][channel]));
+    }
     return image;
+  }
+
+  View view(const Vec3& direction) const {
+    const double span = 2.8 * size_;
+    return View::parallel(center_, direction, Vec3::UnitZ(), span, span);
   }
 
   struct Label {
@@ -97,9 +107,7 @@ class ContactScene {
     std::string text;
   };
   // One for each neighbour that bears, where its largest force acts.
-  std::vector<Label> labels(const Vec3& direction) const {
-    const double span = 3.1 * size_;
-    const View view = View::parallel(center_, direction, Vec3::UnitZ(), span, span);
+  std::vector<Label> labels(const View& view) const {
     std::vector<Label> all;
     for (const int body : shown_) {
       double sum = 0, most = 0;
@@ -107,9 +115,11 @@ class ContactScene {
       for (const ContactView& v : now_.contacts) {
         if (!v.bears() || (v.contact.a != body && v.contact.b != body)) continue;
         sum += v.contact.normal_force;
-        if (v.contact.normal_force <= most) continue;
-        most = v.contact.normal_force;
-        tail = v.contact.place - length(most) * push_on_main(v);
+        for (const ContactSpot& spot : v.contact.spots) {
+          if (spot.force <= most) continue;
+          most = spot.force;
+          tail = spot.position - length(most) * push_on_main(v);
+        }
       }
       if (sum <= 0) continue;
       const Vec3 p = view.project(tail);
@@ -139,7 +149,7 @@ class ContactScene {
 
   void add_particle(int particle, const Color& color) {
     RenderedBody body{{&shape(particle).mesh, pose(particle)}, color};
-    (particle == main_ ? inner_ : outer_).push_back(body);
+    (particle == main_ ? body_ : outer_).push_back(body);
   }
 
   void add_neighbour(int body) {
@@ -176,11 +186,12 @@ class ContactScene {
   void add_arrow(const Vec3& tip, const Vec3& force, const Color& color) {
     const double size = force.norm(), long_one = length(size);
     if (long_one < 0.02 * size_) return;  // too short to be seen
-    meshes_.push_back(arrow(long_one, size_ * (0.012 + 0.022 * std::sqrt(size / most_))));
+    const double radius = std::min(size_ * (0.012 + 0.022 * std::sqrt(size / most_)), long_one / 6);
+    meshes_.push_back(arrow(long_one, radius));
     Pose p;
     p.rotation = Quat::FromTwoVectors(Vec3::UnitZ(), force / size).toRotationMatrix();
     p.translation = tip;
-    inner_.push_back({{&meshes_.back(), p}, color, false});
+    arrows_.push_back({{&meshes_.back(), p}, color, false});
   }
 
   void add_forces(double weight) {
@@ -191,20 +202,24 @@ class ContactScene {
       for (const ContactSpot& spot : contact.spots)
         add_arrow(spot.position, spot.force * push, kNormal);
       const double sign = contact.a == main_ ? 1 : -1;
-      const Vec3 friction = sign * contact.friction;
-      // Beside the body's surface, so that it shows.
-      add_arrow(contact.place - 0.03 * size_ * push + friction / most_ * 0.9 * size_, friction,
+      const Vec3 friction = kFrictionScale * sign * contact.friction;
+      // From the patch along the surface.
+      add_arrow(contact.place + length(friction.norm()) * friction.stableNormalized(), friction,
                 kFriction);
     }
     const Vec3 down = model_.gravity.norm() > 0 ? model_.gravity.normalized() : Vec3::UnitZ();
     add_arrow(center_ + length(weight) * down, weight * down, kWeight);
   }
 
-  Scene scene_with(bool neighbours) const {
+  // Lit from over the viewer's shoulder.
+  Scene scene_of(int layer, const Vec3& direction) const {
     Scene scene;
+    const Vec3 right = direction.cross(Vec3::UnitZ()).normalized();
+    scene.to_light = (-direction - 0.5 * right + 0.6 * Vec3::UnitZ()).normalized();
     scene.occlusion_radius = 0.5 * size_;
-    scene.bodies = inner_;
-    if (neighbours) scene.bodies.insert(scene.bodies.end(), outer_.begin(), outer_.end());
+    scene.bodies = arrows_;
+    if (layer >= 1) scene.bodies.insert(scene.bodies.end(), body_.begin(), body_.end());
+    if (layer >= 2) scene.bodies.insert(scene.bodies.end(), outer_.begin(), outer_.end());
     return scene;
   }
 
@@ -217,7 +232,7 @@ class ContactScene {
   double most_ = 0;  // N
   std::set<int> shown_;
   std::list<TriangleMesh> meshes_;  // arrows and planes
-  std::vector<RenderedBody> inner_, outer_;
+  std::vector<RenderedBody> arrows_, body_, outer_;
 };
 
 void write_image(const Image& image, const std::filesystem::path& file) {
@@ -247,7 +262,9 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   const std::string who = body_name(c.model, choice.body) +
                           (choice.other >= 0 ? " and " + body_name(c.model, choice.other) : "");
   std::string script =
-      "set encoding utf8\n" + start + "set multiplot\nunset key\nunset border\nunset tics\n" +
+      "set encoding utf8\n" + start +
+      "set multiplot\nunset key\nunset border\nunset tics\n"
+      "set style textbox opaque noborder fillcolor rgb '#e0ffffff' margins 0.4,0.3\n" +
       title_script(fmt::format("{}: {}", c.name, who),
                    fmt::format("t = {:.6g} s, step {}; arrows push on {}, the longest is {:.3g} N; "
                                "labels: normal force by neighbour",
@@ -258,18 +275,19 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
     const char* color;
     double x;
   } key[] = {{"normal force at its points", "#cc1f1a", 0.015},
-             {"friction of a patch", "#1a59bf", 0.19},
-             {"weight", "#40454d", 0.32}};
+             {"friction of a patch, four times as long", "#1a59bf", 0.19},
+             {"weight", "#40454d", 0.43}};
   for (const auto& k : key) {
     script += fmt::format(
         "set label '{}' at screen {:.3f}, screen {:.5f} front font ',14' tc rgb "
         "'{}'\n",
         k.text, k.x, 0.5 * kKey / height, k.color);
   }
-  const Vec3 directions[] = {Vec3(0.45, 0.8, -0.4).normalized(),
-                             Vec3(-0.45, -0.8, 0.25).normalized()};
+  const Vec3 directions[] = {Vec3(0.45, 0.8, -0.45).normalized(),
+                             Vec3(-0.45, -0.8, -0.12).normalized()};
   for (int panel : {0, 1}) {
-    const Image image = scene.draw(directions[panel], kPanel);
+    const View view = scene.view(directions[panel]);
+    const Image image = scene.draw(view, directions[panel], kPanel);
     const std::filesystem::path data = gnuplot.data_file(fmt::format("panel{}", panel));
     write_image(image, data);
     script += fmt::format(
@@ -277,7 +295,7 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
         "bmargin at screen {:.6f}\n",
         0.5 * panel, 0.5 * (panel + 1), 1 - kTitle / height, kKey / height);
     int number = 10;
-    for (const ContactScene::Label& label : scene.labels(directions[panel])) {
+    for (const ContactScene::Label& label : scene.labels(view)) {
       script += fmt::format(
           "set label {} {} at {:.2f},{:.2f} front font ',13' tc rgb '#1d2733' "
           "noenhanced\n",
@@ -325,7 +343,7 @@ void draw_history(const Case& c, const ContactChoice& choice, const std::vector<
           "with lines lw 2 lc rgb '#1a59bf' title 'friction'\nunset label\n",
           source) +
       "set tmargin at screen 0.42\nset bmargin at screen 0.11\nset format x '%g'\n"
-      "set xlabel 'time / ms'\nset ylabel 'work / µJ'\n" +
+      "set xlabel 'time / ms'\nset ylabel 'work / µJ'\nset key bottom right\n" +
       fmt::format(
           "plot {0} using 1:5 with lines lw 2 lc rgb '#cc1f1a' title 'normal forces', {0} using "
           "1:6 with lines lw 2 lc rgb '#1a59bf' title 'friction'\n",
