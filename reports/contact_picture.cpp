@@ -264,12 +264,13 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   std::string script =
       "set encoding utf8\n" + start +
       "set multiplot\nunset key\nunset border\nunset tics\n"
-      "set style textbox opaque noborder fillcolor rgb '#e0ffffff' margins 0.4,0.3\n" +
-      title_script(fmt::format("{}: {}", c.name, who),
-                   fmt::format("t = {:.6g} s, step {}; arrows push on {}, the longest is {:.3g} N; "
-                               "labels: normal force by neighbour",
-                               now.time, now.step, body_name(c.model, scene.main()), scene.scale()),
-                   height);
+      "set style textbox opaque noborder fillcolor rgb '#50ffffff' margins 0.4,0.3\n" +
+      title_script(
+          fmt::format("{}: {}", c.name, who),
+          fmt::format("t = {:.6g} s, step {}; arrows push on {}, the longest red one is {:.3g} N; "
+                      "labels: normal force by neighbour",
+                      now.time, now.step, body_name(c.model, scene.main()), scene.scale()),
+          height);
   const struct {
     const char* text;
     const char* color;
@@ -297,7 +298,7 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
     int number = 10;
     for (const ContactScene::Label& label : scene.labels(view)) {
       script += fmt::format(
-          "set label {} {} at {:.2f},{:.2f} front font ',13' tc rgb '#1d2733' "
+          "set label {} {} at {:.2f},{:.2f} offset 0.6,0 front font ',13' tc rgb '#1d2733' "
           "noenhanced\n",
           number++, Gnuplot::quoted(label.text), label.x * image.width, label.y * image.height);
     }

@@ -35,14 +35,16 @@ TEST(Usage, HelpListsEverySubCommand) {
   const Outcome o = Folder().firn({"--help"});
   EXPECT_EQ(o.status, 0);
   EXPECT_EQ(o.err, "");
-  for (const char* name : {"run", "measure", "calibrate", "shape", "export", "Exit status"}) {
+  for (const char* name :
+       {"run", "measure", "calibrate", "shape", "export", "contacts", "hashes", "Exit status"}) {
     EXPECT_THAT(o.out, HasSubstr(name));
   }
 }
 
 TEST(Usage, EverySubCommandHasHelp) {
   const Folder folder;
-  for (const char* name : {"run", "measure", "calibrate", "shape", "export"}) {
+  for (const char* name :
+       {"run", "measure", "calibrate", "shape", "export", "contacts", "hashes"}) {
     const Outcome o = folder.firn({name, "--help"});
     EXPECT_EQ(o.status, 0) << name;
     EXPECT_THAT(o.out, HasSubstr(std::string("firn ") + name)) << name;
