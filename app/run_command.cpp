@@ -197,6 +197,7 @@ int run_case(const Arguments& a) {
   if (a.quiet) spdlog::set_level(spdlog::level::warn);
   std::vector<Requirement> requirements;
   for (const std::string& text : a.requirements) requirements.push_back(parse_requirement(text));
+  const TraceOptions traced = trace_options(a);
   const Case c = read_case_to_run(a);
 
   RunOptions options;
@@ -210,7 +211,7 @@ int run_case(const Arguments& a) {
   tell_facts(c, options.results_file);
   std::optional<TraceWriter> trace;
   if (!a.trace.file.empty()) {
-    trace.emplace(c, trace_options(a));
+    trace.emplace(c, traced);
     options.each_step = [&](const Solver& solver, bool last) { trace->see(solver, last); };
   }
   const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);

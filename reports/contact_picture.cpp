@@ -24,7 +24,6 @@ constexpr Color kNormal{0.80f, 0.12f, 0.10f};
 constexpr Color kFriction{0.10f, 0.35f, 0.75f};
 constexpr Color kWeight{0.25f, 0.27f, 0.30f};
 
-constexpr int kPanel = 800;  // pixels
 // How much of the picture each layer makes: arrows alone, with the body, with its neighbours too.
 constexpr double kLayers[] = {0.2, 0.48, 0.32};
 constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
@@ -253,9 +252,9 @@ std::string title_script(const std::string& title, const std::string& subtitle, 
 }  // namespace
 
 void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& now,
-                   const std::string& file) {
-  const int width = 2 * kPanel;
-  const double height = kTitle + kPanel + kKey;
+                   const std::string& file, int panel_width) {
+  const int width = 2 * panel_width;
+  const double height = kTitle + panel_width + kKey;
   const std::string start = Gnuplot::output(file, width, static_cast<int>(height));
   const ContactScene scene(c, choice, now);
   const Gnuplot gnuplot;
@@ -288,7 +287,7 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
                              Vec3(-0.45, -0.8, -0.12).normalized()};
   for (int panel : {0, 1}) {
     const View view = scene.view(directions[panel]);
-    const Image image = scene.draw(view, directions[panel], kPanel);
+    const Image image = scene.draw(view, directions[panel], panel_width);
     const std::filesystem::path data = gnuplot.data_file(fmt::format("panel{}", panel));
     write_image(image, data);
     script += fmt::format(

@@ -10,10 +10,11 @@ namespace firn {
 
 // Two views, from the front and from behind, of the chosen body, seen through its neighbours: an
 // arrow at each contact point that bears, pushing on the body (normal force, length and thickness
-// by force), one at each patch for friction, one for the weight. FILE.png or FILE.svg. Throws
+// by force), one at each patch for friction, one for the weight. FILE.png or FILE.svg, each view
+// `panel` pixels wide. Throws
 // InputError for another extension or without gnuplot.
 void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& now,
-                   const std::string& file);
+                   const std::string& file, int panel = 800);
 
 // Normal force and friction over time with their work, and normal force over overlap: the area of a
 // loop is what the contact has lost. As above.

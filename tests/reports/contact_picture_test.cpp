@@ -48,7 +48,7 @@ TEST(ContactPicture, NamesNeighboursAndTheirForces) {
   const Case c = tower();
   const Solver solver = standing(c);
   const std::string file = testing::TempDir() + "contacts.svg";
-  draw_contacts(c, {0, -1}, take_instant(solver, {0, -1}, 5, "--particle"), file);
+  draw_contacts(c, {0, -1}, take_instant(solver, {0, -1}, 5, "--particle"), file, 120);
   const std::string drawn = text_of(file);
   EXPECT_THAT(drawn, HasSubstr("tower of balls: particle 0"));
   for (const ContactView& v : chosen_contacts(solver, {0, -1})) {
@@ -56,7 +56,7 @@ TEST(ContactPicture, NamesNeighboursAndTheirForces) {
     EXPECT_THAT(drawn, HasSubstr(fmt::format("{}: {:.3g} N", name, v.contact.normal_force)));
   }
   // A pair whose first body is the boundary: the particle is drawn whole all the same.
-  draw_contacts(c, {2, 0}, take_instant(solver, {2, 0}, 5, "--pair"), file);
+  draw_contacts(c, {2, 0}, take_instant(solver, {2, 0}, 5, "--pair"), file, 120);
   const std::string pair = text_of(file);
   EXPECT_THAT(pair, HasSubstr("arrows push on particle 0"));
   EXPECT_THAT(pair, Not(HasSubstr("1: ")));
