@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <list>
 #include <numbers>
 #include <set>
@@ -68,12 +69,12 @@ class ContactScene {
     size_ = shape(main).bounding_radius;
     add_particle(main, kBody);
     for (const ContactView& view : now.contacts) {
-      for (const ContactSpot& spot : view.contact.spots) most_ = std::max(most_, spot.force);
+      for (const ContactSpot& spot : view.contact.spots) longest_ = std::max(longest_, spot.force);
       for (const int body : {view.contact.a, view.contact.b})
         if (body != main && shown_.insert(body).second) add_neighbour(body);
     }
     const double weight = (shape(main).mass * model_.gravity).norm();
-    most_ = std::max(most_, weight);
+    most_ = std::max(longest_, weight);
     add_forces(weight);
   }
 
@@ -130,7 +131,7 @@ class ContactScene {
     return all;
   }
 
-  double scale() const { return most_; }  // N, the longest arrow
+  double longest() const { return longest_; }  // N, at one point
   int main() const { return main_; }
 
  private:
@@ -227,8 +228,8 @@ class ContactScene {
   const Instant& now_;
   int main_ = 0;
   Vec3 center_;
-  double size_ = 0;  // m
-  double most_ = 0;  // N
+  double size_ = 0;                // m
+  double longest_ = 0, most_ = 0;  // N, at one point; the weight included
   std::set<int> shown_;
   std::list<TriangleMesh> meshes_;  // arrows and planes
   std::vector<RenderedBody> arrows_, body_, outer_;
@@ -268,7 +269,7 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
           fmt::format("{}: {}", c.name, who),
           fmt::format("t = {:.6g} s, step {}; arrows push on {}, the longest red one is {:.3g} N; "
                       "labels: normal force by neighbour",
-                      now.time, now.step, body_name(c.model, scene.main()), scene.scale()),
+                      now.time, now.step, body_name(c.model, scene.main()), scene.longest()),
           height);
   const struct {
     const char* text;
@@ -285,9 +286,15 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   }
   const Vec3 directions[] = {Vec3(0.45, 0.8, -0.45).normalized(),
                              Vec3(-0.45, -0.8, -0.12).normalized()};
+  std::future<Image> images[2];  // side by side, too: they take seconds
+  for (int panel : {0, 1}) {
+    images[panel] = std::async(std::launch::async, [&scene, &directions, panel, panel_width] {
+      return scene.draw(scene.view(directions[panel]), directions[panel], panel_width);
+    });
+  }
   for (int panel : {0, 1}) {
     const View view = scene.view(directions[panel]);
-    const Image image = scene.draw(view, directions[panel], panel_width);
+    const Image image = images[panel].get();
     const std::filesystem::path data = gnuplot.data_file(fmt::format("panel{}", panel));
     write_image(image, data);
     script += fmt::format(
