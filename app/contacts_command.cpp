@@ -146,11 +146,12 @@ bool simulate(const Arguments& a, const Source& source, ReplayOptions options, c
   if (!a.quiet) options.progress = [&](const Progress& p) { meter.show(p); };
   const Replay replayed = source.recorded ? replay(a.file, options) : replay(source.c, options);
   meter.finish();
+  // A replay that was stopped before the frame after the instant is not proved.
+  if (replayed.interrupted) {
+    fmt::print(stderr, "firn: interrupted at t = {:.4g} s\n", replayed.simulated);
+    return false;
+  }
   if (!done) {
-    if (replayed.interrupted) {
-      fmt::print(stderr, "firn: interrupted at t = {:.4g} s\n", replayed.simulated);
-      return false;
-    }
     throw InputError(fmt::format("{}: ended at {:.6g} s, before the instant asked for ({})", a.file,
                                  replayed.simulated, replayed.reason));
   }
