@@ -164,38 +164,44 @@ bool simulate(const Arguments& a, const Source& source, ReplayOptions options, c
   return true;
 }
 
-// What --output names: a picture, a table, or a folder for both.
+// What --output names: a picture, a table, points for ParaView, or a folder for all.
 struct Outputs {
-  std::string picture, table;
+  std::string picture, table, points;
 };
-Outputs outputs_of(const std::string& output) {
+// `whole`: of an instant with everybody, which is not drawn; `points`: there are some to write.
+Outputs outputs_of(const std::string& output, bool whole, bool points) {
   if (output.empty()) return {};
   const std::string extension = fs::path(output).extension().string();
-  if (extension == ".png" || extension == ".svg") return {output, ""};
-  if (extension == ".csv") return {"", output};
+  const bool picture = extension == ".png" || extension == ".svg";
+  if (picture && whole)
+    throw InputError("--output: a picture of everybody; expected --particle or --pair beside it");
+  if (picture) return {output, "", ""};
+  if (extension == ".csv") return {"", output, ""};
+  if (extension == ".vtk" && points) return {"", "", output};
   if (!extension.empty())
-    throw InputError(fmt::format(
-        "--output {}: no format that is known; expected FILE.png, FILE.svg, FILE.csv or a folder",
-        output));
+    throw InputError(
+        fmt::format("--output {}: no format that is known here; expected FILE.png, FILE.svg, "
+                    "FILE.csv{} or a folder",
+                    output, points ? ", FILE.vtk" : ""));
   std::error_code error;
   fs::create_directories(output, error);
   if (error)
     throw InputError(fmt::format("--output {}: cannot be made: {}", output, error.message()));
-  return {(fs::path(output) / "contacts.png").string(),
-          (fs::path(output) / "contacts.csv").string()};
+  const fs::path folder(output);
+  return {whole ? "" : (folder / "contacts.png").string(), (folder / "contacts.csv").string(),
+          points ? (folder / "contacts.vtk").string() : ""};
 }
 
 void tell_written(const Outputs& out) {
   if (!out.picture.empty()) fmt::print(stderr, "drawn in {}\n", out.picture);
   if (!out.table.empty()) fmt::print(stderr, "tabled in {}\n", out.table);
+  if (!out.points.empty()) fmt::print(stderr, "points for ParaView in {}\n", out.points);
 }
 
 int audit_instant(const Arguments& a, const Source& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
-  const Outputs out = outputs_of(a.output);
-  if (!out.picture.empty() && choice.body < 0)
-    throw InputError("--output: a picture of everybody; expected --particle or --pair beside it");
   const std::uint64_t step = instant_step(a, source);
+  const Outputs out = outputs_of(a.output, choice.body < 0, true);
   std::optional<Instant> now;
   bool done = false;
   ReplayOptions options;
@@ -217,18 +223,19 @@ int audit_instant(const Arguments& a, const Source& source) {
                choice.body < 0 ? summary_text(source.c, *now) : audit_text(source.c, choice, *now));
   if (!out.picture.empty()) draw_contacts(source.c, choice, *now, out.picture);
   if (!out.table.empty()) write_contacts_csv(source.c.model, now->contacts, out.table);
+  if (!out.points.empty()) write_contacts_vtk(now->contacts, out.points);
   tell_written(out);
   return ExitStatus::done;
 }
 
 int audit_history(const Arguments& a, const Source& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
-  const Outputs out = outputs_of(a.output);
   const std::uint64_t from = asked_step(source, "--history", a.history[0]);
   const std::uint64_t to = asked_step(source, "--history", a.history[1]);
   if (to <= from)
     throw InputError(fmt::format("--history {} {}: ends before it begins; expected FROM before TO",
                                  a.history[0], a.history[1]));
+  const Outputs out = outputs_of(a.output, false, false);
   const std::uint64_t every =
       a.every > 0 ? a.every : std::max<std::uint64_t>(1, (to - from) / kRows);
   ContactHistory history(choice, every);
@@ -301,7 +308,8 @@ void add_contacts_command(CLI::App& app, int& status) {
       ->type_name("N");
   command
       ->add_option("-o,--output", a->output,
-                   "FILE.png or FILE.svg: a picture; FILE.csv: a table; else a folder for both")
+                   "FILE.png or FILE.svg: a picture; FILE.csv: a table; FILE.vtk: the\n"
+                   "points for ParaView; else a folder for all")
       ->type_name("PATH");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");

@@ -41,7 +41,8 @@ class Line {
 class TraceReader {
  public:
   explicit TraceReader(const std::string& file) : name_(file), in_(file) {
-    if (!in_) throw InputError(file + ": cannot be read; expected a trace of firn run --trace-hashes");
+    if (!in_)
+      throw InputError(file + ": cannot be read; expected a trace of firn run --trace-hashes");
     if (!std::getline(in_, line_) || line_ != kMagic)
       throw InputError(file + ":1: is no trace; expected a file of firn run --trace-hashes");
     while (std::getline(in_, line_) && line_.starts_with('#')) {

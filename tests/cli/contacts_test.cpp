@@ -123,6 +123,14 @@ TEST_F(ContactsCommand, WritesPictureAndTable) {
   ASSERT_EQ(contacts({"run.h5", "--particle", "0", "-o", "audit"}).status, 0);
   EXPECT_GT(std::filesystem::file_size(folder_.path() / "audit/contacts.png"), 10000U);
   EXPECT_EQ(lines(read_text(folder_.path() / "audit/contacts.csv")), 9U);  // 8 points
+  const std::string points = read_text(folder_.path() / "audit/contacts.vtk");
+  EXPECT_THAT(points, HasSubstr("POINTS 8 double"));
+  EXPECT_THAT(points, HasSubstr("VECTORS force double"));
+  // Heads of the file, of points, vertices and values, of 2 vectors and 8 scalars; 8 lines each.
+  EXPECT_EQ(lines(points), 4U + 3U + 2U + 8U * 2U + 8U * 12U);
+  ASSERT_EQ(contacts({"run.h5", "-o", "all"}).status, 0);
+  EXPECT_FALSE(folder_.contains("all/contacts.png"));
+  EXPECT_EQ(lines(read_text(folder_.path() / "all/contacts.csv")), 9U);
   const Outcome o =
       contacts({"run.h5", "--pair", "0", "1", "--history", "0s", "0.1s", "-o", "h.svg"});
   ASSERT_EQ(o.status, 0) << o.err;
