@@ -131,6 +131,8 @@ void check_combination(const Arguments& a) {
     throw InputError("--particle: and --pair were both given; expected one of them");
   if (!a.history.empty() && a.particle.empty() && a.pair.empty())
     throw InputError("--history: of nobody; expected --particle or --pair beside it");
+  if (a.every > 0 && a.history.empty())
+    throw InputError("--every: thins a history; expected --history beside it");
   if (!a.history.empty() && (!a.time.empty() || a.step))
     throw InputError("--history: has its own times; expected no --time or --step beside it");
   if (!a.time.empty() && a.step)

@@ -152,6 +152,7 @@ TEST_F(ContactsCommand, MistakesAreOneLine) {
       {{"run.h5", "--time", "1ms", "--step", "3"}, "--time"},
       {{"run.h5", "--particle", "0", "--pair", "0", "1"}, "--particle"},
       {{"run.h5", "--history", "0s", "1ms"}, "--history: of nobody"},
+      {{"run.h5", "--particle", "0", "--every", "5"}, "--every"},
       {{"run.h5", "--particle", "0", "--history", "2ms", "1ms"}, "ends before it begins"},
       {{"run.h5", "--set", "case.seed=3"}, "--set"},
       {{"run.h5", "-o", "all.png"}, "expected --particle or --pair"},
