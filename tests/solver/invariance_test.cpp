@@ -1,7 +1,6 @@
-// What must not change a simulation: its seed's bytes, threads, an interruption, the way a body is
+// What must not change a simulation: its seed's bytes, an interruption, the way a body is
 // cut into parts; and what must never grow: its energy. More of it is in the verification suite.
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
@@ -39,53 +38,12 @@ TEST(Determinism, SameSeedGivesTheSameBytesAndAnotherDoesNot) {
   EXPECT_FALSE(states[0] == states[2]);
 }
 
-// Layers of 12 x 12 cubes land on each other: with eight, enough bodies, pairs and contacts that
-// every phase of the step is shared out between threads.
-Solver falling_cubes(int layers, int threads) {
-  constexpr int kSide = 12;
-  constexpr double kEdge = 0.02, kPitch = 0.0201;
-  Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.2, 0.3));
-  const Shape cube = make_box(Vec3::Constant(kEdge), scenes::ice_options(0.007, 2e5, 1e-3));
-  scenes::add_particles(model, scenes::add_shape(model, cube), kSide * kSide * layers);
-  scenes::add_plane(model, Vec3::Zero(), Vec3::UnitZ());
-  model.timestep = 1e-5;
-  model.numerics.threads = threads;
-  Solver solver(model);
-  scenes::Random random(3);
-  for (int i = 0; i < kSide * kSide * layers; ++i) {
-    const Vec3 cell(i % kSide, i / kSide % kSide, i / (kSide * kSide));
-    const Vec3 speed(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-1, 0));
-    solver.insert(i, kPitch * (cell + Vec3::Constant(0.5)), Quat::Identity(), speed, Vec3::Zero());
-  }
-  return solver;
-}
-
 // The names of the groups of state that differ.
 std::string different_groups(const std::vector<GroupHash>& a, const std::vector<GroupHash>& b) {
   std::string names;
   for (std::size_t i = 0; i < a.size(); ++i)
     if (a[i].hash != b[i].hash) names += std::string(names.empty() ? "" : ", ") + a[i].group;
   return names;
-}
-
-// Not only in the end: step by step, group by group, from 1 to 16 threads (more than there are
-// cores, so that they get in each other's way).
-TEST(Determinism, EveryStepIsTheSameFromOneToSixteenThreads) {
-  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 16);
-  constexpr int kSteps = 60;
-  std::vector<std::vector<GroupHash>> one;
-  for (int threads = 1; threads <= 16; ++threads) {
-    Solver solver = falling_cubes(8, threads);
-    for (int step = 0; step < kSteps; ++step) {
-      solver.step();
-      if (threads == 1)
-        one.push_back(solver.group_hashes());
-      else
-        ASSERT_EQ(different_groups(one[step], solver.group_hashes()), "")
-            << "step " << step << ", " << threads << " threads";
-    }
-    EXPECT_GT(solver.health().patches, 300u);
-  }
 }
 
 // A state is restored at every seventh step of a fall into contact, and goes on for a while with

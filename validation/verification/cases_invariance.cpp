@@ -1,4 +1,6 @@
 // The same scene told differently: other axes, units, order, observers, steps, threads.
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -209,22 +211,19 @@ std::vector<Check> halved_step() {
   return checks;
 }
 
-// 12 x 12 x 16 cubes land on each other: every phase of the step is shared out between threads.
-Model falling_cubes(int threads) {
+// 12 x 12 x 8 cubes land on each other: every phase of the step is shared out between threads.
+Solver thrown_cubes(int threads) {
+  constexpr int kSide = 12, kCubes = kSide * kSide * 8;
   Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.2, 0.3));
   const Shape body = make_box(Vec3::Constant(0.02), scenes::ice_options(0.007, 2e5, 1e-3));
-  scenes::add_particles(model, scenes::add_shape(model, body), 12 * 12 * 16);
+  scenes::add_particles(model, scenes::add_shape(model, body), kCubes);
   scenes::add_plane(model, Vec3::Zero(), Vec3::UnitZ());
   model.timestep = 1e-5;
   model.numerics.threads = threads;
-  return model;
-}
-
-Solver thrown_cubes(int threads) {
-  Solver solver(falling_cubes(threads));
+  Solver solver(model);
   scenes::Random random(3);
-  for (int i = 0; i < 12 * 12 * 16; ++i) {
-    const Vec3 cell(i % 12, i / 12 % 12, i / 144);
+  for (int i = 0; i < kCubes; ++i) {
+    const Vec3 cell(i % kSide, i / kSide % kSide, i / (kSide * kSide));
     const Vec3 speed(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-1, 0));
     solver.insert(i, 0.0201 * (cell + Vec3::Constant(0.5)), Quat::Identity(), speed, Vec3::Zero());
   }
@@ -238,21 +237,23 @@ std::vector<std::uint64_t> hashes(int threads) {
   std::vector<std::uint64_t> out;
   for (int k = 0; k < kSteps; ++k) {
     solver.step();
-    if (k % 5 == 4) out.push_back(solver.hash());
+    out.push_back(solver.hash());
   }
   return out;
 }
 
+// More threads than there are cores get in each other's way, as they should here.
 std::vector<Check> any_threads() {
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 16);
   const std::vector<std::uint64_t> one = hashes(1);
   std::vector<Check> checks;
-  for (const int threads : {2, 3, 4, 7, 8, 16}) {
+  for (int threads = 2; threads <= 16; ++threads) {
     const std::vector<std::uint64_t> many = hashes(threads);
     double different = 0;
     for (std::size_t k = 0; k < one.size(); ++k) different += one[k] == many[k] ? 0 : 1;
-    checks.push_back(
-        {fmt::format("{} threads: states that differ in any bit, of {}", threads, one.size()),
-         different, 0, 0, Bound::absolute, "1"});
+    checks.push_back({fmt::format("{} threads: steps whose state differs in any bit, of {}",
+                                  threads, one.size()),
+                      different, 0, 0, Bound::absolute, "1"});
   }
   return checks;
 }
@@ -301,7 +302,8 @@ std::vector<VerificationCase> invariance_cases() {
        "order. Through the first impacts only; later on trajectories part by chance.",
        Tier::quick, halved_step},
       {"invariance.threads", "Any number of threads", "the bytes of the state, by their hash",
-       "2304 cubes that land on each other.", Tier::quick, any_threads},
+       "1152 cubes that land on each other, from 1 to 16 threads, at every step.", Tier::quick,
+       any_threads},
       {"invariance.interruption", "Saved and gone on with at any step",
        "the bytes of the state at the end, by their hash", "", Tier::quick, any_interruption}};
 }
