@@ -364,7 +364,9 @@ std::vector<HalfSpace> convex_hull(const std::vector<Vec3>& points) {
   Mat3 covariance = Mat3::Zero();
   for (const Vec3& p : points) covariance += (p - mean) * (p - mean).transpose() / count;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
-  if (!(axes.eigenvalues()(0) > 1e-18 * axes.eigenvalues()(2))) {
+  // Squares of thickness: sums of squares are good to 1e-16 of the largest, so that points of one
+  // plane, as rounded, must not pass. Thinner than 1e-7 of its length is no solid.
+  if (!(axes.eigenvalues()(0) > 1e-14 * axes.eigenvalues()(2))) {
     throw InputError("the corners of a convex solid lie in one plane; expected a solid");
   }
   // Points of unit covariance: however flat the solid, its hull holds a ball of radius n^-1/2 about

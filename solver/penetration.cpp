@@ -10,15 +10,26 @@
 namespace firn {
 namespace {
 
+// Two for each iteration, of which its distance query takes up to a hundred; few overlaps need more
+// than fifty to expand.
+constexpr int kMaxQuestions = 800;
+
 // A core as libccd sees it: in A's axes, lengths in units of the pair's size.
 struct Placed {
   const ConvexPart* part;
   const Pose* pose;  // part -> A's axes
   double per_metre;
+  int* questions;  // how often libccd may still ask
 };
 
 void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
   const auto& o = *static_cast<const Placed*>(object);
+  if (--*o.questions < 0) {
+    // Its expansion knows no limit, and on flat or parallel features may turn in circles. A support
+    // at the origin says that nothing is left to expand: it ends with the best it has.
+    ccdVec3Set(out, 0, 0, 0);
+    return;
+  }
   const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
   const Vec3 v =
       o.per_metre *
@@ -73,7 +84,9 @@ void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
 bool ccd_direction(const Pair& p, Vec3& n) {
   const Pose identity;
   const double per_metre = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);
-  const Placed a{&p.a, &identity, per_metre}, b{&p.b, &p.b_in_a, per_metre};
+  int questions = kMaxQuestions;
+  const Placed a{&p.a, &identity, per_metre, &questions};
+  const Placed b{&p.b, &p.b_in_a, per_metre, &questions};
   ccd_t ccd;
   CCD_INIT(&ccd);
   ccd.support1 = ccd_support;
