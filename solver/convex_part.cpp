@@ -179,9 +179,14 @@ Vec3 sharpen(const Vec3& point, const std::vector<int>& planes, const std::vecto
   return result;
 }
 
+// Throws InputError for a solid that its planes leave open, or so thin that rounding closes it.
 Corners corners_of(const Polyhedron& solid, const std::vector<HalfSpace>& half_spaces) {
   Corners result;
   result.facets = solid.facets();
+  if (std::any_of(result.facets.begin(), result.facets.end(),
+                  [](const auto& facet) { return facet.plane == kStartFacet; })) {
+    throw InputError("a convex solid is too flat for its length; expected a thicker one");
+  }
   const auto same = collapse_short_edges(solid);
   for (auto& facet : result.facets) {
     for (auto& i : facet.loop) i = same[i];
@@ -209,6 +214,9 @@ Corners corners_of(const Polyhedron& solid, const std::vector<HalfSpace>& half_s
       }
       i = number[i];
     }
+  }
+  if (result.facets.size() < 4) {
+    throw InputError("a convex solid is thinner than rounding; expected some thickness");
   }
   return result;
 }

@@ -13,6 +13,7 @@ duration = "1 s"
 density = "900 kg/m^3"
 young_modulus = "1 MPa"
 [interactions.ice-ice]
+static_friction = 0.1
 restitution = 0.5
 [shapes.cube]
 kind = "box"
