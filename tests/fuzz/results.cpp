@@ -80,7 +80,9 @@ struct Whole {
 
   explicit Whole(const fuzz::Folder& folder) {
     const std::string file = folder.path("whole.h5");
-    run(read_case_text(kCase, "case.toml", "."), {.results_file = file});
+    RunOptions options;
+    options.results_file = file;
+    run(read_case_text(kCase, "case.toml", "."), options);
     std::ifstream in(file, std::ios::binary);
     bytes.assign(std::istreambuf_iterator<char>(in), {});
     fuzz::require(bytes.size() > 2048, "a run leaves a results file");
