@@ -24,8 +24,12 @@ herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
   return 0;
 }
 
-// HDF5 keeps one error printer for each thread.
+// HDF5 keeps one error printer for each thread. It also wants to tidy up when the program ends, and
+// crashes there over what a full disk has kept it from closing: it must be told not to, first of
+// all.
 void silence() {
+  static const bool no_tidying = H5dont_atexit() >= 0;
+  static_cast<void>(no_tidying);
   thread_local const bool silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   static_cast<void>(silent);
 }
