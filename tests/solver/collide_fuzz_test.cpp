@@ -190,7 +190,7 @@ void count(const testing::CollideVerdict& v, Tally& t) {
     return;
   }
   ++t.touching;
-  const double excess = std::max(0.0, v.excess - 2 * kTouchingDistance) / v.size;
+  const double excess = std::max(0.0, v.excess - 2 * v.near) / v.size;
   if (-v.expected < 0.2 * v.size) {
     t.shallow_excess = std::max(t.shallow_excess, excess);
   } else {
@@ -209,9 +209,8 @@ void fuzz(int pairs, std::uint64_t seed) {
     const int kind = k % kKindCount;
     Scene s{any_part(random), any_part(random), {}};
     kKinds[kind].arrange(s, random);
-    // Most are of the size of grains; some far smaller or larger. At hundreds of metres the
-    // touching distance is rounding, and identical parts inside each other can be taken for apart.
-    const double scale = random.below(4) ? 0.02 : std::pow(10, random.uniform(-6, 1));
+    // Most are of the size of grains; some far smaller or larger than anything sensible.
+    const double scale = random.below(4) ? 0.02 : std::pow(10, random.uniform(-6, 3));
     s.a = testing::scaled(s.a, scale);
     s.b = testing::scaled(s.b, scale);
     s.pose.translation *= scale;

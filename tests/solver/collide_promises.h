@@ -51,6 +51,7 @@ inline bool ccd_overlap(Placed a, Placed b, double size) {
 struct CollideVerdict {
   double expected = 0, got = 0;  // m; negative: depth
   double size = 0;               // m, of the smaller part
+  double near = 0;               // m, touching distance of the pair
   double reach = 0;              // m, largest length that enters: rounding comes in parts of this
   bool touching = false;
   bool ccd_agrees = true;   // on whether they overlap; it is wrong now and then
@@ -75,7 +76,7 @@ inline constexpr double kRounding = 1e-13;
 inline void judge_manifold(const ConvexPart& a, const ConvexPart& b, const Pose& pose,
                            CollideVerdict& verdict) {
   // At most the shell that the solver uses for parts of this size; none where that is rounding.
-  const double shell = 2e-3 * verdict.size, slack = kRounding * verdict.reach + kTouchingDistance;
+  const double shell = 2e-3 * verdict.size, slack = kRounding * verdict.reach + verdict.near;
   GjkCache cache;
   Manifold m;
   for (const bool warm : {false, true}) {
@@ -118,6 +119,7 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
   CollideVerdict v;
   v.size = std::min(a.bounding_radius, b.bounding_radius);
   if (v.size == 0) v.size = std::max(a.bounding_radius, b.bounding_radius);
+  v.near = touching_distance(a, b);
   v.reach = a.bounding_radius + b.bounding_radius + a.center.norm() + b.center.norm() +
             pose.translation.norm();
   if (v.size == 0) v.size = v.reach;
@@ -125,7 +127,7 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
   v.expected = referee(a, b, pose);
   GjkCache cold;
   CoreContact contact = core_contact(a, b, pose, std::numeric_limits<double>::infinity(), cold);
-  v.touching = contact.distance <= kTouchingDistance;
+  v.touching = contact.distance <= v.near;
   if (v.touching) contact = penetration(a, b, pose);
   v.got = contact.distance;
   v.normal_error = std::abs(separation(pa, pb, contact.normal) - v.got);
@@ -133,9 +135,8 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
   v.expect(std::isfinite(v.got) && contact.normal.allFinite() && contact.point_a.allFinite(),
            "every number is finite");
   v.expect(std::abs(contact.normal.norm() - 1) < 1e-9, "the normal has unit length");
-  // Parts of a kilometre are known to no more than the touching distance itself.
-  if (std::abs(v.expected - kTouchingDistance) > 10 * rounding) {
-    v.expect(v.touching == (v.expected <= kTouchingDistance), "touching is touching");
+  if (std::abs(v.expected - v.near) > rounding) {
+    v.expect(v.touching == (v.expected <= v.near), "touching is touching");
   }
   if (!v.touching) {
     // Edges that are parallel but for 1e-11 hide the last turn of the direction in rounding: the
@@ -145,14 +146,16 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
   } else {
     v.excess = v.expected - v.got;
     v.expect(v.normal_error <= rounding, "the depth is the way out along the normal");
-    v.expect(v.excess >= -2 * kTouchingDistance - rounding, "no way out is shorter than the least");
+    v.expect(v.excess >= -2 * v.near - rounding, "no way out is shorter than the least");
     double faces = std::numeric_limits<double>::infinity();
     for (const Vec3& n : pa.normals) faces = std::min(faces, -separation(pa, pb, n));
     for (const Vec3& n : pb.normals) faces = std::min(faces, -separation(pa, pb, -n));
     v.expect(-v.got <= faces + rounding, "no face leads out on a shorter way");
   }
   const double ccd_margin = 1e-4 * v.size + rounding;  // libccd's own tolerance
-  if (std::abs(v.expected) > ccd_margin && v.size > 1e-3 * v.reach) {
+  // Of parts a hundred times apart in size it sees the larger one alone: its tolerances are
+  // absolute.
+  if (std::abs(v.expected) > ccd_margin && v.size > 1e-2 * v.reach) {
     v.ccd_agrees = ccd_overlap(pa, pb, v.size) == v.touching;
   }
   judge_manifold(a, b, pose, v);
