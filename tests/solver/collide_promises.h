@@ -152,10 +152,9 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
     for (const Vec3& n : pb.normals) faces = std::min(faces, -separation(pa, pb, -n));
     v.expect(-v.got <= faces + rounding, "no face leads out on a shorter way");
   }
-  const double ccd_margin = 1e-4 * v.size + rounding;  // libccd's own tolerance
-  // Of parts a hundred times apart in size it sees the larger one alone: its tolerances are
+  const double ccd_margin = 1e-4 * v.size + v.near + rounding;  // libccd's tolerance, and ours
   // absolute.
-  if (std::abs(v.expected) > ccd_margin && v.size > 1e-2 * v.reach) {
+  if (std::abs(v.expected) > ccd_margin && v.size > 1e-3 * v.reach) {
     v.ccd_agrees = ccd_overlap(pa, pb, v.size) == v.touching;
   }
   judge_manifold(a, b, pose, v);
