@@ -153,7 +153,6 @@ inline CollideVerdict judge(const ConvexPart& a, const ConvexPart& b, const Pose
     v.expect(-v.got <= faces + rounding, "no face leads out on a shorter way");
   }
   const double ccd_margin = 1e-4 * v.size + v.near + rounding;  // libccd's tolerance, and ours
-  // absolute.
   if (std::abs(v.expected) > ccd_margin && v.size > 1e-3 * v.reach) {
     v.ccd_agrees = ccd_overlap(pa, pb, v.size) == v.touching;
   }
