@@ -87,7 +87,8 @@ class Looker {
   void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Look& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
-    const Sides sides({model_, w_, s_, pair});
+    std::optional<Sides> sides;
+    if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
     for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
       PartPair& p = s_.part_pairs[k];
@@ -97,8 +98,8 @@ class Looker {
       c.a = p.a;
       c.b = static_cast<int>(p.b);
       collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
-      if (solids && (c.manifold.gap < 0 || p.touching || sides.fast()))
-        out.passed |= !sides.keep(p, pose, law.shell, c.manifold);
+      if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
+        out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
       ++out.queries;
       p.touching = c.manifold.points.empty() ? 0 : 1;
       p.wake = moved + (p.touching ? 0 : slack(c.manifold.gap, law));
@@ -158,7 +159,7 @@ void check_look(const Model& model, const Workspace& w, const State& s, const Pa
     throw RunError(fmt::format(
         "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
         "the thin one thicker or the contact stiffer",
-        body_name(model, pair.a), body_name(model, pair.b), s.time,
+        name_of_body(model, pair.a), name_of_body(model, pair.b), s.time,
         step_motion(model, w, s, pair.a, pair.b)));
   }
   const int n = static_cast<int>(model.particles.size());
@@ -167,7 +168,7 @@ void check_look(const Model& model, const Workspace& w, const State& s, const Pa
   if (look.buried > kBuried * edge) {
     throw RunError(
         fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
-                    body_name(model, pair.a), look.buried, body_name(model, pair.b), s.time));
+                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
   }
 }
 

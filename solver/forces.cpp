@@ -88,7 +88,7 @@ struct KeptLoads {
   throw RunError(fmt::format(
       "particle {} overlaps {} by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m: the contact "
       "is too soft for this speed or load; expected a stiffer one, or a higher overlap_limit",
-      load.a, body_name(model, load.b), load.overlap, time, limit));
+      load.a, name_of_body(model, load.b), load.overlap, time, limit));
 }
 
 // Adds what patches do to their bodies and to the accounts. The accounts are kept here, in

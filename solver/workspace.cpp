@@ -103,7 +103,7 @@ Workspace::Workspace(const Model& model) {
   }
 }
 
-std::string body_name(const Model& model, int body) {
+std::string name_of_body(const Model& model, int body) {
   const int n = static_cast<int>(model.particles.size());
   return body < n ? fmt::format("particle {}", body)
                   : fmt::format("boundary \"{}\"", model.boundaries[body - n].name);

@@ -78,7 +78,7 @@ double particle_energy(const Model& model, const Workspace& workspace, const Sta
                        int particle);
 
 // "particle 3" or "boundary "floor"".
-std::string body_name(const Model& model, int body);
+std::string name_of_body(const Model& model, int body);
 
 // The placement of b's axes in a's.
 inline Pose relative_pose(const State& s, int a, int b) {
