@@ -325,6 +325,18 @@ void set_seams(ConvexPart& part) {
   }
 }
 
+void set_thickness(ConvexPart& part) {
+  double least = part.faces.empty() ? 0 : std::numeric_limits<double>::infinity();
+  for (const auto& face : part.faces) {
+    double deepest = 0;
+    for (int i = 0; i < part.vertex_count; ++i) {
+      deepest = std::max(deepest, face.offset - face.normal.dot(part.vertex(i)));
+    }
+    least = std::min(least, deepest);
+  }
+  part.thickness = least + 2 * part.radius;
+}
+
 }  // namespace
 
 ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double rounding) {
@@ -356,6 +368,7 @@ ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double roundin
   set_edges(part);
   set_stars(part);
   set_seams(part);
+  set_thickness(part);
   return part;
 }
 
@@ -404,6 +417,7 @@ ConvexPart sphere_part(const Vec3& center, double radius) {
   set_vertices({center}, part);
   set_stars(part);
   set_seams(part);
+  set_thickness(part);
   return part;
 }
 

@@ -1,5 +1,8 @@
 // Narrow phase with temporal coherence: only pairs whose motion bounds say that something can have
 // changed are looked at; their parts are queried and their patches made anew.
+#include <fmt/format.h>
+
+#include "solver/sides.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -32,6 +35,12 @@ double slack(double gap, const PairLaw& law) {
   return std::max({gap - law.shell, 0.5 * gap, law.refresh});
 }
 
+double deepest(const FoundPatches& found) {
+  double gap = 0;
+  for (const ContactPoint& p : found.points) gap = std::min(gap, p.gap);
+  return -gap;
+}
+
 class Looker {
  public:
   Looker(const Model& model, Workspace& w, State& s)
@@ -59,7 +68,10 @@ class Looker {
       return;
     }
     out.queried = true;
+    out.passed = false;
+    const bool first_look = watch.moved == 0 && watch.need == 0;
     query(pair, pose, law, moved, out);
+    out.buried = first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
     double need = next_need(pair, law, moved, !out.found.patches.empty());
     watch.moved = moved;
@@ -74,6 +86,9 @@ class Looker {
  private:
   void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Look& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
+    const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
+    std::optional<Sides> sides;
+    if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
     for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
       PartPair& p = s_.part_pairs[k];
@@ -83,6 +98,8 @@ class Looker {
       c.a = p.a;
       c.b = static_cast<int>(p.b);
       collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
+      if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
+        out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
       ++out.queries;
       p.touching = c.manifold.points.empty() ? 0 : 1;
       p.wake = moved + (p.touching ? 0 : slack(c.manifold.gap, law));
@@ -131,6 +148,29 @@ class Looker {
   std::vector<PartContact> contacts_;
   PatchScratch scratch_;
 };
+
+// Bodies are placed by somebody who may err; one that starts deeper in another than this part of
+// its smallest edge would be thrown out by the spring.
+constexpr double kBuried = 0.05;
+
+void check_look(const Model& model, const Workspace& w, const State& s, const Pair& pair,
+                const Look& look) {
+  if (look.passed) {
+    throw RunError(fmt::format(
+        "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
+        "the thin one thicker or the contact stiffer",
+        name_of_body(model, pair.a), name_of_body(model, pair.b), s.time,
+        step_motion(model, w, s, pair.a, pair.b)));
+  }
+  const int n = static_cast<int>(model.particles.size());
+  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
+  if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
+  if (look.buried > kBuried * edge) {
+    throw RunError(
+        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
+                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
+  }
+}
 
 // Stores what a look found in the pair's place, or at the end when it has outgrown it.
 void commit(const Look& look, Pair& pair, State& s) {
@@ -231,6 +271,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
     s.wake[w.due[k]] = look.wake;
     s.health.queries += look.queries;
     s.health.deep_births += look.deep_births;
+    if (look.queried && (look.passed || look.buried > 0)) check_look(model, w, s, pair, look);
     if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
     ++s.health.refreshes;
     if ((pair.patch_count == 0) != look.found.patches.empty()) w.changed.push_back(w.due[k]);

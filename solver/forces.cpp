@@ -83,10 +83,12 @@ struct KeptLoads {
   const PatchLoad& load(int k) const { return all[k]; }
 };
 
-[[noreturn]] void fail_by_overlap(double time, const PatchLoad& load, double limit) {
-  throw RunError(
-      fmt::format("particle {} overlaps by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m",
-                  load.a, load.overlap, time, limit));
+[[noreturn]] void fail_by_overlap(const Model& model, double time, const PatchLoad& load,
+                                  double limit) {
+  throw RunError(fmt::format(
+      "particle {} overlaps {} by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m: the contact "
+      "is too soft for this speed or load; expected a stiffer one, or a higher overlap_limit",
+      load.a, name_of_body(model, load.b), load.overlap, time, limit));
 }
 
 // Adds what patches do to their bodies and to the accounts. The accounts are kept here, in
@@ -94,7 +96,8 @@ struct KeptLoads {
 class Sums {
  public:
   Sums(const Model& model, const Workspace& w, State& s)
-      : w_(w),
+      : model_(model),
+        w_(w),
         s_(s),
         n_(static_cast<int>(model.particles.size())),
         dt_(model.timestep),
@@ -146,7 +149,7 @@ class Sums {
 
   [[gnu::noinline]] void report_overlap(const PatchLoad& load) {
     const double limit = w_.laws[load.law].overlap_limit;
-    if (load.overlap > limit) fail_by_overlap(s_.time, load, limit);
+    if (load.overlap > limit) fail_by_overlap(model_, s_.time, load, limit);
     if (load.overlap > s_.health.largest_overlap) {
       s_.health.largest_overlap = load.overlap;
       s_.health.largest_overlap_particle = load.a;
@@ -154,6 +157,7 @@ class Sums {
     least_to_report_ = std::min(s_.health.largest_overlap, w_.least_overlap_limit);
   }
 
+  const Model& model_;
   const Workspace& w_;
   State& s_;
   int n_;

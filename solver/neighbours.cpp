@@ -1,6 +1,7 @@
 // The neighbour list: made anew when somebody has moved its margin, keeping the memory of the pairs
 // that stay. Fast bodies get wider margins, so that a few that fall do not wear out the list of
 // all.
+#include "solver/sides.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -221,6 +222,7 @@ bool must_rebuild(const State& s) {
 
 void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   if (!must_rebuild(s)) return;
+  check_step_lengths(model, w, s);
   set_margins(model, w, s);
   const PartSpheres spheres = place_spheres(model, s);
   std::vector<std::array<std::int32_t, 2>> near;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "solver/broadphase.h"
@@ -21,7 +22,9 @@ struct Look {
   bool queried = false;  // contacts were searched; otherwise only the wake-up call moved
   int queries = 0;
   int deep_births = 0;
-  double wake = 0;  // m
+  bool passed = false;  // parts have gone through each other
+  double buried = 0;    // m, overlap of bodies that were placed into each other
+  double wake = 0;      // m
   FoundPatches found;
 };
 
@@ -31,9 +34,11 @@ struct Workspace {
   std::vector<RigidBody> rigid;               // [shapes]
   std::vector<PairLaw> laws;                  // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<BoxTree>> trees;  // [boundaries]; none for planes
-  std::vector<double> reach;       // [shapes + boundaries] m, farthest point from the centre
-  double skin = 0;                 // m
-  double least_overlap_limit = 0;  // m, over all laws
+  std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the centre
+  std::vector<double> thinnest;       // [shapes + boundaries] m, least thickness of a part
+  std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part
+  double skin = 0;                    // m
+  double least_overlap_limit = 0;     // m, over all laws
 
   std::vector<std::array<std::int32_t, 2>>
       ends;                           // [pairs] the bodies, packed for the scan of a step
@@ -71,6 +76,9 @@ Energy energy_of(const Model& model, const Workspace& workspace, const State& st
 // Kinetic plus gravitational energy of one particle, J.
 double particle_energy(const Model& model, const Workspace& workspace, const State& state,
                        int particle);
+
+// "particle 3" or "boundary "floor"".
+std::string name_of_body(const Model& model, int body);
 
 // The placement of b's axes in a's.
 inline Pose relative_pose(const State& s, int a, int b) {
