@@ -4,7 +4,7 @@
 namespace firn {
 
 namespace {
-constexpr std::size_t kGrain = 1024;  // bodies a task; below this threads do not pay
+constexpr std::size_t kGrain = 128;  // bodies a task
 
 Vec3 spin_of(const RigidBody& body, const Mat3& rotation, const Vec3& angular_momentum) {
   return rotation * angular_momentum.cwiseProduct(body.inverse_inertia);
@@ -31,11 +31,13 @@ void drift_rotations(const Workspace& w, const Model& model, State& s, const std
   }
 }
 
-void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
+void kick_and_drift_range(const Model& model, Workspace& w, State& s, std::size_t begin,
                           std::size_t end) {
   const double dt = model.timestep;
   std::size_t lanes[Lanes::size];
   int filled = 0;
+  double growth = 0;  // m
+  bool leaves = false;
   const auto finish = [&] {
     if (filled == 0) return;
     drift_rotations(w, model, s, lanes, filled);
@@ -47,7 +49,10 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
       m.spin = spin_of(w.rigid[shape], s.rotation[i], s.angular_momentum[i]);
       const double turned = m.spin.norm() * dt;
       s.turn[i] += turned;
-      s.path[i] += m.velocity.norm() * dt + turned * w.reach[shape];
+      const double way = m.velocity.norm() * dt + turned * w.reach[shape];
+      s.path[i] += way;
+      growth = std::max(growth, way);
+      leaves |= s.path[i] > s.relist_path[i];
     }
     filled = 0;
   };
@@ -61,16 +66,22 @@ void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std:
     if (filled == Lanes::size) finish();
   }
   finish();
+  w.growth[begin / kGrain] = growth;
+  w.must_relist[begin / kGrain] = leaves;
 }
 
 }  // namespace
 
-void kick_and_drift(const Model& model, const Workspace& w, State& s) {
+void kick_and_drift(const Model& model, Workspace& w, State& s) {
   const double dt = model.timestep;
-  for_chunks(
-      model.numerics.threads, model.particles.size(), kGrain,
-      [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
   const std::size_t n = model.particles.size();
+  w.growth.assign((n + kGrain - 1) / kGrain, 0);
+  w.must_relist.assign(w.growth.size(), 0);
+  for_ranges(
+      model.numerics.threads, n, kGrain,
+      [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
+  double growth = 0;
+  for (const double g : w.growth) growth = std::max(growth, g);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     const BodyMotion& m = s.motion[n + b];
     const double turned = m.spin.norm() * dt;
@@ -85,12 +96,15 @@ void kick_and_drift(const Model& model, const Workspace& w, State& s) {
       }
     }
     s.turn[n + b] += turned;
-    s.path[n + b] += m.velocity.norm() * dt + turned * reach;
+    const double way = m.velocity.norm() * dt + turned * reach;
+    s.path[n + b] += way;
+    growth = std::max(growth, way);
   }
+  w.farthest += growth;
 }
 
 void kick(const Model& model, const Workspace& w, State& s) {
-  for_chunks(model.numerics.threads, model.particles.size(), kGrain,
+  for_ranges(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
                for (std::size_t i = begin; i < end; ++i) {
                  if (s.presence[i] != Presence::present) continue;

@@ -209,9 +209,12 @@ class ListMaker {
   std::vector<ContactPoint> points_;
 };
 
-bool must_rebuild(const State& s) {
+bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
   if (s.list_is_stale) return true;
-  for (std::size_t i = 0; i < s.path.size(); ++i) {
+  for (const char leaves : w.must_relist) {
+    if (leaves) return true;
+  }
+  for (std::size_t i = model.particles.size(); i < s.path.size(); ++i) {
     if (s.path[i] > s.relist_path[i]) return true;
   }
   return false;
@@ -220,7 +223,7 @@ bool must_rebuild(const State& s) {
 }  // namespace
 
 void refresh_neighbours(const Model& model, Workspace& w, State& s) {
-  if (!must_rebuild(s)) return;
+  if (!must_rebuild(model, w, s)) return;
   set_margins(model, w, s);
   const PartSpheres spheres = place_spheres(model, s);
   std::vector<std::array<std::int32_t, 2>> near;
@@ -235,7 +238,7 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   }
   list.finish();
   s.list_is_stale = false;
-  w.active_is_stale = w.ends_are_stale = true;
+  w.list_is_new = true;
   ++s.health.rebuilds;
   s.health.pairs = s.pairs.size();
 }

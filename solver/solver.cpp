@@ -282,7 +282,7 @@ std::vector<std::byte> Solver::save() const { return pack(impl_->model, impl_->s
 
 void Solver::restore(const std::vector<std::byte>& bytes) {
   unpack(bytes, impl_->model, impl_->state);
-  impl_->workspace.active_is_stale = impl_->workspace.ends_are_stale = true;
+  impl_->workspace.list_is_new = true;
   impl_->changed();
 }
 
