@@ -1,5 +1,6 @@
 #include "solver/parallel.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -16,8 +17,12 @@ void for_ranges(int threads, std::size_t n, std::size_t grain,
     for (std::size_t k = 0; k < ranges; ++k) one(k);
     return;
   }
+  // As many threads as asked for, also where there are fewer cores.
+  static thread_local std::unique_ptr<tbb::global_control> allowed;
   static thread_local std::unique_ptr<tbb::task_arena> arena;
   if (!arena || arena->max_concurrency() != threads) {
+    allowed = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                    static_cast<std::size_t>(threads));
     arena = std::make_unique<tbb::task_arena>(threads);
   }
   arena->execute([&] { tbb::parallel_for(std::size_t{0}, ranges, one); });
