@@ -58,8 +58,8 @@ void search_cells(const std::vector<CellEntry>& entries, std::size_t begin, std:
   std::size_t from[4];
   for (int r = 0; r < 4; ++r) {
     const CellEntry first{entries[begin].key + kRows[r] - 1, -1, {}};
-    from[r] = static_cast<std::size_t>(
-        std::lower_bound(entries.begin(), entries.end(), first) - entries.begin());
+    from[r] = static_cast<std::size_t>(std::lower_bound(entries.begin(), entries.end(), first) -
+                                       entries.begin());
   }
   const std::size_t n = entries.size();
   for (std::size_t i = begin; i < end; ++i) {

@@ -39,6 +39,16 @@ constexpr std::size_t kBodiesOfTask = 128;
   put(spin_a - spin_b, &out.spin);
 }
 
+// What lies scattered of a pair further down the list: its later body, somewhere in a large bed.
+[[gnu::always_inline]] inline void prefetch(const Workspace& w, const State& s, std::uint32_t p) {
+  const std::int32_t b = w.ends[p][1];
+  const auto* motion = reinterpret_cast<const char*>(&s.motion[b]);
+  __builtin_prefetch(&s.pairs[p]);
+  __builtin_prefetch(motion);
+  __builtin_prefetch(motion + 64);
+  if (static_cast<std::size_t>(b) < s.load.size()) __builtin_prefetch(&s.load[b], 1);
+}
+
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
 // `take`.
 template <class Take>
@@ -51,10 +61,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
     block.clear();
   };
   for (std::size_t k = 0; k < active.size(); ++k) {
-    if (k + 8 < active.size()) {
-      __builtin_prefetch(&s.pairs[active[k + 8]]);
-      __builtin_prefetch(&s.motion[w.ends[active[k + 8]][1]]);
-    }
+    if (k + 8 < active.size()) prefetch(w, s, active[k + 8]);
     const Pair& pair = s.pairs[active[k]];
     PairMotion motion;
     pair_motion(s.motion[pair.a], s.motion[pair.b], motion);
@@ -137,9 +144,9 @@ class Bookkeeper {
 
 void add_up(const ContactAccounts& accounts, double time, State& s) {
   if (accounts.beyond_limit > 0) {
-    throw RunError(fmt::format(
-        "particle {} overlaps by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m",
-        accounts.beyond_limit_particle, accounts.beyond_limit, time, accounts.limit));
+    throw RunError(
+        fmt::format("particle {} overlaps by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m",
+                    accounts.beyond_limit_particle, accounts.beyond_limit, time, accounts.limit));
   }
   if (accounts.largest_overlap > s.health.largest_overlap) {
     s.health.largest_overlap = accounts.largest_overlap;
@@ -240,9 +247,8 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
     forces_of_one_thread(model, w, s);
   } else {
     w.kept.resize(std::max(w.kept.size(), s.patches.size()));
-    for_ranges(threads, w.ranges.size(), 1, [&](std::size_t begin, std::size_t) {
-      keep_loads(model, w, s, w.ranges[begin]);
-    });
+    for_ranges(threads, w.ranges.size(), 1,
+               [&](std::size_t begin, std::size_t) { keep_loads(model, w, s, w.ranges[begin]); });
     for_ranges(threads, s.load.size(), kBodiesOfTask,
                [&](std::size_t begin, std::size_t end) { sum_loads(w, s, begin, end); });
   }

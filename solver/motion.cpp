@@ -77,9 +77,9 @@ void kick_and_drift(const Model& model, Workspace& w, State& s) {
   const std::size_t n = model.particles.size();
   w.growth.assign((n + kGrain - 1) / kGrain, 0);
   w.must_relist.assign(w.growth.size(), 0);
-  for_ranges(
-      model.numerics.threads, n, kGrain,
-      [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
+  for_ranges(model.numerics.threads, n, kGrain, [&](std::size_t begin, std::size_t end) {
+    kick_and_drift_range(model, w, s, begin, end);
+  });
   double growth = 0;
   for (const double g : w.growth) growth = std::max(growth, g);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {

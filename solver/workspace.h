@@ -38,7 +38,7 @@ struct ContactAccounts {
   std::int32_t largest_overlap_particle = -1;
   double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
   std::int32_t beyond_limit_particle = -1;
-  std::vector<Wall> walls;           // [boundaries]
+  std::vector<Wall> walls;            // [boundaries]
   std::vector<std::int32_t> touched;  // of them
 };
 
@@ -48,8 +48,8 @@ struct alignas(64) PairRange {
   std::vector<std::uint32_t> active;  // pairs with patches, ascending
   double quiet_until = 0;             // m of Workspace::farthest: nothing is due before
   // Of the present step:
-  std::vector<std::uint32_t> due;      // pairs to look at
-  std::vector<std::uint32_t> changed;  // pairs that came into touch or out of it
+  std::vector<std::uint32_t> due;       // pairs to look at
+  std::vector<std::uint32_t> changed;   // pairs that came into touch or out of it
   std::vector<std::uint32_t> outgrown;  // pairs whose patches do not fit into their place,
   std::vector<FoundPatches> found;      // and these patches; may be longer
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
