@@ -205,21 +205,14 @@ void update_active(PairRange& range) {
   std::swap(range.active, merged);
 }
 
-// Finds the pairs [begin, end) that are due, and how far everybody may go until another one is.
+// Finds the pairs [begin, end) that are due.
 void find_due(const Workspace& w, const State& s, std::size_t begin, std::size_t end,
-              PairRange& range) {
-  constexpr double kRounding = 1e-9;  // m, of sums of ways
-  range.due.clear();
-  if (w.farthest < range.quiet_until) return;
-  double rest = std::numeric_limits<double>::infinity();
+              std::vector<std::uint32_t>& due) {
+  due.clear();
   for (std::size_t p = begin; p < end; ++p) {
-    const double left = s.wake[p] - (s.path[w.ends[p][0]] + s.path[w.ends[p][1]]);
-    if (left <= 0)
-      range.due.push_back(static_cast<std::uint32_t>(p));
-    else
-      rest = std::min(rest, left);
+    if (s.wake[p] <= s.path[w.ends[p][0]] + s.path[w.ends[p][1]])
+      due.push_back(static_cast<std::uint32_t>(p));
   }
-  range.quiet_until = range.due.empty() ? w.farthest + 0.5 * (rest - kRounding) : 0;
 }
 
 void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
@@ -227,7 +220,7 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
   range.changed.clear();
   range.outgrown.clear();
   range.queries = range.refreshes = range.deep_births = 0;
-  find_due(w, s, begin, end, range);
+  find_due(w, s, begin, end, range.due);
   Looker looker(model, w, s, range);
   Look& look = range.look;
   for (std::size_t k = 0; k < range.due.size(); ++k) {
@@ -261,7 +254,6 @@ void take_up_list(const Model& model, Workspace& w, const State& s) {
   for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
     PairRange& range = w.ranges[begin / kPairsOfRange];
     range.active.clear();
-    range.quiet_until = 0;
     for (std::size_t p = begin; p < end; ++p) {
       w.ends[p] = {s.pairs[p].a, s.pairs[p].b};
       if (s.pairs[p].patch_count > 0) range.active.push_back(static_cast<std::uint32_t>(p));

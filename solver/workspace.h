@@ -46,7 +46,6 @@ struct ContactAccounts {
 inline constexpr std::size_t kPairsOfRange = 512;
 struct alignas(64) PairRange {
   std::vector<std::uint32_t> active;  // pairs with patches, ascending
-  double quiet_until = 0;             // m of Workspace::farthest: nothing is due before
   // Of the present step:
   std::vector<std::uint32_t> due;       // pairs to look at
   std::vector<std::uint32_t> changed;   // pairs that came into touch or out of it
@@ -96,9 +95,7 @@ struct Workspace {
   std::vector<PairRange> ranges;
   TouchLists touch;               // when there are threads to sum with
   std::vector<KeptLoad> kept;     // [places of patches] likewise
-  std::vector<double> growth;     // [tasks] m, largest growth of a path in this step
   std::vector<char> must_relist;  // [tasks] somebody has left its margin
-  double farthest = 0;            // m, sum over all steps of the largest growth of a path
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
