@@ -85,10 +85,12 @@ struct Rotations {
     out.y = at[1][0] * v.x + (at[1][1] * v.y + at[1][2] * v.z);
     out.z = at[2][0] * v.x + (at[2][1] * v.y + at[2][2] * v.z);
   }
-  [[gnu::always_inline]] void turn_back(const Columns4& v, Columns3& out) const {
-    out.x = at[0][0] * v.x + (at[1][0] * v.y + at[2][0] * v.z);
-    out.y = at[0][1] * v.x + (at[1][1] * v.y + at[2][1] * v.z);
-    out.z = at[0][2] * v.x + (at[1][2] * v.y + at[2][2] * v.z);
+  // scale R^T v; Eigen scales the matrix.
+  [[gnu::always_inline]] void turn_back(double scale, const Columns4& v, Columns3& out) const {
+    const auto scaled = [&](int row, int column) { return scale * at[row][column]; };
+    out.x = scaled(0, 0) * v.x + (scaled(1, 0) * v.y + scaled(2, 0) * v.z);
+    out.y = scaled(0, 1) * v.x + (scaled(1, 1) * v.y + scaled(2, 1) * v.z);
+    out.z = scaled(0, 2) * v.x + (scaled(1, 2) * v.y + scaled(2, 2) * v.z);
   }
 };
 
@@ -116,10 +118,10 @@ class Mover {
         crew, [&](std::size_t i, Four& row) { get(&s_.load[i].torque, row); }, torque);
     gather(
         crew, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); }, momentum);
-    r.turn_back(torque, turned);
-    momentum.x = momentum.x + half_ * turned.x;
-    momentum.y = momentum.y + half_ * turned.y;
-    momentum.z = momentum.z + half_ * turned.z;
+    r.turn_back(half_, torque, turned);
+    momentum.x = momentum.x + turned.x;
+    momentum.y = momentum.y + turned.y;
+    momentum.z = momentum.z + turned.z;
   }
 
   [[gnu::always_inline]] void gather_orientation(const Crew& crew, Columns4& q) const {
