@@ -147,6 +147,13 @@ void store(const FoundPatches& f, Pair& pair, State& s) {
   pair.patch_count = patches;
 }
 
+std::int64_t points_of(const Pair& pair, const State& s) {
+  std::int64_t points = 0;
+  for (std::uint32_t k = 0; k < pair.patch_count; ++k)
+    points += s.patches[pair.first_patch + k].point_count;
+  return points;
+}
+
 bool fits(const FoundPatches& f, const Pair& pair) {
   return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
 }
@@ -220,6 +227,7 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
   range.changed.clear();
   range.outgrown.clear();
   range.queries = range.refreshes = range.deep_births = 0;
+  range.more_patches = range.more_points = 0;
   find_due(w, s, begin, end, range.due);
   Looker looker(model, w, s, range);
   Look& look = range.look;
@@ -233,6 +241,8 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
     range.deep_births += look.deep_births;
     if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
     ++range.refreshes;
+    range.more_patches += static_cast<std::int64_t>(look.found.patches.size()) - pair.patch_count;
+    range.more_points += static_cast<std::int64_t>(look.found.points.size()) - points_of(pair, s);
     if ((pair.patch_count == 0) != look.found.patches.empty()) range.changed.push_back(p);
     if (fits(look.found, pair)) {
       store(look.found, pair, s);
@@ -244,6 +254,44 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
     std::swap(range.found[kept], look.found);
   }
   update_active(range);
+}
+
+// Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
+// come to rest is walked through in every step: what lies close costs least.
+void close_holes(State& s) {
+  std::vector<Patch> patches;
+  std::vector<ContactPoint> points;
+  std::size_t many = 0, more = 0;
+  for (const Pair& pair : s.pairs) {
+    many += pair.patch_count;
+    more += static_cast<std::size_t>(points_of(pair, s));
+  }
+  patches.reserve(many + many / 8);
+  points.reserve(more + more / 8);
+  for (Pair& pair : s.pairs) {
+    const std::uint32_t old = pair.first_patch;
+    pair.first_patch = pair.first_point = pair.patch_capacity = pair.point_capacity = 0;
+    if (pair.patch_count == 0) continue;
+    pair.first_patch = static_cast<std::uint32_t>(patches.size());
+    pair.first_point = static_cast<std::uint32_t>(points.size());
+    for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
+      patches.push_back(s.patches[old + k]);
+      Patch& patch = patches.back();
+      const auto from = s.points.begin() + patch.first_point;
+      patch.first_point = static_cast<std::uint32_t>(points.size());
+      points.insert(points.end(), from, from + patch.point_count);
+    }
+    pair.patch_capacity = pair.patch_count;
+    pair.point_capacity = static_cast<std::uint32_t>(points.size()) - pair.first_point;
+  }
+  s.patches = std::move(patches);
+  s.points = std::move(points);
+}
+
+bool has_holes(const Workspace& w, const State& s) {
+  constexpr std::size_t kFew = 1000;  // not worth the while
+  return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
+         s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
 }
 
 // Tables over a new neighbour list.
@@ -259,6 +307,13 @@ void take_up_list(const Model& model, Workspace& w, const State& s) {
       if (s.pairs[p].patch_count > 0) range.active.push_back(static_cast<std::uint32_t>(p));
     }
   });
+  w.patches = w.points = 0;
+  for (const PairRange& range : w.ranges) {
+    for (const std::uint32_t p : range.active) {
+      w.patches += s.pairs[p].patch_count;
+      w.points += points_of(s.pairs[p], s);
+    }
+  }
   if (model.numerics.threads > 1) w.touch.make(s.motion.size(), w.ends, w.ranges);
   w.list_is_new = false;
 }
@@ -306,6 +361,8 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
     s.health.queries += range.queries;
     s.health.refreshes += range.refreshes;
     s.health.deep_births += range.deep_births;
+    w.patches += range.more_patches;
+    w.points += range.more_points;
     for (std::size_t k = 0; k < range.outgrown.size(); ++k) {
       Pair& pair = s.pairs[range.outgrown[k]];
       make_room(range.found[k], pair, s);
@@ -316,6 +373,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       for (const std::int32_t body : w.ends[p]) w.touch.toggle(p, body);
     }
   }
+  if (has_holes(w, s)) close_holes(s);
 }
 
 }  // namespace firn

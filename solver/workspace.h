@@ -52,6 +52,7 @@ struct alignas(64) PairRange {
   std::vector<std::uint32_t> outgrown;  // pairs whose patches do not fit into their place,
   std::vector<FoundPatches> found;      // and these patches; may be longer
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
+  std::int64_t more_patches = 0, more_points = 0;  // than before
   ContactAccounts accounts;
   // Scratch memory.
   std::vector<std::uint32_t> spare_active;
@@ -93,6 +94,7 @@ struct Workspace {
   bool list_is_new = true;
   std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan
   std::vector<PairRange> ranges;
+  std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
   TouchLists touch;               // when there are threads to sum with
   std::vector<KeptLoad> kept;     // [places of patches] likewise
   std::vector<char> must_relist;  // [tasks] somebody has left its margin
