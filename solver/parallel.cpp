@@ -1,6 +1,7 @@
 #include "solver/parallel.h"
 
 #include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -21,8 +22,11 @@ void for_ranges(int threads, std::size_t n, std::size_t grain,
   static thread_local std::unique_ptr<tbb::global_control> allowed;
   static thread_local std::unique_ptr<tbb::task_arena> arena;
   if (!arena || arena->max_concurrency() != threads) {
-    allowed = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                    static_cast<std::size_t>(threads));
+    allowed.reset();
+    if (threads > tbb::info::default_concurrency()) {
+      allowed = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                      static_cast<std::size_t>(threads));
+    }
     arena = std::make_unique<tbb::task_arena>(threads);
   }
   arena->execute([&] { tbb::parallel_for(std::size_t{0}, ranges, one); });
