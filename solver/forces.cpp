@@ -39,36 +39,62 @@ constexpr std::size_t kBodiesOfTask = 128;
   put(spin_a - spin_b, &out.spin);
 }
 
-// What lies scattered of a pair further down the list: its later body, somewhere in a large bed.
-[[gnu::always_inline]] inline void prefetch(const Workspace& w, const State& s, std::uint32_t p) {
-  const std::int32_t b = w.ends[p][1];
-  const auto* motion = reinterpret_cast<const char*>(&s.motion[b]);
-  __builtin_prefetch(&s.pairs[p]);
-  __builtin_prefetch(motion);
-  __builtin_prefetch(motion + 64);
-  if (static_cast<std::size_t>(b) < s.load.size()) __builtin_prefetch(&s.load[b], 1);
-}
+// What advancing reads, as plain pointers: vectors' own would be read again after every wide store,
+// which may be to anywhere as far as the compiler knows.
+struct Tables {
+  const Pair* pairs;
+  const BodyMotion* motion;
+  const BodyLoad* load;
+  Patch* patches;
+  ContactPoint* points;
+  const PairLaw* laws;
+  const std::array<std::int32_t, 2>* ends;
+  std::size_t particles;
+
+  Tables(const Workspace& w, State& s)
+      : pairs(s.pairs.data()),
+        motion(s.motion.data()),
+        load(s.load.data()),
+        patches(s.patches.data()),
+        points(s.points.data()),
+        laws(w.laws.data()),
+        ends(w.ends.data()),
+        particles(s.load.size()) {}
+
+  // What lies scattered of a pair further down the list: its later body, somewhere in a large bed.
+  [[gnu::always_inline]] void prefetch(std::uint32_t p) const {
+    const std::int32_t b = ends[p][1];
+    const auto* place = reinterpret_cast<const char*>(motion + b);
+    __builtin_prefetch(pairs + p);
+    __builtin_prefetch(place);
+    __builtin_prefetch(place + 64);
+    __builtin_prefetch(load + (static_cast<std::size_t>(b) < particles ? b : 0), 1);
+  }
+};
 
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
 // `take`.
 template <class Take>
 void advance_patches(const Model& model, const Workspace& w, State& s,
                      const std::vector<std::uint32_t>& active, const Take& take) {
+  const Tables t(w, s);
+  const std::uint32_t* const list = active.data();
+  const std::size_t count = active.size();
   PatchBlock block;
   const auto flush = [&] {
     block.advance(model.timestep);
     take(block);
     block.clear();
   };
-  for (std::size_t k = 0; k < active.size(); ++k) {
-    if (k + 8 < active.size()) prefetch(w, s, active[k + 8]);
-    const Pair& pair = s.pairs[active[k]];
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + 8 < count) t.prefetch(list[k + 8]);
+    const Pair& pair = t.pairs[list[k]];
     PairMotion motion;
-    pair_motion(s.motion[pair.a], s.motion[pair.b], motion);
-    for (std::uint32_t i = 0; i < pair.patch_count; ++i) {
-      Patch& patch = s.patches[pair.first_patch + i];
-      block.add(pair.a, pair.b, pair.law, w.laws[pair.law], patch,
-                s.points.data() + patch.first_point, motion);
+    pair_motion(t.motion[pair.a], t.motion[pair.b], motion);
+    Patch* const end = t.patches + pair.first_patch + pair.patch_count;
+    for (Patch* patch = t.patches + pair.first_patch; patch != end; ++patch) {
+      block.add(pair.a, pair.b, pair.law, t.laws[pair.law], *patch, t.points + patch->first_point,
+                motion);
       if (block.full()) flush();
     }
   }
@@ -87,20 +113,23 @@ class Bookkeeper {
     for (const std::int32_t wall : accounts.touched) accounts.walls[wall] = {};
     accounts.touched.clear();
     accounts.walls.resize(model.boundaries.size());
+    accounts.work_normal = accounts.work_friction = 0;
     accounts.work_walls = accounts.boundary_work = 0;
     accounts.largest_overlap = accounts.beyond_limit = 0;
   }
 
-  [[gnu::always_inline]] void note(const PatchBlock& block, int k) {
-    work_normal_ += block.work_normal(k);
-    work_friction_ += block.work_friction(k);
-    if (block.b(k) >= n_) note_wall(block.load(k));
-    if (block.overlap(k) > overlap_ && block.normal_force(k) > 0) note_overlap(block.load(k));
-  }
-
-  void finish() {
-    accounts_.work_normal = work_normal_;
-    accounts_.work_friction = work_friction_;
+  void note(const PatchBlock& block) {
+    double normal = accounts_.work_normal, friction = accounts_.work_friction;
+    for (int k = 0; k < block.size(); ++k) {
+      normal += block.work_normal(k);
+      friction += block.work_friction(k);
+    }
+    accounts_.work_normal = normal;
+    accounts_.work_friction = friction;
+    for (int k = 0; k < block.size(); ++k) {
+      if (block.b(k) >= n_) note_wall(block.load(k));
+      if (block.overlap(k) > overlap_ && block.normal_force(k) > 0) note_overlap(block.load(k));
+    }
   }
 
  private:
@@ -138,7 +167,7 @@ class Bookkeeper {
   const State& s_;
   ContactAccounts& accounts_;
   int n_;
-  double dt_, work_normal_ = 0, work_friction_ = 0;
+  double dt_;
   double overlap_ = 0;  // m, what is no more need not be noted
 };
 
@@ -168,66 +197,71 @@ void add_up(const ContactAccounts& accounts, double time, State& s) {
 void forces_of_one_thread(const Model& model, Workspace& w, State& s) {
   const int n = static_cast<int>(model.particles.size());
   std::fill(s.load.begin(), s.load.end(), BodyLoad{});
-  const auto add = [&](const PatchBlock& block, int k) {
+  BodyLoad* const load = s.load.data();
+  double* const peak = s.peak_normal_force.data();
+  const auto add = [n, load, peak](const PatchBlock& block, int k) {
     const double normal = block.normal_force(k);
     if (!(normal > 0)) return;
     const int a = block.a(k), b = block.b(k);
     Four force, moment;
     get(&block.force(k), force);
     get(&block.moment_a(k), moment);
-    add_to(&s.load[a].force, force);
-    add_to(&s.load[a].torque, moment);
-    s.peak_normal_force[a] = std::max(s.peak_normal_force[a], normal);
+    add_to(&load[a].force, force);
+    add_to(&load[a].torque, moment);
+    peak[a] = std::max(peak[a], normal);
     if (b >= n) return;
     get(&block.moment_b(k), moment);
-    add_to(&s.load[b].force, -force);
-    add_to(&s.load[b].torque, moment);
-    s.peak_normal_force[b] = std::max(s.peak_normal_force[b], normal);
+    add_to(&load[b].force, -force);
+    add_to(&load[b].torque, moment);
+    peak[b] = std::max(peak[b], normal);
   };
   for (PairRange& range : w.ranges) {
     Bookkeeper books(model, w, s, range.accounts);
     advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
-      for (int k = 0; k < block.size(); ++k) {
-        books.note(block, k);
-        add(block, k);
-      }
+      books.note(block);
+      for (int k = 0; k < block.size(); ++k) add(block, k);
     });
-    books.finish();
   }
 }
 
 // Several threads keep what the patches do, each at the patch's place...
 void keep_loads(const Model& model, Workspace& w, State& s, PairRange& range) {
   Bookkeeper books(model, w, s, range.accounts);
+  KeptLoad* const all = w.kept.data();
+  const Patch* const patches = s.patches.data();
   advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
+    books.note(block);
     for (int k = 0; k < block.size(); ++k) {
-      books.note(block, k);
-      KeptLoad& kept = w.kept[block.place(k, s.patches.data())];
+      KeptLoad& kept = all[block.place(k, patches)];
       copy_four(&block.force(k), &kept.force);
       copy_four(&block.moment_a(k), &kept.moment_a);
       copy_four(&block.moment_b(k), &kept.moment_b);
       kept.force.w = block.normal_force(k);
     }
   });
-  books.finish();
 }
 
 // ... and then sum it up for each body, in the order in which one thread would.
 void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end) {
+  const Pair* const all = s.pairs.data();
   for (std::size_t i = begin; i < end; ++i) {
     Four force = {0, 0, 0, 0}, torque = force, push, moment;
     double peak = s.peak_normal_force[i];
     const std::uint32_t* const pairs = w.touch.pairs.data() + w.touch.first[i];
-    for (std::uint32_t k = 0; k < w.touch.count[i]; ++k) {
-      const Pair& pair = s.pairs[pairs[k]];
+    const std::uint32_t count = w.touch.count[i];
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Pair& pair = all[pairs[k]];
       const bool is_a = static_cast<std::size_t>(pair.a) == i;
-      for (std::uint32_t p = pair.first_patch; p < pair.first_patch + pair.patch_count; ++p) {
-        const KeptLoad& kept = w.kept[p];
-        const double normal = kept.force.w;
+      const KeptLoad* kept = w.kept.data() + pair.first_patch;
+      for (const KeptLoad* const last = kept + pair.patch_count; kept != last; ++kept) {
+        const double normal = kept->force.w;
         if (!(normal > 0)) continue;
-        get(&kept.force, push);
-        get(is_a ? &kept.moment_a : &kept.moment_b, moment);
-        force = is_a ? force + push : force - push;
+        get(&kept->force, push);
+        get(is_a ? &kept->moment_a : &kept->moment_b, moment);
+        if (is_a)
+          force += push;
+        else
+          force -= push;
         torque += moment;
         peak = std::max(peak, normal);
       }
