@@ -1,5 +1,6 @@
 // Narrow phase with temporal coherence: only pairs whose motion bounds say that something can have
 // changed are looked at; their parts are queried and their patches made anew.
+#include "solver/huge_pages.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -266,8 +267,8 @@ void close_holes(State& s) {
     many += pair.patch_count;
     more += static_cast<std::size_t>(points_of(pair, s));
   }
-  patches.reserve(many + many / 8);
-  points.reserve(more + more / 8);
+  reserve_large(patches, many);
+  reserve_large(points, more);
   for (Pair& pair : s.pairs) {
     const std::uint32_t old = pair.first_patch;
     pair.first_patch = pair.first_point = pair.patch_capacity = pair.point_capacity = 0;

@@ -3,6 +3,7 @@
 // all.
 #include <algorithm>
 
+#include "solver/huge_pages.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -272,12 +273,12 @@ void join(std::vector<ListPiece>& pieces, int threads, State& s) {
     before[k + 1] = {before[k].pairs + p.pairs.size(), before[k].parts + p.part_pairs.size(),
                      before[k].patches + p.patches.size(), before[k].points + p.points.size()};
   }
-  s.pairs.resize(before.back().pairs);
-  s.wake.resize(before.back().pairs);
-  s.watch.resize(before.back().pairs);
-  s.part_pairs.resize(before.back().parts);
-  s.patches.resize(before.back().patches);
-  s.points.resize(before.back().points);
+  resize_large(s.pairs, before.back().pairs);
+  resize_large(s.wake, before.back().pairs);
+  resize_large(s.watch, before.back().pairs);
+  resize_large(s.part_pairs, before.back().parts);
+  resize_large(s.patches, before.back().patches);
+  resize_large(s.points, before.back().points);
   for_ranges(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
     ListPiece& p = pieces[k];
     const Sizes& at = before[k];
