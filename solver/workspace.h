@@ -95,9 +95,9 @@ struct Workspace {
   std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan
   std::vector<PairRange> ranges;
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
-  TouchLists touch;               // when there are threads to sum with
-  std::vector<KeptLoad> kept;     // [places of patches] likewise
-  std::vector<char> must_relist;  // [tasks] somebody has left its margin
+  TouchLists touch;                      // when there are threads to sum with
+  std::vector<KeptLoad> kept;            // [places of patches] likewise
+  std::vector<char> must_relist;         // [tasks] somebody has left its margin
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
