@@ -133,7 +133,8 @@ void tell_summary(const Case& c, const RunSummary& s) {
       "energy: {:.4g} J kinetic, {:.4g} J elastic, {:.4g} J lost in impacts, {:.4g} J in "
       "friction",
       s.energy.kinetic, s.energy.elastic, s.energy.dissipated_normal, s.energy.dissipated_friction);
-  spdlog::debug("time by phase of the step:\n{}", profile_table(s.profile));
+  spdlog::debug("instructions: {}; time by phase of the step:\n{}", instruction_set(),
+                profile_table(s.profile));
 }
 
 int exit_status(const RunSummary& summary, const std::string& file,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "solver/types.h"
@@ -16,9 +17,16 @@ struct Box3 {
   }
 };
 
-// All index pairs (a < b) of boxes that meet, sorted. A cell list: linear in the number of boxes
-// for boxes of like size.
-void box_pairs(const std::vector<Box3>& boxes, std::vector<std::array<std::int32_t, 2>>& pairs);
+// For each box the boxes of higher index that it meets, ascending.
+struct BoxNeighbours {
+  std::vector<std::uint32_t> first;  // [boxes + 1] into:
+  std::vector<std::int32_t> others;
+  std::span<const std::int32_t> of(std::size_t box) const {
+    return {others.data() + first[box], first[box + 1] - first[box]};
+  }
+};
+// A cell list: linear in the number of boxes, but for sorting them, for boxes of like size.
+BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads = 1);
 
 // A tree over fixed boxes (the parts of a boundary), for queries with one box.
 class BoxTree {

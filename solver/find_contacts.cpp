@@ -2,14 +2,15 @@
 // changed are looked at; their parts are queried and their patches made anew.
 #include <fmt/format.h>
 
+#include <optional>
+
+#include "solver/huge_pages.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
 
 namespace firn {
 
 namespace {
-
-constexpr std::size_t kGrain = 16;  // looks a task
 
 // A bound on how far any point of b has moved relative to a since the reference pose: the smaller
 // of the ways both have gone and of the displacement in a's axes.
@@ -43,8 +44,13 @@ double deepest(const FoundPatches& found) {
 
 class Looker {
  public:
-  Looker(const Model& model, Workspace& w, State& s)
-      : model_(model), w_(w), s_(s), n_(static_cast<int>(model.particles.size())) {}
+  Looker(const Model& model, const Workspace& w, State& s, PairRange& range)
+      : model_(model),
+        w_(w),
+        s_(s),
+        n_(static_cast<int>(model.particles.size())),
+        contacts_(range.contacts),
+        scratch_(range.scratch) {}
 
   void look(std::uint32_t index, Look& out) {
     const Pair& pair = s_.pairs[index];
@@ -142,39 +148,66 @@ class Looker {
   }
 
   const Model& model_;
-  Workspace& w_;
+  const Workspace& w_;
   State& s_;
   int n_;
-  std::vector<PartContact> contacts_;
-  PatchScratch scratch_;
+  std::vector<PartContact>& contacts_;
+  PatchScratch& scratch_;
 };
 
 // Bodies are placed by somebody who may err; one that starts deeper in another than this part of
 // its smallest edge would be thrown out by the spring.
 constexpr double kBuried = 0.05;
 
-void check_look(const Model& model, const Workspace& w, const State& s, const Pair& pair,
-                const Look& look) {
-  if (look.passed) {
+double most_buried(const Model& model, const Pair& pair) {
+  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
+  if (pair.b < static_cast<int>(model.particles.size()))
+    edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
+  return kBuried * edge;
+}
+
+// Of the first pair of a range that went wrong; thrown when all ranges are through, so that it does
+// not depend on the number of threads.
+[[noreturn]] void fail_by_look(const Model& model, const Workspace& w, const State& s,
+                               const PairRange& range) {
+  const Pair& pair = s.pairs[range.wrong_pair];
+  if (range.wrong_depth == 0) {
     throw RunError(fmt::format(
         "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
         "the thin one thicker or the contact stiffer",
         name_of_body(model, pair.a), name_of_body(model, pair.b), s.time,
         step_motion(model, w, s, pair.a, pair.b)));
   }
-  const int n = static_cast<int>(model.particles.size());
-  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
-  if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
-  if (look.buried > kBuried * edge) {
-    throw RunError(
-        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
-                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
-  }
+  throw RunError(fmt::format(
+      "{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
+      name_of_body(model, pair.a), range.wrong_depth, name_of_body(model, pair.b), s.time));
 }
 
-// Stores what a look found in the pair's place, or at the end when it has outgrown it.
-void commit(const Look& look, Pair& pair, State& s) {
-  const FoundPatches& f = look.found;
+// Stores what a look found in the pair's place.
+void store(const FoundPatches& f, Pair& pair, State& s) {
+  const auto patches = static_cast<std::uint32_t>(f.patches.size());
+  for (std::uint32_t k = 0; k < patches; ++k) {
+    Patch& patch = s.patches[pair.first_patch + k];
+    patch = f.patches[k];
+    patch.first_point += pair.first_point;
+  }
+  std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
+  pair.patch_count = patches;
+}
+
+std::int64_t points_of(const Pair& pair, const State& s) {
+  std::int64_t points = 0;
+  for (std::uint32_t k = 0; k < pair.patch_count; ++k)
+    points += s.patches[pair.first_patch + k].point_count;
+  return points;
+}
+
+bool fits(const FoundPatches& f, const Pair& pair) {
+  return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
+}
+
+// Gives a pair that has outgrown its place another one at the end.
+void make_room(const FoundPatches& f, Pair& pair, State& s) {
   const auto patches = static_cast<std::uint32_t>(f.patches.size());
   const auto points = static_cast<std::uint32_t>(f.points.size());
   if (patches > pair.patch_capacity) {
@@ -187,13 +220,6 @@ void commit(const Look& look, Pair& pair, State& s) {
     pair.point_capacity = std::max(points, 6u);
     s.points.resize(s.points.size() + pair.point_capacity);
   }
-  for (std::uint32_t k = 0; k < patches; ++k) {
-    Patch& patch = s.patches[pair.first_patch + k];
-    patch = f.patches[k];
-    patch.first_point += pair.first_point;
-  }
-  std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
-  pair.patch_count = patches;
 }
 
 // What looks further down the list will read: it lies scattered, and waiting for it would cost as
@@ -216,68 +242,194 @@ void prefetch(const State& s, const std::vector<std::uint32_t>& due, std::size_t
   }
 }
 
-// The list of pairs with patches after some have come into touch (now on) or out of it.
-void update_active(const State& s, const std::vector<std::uint32_t>& changed, Workspace& w) {
-  if (!w.active_is_stale) {
-    if (changed.empty()) return;
-    w.spare_active.clear();
-    std::size_t c = 0;
-    for (const std::uint32_t p : w.active) {
-      for (; c < changed.size() && changed[c] < p; ++c) w.spare_active.push_back(changed[c]);
-      if (c < changed.size() && changed[c] == p)
-        ++c;  // out of touch
-      else
-        w.spare_active.push_back(p);
+// The active pairs of a range after some have come into touch (now on) or out of it.
+void update_active(PairRange& range) {
+  if (range.changed.empty()) return;
+  std::vector<std::uint32_t>& merged = range.spare_active;
+  const std::vector<std::uint32_t>& changed = range.changed;
+  merged.clear();
+  std::size_t c = 0;
+  for (const std::uint32_t p : range.active) {
+    for (; c < changed.size() && changed[c] < p; ++c) merged.push_back(changed[c]);
+    if (c < changed.size() && changed[c] == p)
+      ++c;  // out of touch
+    else
+      merged.push_back(p);
+  }
+  merged.insert(merged.end(), changed.begin() + static_cast<std::ptrdiff_t>(c), changed.end());
+  std::swap(range.active, merged);
+}
+
+// Finds the pairs [begin, end) that are due.
+void find_due(const Workspace& w, const State& s, std::size_t begin, std::size_t end,
+              std::vector<std::uint32_t>& due) {
+  due.clear();
+  for (std::size_t p = begin; p < end; ++p) {
+    if (s.wake[p] <= s.path[w.ends[p][0]] + s.path[w.ends[p][1]])
+      due.push_back(static_cast<std::uint32_t>(p));
+  }
+}
+
+void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
+                  std::size_t end, PairRange& range) {
+  range.changed.clear();
+  range.outgrown.clear();
+  range.queries = range.refreshes = range.deep_births = 0;
+  range.wrong = false;
+  range.more_patches = range.more_points = 0;
+  find_due(w, s, begin, end, range.due);
+  Looker looker(model, w, s, range);
+  Look& look = range.look;
+  for (std::size_t k = 0; k < range.due.size(); ++k) {
+    prefetch(s, range.due, k, range.due.size());
+    const std::uint32_t p = range.due[k];
+    looker.look(p, look);
+    Pair& pair = s.pairs[p];
+    s.wake[p] = look.wake;
+    range.queries += look.queries;
+    range.deep_births += look.deep_births;
+    if (look.queried && !range.wrong &&
+        (look.passed || (look.buried > 0 && look.buried > most_buried(model, pair)))) {
+      range.wrong = true;
+      range.wrong_pair = p;
+      range.wrong_depth = look.passed ? 0 : look.buried;
     }
-    w.spare_active.insert(w.spare_active.end(), changed.begin() + static_cast<std::ptrdiff_t>(c),
-                          changed.end());
-    std::swap(w.active, w.spare_active);
-    return;
+    if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
+    ++range.refreshes;
+    range.more_patches += static_cast<std::int64_t>(look.found.patches.size()) - pair.patch_count;
+    range.more_points += static_cast<std::int64_t>(look.found.points.size()) - points_of(pair, s);
+    if ((pair.patch_count == 0) != look.found.patches.empty()) range.changed.push_back(p);
+    if (fits(look.found, pair)) {
+      store(look.found, pair, s);
+      continue;
+    }
+    const std::size_t kept = range.outgrown.size();
+    range.outgrown.push_back(p);
+    if (range.found.size() == kept) range.found.emplace_back();
+    std::swap(range.found[kept], look.found);
   }
-  w.active.clear();
-  for (std::size_t p = 0; p < s.pairs.size(); ++p) {
-    if (s.pairs[p].patch_count > 0) w.active.push_back(static_cast<std::uint32_t>(p));
+  update_active(range);
+}
+
+// Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
+// come to rest is walked through in every step: what lies close costs least.
+void close_holes(State& s) {
+  std::vector<Patch> patches;
+  std::vector<ContactPoint> points;
+  std::size_t many = 0, more = 0;
+  for (const Pair& pair : s.pairs) {
+    many += pair.patch_count;
+    more += static_cast<std::size_t>(points_of(pair, s));
   }
-  w.active_is_stale = false;
+  reserve_large(patches, many);
+  reserve_large(points, more);
+  for (Pair& pair : s.pairs) {
+    const std::uint32_t old = pair.first_patch;
+    pair.first_patch = pair.first_point = pair.patch_capacity = pair.point_capacity = 0;
+    if (pair.patch_count == 0) continue;
+    pair.first_patch = static_cast<std::uint32_t>(patches.size());
+    pair.first_point = static_cast<std::uint32_t>(points.size());
+    for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
+      patches.push_back(s.patches[old + k]);
+      Patch& patch = patches.back();
+      const auto from = s.points.begin() + patch.first_point;
+      patch.first_point = static_cast<std::uint32_t>(points.size());
+      points.insert(points.end(), from, from + patch.point_count);
+    }
+    pair.patch_capacity = pair.patch_count;
+    pair.point_capacity = static_cast<std::uint32_t>(points.size()) - pair.first_point;
+  }
+  s.patches = std::move(patches);
+  s.points = std::move(points);
+}
+
+bool has_holes(const Workspace& w, const State& s) {
+  constexpr std::size_t kFew = 1000;  // not worth the while
+  return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
+         s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
+}
+
+// Tables over a new neighbour list.
+void take_up_list(const Model& model, Workspace& w, const State& s) {
+  const std::size_t pairs = s.pairs.size();
+  w.ends.resize(pairs);
+  w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
+  for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    PairRange& range = w.ranges[begin / kPairsOfRange];
+    range.active.clear();
+    for (std::size_t p = begin; p < end; ++p) {
+      w.ends[p] = {s.pairs[p].a, s.pairs[p].b};
+      if (s.pairs[p].patch_count > 0) range.active.push_back(static_cast<std::uint32_t>(p));
+    }
+  });
+  w.patches = w.points = 0;
+  for (const PairRange& range : w.ranges) {
+    for (const std::uint32_t p : range.active) {
+      w.patches += s.pairs[p].patch_count;
+      w.points += points_of(s.pairs[p], s);
+    }
+  }
+  if (model.numerics.threads > 1) w.touch.make(s.motion.size(), w.ends, w.ranges);
+  w.list_is_new = false;
 }
 
 }  // namespace
 
+void TouchLists::make(std::size_t bodies, const std::vector<std::array<std::int32_t, 2>>& ends,
+                      const std::vector<PairRange>& ranges) {
+  first.assign(bodies + 1, 0);
+  for (const auto& both : ends) {
+    for (const std::int32_t body : both) ++first[body + 1];
+  }
+  for (std::size_t i = 0; i < bodies; ++i) first[i + 1] += first[i];
+  count.assign(bodies, 0);
+  pairs.resize(first.back());
+  for (const PairRange& range : ranges) {
+    for (const std::uint32_t p : range.active) {
+      for (const std::int32_t body : ends[p]) pairs[first[body] + count[body]++] = p;
+    }
+  }
+}
+
+void TouchLists::toggle(std::uint32_t pair, std::int32_t body) {
+  std::uint32_t* const begin = pairs.data() + first[body];
+  std::uint32_t* const end = begin + count[body];
+  std::uint32_t* const at = std::lower_bound(begin, end, pair);
+  if (at != end && *at == pair) {
+    std::copy(at + 1, end, at);
+    --count[body];
+  } else {
+    std::copy_backward(at, end, end + 1);
+    *at = pair;
+    ++count[body];
+  }
+}
+
 void find_contacts(const Model& model, Workspace& w, State& s) {
-  const std::size_t pairs = s.pairs.size();
-  if (w.ends_are_stale) {
-    w.ends.resize(pairs);
-    for (std::size_t p = 0; p < pairs; ++p) w.ends[p] = {s.pairs[p].a, s.pairs[p].b};
-    w.ends_are_stale = false;
-  }
-  w.due.clear();
-  for (std::size_t p = 0; p < pairs; ++p) {
-    if (s.wake[p] <= s.path[w.ends[p][0]] + s.path[w.ends[p][1]]) {
-      w.due.push_back(static_cast<std::uint32_t>(p));
+  if (w.list_is_new) take_up_list(model, w, s);
+  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+             [&](std::size_t begin, std::size_t end) {
+               search_range(model, w, s, begin, end, w.ranges[begin / kPairsOfRange]);
+             });
+  // What must go in order: failures, room at the end, and counts.
+  for (PairRange& range : w.ranges) {
+    if (range.wrong) fail_by_look(model, w, s, range);
+    s.health.queries += range.queries;
+    s.health.refreshes += range.refreshes;
+    s.health.deep_births += range.deep_births;
+    w.patches += range.more_patches;
+    w.points += range.more_points;
+    for (std::size_t k = 0; k < range.outgrown.size(); ++k) {
+      Pair& pair = s.pairs[range.outgrown[k]];
+      make_room(range.found[k], pair, s);
+      store(range.found[k], pair, s);
+    }
+    if (model.numerics.threads <= 1) continue;
+    for (const std::uint32_t p : range.changed) {
+      for (const std::int32_t body : w.ends[p]) w.touch.toggle(p, body);
     }
   }
-  if (w.looks.size() < w.due.size()) w.looks.resize(w.due.size());
-  for_chunks(model.numerics.threads, w.due.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    Looker looker(model, w, s);
-    for (std::size_t k = begin; k < end; ++k) {
-      prefetch(s, w.due, k, end);
-      looker.look(w.due[k], w.looks[k]);
-    }
-  });
-  w.changed.clear();
-  for (std::size_t k = 0; k < w.due.size(); ++k) {
-    const Look& look = w.looks[k];
-    Pair& pair = s.pairs[w.due[k]];
-    s.wake[w.due[k]] = look.wake;
-    s.health.queries += look.queries;
-    s.health.deep_births += look.deep_births;
-    if (look.queried && (look.passed || look.buried > 0)) check_look(model, w, s, pair, look);
-    if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
-    ++s.health.refreshes;
-    if ((pair.patch_count == 0) != look.found.patches.empty()) w.changed.push_back(w.due[k]);
-    commit(look, pair, s);
-  }
-  update_active(s, w.changed, w);
+  if (has_holes(w, s)) close_holes(s);
 }
 
 }  // namespace firn

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 
 #include "solver/collide.h"
+#include "solver/vec.h"
 
 namespace firn {
 
@@ -48,21 +48,20 @@ struct Support {
 // wider vectors are torn apart through memory); the padding of the arrays repeats the last vertex.
 // On a tie the choice is fixed, so results are reproducible.
 inline Support support(const ConvexPart& part, double dx, double dy, double dz) {
-  using Lanes = double __attribute__((vector_size(32)));
   using Index = std::int64_t __attribute__((vector_size(32)));
   const double* const x = part.x.data();
   const double* const y = part.y.data();
   const double* const z = part.z.data();
-  const auto heights = [&](int i, Lanes& out) {
-    Lanes vx, vy, vz;
-    std::memcpy(&vx, x + i, sizeof vx);
-    std::memcpy(&vy, y + i, sizeof vy);
-    std::memcpy(&vz, z + i, sizeof vz);
+  const auto heights = [&](int i, Four& out) {
+    Four vx, vy, vz;
+    get(x + i, vx);
+    get(y + i, vy);
+    get(z + i, vz);
     out = vx * dx + vy * dy + vz * dz;
   };
   // Two chains side by side, as the padding is to eight.
   const Index lane = {0, 1, 2, 3};
-  Lanes best, second, value, second_value;
+  Four best, second, value, second_value;
   heights(0, best);
   heights(4, second);
   Index at = lane, second_at = lane + 4;

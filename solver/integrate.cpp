@@ -8,7 +8,7 @@ constexpr double kSmallAngle = 2e-2;  // rad, below which the polynomials are ex
 
 [[gnu::always_inline]] inline bool small(double h) { return h * h < kSmallAngle * kSmallAngle; }
 [[gnu::always_inline]] inline bool small(const Lanes& h) {
-  const Lanes::Four l = h.low * h.low, u = h.high * h.high, most = l > u ? l : u;
+  const Four l = h.low * h.low, u = h.high * h.high, most = l > u ? l : u;
   const double a = most[0] > most[1] ? most[0] : most[1], b = most[2] > most[3] ? most[2] : most[3];
   return (a > b ? a : b) < kSmallAngle * kSmallAngle;
 }

@@ -20,7 +20,6 @@ void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, con
 // without AVX would pass them differently.
 struct Lanes {
   static constexpr int size = 8;
-  using Four = double __attribute__((vector_size(32)));
   Four low, high;
 
   Lanes() = default;
@@ -42,6 +41,12 @@ struct Lanes {
   }
   [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
     return {a.low * b.low, a.high * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes root(const Lanes& a) {
+    Lanes out = a;
+    root(out.low);
+    root(out.high);
+    return out;
   }
   [[gnu::always_inline]] friend Lanes operator*(double a, const Lanes& b) {
     return {a * b.low, a * b.high};

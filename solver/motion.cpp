@@ -1,76 +1,258 @@
-// Kicks and drifts of all present particles.
+// Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
+// and rotate_free() do, in the same order of operations.
 #include "solver/workspace.h"
 
 namespace firn {
 
 namespace {
-constexpr std::size_t kGrain = 1024;  // bodies a task; below this threads do not pay
+constexpr std::size_t kGrain = 128;  // bodies a task
 
-Vec3 spin_of(const RigidBody& body, const Mat3& rotation, const Vec3& angular_momentum) {
-  return rotation * angular_momentum.cwiseProduct(body.inverse_inertia);
+// Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
+struct Crew {
+  std::size_t body[Lanes::size];
+  int count = 0;
+
+  void fill_up() {
+    for (int k = count; k < Lanes::size; ++k) body[k] = body[count - 1];
+  }
+};
+
+// A vector or quaternion of each body, by component.
+struct Columns3 {
+  Lanes x, y, z;
+};
+struct Columns4 {
+  Lanes x, y, z, w;
+};
+
+template <class RowOf>
+[[gnu::always_inline]] inline void gather(const Crew& crew, const RowOf& row_of, Columns4& out) {
+  row_of(crew.body[0], out.x.low);
+  row_of(crew.body[1], out.y.low);
+  row_of(crew.body[2], out.z.low);
+  row_of(crew.body[3], out.w.low);
+  row_of(crew.body[4], out.x.high);
+  row_of(crew.body[5], out.y.high);
+  row_of(crew.body[6], out.z.high);
+  row_of(crew.body[7], out.w.high);
+  transpose(out.x.low, out.y.low, out.z.low, out.w.low);
+  transpose(out.x.high, out.y.high, out.z.high, out.w.high);
+}
+[[gnu::always_inline]] inline void scatter(Columns4& c, Four* rows) {
+  transpose(c.x.low, c.y.low, c.z.low, c.w.low);
+  transpose(c.x.high, c.y.high, c.z.high, c.w.high);
+  rows[0] = c.x.low;
+  rows[1] = c.y.low;
+  rows[2] = c.z.low;
+  rows[3] = c.w.low;
+  rows[4] = c.x.high;
+  rows[5] = c.y.high;
+  rows[6] = c.z.high;
+  rows[7] = c.w.high;
+}
+[[gnu::always_inline]] inline void get_three(const Vec3& from, Four& v) {
+  v = Four{from.x(), from.y(), from.z(), 0};
+}
+[[gnu::always_inline]] inline void put_three(const Four& v, Vec3& to) {
+  to = Vec3(v[0], v[1], v[2]);
 }
 
-// The rotational drift of up to Lanes::size bodies, one in each lane.
-void drift_rotations(const Workspace& w, const Model& model, State& s, const std::size_t* bodies,
-                     int count) {
-  FreeRotations r;
-  for (int k = 0; k < Lanes::size; ++k) {
-    const std::size_t i = bodies[std::min(k, count - 1)];
-    const Vec3& inverse = w.rigid[model.particles[i].shape].inverse_inertia;
-    for (int c = 0; c < 4; ++c) r.q[c].set(k, s.orientation[i].coeffs()[c]);
-    for (int c = 0; c < 3; ++c) {
-      r.momentum[c].set(k, s.angular_momentum[i][c]);
-      r.inverse_inertia[c].set(k, inverse[c]);
-    }
-  }
-  rotate_free(r, model.timestep);
-  for (int k = 0; k < count; ++k) {
-    const std::size_t i = bodies[k];
-    for (int c = 0; c < 4; ++c) s.orientation[i].coeffs()[c] = r.q[c][k];
-    for (int c = 0; c < 3; ++c) s.angular_momentum[i][c] = r.momentum[c][k];
-  }
+[[gnu::always_inline]] inline Lanes norm(const Lanes& x, const Lanes& y, const Lanes& z) {
+  return root(x * x + (y * y + z * z));
 }
 
-void kick_and_drift_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
-                          std::size_t end) {
-  const double dt = model.timestep;
-  std::size_t lanes[Lanes::size];
-  int filled = 0;
-  const auto finish = [&] {
-    if (filled == 0) return;
-    drift_rotations(w, model, s, lanes, filled);
-    for (int k = 0; k < filled; ++k) {
-      const std::size_t i = lanes[k];
-      const int shape = model.particles[i].shape;
-      BodyMotion& m = s.motion[i];
-      s.rotation[i] = s.orientation[i].toRotationMatrix();
-      m.spin = spin_of(w.rigid[shape], s.rotation[i], s.angular_momentum[i]);
-      const double turned = m.spin.norm() * dt;
-      s.turn[i] += turned;
-      s.path[i] += m.velocity.norm() * dt + turned * w.reach[shape];
-    }
-    filled = 0;
-  };
+// Rotation matrices, row by row, as Eigen makes them of quaternions.
+struct Rotations {
+  Lanes at[3][3];
+
+  [[gnu::always_inline]] explicit Rotations(const Columns4& q) {
+    const Lanes tx = 2.0 * q.x, ty = 2.0 * q.y, tz = 2.0 * q.z;
+    const Lanes twx = tx * q.w, twy = ty * q.w, twz = tz * q.w;
+    const Lanes txx = tx * q.x, txy = ty * q.x, txz = tz * q.x;
+    const Lanes tyy = ty * q.y, tyz = tz * q.y, tzz = tz * q.z;
+    at[0][0] = 1.0 - (tyy + tzz);
+    at[0][1] = txy - twz;
+    at[0][2] = txz + twy;
+    at[1][0] = txy + twz;
+    at[1][1] = 1.0 - (txx + tzz);
+    at[1][2] = tyz - twx;
+    at[2][0] = txz - twy;
+    at[2][1] = tyz + twx;
+    at[2][2] = 1.0 - (txx + tyy);
+  }
+  [[gnu::always_inline]] void turn(const Columns3& v, Columns4& out) const {
+    out.x = at[0][0] * v.x + (at[0][1] * v.y + at[0][2] * v.z);
+    out.y = at[1][0] * v.x + (at[1][1] * v.y + at[1][2] * v.z);
+    out.z = at[2][0] * v.x + (at[2][1] * v.y + at[2][2] * v.z);
+  }
+  // scale R^T v; Eigen scales the matrix.
+  [[gnu::always_inline]] void turn_back(double scale, const Columns4& v, Columns3& out) const {
+    const auto scaled = [&](int row, int column) { return scale * at[row][column]; };
+    out.x = scaled(0, 0) * v.x + (scaled(1, 0) * v.y + scaled(2, 0) * v.z);
+    out.y = scaled(0, 1) * v.x + (scaled(1, 1) * v.y + scaled(2, 1) * v.z);
+    out.z = scaled(0, 2) * v.x + (scaled(1, 2) * v.y + scaled(2, 2) * v.z);
+  }
+};
+
+class Mover {
+ public:
+  Mover(const Model& model, const Workspace& w, State& s)
+      : model_(model), w_(w), s_(s), dt_(model.timestep) {
+    get_three(model.gravity, gravity_);
+  }
+
+  // The velocity's half kick, one body at a time: its vectors are rows already.
+  [[gnu::always_inline]] void kick_velocity(std::size_t i, Four& velocity) const {
+    Four force;
+    get(&s_.motion[i].velocity, velocity);
+    get(&s_.load[i].force, force);
+    velocity += half_ * (body(i).inverse_mass * force + gravity_);
+    put(velocity, &s_.motion[i].velocity);
+  }
+
+  [[gnu::always_inline]] void kick_momentum(const Crew& crew, const Rotations& r,
+                                            Columns4& momentum) const {
+    Columns4 torque;
+    Columns3 turned;
+    gather(
+        crew, [&](std::size_t i, Four& row) { get(&s_.load[i].torque, row); }, torque);
+    gather(
+        crew, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); }, momentum);
+    r.turn_back(half_, torque, turned);
+    momentum.x = momentum.x + turned.x;
+    momentum.y = momentum.y + turned.y;
+    momentum.z = momentum.z + turned.z;
+  }
+
+  [[gnu::always_inline]] void gather_orientation(const Crew& crew, Columns4& q) const {
+    gather(
+        crew, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); }, q);
+  }
+  [[gnu::always_inline]] void gather_inverse_inertia(const Crew& crew, Columns4& inverse) const {
+    gather(
+        crew, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); }, inverse);
+  }
+  [[gnu::always_inline]] void spin_of(const Rotations& r, const Columns4& momentum,
+                                      const Columns4& inverse, Columns4& spin) const {
+    const Columns3 rates{momentum.x * inverse.x, momentum.y * inverse.y, momentum.z * inverse.z};
+    r.turn(rates, spin);
+    spin.w = Lanes(0.0);
+  }
+
+  [[gnu::always_inline]] void store_spin(const Crew& crew, Columns4& spin) const {
+    Four rows[Lanes::size];
+    scatter(spin, rows);
+    for (int k = 0; k < crew.count; ++k) put(rows[k], &s_.motion[crew.body[k]].spin);
+  }
+  [[gnu::always_inline]] void store_momentum(const Crew& crew, Columns4& momentum) const {
+    Four rows[Lanes::size];
+    scatter(momentum, rows);
+    for (int k = 0; k < crew.count; ++k) put_three(rows[k], s_.angular_momentum[crew.body[k]]);
+  }
+
+  const RigidBody& body(std::size_t i) const { return w_.rigid[model_.particles[i].shape]; }
+
+  const Model& model_;
+  const Workspace& w_;
+  State& s_;
+  double dt_, half_ = 0.5 * dt_;
+  Four gravity_;
+};
+
+// Tells whether somebody has left its margin.
+bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
+  bool leaves = false;
+  State& s = mover.s_;
+  crew.fill_up();
+  Columns4 q, momentum, inverse, spin, velocity;
+  Four rows[Lanes::size];
+  for (int k = 0; k < crew.count; ++k) {
+    const std::size_t i = crew.body[k];
+    Four place;
+    mover.kick_velocity(i, rows[k]);
+    get(&s.motion[i].position, place);
+    put(place + mover.dt_ * rows[k], &s.motion[i].position);
+  }
+  for (int k = crew.count; k < Lanes::size; ++k) get(&s.motion[crew.body[k]].velocity, rows[k]);
+  mover.gather_orientation(crew, q);
+  mover.kick_momentum(crew, Rotations(q), momentum);
+  mover.gather_inverse_inertia(crew, inverse);
+  FreeRotations free{{q.x, q.y, q.z, q.w},
+                     {momentum.x, momentum.y, momentum.z},
+                     {inverse.x, inverse.y, inverse.z}};
+  rotate_free(free, mover.dt_);
+  q = {free.q[0], free.q[1], free.q[2], free.q[3]};
+  momentum = {free.momentum[0], free.momentum[1], free.momentum[2], Lanes(0.0)};
+  const Rotations r(q);
+  mover.spin_of(r, momentum, inverse, spin);
+  const Lanes turned = norm(spin.x, spin.y, spin.z) * Lanes(mover.dt_);
+  velocity = {{rows[0], rows[4]}, {rows[1], rows[5]}, {rows[2], rows[6]}, {rows[3], rows[7]}};
+  transpose(velocity.x.low, velocity.y.low, velocity.z.low, velocity.w.low);
+  transpose(velocity.x.high, velocity.y.high, velocity.z.high, velocity.w.high);
+  const Lanes gone = norm(velocity.x, velocity.y, velocity.z) * Lanes(mover.dt_);
+  for (int k = 0; k < crew.count; ++k) {
+    const std::size_t i = crew.body[k];
+    s.turn[i] += turned[k];
+    s.path[i] += gone[k] + turned[k] * mover.w_.reach[mover.model_.particles[i].shape];
+    leaves |= s.path[i] > s.relist_path[i];
+  }
+  mover.store_spin(crew, spin);
+  mover.store_momentum(crew, momentum);
+  scatter(q, rows);
+  for (int k = 0; k < crew.count; ++k) put(rows[k], s.orientation[crew.body[k]].coeffs().data());
+  // Column by column, as Eigen keeps them.
+  Columns4 first{r.at[0][0], r.at[1][0], r.at[2][0], r.at[0][1]};
+  Columns4 second{r.at[1][1], r.at[2][1], r.at[0][2], r.at[1][2]};
+  scatter(first, rows);
+  for (int k = 0; k < crew.count; ++k) put(rows[k], s.rotation[crew.body[k]].data());
+  scatter(second, rows);
+  for (int k = 0; k < crew.count; ++k) {
+    put(rows[k], s.rotation[crew.body[k]].data() + 4);
+    s.rotation[crew.body[k]].data()[8] = r.at[2][2][k];
+  }
+  return leaves;
+}
+
+void kick_crew(const Mover& mover, Crew& crew) {
+  crew.fill_up();
+  Columns4 q, momentum, inverse, spin;
+  Four velocity;
+  for (int k = 0; k < crew.count; ++k) mover.kick_velocity(crew.body[k], velocity);
+  mover.gather_orientation(crew, q);
+  const Rotations r(q);
+  mover.kick_momentum(crew, r, momentum);
+  mover.gather_inverse_inertia(crew, inverse);
+  mover.spin_of(r, momentum, inverse, spin);
+  mover.store_spin(crew, spin);
+  mover.store_momentum(crew, momentum);
+}
+
+// Calls move(crew) for the present bodies of [begin, end).
+template <class Move>
+void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& move) {
+  Crew crew;
   for (std::size_t i = begin; i < end; ++i) {
     if (s.presence[i] != Presence::present) continue;
-    BodyMotion& m = s.motion[i];
-    half_kick(w.rigid[model.particles[i].shape], s.load[i].force, s.load[i].torque, model.gravity,
-              dt, s.rotation[i], m.velocity, s.angular_momentum[i]);
-    m.position += dt * m.velocity;
-    lanes[filled++] = i;
-    if (filled == Lanes::size) finish();
+    crew.body[crew.count++] = i;
+    if (crew.count < Lanes::size) continue;
+    move(crew);
+    crew.count = 0;
   }
-  finish();
+  if (crew.count > 0) move(crew);
 }
 
 }  // namespace
 
-void kick_and_drift(const Model& model, const Workspace& w, State& s) {
+void kick_and_drift(const Model& model, Workspace& w, State& s) {
   const double dt = model.timestep;
-  for_chunks(
-      model.numerics.threads, model.particles.size(), kGrain,
-      [&](std::size_t begin, std::size_t end) { kick_and_drift_range(model, w, s, begin, end); });
   const std::size_t n = model.particles.size();
+  w.must_relist.assign((n + kGrain - 1) / kGrain, 0);
+  const Mover mover(model, w, s);
+  for_ranges(model.numerics.threads, n, kGrain, [&](std::size_t begin, std::size_t end) {
+    bool leaves = false;
+    for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew(mover, crew); });
+    w.must_relist[begin / kGrain] = leaves;
+  });
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     const BodyMotion& m = s.motion[n + b];
     const double turned = m.spin.norm() * dt;
@@ -90,15 +272,10 @@ void kick_and_drift(const Model& model, const Workspace& w, State& s) {
 }
 
 void kick(const Model& model, const Workspace& w, State& s) {
-  for_chunks(model.numerics.threads, model.particles.size(), kGrain,
+  const Mover mover(model, w, s);
+  for_ranges(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
-               for (std::size_t i = begin; i < end; ++i) {
-                 if (s.presence[i] != Presence::present) continue;
-                 const RigidBody& body = w.rigid[model.particles[i].shape];
-                 half_kick(body, s.load[i].force, s.load[i].torque, model.gravity, model.timestep,
-                           s.rotation[i], s.motion[i].velocity, s.angular_momentum[i]);
-                 s.motion[i].spin = spin_of(body, s.rotation[i], s.angular_momentum[i]);
-               }
+               for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
              });
 }
 

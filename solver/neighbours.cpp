@@ -1,6 +1,9 @@
 // The neighbour list: made anew when somebody has moved its margin, keeping the memory of the pairs
 // that stay. Fast bodies get wider margins, so that a few that fall do not wear out the list of
 // all.
+#include <algorithm>
+
+#include "solver/huge_pages.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
 
@@ -8,12 +11,16 @@ namespace firn {
 
 namespace {
 
+constexpr std::size_t kGrain = 64;  // bodies a task
+constexpr double kRounding = 1e-9;  // m: tests that save others let more through than those do
+
 // Places of the bounding spheres of all parts of the present particles.
 struct PartSpheres {
   std::vector<int> particle;       // [present] ids, ascending
   std::vector<std::size_t> first;  // [present] into centers
   std::vector<Vec3> centers;       // m, world
   std::vector<Box3> boxes;         // [present] m, world, with the margin around
+  std::vector<double> reach;       // [shapes] m, of all spheres from the centre of mass
 };
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
@@ -43,30 +50,72 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
 
 PartSpheres place_spheres(const Model& model, const State& s) {
   PartSpheres out;
+  std::size_t parts = 0;
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
     if (s.presence[i] != Presence::present) continue;
-    const Shape& shape = model.shapes[model.particles[i].shape];
     out.particle.push_back(static_cast<int>(i));
-    out.first.push_back(out.centers.size());
-    Box3 box;
-    for (std::size_t k = 0; k < shape.parts.size(); ++k) {
-      const ConvexPart& part = shape.parts[k];
+    out.first.push_back(parts);
+    parts += model.shapes[model.particles[i].shape].parts.size();
+  }
+  out.centers.resize(parts);
+  out.boxes.resize(out.particle.size());
+  for (const Shape& shape : model.shapes) {
+    double reach = 0;
+    for (const ConvexPart& part : shape.parts)
+      reach = std::max(reach, part.center.norm() + part.bounding_radius);
+    out.reach.push_back(reach);
+  }
+  const auto place = [&](std::size_t k) {
+    const int i = out.particle[k];
+    const Shape& shape = model.shapes[model.particles[i].shape];
+    Box3& box = out.boxes[k];
+    for (std::size_t p = 0; p < shape.parts.size(); ++p) {
+      const ConvexPart& part = shape.parts[p];
       const Vec3 c = s.motion[i].position + s.rotation[i] * part.center;
       const Vec3 r = Vec3::Constant(part.bounding_radius + s.margin[i]);
-      out.centers.push_back(c);
-      box.lower = k == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
-      box.upper = k == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
+      out.centers[out.first[k] + p] = c;
+      box.lower = p == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
+      box.upper = p == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
     }
-    out.boxes.push_back(box);
-  }
+  };
+  for_ranges(model.numerics.threads, out.particle.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) {
+               for (std::size_t k = begin; k < end; ++k) place(k);
+             });
   return out;
 }
 
-// Collects the new list, taking over what the old one knew.
+// A stretch of the new list: the pairs of some bodies with later ones. Indices count from its own
+// beginning.
+struct ListPiece {
+  std::vector<Pair> pairs;
+  std::vector<double> wake;
+  std::vector<PairWatch> watch;
+  std::vector<PartPair> part_pairs;
+  std::vector<Patch> patches;
+  std::vector<ContactPoint> points;
+};
+
+// Collects a piece, taking over what the old list knew.
 class ListMaker {
  public:
-  ListMaker(const Model& model, Workspace& w, State& s)
-      : model_(model), w_(w), s_(s), n_(static_cast<int>(model.particles.size())) {}
+  // `first_body`: the first a of the piece.
+  ListMaker(const Model& model, const Workspace& w, const State& s, int first_body,
+            ListPiece& piece)
+      : model_(model),
+        w_(w),
+        s_(s),
+        n_(static_cast<int>(model.particles.size())),
+        old_(static_cast<std::size_t>(
+            std::partition_point(s.pairs.begin(), s.pairs.end(),
+                                 [&](const Pair& p) { return p.a < first_body; }) -
+            s.pairs.begin())),
+        pairs_(piece.pairs),
+        wake_(piece.wake),
+        watch_(piece.watch),
+        part_pairs_(piece.part_pairs),
+        patches_(piece.patches),
+        points_(piece.points) {}
 
   void add_particles(const PartSpheres& spheres, int i, int j) {
     const int a = spheres.particle[i], b = spheres.particle[j];
@@ -74,8 +123,11 @@ class ListMaker {
     const auto& pb = model_.shapes[model_.particles[b].shape].parts;
     begin(a, b, w_.law_index(model_.particles[a].shape, model_.particles[b].shape));
     const double margins = s_.margin[a] + s_.margin[b];
+    const double all_of_b = spheres.reach[model_.particles[b].shape] + margins + kRounding;
     for (std::size_t k = 0; k < pa.size(); ++k) {
       const Vec3& ca = spheres.centers[spheres.first[i] + k];
+      const double near = pa[k].bounding_radius + all_of_b;
+      if ((ca - s_.motion[b].position).squaredNorm() > near * near) continue;
       for (std::size_t l = 0; l < pb.size(); ++l) {
         const double reach = pa[k].bounding_radius + pb[l].bounding_radius + margins;
         if ((ca - spheres.centers[spheres.first[j] + l]).squaredNorm() < reach * reach) {
@@ -90,6 +142,16 @@ class ListMaker {
     const int a = spheres.particle[i], b = n_ + boundary;
     const Pose pose{s_.rotation[b], s_.motion[b].position};
     const auto& parts = model_.shapes[model_.particles[a].shape].parts;
+    const double all_of_a =
+        spheres.reach[model_.particles[a].shape] + s_.margin[a] + s_.margin[b] + kRounding;
+    const Vec3 center = pose.rotation.transpose() * (s_.motion[a].position - pose.translation);
+    if (w_.trees[boundary]) {
+      const Box3& bounds = w_.trees[boundary]->bounds();
+      const Vec3 all = Vec3::Constant(all_of_a);
+      if (!bounds.meets({center - all, center + all})) return;
+    } else if (center.z() > all_of_a) {
+      return;
+    }
     begin(a, b, w_.law_index_boundary(model_.particles[a].shape, boundary));
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const Vec3 c =
@@ -104,15 +166,6 @@ class ListMaker {
       for (int l : found_) add_part(static_cast<int>(k), l);
     }
     end();
-  }
-
-  void finish() {
-    s_.pairs = std::move(pairs_);
-    s_.wake = std::move(wake_);
-    s_.watch = std::move(watch_);
-    s_.part_pairs = std::move(part_pairs_);
-    s_.patches = std::move(patches_);
-    s_.points = std::move(points_);
   }
 
  private:
@@ -194,25 +247,65 @@ class ListMaker {
   }
 
   const Model& model_;
-  Workspace& w_;
-  State& s_;
+  const Workspace& w_;
+  const State& s_;
   int n_;
-  std::size_t old_ = 0;
+  std::size_t old_;
   bool known_ = false, new_part_ = false;
   std::uint32_t old_part_ = 0, old_part_end_ = 0;
   Pair pair_;
   std::vector<int> found_;
-  std::vector<Pair> pairs_;
-  std::vector<double> wake_;
-  std::vector<PairWatch> watch_;
-  std::vector<PartPair> part_pairs_;
-  std::vector<Patch> patches_;
-  std::vector<ContactPoint> points_;
+  std::vector<Pair>& pairs_;
+  std::vector<double>& wake_;
+  std::vector<PairWatch>& watch_;
+  std::vector<PartPair>& part_pairs_;
+  std::vector<Patch>& patches_;
+  std::vector<ContactPoint>& points_;
 };
 
-bool must_rebuild(const State& s) {
+// Puts the pieces one behind the other: the list that one piece would have been.
+void join(std::vector<ListPiece>& pieces, int threads, State& s) {
+  struct Sizes {
+    std::size_t pairs = 0, parts = 0, patches = 0, points = 0;
+  };
+  std::vector<Sizes> before(pieces.size() + 1);
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    const ListPiece& p = pieces[k];
+    before[k + 1] = {before[k].pairs + p.pairs.size(), before[k].parts + p.part_pairs.size(),
+                     before[k].patches + p.patches.size(), before[k].points + p.points.size()};
+  }
+  resize_large(s.pairs, before.back().pairs);
+  resize_large(s.wake, before.back().pairs);
+  resize_large(s.watch, before.back().pairs);
+  resize_large(s.part_pairs, before.back().parts);
+  resize_large(s.patches, before.back().patches);
+  resize_large(s.points, before.back().points);
+  for_ranges(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
+    ListPiece& p = pieces[k];
+    const Sizes& at = before[k];
+    for (Pair& pair : p.pairs) {
+      pair.first_part += static_cast<std::uint32_t>(at.parts);
+      if (pair.patch_count == 0) continue;
+      pair.first_patch += static_cast<std::uint32_t>(at.patches);
+      pair.first_point += static_cast<std::uint32_t>(at.points);
+    }
+    for (Patch& patch : p.patches) patch.first_point += static_cast<std::uint32_t>(at.points);
+    std::copy(p.pairs.begin(), p.pairs.end(), s.pairs.begin() + at.pairs);
+    std::copy(p.wake.begin(), p.wake.end(), s.wake.begin() + at.pairs);
+    std::copy(p.watch.begin(), p.watch.end(), s.watch.begin() + at.pairs);
+    std::copy(p.part_pairs.begin(), p.part_pairs.end(), s.part_pairs.begin() + at.parts);
+    std::copy(p.patches.begin(), p.patches.end(), s.patches.begin() + at.patches);
+    std::copy(p.points.begin(), p.points.end(), s.points.begin() + at.points);
+    p = {};
+  });
+}
+
+bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
   if (s.list_is_stale) return true;
-  for (std::size_t i = 0; i < s.path.size(); ++i) {
+  for (const char leaves : w.must_relist) {
+    if (leaves) return true;
+  }
+  for (std::size_t i = model.particles.size(); i < s.path.size(); ++i) {
     if (s.path[i] > s.relist_path[i]) return true;
   }
   return false;
@@ -221,23 +314,26 @@ bool must_rebuild(const State& s) {
 }  // namespace
 
 void refresh_neighbours(const Model& model, Workspace& w, State& s) {
-  if (!must_rebuild(s)) return;
+  if (!must_rebuild(model, w, s)) return;
   check_step_lengths(model, w, s);
   set_margins(model, w, s);
   const PartSpheres spheres = place_spheres(model, s);
-  std::vector<std::array<std::int32_t, 2>> near;
-  box_pairs(spheres.boxes, near);
-  ListMaker list(model, w, s);
-  std::size_t k = 0;
-  for (int i = 0; i < static_cast<int>(spheres.particle.size()); ++i) {
-    for (; k < near.size() && near[k][0] == i; ++k) list.add_particles(spheres, i, near[k][1]);
-    for (int b = 0; b < static_cast<int>(model.boundaries.size()); ++b) {
-      if (s.boundary_present[b]) list.add_boundary(spheres, i, b);
+  const int threads = model.numerics.threads;
+  const BoxNeighbours near = box_neighbours(spheres.boxes, threads);
+  const std::size_t present = spheres.particle.size();
+  std::vector<ListPiece> pieces((present + kGrain - 1) / kGrain);
+  for_ranges(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
+    ListMaker list(model, w, s, spheres.particle[begin], pieces[begin / kGrain]);
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const std::int32_t j : near.of(i)) list.add_particles(spheres, static_cast<int>(i), j);
+      for (int b = 0; b < static_cast<int>(model.boundaries.size()); ++b) {
+        if (s.boundary_present[b]) list.add_boundary(spheres, static_cast<int>(i), b);
+      }
     }
-  }
-  list.finish();
+  });
+  join(pieces, threads, s);
   s.list_is_stale = false;
-  w.active_is_stale = w.ends_are_stale = true;
+  w.list_is_new = true;
   ++s.health.rebuilds;
   s.health.pairs = s.pairs.size();
 }

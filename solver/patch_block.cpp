@@ -2,22 +2,6 @@
 
 namespace firn {
 
-namespace {
-
-// Four rows of four into four columns of four, or back.
-[[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
-  const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-  const Four ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-  const Four cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
-}
-
-}  // namespace
-
 // Both also move what lies behind the last patch, up to a multiple of four; nobody reads it.
 void PatchBlock::spread(const Quad* rows, Columns& columns) const {
   for (int k = 0; k < count_; k += 4) {

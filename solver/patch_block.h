@@ -69,6 +69,10 @@ class PatchBlock {
   double overlap(int k) const { return overlap_[k]; }
   double work_normal(int k) const { return work_normal_[k]; }
   double work_friction(int k) const { return work_friction_[k]; }
+  // Which one of the patches it was.
+  std::size_t place(int k, const Patch* patches) const {
+    return static_cast<std::size_t>(patch_[k] - patches);
+  }
   PatchLoad load(int k) const {
     return {a_[k],        b_[k],         law_index_[k], force_[k],       moment_a_[k],
             moment_b_[k], pressed_.w[k], overlap_[k],   work_normal_[k], work_friction_[k]};

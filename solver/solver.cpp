@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "solver/contacts.h"
+#include "solver/kernels.h"
 #include "solver/snapshot.h"
 #include "solver/workspace.h"
 
@@ -12,6 +13,7 @@ namespace firn {
 
 struct Solver::Impl {
   Model model;
+  const Kernels& kernels = choose_kernels();
   Workspace workspace;
   State state;
   ParticleState view;  // copied from the state when somebody asks
@@ -80,12 +82,13 @@ void Solver::step() {
   const Model& m = i.model;
   Workspace& w = i.workspace;
   State& s = i.state;
+  const Kernels& k = i.kernels;
   i.timed(0, "advance boundaries", [&] { advance_boundaries(m, s); });
-  i.timed(1, "half kick and drift", [&] { kick_and_drift(m, w, s); });
-  i.timed(2, "neighbour list", [&] { refresh_neighbours(m, w, s); });
-  i.timed(3, "find contacts", [&] { find_contacts(m, w, s); });
-  i.timed(4, "contact forces", [&] { contact_forces(m, w, s); });
-  i.timed(5, "half kick", [&] { kick(m, w, s); });
+  i.timed(1, "half kick and drift", [&] { k.kick_and_drift(m, w, s); });
+  i.timed(2, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
+  i.timed(3, "find contacts", [&] { k.find_contacts(m, w, s); });
+  i.timed(4, "contact forces", [&] { k.contact_forces(m, w, s); });
+  i.timed(5, "half kick", [&] { k.kick(m, w, s); });
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
   i.timed(6, "check state", [&] { check_state(m, w, s); });
@@ -282,7 +285,7 @@ std::vector<std::byte> Solver::save() const { return pack(impl_->model, impl_->s
 
 void Solver::restore(const std::vector<std::byte>& bytes) {
   unpack(bytes, impl_->model, impl_->state);
-  impl_->workspace.active_is_stale = impl_->workspace.ends_are_stale = true;
+  impl_->workspace.list_is_new = true;
   impl_->changed();
 }
 

@@ -106,6 +106,11 @@ struct PhaseTime {
   double seconds;
 };
 
+// The instructions that a solver made now would use: "baseline", or "avx2" where build and
+// processor have them. The environment variable FIRN_INSTRUCTIONS asks for one of them; results are
+// the same. Throws InputError when it asks for what is not there.
+std::string instruction_set();
+
 class Solver {
  public:
   // Keeps its own copy of the model. Particles start waiting, boundaries present.

@@ -2,6 +2,12 @@
 // vector code, use these instead of Eigen's vectors.
 #pragma once
 
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+#include <cmath>
+
 #include "solver/types.h"
 
 namespace firn {
@@ -34,6 +40,25 @@ using FourInMemory = double __attribute__((vector_size(32), aligned(8), may_alia
 }
 [[gnu::always_inline]] inline void copy_four(const void* from, void* to) {
   *static_cast<FourInMemory*>(to) = *static_cast<const FourInMemory*>(from);
+}
+// Four rows of four into four columns of four, or back.
+[[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
+  const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Four ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Four cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+// The square roots, in place.
+[[gnu::always_inline]] inline void root(Four& v) {
+#ifdef __AVX__
+  v = _mm256_sqrt_pd(v);
+#else
+  for (int k = 0; k < 4; ++k) v[k] = std::sqrt(v[k]);
+#endif
 }
 
 inline Vec plain(const Quad& a) { return {a.x, a.y, a.z}; }

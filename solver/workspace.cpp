@@ -1,9 +1,8 @@
 #include "solver/workspace.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
+
+#include <limits>
 
 namespace firn {
 
@@ -107,27 +106,6 @@ std::string name_of_body(const Model& model, int body) {
   const int n = static_cast<int>(model.particles.size());
   return body < n ? fmt::format("particle {}", body)
                   : fmt::format("boundary \"{}\"", model.boundaries[body - n].name);
-}
-
-void for_chunks(int threads, std::size_t n, std::size_t grain,
-                const std::function<void(std::size_t, std::size_t)>& body) {
-  const std::size_t chunks = (n + grain - 1) / grain;
-  if (threads <= 1 || chunks <= 1) {
-    if (n > 0) body(0, n);
-    return;
-  }
-  static thread_local std::unique_ptr<tbb::task_arena> arena;
-  if (!arena || arena->max_concurrency() != threads) {
-    arena = std::make_unique<tbb::task_arena>(threads);
-  }
-  arena->execute([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks, 1),
-                      [&](const tbb::blocked_range<std::size_t>& r) {
-                        for (std::size_t c = r.begin(); c != r.end(); ++c) {
-                          body(c * grain, std::min(n, (c + 1) * grain));
-                        }
-                      });
-  });
 }
 
 }  // namespace firn

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "solver/broadphase.h"
 #include "solver/integrate.h"
+#include "solver/parallel.h"
 #include "solver/patch_block.h"
 #include "solver/patches.h"
 #include "solver/state.h"
@@ -28,6 +28,64 @@ struct Look {
   FoundPatches found;
 };
 
+// What a step sums up over the contacts of one range of pairs. The ranges are the same for any
+// number of threads, and are added up in their order, so the sums are the same bits.
+struct ContactAccounts {
+  struct Wall {
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, on the boundary
+    double peak = 0;                                              // N
+    bool touched = false;
+  };
+  double work_normal = 0, work_friction = 0, work_walls = 0, boundary_work = 0;  // J
+  double largest_overlap = 0;                                                    // m
+  std::int32_t largest_overlap_particle = -1;
+  double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
+  std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // its bodies
+  std::vector<Wall> walls;                                // [boundaries]
+  std::vector<std::int32_t> touched;                      // of them
+};
+
+// A range of kPairsOfRange listed pairs, which one task works on.
+inline constexpr std::size_t kPairsOfRange = 512;
+struct alignas(64) PairRange {
+  std::vector<std::uint32_t> active;  // pairs with patches, ascending
+  // Of the present step:
+  std::vector<std::uint32_t> due;       // pairs to look at
+  std::vector<std::uint32_t> changed;   // pairs that came into touch or out of it
+  std::vector<std::uint32_t> outgrown;  // pairs whose patches do not fit into their place,
+  std::vector<FoundPatches> found;      // and these patches; may be longer
+  std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
+  std::int64_t more_patches = 0, more_points = 0;  // than before
+  bool wrong = false;                              // a look found what must stop the run:
+  std::uint32_t wrong_pair = 0;                    // bodies placed into each other,
+  double wrong_depth = 0;                          // m, so deep; or passed through each other: 0
+  ContactAccounts accounts;
+  // Scratch memory.
+  std::vector<std::uint32_t> spare_active;
+  std::vector<PartContact> contacts;
+  PatchScratch scratch;
+  Look look;
+};
+
+// The active pairs of each body in ascending order, as both partners see them.
+struct TouchLists {
+  std::vector<std::uint32_t> first;  // [bodies + 1] room of a body: its listed pairs
+  std::vector<std::uint32_t> count;  // [bodies]
+  std::vector<std::uint32_t> pairs;
+
+  void make(std::size_t bodies, const std::vector<std::array<std::int32_t, 2>>& ends,
+            const std::vector<PairRange>& ranges);
+  // A pair has come into touch, or out of it.
+  void toggle(std::uint32_t pair, std::int32_t body);
+};
+
+// What the forces of one patch do, kept until somebody sums them up for a body.
+struct KeptLoad {
+  Quad force;     // N, on a; and the normal force
+  Quad moment_a;  // N m
+  Quad moment_b;
+};
+
 struct Workspace {
   explicit Workspace(const Model& model);
 
@@ -40,15 +98,14 @@ struct Workspace {
   double skin = 0;                    // m
   double least_overlap_limit = 0;     // m, over all laws
 
-  std::vector<std::array<std::int32_t, 2>>
-      ends;                           // [pairs] the bodies, packed for the scan of a step
-  std::vector<std::uint32_t> due;     // pairs to look at in this step
-  std::vector<Look> looks;            // [due]
-  std::vector<std::uint32_t> active;  // pairs with patches, ascending
-  std::vector<std::uint32_t> changed, spare_active;  // scratch of its update
-  bool active_is_stale = true;                       // the neighbour list was made anew
-  bool ends_are_stale = true;                        // the neighbour list was made anew
-  std::vector<std::vector<PatchLoad>> loads;         // of each task
+  // Made anew with the neighbour list:
+  bool list_is_new = true;
+  std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan
+  std::vector<PairRange> ranges;
+  std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
+  TouchLists touch;                      // when there are threads to sum with
+  std::vector<KeptLoad> kept;            // [places of patches] likewise
+  std::vector<char> must_relist;         // [tasks] somebody has left its margin
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
@@ -57,14 +114,9 @@ struct Workspace {
   int shapes = 0, columns = 0;
 };
 
-// Calls body(begin, end) over [0, n) in chunks of `grain` whose limits do not depend on the number
-// of threads.
-void for_chunks(int threads, std::size_t n, std::size_t grain,
-                const std::function<void(std::size_t, std::size_t)>& body);
-
 // The phases of a step, in order (see Solver::step).
 void advance_boundaries(const Model& model, State& state);
-void kick_and_drift(const Model& model, const Workspace& workspace, State& state);
+void kick_and_drift(const Model& model, Workspace& workspace, State& state);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void contact_forces(const Model& model, Workspace& workspace, State& state);

@@ -1,11 +1,13 @@
 // What a step of the drained repose experiment costs: 880 crescents settled in the box, and flowing
-// out through the door. One core unless FIRN_THREADS says otherwise.
+// out through the door; and the same states, and a stirred one, of 1, 12 and 114 such boxes side by
+// side: 880, 10 560 and 100 320 crescents. One core unless FIRN_THREADS says otherwise.
 //
 // The settled bed is made once by filling (about 15 s) and kept beside the program, together with
 // files for other programs: bed.csv (pose of every crescent), hull_bed.csv (pose of every convex
 // hull of a crescent, settled by Firn too) and crescent.json (the shape).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -15,21 +17,25 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "validation/verification/scenes.h"
+#include "tests/benchmark/beds.h"
 
 namespace firn {
 namespace {
 
-constexpr int kCubes = 880;
+constexpr int kCubes = beds::kCubes;
 
 std::filesystem::path program_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
+int threads() {
+  const char* const wish = std::getenv("FIRN_THREADS");
+  return wish ? std::atoi(wish) : 1;
+}
+
 scenes::ReposeBox box() {
   scenes::ReposeBox b = scenes::repose_box(kCubes);
-  if (const char* threads = std::getenv("FIRN_THREADS"))
-    b.model.numerics.threads = std::atoi(threads);
+  b.model.numerics.threads = threads();
   return b;
 }
 
@@ -128,13 +134,14 @@ double peak_memory() {
   return 0;
 }
 
-// Times the steps of a bed of kCubes, all of them still there.
+// Times the steps of a bed, all of its cubes still there.
 void time_steps(benchmark::State& state, Solver& solver) {
+  const auto cubes = static_cast<double>(solver.model().particles.size());
   const auto begin = std::chrono::steady_clock::now();
   for (auto _ : state) solver.step();
   const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
   state.counters["us/particle/step"] =
-      took.count() / kCubes / static_cast<double>(state.iterations());
+      took.count() / cubes / static_cast<double>(state.iterations());
   state.counters["patches"] = static_cast<double>(solver.health().patches);
   state.counters["points"] = static_cast<double>(solver.health().points);
   state.counters["kinetic_J"] = solver.energy().kinetic;
@@ -157,6 +164,78 @@ void Discharging(benchmark::State& state) {
   time_steps(state, solver);
 }
 BENCHMARK(Discharging)->Unit(benchmark::kMicrosecond)->Iterations(20000)->UseRealTime();
+
+// Memory that is taken, bytes.
+double taken() {
+  const auto info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd);
+}
+
+// The stirred tile, from the kept file or by filling anew.
+Solver stirred(const beds::Tile& tile) {
+  const std::filesystem::path file = program_folder() / "stirred_bed.state";
+  if (std::filesystem::exists(file)) {
+    try {
+      Solver solver(tile.box.model);
+      solver.restore(read_bytes(file));
+      return solver;
+    } catch (const RunError& e) {
+      std::cerr << "stirring the bed anew: " << e.what() << '\n';
+    }
+  }
+  Solver solver = beds::filled(tile);
+  const std::vector<std::byte> bytes = solver.save();
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  return solver;
+}
+
+enum class Bed { settled, discharging, stirred };
+
+// Arguments: tiles along and across.
+void tiles(benchmark::State& state, Bed kind) {
+  const beds::Tile tile = beds::tile(kind == Bed::stirred);
+  Solver one = kind == Bed::stirred ? stirred(tile) : settled(tile.box);
+  if (kind == Bed::discharging) {
+    one.remove_boundary(tile.box.door);
+    scenes::run(one, 0.3);
+  }
+  const beds::Tiled bed =
+      beds::tiled(tile, one, static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  const double before = taken();
+  Solver solver = beds::start(bed, threads());
+  if (kind == Bed::discharging) {
+    for (const int door : bed.doors) solver.remove_boundary(door);
+  }
+  scenes::run(solver, 0.01);  // the contacts' memory, caches and lists
+  time_steps(state, solver);
+  const auto cubes = static_cast<double>(bed.position.size());
+  state.counters["cubes"] = cubes;
+  state.counters["bytes/particle"] = (taken() - before) / cubes;
+}
+void TiledSettled(benchmark::State& state) { tiles(state, Bed::settled); }
+void TiledDischarging(benchmark::State& state) { tiles(state, Bed::discharging); }
+void TiledStirred(benchmark::State& state) { tiles(state, Bed::stirred); }
+
+// As many particle steps for every size.
+void sizes(benchmark::internal::Benchmark* b, int tiles_along, int tiles_across, int steps) {
+  b->Args({tiles_along, tiles_across})->Iterations(steps);
+}
+void small(benchmark::internal::Benchmark* b) { sizes(b, 1, 1, 5000); }
+void medium(benchmark::internal::Benchmark* b) { sizes(b, 4, 3, 500); }
+void large(benchmark::internal::Benchmark* b) { sizes(b, 6, 19, 100); }
+#define FIRN_TILED(name, size) \
+  BENCHMARK(name)->Apply(size)->Unit(benchmark::kMicrosecond)->UseRealTime()
+FIRN_TILED(TiledSettled, small);
+FIRN_TILED(TiledSettled, medium);
+FIRN_TILED(TiledSettled, large);
+FIRN_TILED(TiledDischarging, small);
+FIRN_TILED(TiledDischarging, medium);
+FIRN_TILED(TiledDischarging, large);
+FIRN_TILED(TiledStirred, small);
+FIRN_TILED(TiledStirred, medium);
+FIRN_TILED(TiledStirred, large);
 
 }  // namespace
 }  // namespace firn

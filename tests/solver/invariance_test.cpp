@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <optional>
 
 #include "validation/verification/scenes.h"
 
@@ -85,6 +87,48 @@ TEST(StateHash, TellsWhichGroupOfTheStateChanged) {
   b.step();
   EXPECT_NE(different_groups(a.group_hashes(), b.group_hashes()).find("positions"),
             std::string::npos);
+}
+
+// The environment of a test, given back at its end.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    setenv(name, value, 1);
+  }
+  ~Environment() {
+    if (before_)
+      setenv(name_, before_->c_str(), 1);
+    else
+      unsetenv(name_);
+  }
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+// Crescents fall, touch and come to rest.
+TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
+  std::vector<std::vector<std::byte>> states;
+  for (const char* instructions : {"baseline", "avx2"}) {
+    const Environment wish("FIRN_INSTRUCTIONS", instructions);
+    try {
+      ASSERT_EQ(instruction_set(), instructions);
+    } catch (const InputError& e) {
+      GTEST_SKIP() << e.what();
+    }
+    Solver solver = filled(small_box(60), 0.4, 7);
+    scenes::run(solver, 0.3);
+    ASSERT_GT(solver.health().refreshes, 1000u);
+    states.push_back(solver.save());
+  }
+  EXPECT_TRUE(states[0] == states[1]);
+}
+
+TEST(Determinism, UnknownInstructionsAreRefused) {
+  const Environment wish("FIRN_INSTRUCTIONS", "abacus");
+  EXPECT_THROW(Solver(small_box(1)), InputError);
 }
 
 TEST(Checkpoint, RestoredSolverGoesOnBitForBit) {

@@ -5,6 +5,8 @@
 
 #include "solver/integrate.h"
 #include "solver/patch_block.h"
+#include "solver/workspace.h"
+#include "validation/verification/scenes.h"
 
 namespace firn {
 namespace {
@@ -41,6 +43,72 @@ TEST(Lanes, RotateEachBodyAsOnItsOwn) {
       for (int c = 0; c < 4; ++c) EXPECT_EQ(many.q[c][k], q[k].coeffs()[c]);
       for (int c = 0; c < 3; ++c) EXPECT_EQ(many.momentum[c][k], momentum[k][c]);
     }
+  }
+}
+
+// Bodies of two shapes, some of them not there, as many as do not fill the last lanes.
+TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
+  constexpr int kBodies = 21;
+  Dice dice;
+  Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
+  scenes::add_shape(model, make_box({0.02, 0.03, 0.01}, scenes::ice_options(0.02, 1e5, 1e-3)));
+  scenes::add_shape(model, make_box({0.01, 0.01, 0.04}, scenes::ice_options(0.01, 1e5, 1e-3)));
+  for (int i = 0; i < kBodies; ++i) scenes::add_particles(model, i % 2);
+  model.timestep = 1e-4;
+  Workspace w(model);
+  State s;
+  s.motion.resize(kBodies);
+  s.rotation.resize(kBodies);
+  s.load.resize(kBodies);
+  s.path.resize(kBodies, 0);
+  s.turn.resize(kBodies, 0);
+  s.relist_path.resize(kBodies, 1);
+  for (int i = 0; i < kBodies; ++i) {
+    s.presence.push_back(i % 5 == 3 ? Presence::left : Presence::present);
+    s.motion[i].position = dice.vector(1);
+    s.motion[i].velocity = dice.vector(1);
+    s.load[i].force = dice.vector(1);
+    s.load[i].torque = dice.vector(1e-2);
+    s.angular_momentum.push_back(dice.vector(1e-5));
+    s.orientation.push_back(Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized());
+    s.rotation[i] = s.orientation[i].toRotationMatrix();
+  }
+  const State before = s;
+  kick_and_drift(model, w, s);
+  const State drifted = s;
+  kick(model, w, s);
+  for (int i = 0; i < kBodies; ++i) {
+    SCOPED_TRACE(i);
+    Vec3 velocity = before.motion[i].velocity, momentum = before.angular_momentum[i];
+    Quat q = before.orientation[i];
+    if (before.presence[i] != Presence::present) {
+      EXPECT_EQ(s.motion[i].position, before.motion[i].position);
+      EXPECT_EQ(s.motion[i].velocity, velocity);
+      EXPECT_EQ(s.path[i], 0);
+      continue;
+    }
+    const RigidBody& body = w.rigid[model.particles[i].shape];
+    const auto kick_once = [&] {
+      half_kick(body, before.load[i].force, before.load[i].torque, model.gravity, model.timestep,
+                q.toRotationMatrix(), velocity, momentum);
+    };
+    kick_once();
+    rotate_free(body.inverse_inertia, model.timestep, q, momentum);
+    const Vec3 spin = q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia);
+    const double turned = spin.norm() * model.timestep;
+    EXPECT_EQ(drifted.motion[i].velocity, velocity);
+    EXPECT_EQ(drifted.motion[i].position, before.motion[i].position + model.timestep * velocity);
+    EXPECT_EQ(drifted.orientation[i].coeffs(), q.coeffs());
+    EXPECT_EQ(drifted.rotation[i], q.toRotationMatrix());
+    EXPECT_EQ(drifted.angular_momentum[i], momentum);
+    EXPECT_EQ(drifted.motion[i].spin, spin);
+    EXPECT_EQ(drifted.turn[i], turned);
+    EXPECT_EQ(drifted.path[i],
+              velocity.norm() * model.timestep + turned * w.reach[model.particles[i].shape]);
+    kick_once();
+    EXPECT_EQ(s.motion[i].velocity, velocity);
+    EXPECT_EQ(s.angular_momentum[i], momentum);
+    EXPECT_EQ(s.motion[i].spin, q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
   }
 }
 

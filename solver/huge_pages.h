@@ -1,0 +1,35 @@
+// Large arrays in large pages.
+#pragma once
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+#include <cstdint>
+#include <vector>
+
+namespace firn {
+
+// Room for n elements. An array that fills pages of 2 MB is asked for in such: a step walks through
+// all of it, and looking up thousands of small pages would cost more than the walk.
+template <class T>
+void reserve_large(std::vector<T>& v, std::size_t n) {
+  if (n <= v.capacity()) return;
+  v.reserve(n + n / 8);
+#ifdef __linux__
+  constexpr std::uintptr_t kPage = std::uintptr_t{2} << 20;
+  const auto begin = reinterpret_cast<std::uintptr_t>(v.data());
+  const std::uintptr_t first = (begin + kPage - 1) / kPage * kPage;
+  const std::uintptr_t last = (begin + v.capacity() * sizeof(T)) / kPage * kPage;
+  // A wish: where it is not granted, nothing is lost.
+  if (first < last) (void)madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+#endif
+}
+
+template <class T>
+void resize_large(std::vector<T>& v, std::size_t n) {
+  reserve_large(v, n);
+  v.resize(n);
+}
+
+}  // namespace firn

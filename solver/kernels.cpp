@@ -1,0 +1,14 @@
+// Compiled with each set of kernels; FIRN_KERNELS is its function and FIRN_KERNELS_NAME its name.
+#include "solver/kernels.h"
+
+#include "solver/workspace.h"
+
+namespace firn {
+
+const Kernels& FIRN_KERNELS() {
+  static constexpr Kernels kernels{FIRN_KERNELS_NAME, kick_and_drift, refresh_neighbours,
+                                   find_contacts,     contact_forces, kick};
+  return kernels;
+}
+
+}  // namespace firn
