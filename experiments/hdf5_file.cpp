@@ -24,8 +24,12 @@ herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
   return 0;
 }
 
-// HDF5 keeps one error printer for each thread.
+// HDF5 keeps one error printer for each thread. It also wants to tidy up when the program ends, and
+// crashes there over what a full disk has kept it from closing: it must be told not to, first of
+// all.
 void silence() {
+  static const bool no_tidying = H5dont_atexit() >= 0;
+  static_cast<void>(no_tidying);
   thread_local const bool silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   static_cast<void>(silent);
 }
@@ -70,14 +74,23 @@ Shape shape_of(hid_t dataset) {
 }
 
 // A damaged header may promise more elements than the file could hold; nothing is allocated for it.
-void check_believable(hid_t file, const Shape& shape, const std::string& path) {
+// `element` bytes each in the file; `packed`: what is stored may be compressed.
+void check_believable(hid_t file, const Shape& shape, std::size_t element, bool packed,
+                      const std::string& path) {
   hsize_t bytes = 0;
   check(H5Fget_filesize(file, &bytes), "read the file's size");
-  constexpr double kLargestCompression = 2000;  // deflate reaches about 1000
-  double elements = 1;
-  for (std::size_t n : shape) elements *= static_cast<double>(n);
-  if (elements > kLargestCompression * static_cast<double>(bytes))
+  constexpr double kLargestCompression = 1032;  // what deflate makes of zeros
+  double claimed = static_cast<double>(element);
+  for (std::size_t n : shape) claimed *= static_cast<double>(n);
+  if (claimed > (packed ? kLargestCompression : 1) * static_cast<double>(bytes))
     throw Error(fmt::format("{} claims more values than the file can hold", path));
+}
+
+void check_believable(hid_t file, const Handle& dataset, const std::string& path) {
+  const Handle type = own(H5Dget_type(dataset.id()), "read the type of " + path);
+  const Handle layout = own(H5Dget_create_plist(dataset.id()), "read the layout of " + path);
+  const bool packed = check(H5Pget_nfilters(layout.id()), "read the layout of " + path) > 0;
+  check_believable(file, shape_of(dataset.id()), H5Tget_size(type.id()), packed, path);
 }
 
 Handle string_type() {
@@ -283,9 +296,8 @@ Shape File::shape(const std::string& path) const {
 template <class T>
 std::vector<T> File::read(const std::string& path) const {
   const Handle dataset = open_dataset(file_.id(), path);
-  const Shape shape = shape_of(dataset.id());
-  check_believable(file_.id(), shape, path);
-  std::vector<T> values(product(shape));
+  check_believable(file_.id(), dataset, path);
+  std::vector<T> values(product(shape_of(dataset.id())));
   if (!values.empty())
     check(H5Dread(dataset.id(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
           "read " + path);
@@ -297,9 +309,8 @@ std::vector<std::string> File::read_strings(const std::string& path) const {
   const Handle stored = own(H5Dget_type(dataset.id()), "read the type of " + path);
   check_string_class(stored.id(), path);
   const Handle space = own(H5Dget_space(dataset.id()), "read a shape");
-  const Shape shape = shape_of_space(space.id());
-  check_believable(file_.id(), shape, path);
-  std::vector<char*> text(product(shape));
+  check_believable(file_.id(), dataset, path);
+  std::vector<char*> text(product(shape_of_space(space.id())));
   std::vector<std::string> values;
   if (text.empty()) return values;
   check(H5Dread(dataset.id(), stored.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
@@ -314,7 +325,7 @@ std::vector<double> File::read_rows(const std::string& path, std::size_t first,
   Shape shape = shape_of(dataset.id());
   if (shape.empty() || first + count > shape[0])
     throw Error(fmt::format("{} has no rows {} to {}", path, first, first + count));
-  check_believable(file_.id(), shape, path);
+  check_believable(file_.id(), dataset, path);
   shape[0] = count;
   std::vector<double> values(product(shape));
   if (values.empty()) return values;
@@ -457,7 +468,7 @@ std::vector<double> File::number_attribute(const std::string& path, const std::s
   const Handle attribute = open_attribute(file_.id(), path, name);
   const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
   const Shape shape = shape_of_space(space.id());
-  check_believable(file_.id(), shape, name);
+  check_believable(file_.id(), shape, 1, false, name);
   std::vector<double> values(product(shape));
   if (!values.empty())
     check(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, values.data()), "read the attribute " + name);

@@ -123,10 +123,7 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
         line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."));
     if (made || path == set_path || path.starts_with(set_path + ".")) place = label;
   }
-  std::string sentence = fmt::format("{}: {}: {}", place, path.empty() ? "case" : path, message);
-  std::ranges::replace_if(
-      sentence, [](unsigned char c) { return c < ' ' || c == 0x7f; }, ' ');
-  throw InputError(sentence);
+  throw InputError(fmt::format("{}: {}: {}", place, path.empty() ? "case" : path, message));
 }
 
 void TomlDocument::set(const std::string& path, const std::string& value) {

@@ -43,6 +43,15 @@ struct Manifold {
 void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
              GjkCache& cache, Manifold& out);
 
+// The same for parts that are known to have met on one side: only ways out within 45 degrees of
+// `side` (unit, A's axes, from A to B) count, however much shorter another one is by now.
+void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,
+                  double shell, Manifold& out);
+
+// True when the vertex of `part` farthest along `way` (part axes) lies on a seam that `way` points
+// out through: what happens there is the neighbour's.
+bool leads_through_seam(const ConvexPart& part, const Vec3& way);
+
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
 // (from the part to the plane); never fails, however deep: beside the lowest feature every vertex
 // in the shell is a point, with the weight of a corner.

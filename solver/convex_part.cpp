@@ -179,9 +179,14 @@ Vec3 sharpen(const Vec3& point, const std::vector<int>& planes, const std::vecto
   return result;
 }
 
+// Throws InputError for a solid that its planes leave open, or so thin that rounding closes it.
 Corners corners_of(const Polyhedron& solid, const std::vector<HalfSpace>& half_spaces) {
   Corners result;
   result.facets = solid.facets();
+  if (std::any_of(result.facets.begin(), result.facets.end(),
+                  [](const auto& facet) { return facet.plane == kStartFacet; })) {
+    throw InputError("a convex solid is too flat for its length; expected a thicker one");
+  }
   const auto same = collapse_short_edges(solid);
   for (auto& facet : result.facets) {
     for (auto& i : facet.loop) i = same[i];
@@ -209,6 +214,9 @@ Corners corners_of(const Polyhedron& solid, const std::vector<HalfSpace>& half_s
       }
       i = number[i];
     }
+  }
+  if (result.facets.size() < 4) {
+    throw InputError("a convex solid is thinner than rounding; expected some thickness");
   }
   return result;
 }
@@ -317,6 +325,18 @@ void set_seams(ConvexPart& part) {
   }
 }
 
+void set_thickness(ConvexPart& part) {
+  double least = part.faces.empty() ? 0 : std::numeric_limits<double>::infinity();
+  for (const auto& face : part.faces) {
+    double deepest = 0;
+    for (int i = 0; i < part.vertex_count; ++i) {
+      deepest = std::max(deepest, face.offset - face.normal.dot(part.vertex(i)));
+    }
+    least = std::min(least, deepest);
+  }
+  part.thickness = least + 2 * part.radius;
+}
+
 }  // namespace
 
 ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double rounding) {
@@ -348,6 +368,7 @@ ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double roundin
   set_edges(part);
   set_stars(part);
   set_seams(part);
+  set_thickness(part);
   return part;
 }
 
@@ -364,7 +385,9 @@ std::vector<HalfSpace> convex_hull(const std::vector<Vec3>& points) {
   Mat3 covariance = Mat3::Zero();
   for (const Vec3& p : points) covariance += (p - mean) * (p - mean).transpose() / count;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
-  if (!(axes.eigenvalues()(0) > 1e-18 * axes.eigenvalues()(2))) {
+  // Squares of thickness: sums of squares are good to 1e-16 of the largest, so that points of one
+  // plane, as rounded, must not pass. Thinner than 1e-7 of its length is no solid.
+  if (!(axes.eigenvalues()(0) > 1e-14 * axes.eigenvalues()(2))) {
     throw InputError("the corners of a convex solid lie in one plane; expected a solid");
   }
   // Points of unit covariance: however flat the solid, its hull holds a ball of radius n^-1/2 about
@@ -394,6 +417,7 @@ ConvexPart sphere_part(const Vec3& center, double radius) {
   set_vertices({center}, part);
   set_stars(part);
   set_seams(part);
+  set_thickness(part);
   return part;
 }
 

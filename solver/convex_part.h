@@ -57,6 +57,7 @@ struct ConvexPart {
   double radius = 0;           // m, sweep radius
   Vec3 center = Vec3::Zero();  // m, centre of a bounding sphere
   double bounding_radius = 0;  // m, of that sphere, sweep radius included
+  double thickness = 0;        // m, least width across a face, cuts and sweep included
 
   Vec3 vertex(int i) const { return {x[i], y[i], z[i]}; }
 };

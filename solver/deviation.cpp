@@ -16,9 +16,14 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 // Of a point to a flat convex polygon, corners counter-clockwise about unit normal n.
 template <typename Corner>
 double distance_to_polygon(const Vec3& p, const Vec3& n, int count, const Corner& corner) {
+  // An edge that is next to nothing beside the others runs anywhere.
+  constexpr double kNoEdge = 1e-4;
+  double size2 = 0;
+  for (int k = 1; k < count; ++k) size2 = std::max(size2, (corner(k) - corner(0)).squaredNorm());
   double nearest_edge = std::numeric_limits<double>::infinity();
   for (int k = 0; k < count; ++k) {
     const Vec3 a = corner(k), b = corner((k + 1) % count);
+    if (count > 3 && (b - a).squaredNorm() < kNoEdge * kNoEdge * size2) continue;
     if (n.cross(b - a).dot(p - a) < 0) {
       nearest_edge = std::min(nearest_edge, distance_to_segment(p, a, b));
     }
@@ -36,7 +41,9 @@ double signed_distance(const Vec3& p, const ConvexPart& part) {
     highest = std::max(highest, height);
     if (!face.internal) surface = std::max(surface, height);
   }
-  if (highest <= 0) return surface - part.radius;
+  // Faces that differ by next to nothing are merged: what is that little above one of them is not
+  // far from all of them, though it may be far from that one's own polygon.
+  if (highest <= 1e-6 * part.bounding_radius) return surface - part.radius;
   double distance = std::numeric_limits<double>::infinity();
   for (const auto& face : part.faces) {
     if (face.normal.dot(p) <= face.offset) continue;

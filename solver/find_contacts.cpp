@@ -1,6 +1,9 @@
 // Narrow phase with temporal coherence: only pairs whose motion bounds say that something can have
 // changed are looked at; their parts are queried and their patches made anew.
+#include <fmt/format.h>
+
 #include "solver/huge_pages.h"
+#include "solver/sides.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -29,6 +32,12 @@ double moved_since(const State& s, const Pair& pair, const PairWatch& watch, con
 // The gap of two parts as of a query: how long they may be left alone, m.
 double slack(double gap, const PairLaw& law) {
   return std::max({gap - law.shell, 0.5 * gap, law.refresh});
+}
+
+double deepest(const FoundPatches& found) {
+  double gap = 0;
+  for (const ContactPoint& p : found.points) gap = std::min(gap, p.gap);
+  return -gap;
 }
 
 class Looker {
@@ -63,7 +72,10 @@ class Looker {
       return;
     }
     out.queried = true;
+    out.passed = false;
+    const bool first_look = watch.moved == 0 && watch.need == 0;
     query(pair, pose, law, moved, out);
+    out.buried = first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
     double need = next_need(pair, law, moved, !out.found.patches.empty());
     watch.moved = moved;
@@ -78,6 +90,9 @@ class Looker {
  private:
   void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Look& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
+    const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
+    std::optional<Sides> sides;
+    if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
     for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
       PartPair& p = s_.part_pairs[k];
@@ -87,6 +102,8 @@ class Looker {
       c.a = p.a;
       c.b = static_cast<int>(p.b);
       collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
+      if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
+        out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
       ++out.queries;
       p.touching = c.manifold.points.empty() ? 0 : 1;
       p.wake = moved + (p.touching ? 0 : slack(c.manifold.gap, law));
@@ -135,6 +152,29 @@ class Looker {
   std::vector<PartContact>& contacts_;
   PatchScratch& scratch_;
 };
+
+// Bodies are placed by somebody who may err; one that starts deeper in another than this part of
+// its smallest edge would be thrown out by the spring.
+constexpr double kBuried = 0.05;
+
+void check_look(const Model& model, const Workspace& w, const State& s, const Suspect& look) {
+  const Pair& pair = s.pairs[look.pair];
+  if (look.passed) {
+    throw RunError(fmt::format(
+        "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
+        "the thin one thicker or the contact stiffer",
+        name_of_body(model, pair.a), name_of_body(model, pair.b), s.time,
+        step_motion(model, w, s, pair.a, pair.b)));
+  }
+  const int n = static_cast<int>(model.particles.size());
+  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
+  if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
+  if (look.buried > kBuried * edge) {
+    throw RunError(
+        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
+                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
+  }
+}
 
 // Stores what a look found in the pair's place.
 void store(const FoundPatches& f, Pair& pair, State& s) {
@@ -227,6 +267,7 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
                   std::size_t end, PairRange& range) {
   range.changed.clear();
   range.outgrown.clear();
+  range.suspects.clear();
   range.queries = range.refreshes = range.deep_births = 0;
   range.more_patches = range.more_points = 0;
   find_due(w, s, begin, end, range.due);
@@ -240,6 +281,8 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
     s.wake[p] = look.wake;
     range.queries += look.queries;
     range.deep_births += look.deep_births;
+    if (look.queried && (look.passed || look.buried > 0))
+      range.suspects.push_back({p, look.passed, look.buried});
     if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
     ++range.refreshes;
     range.more_patches += static_cast<std::int64_t>(look.found.patches.size()) - pair.patch_count;
@@ -359,6 +402,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
              });
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
+    for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);
     s.health.queries += range.queries;
     s.health.refreshes += range.refreshes;
     s.health.deep_births += range.deep_births;

@@ -153,7 +153,8 @@ class Bookkeeper {
     const double limit = w_.laws[load.law].overlap_limit;
     if (load.overlap > limit && accounts_.beyond_limit == 0) {
       accounts_.beyond_limit = load.overlap;
-      accounts_.beyond_limit_particle = load.a;
+      accounts_.beyond_limit_a = load.a;
+      accounts_.beyond_limit_b = load.b;
       accounts_.limit = limit;
     }
     if (load.overlap > accounts_.largest_overlap) {
@@ -171,11 +172,14 @@ class Bookkeeper {
   double overlap_ = 0;  // m, what is no more need not be noted
 };
 
-void add_up(const ContactAccounts& accounts, double time, State& s) {
+void add_up(const Model& model, const ContactAccounts& accounts, State& s) {
   if (accounts.beyond_limit > 0) {
-    throw RunError(
-        fmt::format("particle {} overlaps by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m",
-                    accounts.beyond_limit_particle, accounts.beyond_limit, time, accounts.limit));
+    throw RunError(fmt::format(
+        "particle {} overlaps {} by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m: the "
+        "contact "
+        "is too soft for this speed or load; expected a stiffer one, or a higher overlap_limit",
+        accounts.beyond_limit_a, name_of_body(model, accounts.beyond_limit_b),
+        accounts.beyond_limit, s.time, accounts.limit));
   }
   if (accounts.largest_overlap > s.health.largest_overlap) {
     s.health.largest_overlap = accounts.largest_overlap;
@@ -286,7 +290,7 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
     for_ranges(threads, s.load.size(), kBodiesOfTask,
                [&](std::size_t begin, std::size_t end) { sum_loads(w, s, begin, end); });
   }
-  for (const PairRange& range : w.ranges) add_up(range.accounts, s.time, s);
+  for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);
 }
 
 }  // namespace firn

@@ -99,4 +99,9 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
 // meet. distance <= 0 up to rounding and the touching distance.
 CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
 
+// The same among the ways out within 45 degrees of `side` (unit, A's axes, from A to B), whether
+// the cores overlap or not.
+CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+                             const Vec3& side);
+
 }  // namespace firn

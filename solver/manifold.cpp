@@ -135,19 +135,10 @@ double feature_depth(double gap, double shell, double size) {
   return std::max(0.0, -gap) + 4 * shell + kLeastExtent * size;
 }
 
-}  // namespace
-
-void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
-             GjkCache& cache, Manifold& out) {
-  clear(out);
+// The manifold around the place where the cores meet; `out` is clear.
+void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+          const CoreContact& contact, Manifold& out) {
   const double radii = a.radius + b.radius;
-  CoreContact contact = core_contact(a, b, b_in_a, shell, cache);
-  if (!contact.converged) {
-    out.gap = contact.lower - radii;
-    out.normal = contact.normal;
-    return;
-  }
-  if (contact.distance <= touching_distance(a, b)) contact = penetration(a, b, b_in_a);
   out.gap = contact.distance - radii;
   out.normal = contact.normal;
   if (!(out.gap < shell)) return;  // nor a number that is none
@@ -191,6 +182,27 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
     return;
   }
   emit(region, frame, a.radius, b.radius, shell, out);
+}
+
+}  // namespace
+
+void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+             GjkCache& cache, Manifold& out) {
+  clear(out);
+  const CoreContact contact = core_contact(a, b, b_in_a, shell, cache);
+  if (!contact.converged) {
+    out.gap = contact.lower - (a.radius + b.radius);
+    out.normal = contact.normal;
+    return;
+  }
+  const bool overlap = contact.distance <= touching_distance(a, b);
+  fill(a, b, b_in_a, shell, overlap ? penetration(a, b, b_in_a) : contact, out);
+}
+
+void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,
+                  double shell, Manifold& out) {
+  clear(out);
+  fill(a, b, b_in_a, shell, penetration_from(a, b, b_in_a, side), out);
 }
 
 void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out) {

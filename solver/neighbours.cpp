@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "solver/huge_pages.h"
+#include "solver/sides.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -314,6 +315,7 @@ bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
 
 void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   if (!must_rebuild(model, w, s)) return;
+  check_step_lengths(model, w, s);
   set_margins(model, w, s);
   const PartSpheres spheres = place_spheres(model, s);
   const int threads = model.numerics.threads;

@@ -10,15 +10,26 @@
 namespace firn {
 namespace {
 
+// Two for each iteration, of which its distance query takes up to a hundred; few overlaps need more
+// than fifty to expand.
+constexpr int kMaxQuestions = 800;
+
 // A core as libccd sees it: in A's axes, lengths in units of the pair's size.
 struct Placed {
   const ConvexPart* part;
   const Pose* pose;  // part -> A's axes
   double per_metre;
+  int* questions;  // how often libccd may still ask
 };
 
 void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
   const auto& o = *static_cast<const Placed*>(object);
+  if (--*o.questions < 0) {
+    // Its expansion knows no limit, and on flat or parallel features may turn in circles. A support
+    // at the origin says that nothing is left to expand: it ends with the best it has.
+    ccdVec3Set(out, 0, 0, 0);
+    return;
+  }
   const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
   const Vec3 v =
       o.per_metre *
@@ -43,24 +54,9 @@ double width(const Pair& p, const Vec3& n) {
   return support(p.a, n).height + support(p.b, -m).height - n.dot(p.b_in_a.translation);
 }
 
-// True when the vertex of `part` farthest along n lies on a seam that n points out through: that
-// way is the neighbour's, if it is one at all.
-bool through_seam(const ConvexPart& part, const Vec3& n) {
-  if (part.internal_normals.empty()) return false;
-  const double top = support(part, n).height;
-  std::uint32_t common = ~0u;
-  for (int i = 0; i < part.vertex_count; ++i) {
-    if (n.dot(part.vertex(i)) > top - kTouchingShare * part.bounding_radius)
-      common &= part.internal_faces[i];
-  }
-  for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
-    if ((common >> f & 1u) && n.dot(part.internal_normals[f]) > kSeamTilt) return true;
-  }
-  return false;
-}
-
 bool ours(const Pair& p, const Vec3& n) {
-  return !through_seam(p.a, n) && !through_seam(p.b, -(p.b_in_a.rotation.transpose() * n));
+  return !leads_through_seam(p.a, n) &&
+         !leads_through_seam(p.b, -(p.b_in_a.rotation.transpose() * n));
 }
 
 void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
@@ -73,7 +69,9 @@ void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
 bool ccd_direction(const Pair& p, Vec3& n) {
   const Pose identity;
   const double per_metre = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);
-  const Placed a{&p.a, &identity, per_metre}, b{&p.b, &p.b_in_a, per_metre};
+  int questions = kMaxQuestions;
+  const Placed a{&p.a, &identity, per_metre, &questions};
+  const Placed b{&p.b, &p.b_in_a, per_metre, &questions};
   ccd_t ccd;
   CCD_INIT(&ccd);
   ccd.support1 = ccd_support;
@@ -98,7 +96,48 @@ CoreContact contact_outside(const Pair& p, const Way& way, double clearance) {
   return core_contact(p.a, p.b, moved, std::numeric_limits<double>::infinity(), cold);
 }
 
+// From just outside, the distance query sees the nearest way in: an ever shallower one until it is
+// the one come by. This turns an approximate direction into an exact one.
+template <class Allowed>
+CoreContact refined(const Pair& p, Way best, const Allowed& allowed) {
+  CoreContact contact;
+  for (int i = 0; i < 8; ++i) {
+    const double clearance = std::max(1e-3 * std::min(p.a.bounding_radius, p.b.bounding_radius),
+                                      0.1 * std::abs(best.depth));
+    contact = contact_outside(p, best, clearance);
+    if (contact.distance <= touching_distance(p.a, p.b)) break;
+    const Way nearer{contact.normal, width(p, contact.normal)};
+    if (!(nearer.depth < best.depth - 1e-13 * pair_size(p.a, p.b)) || !allowed(nearer.normal))
+      break;
+    best = nearer;
+  }
+  if (contact.simplex.count == 0 || contact.normal.dot(best.normal) < 1 - 1e-12) {
+    const Vec3 in_b = -(p.b_in_a.rotation.transpose() * best.normal);
+    contact.simplex.count = 1;
+    contact.simplex.a[0] = static_cast<std::uint16_t>(support(p.a, best.normal).vertex);
+    contact.simplex.b[0] = static_cast<std::uint16_t>(support(p.b, in_b).vertex);
+    contact.point_a = p.a.vertex(contact.simplex.a[0]);
+  }
+  contact.normal = best.normal;
+  contact.distance = -best.depth;
+  return contact;
+}
+
 }  // namespace
+
+bool leads_through_seam(const ConvexPart& part, const Vec3& way) {
+  if (part.internal_normals.empty()) return false;
+  const double top = support(part, way).height;
+  std::uint32_t common = ~0u;
+  for (int i = 0; i < part.vertex_count; ++i) {
+    if (way.dot(part.vertex(i)) > top - kTouchingShare * part.bounding_radius)
+      common &= part.internal_faces[i];
+  }
+  for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
+    if ((common >> f & 1u) && way.dot(part.internal_normals[f]) > kSeamTilt) return true;
+  }
+  return false;
+}
 
 CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a) {
   const Pair p{a, b, b_in_a};
@@ -118,28 +157,29 @@ CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_
   if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
   if (!std::isfinite(best.depth)) best = {Vec3::UnitZ(), width(p, Vec3::UnitZ())};
 
-  // From just outside, the distance query sees the nearest way in: an ever shallower one until it
-  // is the one come by. This turns an approximate direction into an exact one.
-  CoreContact contact;
-  for (int i = 0; i < 8; ++i) {
-    const double clearance =
-        std::max(1e-3 * std::min(a.bounding_radius, b.bounding_radius), 0.1 * std::abs(best.depth));
-    contact = contact_outside(p, best, clearance);
-    if (contact.distance <= touching_distance(a, b)) break;
-    const Way nearer{contact.normal, width(p, contact.normal)};
-    if (!(nearer.depth < best.depth - 1e-13 * pair_size(a, b)) || !ours(p, nearer.normal)) break;
-    best = nearer;
+  return refined(p, best, [&](const Vec3& n) { return ours(p, n); });
+}
+
+CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
+                             const Vec3& side) {
+  constexpr double kCone = 0.7;  // cosine: as far as a patch hands on its memory (patches.cpp)
+  const Pair p{a, b, b_in_a};
+  const auto allowed = [&](const Vec3& n) { return n.dot(side) > kCone && ours(p, n); };
+  Way best;
+  const auto offer_from = [&](const Vec3& n) {
+    if (!allowed(n)) return;
+    const double depth = width(p, n);
+    if (depth < best.depth) best = {n, depth};
+  };
+  for (const ConvexPart::Face& f : a.faces) {
+    if (!f.internal) offer_from(f.normal);
   }
-  if (contact.simplex.count == 0 || contact.normal.dot(best.normal) < 1 - 1e-12) {
-    const Vec3 in_b = -(b_in_a.rotation.transpose() * best.normal);
-    contact.simplex.count = 1;
-    contact.simplex.a[0] = static_cast<std::uint16_t>(support(a, best.normal).vertex);
-    contact.simplex.b[0] = static_cast<std::uint16_t>(support(b, in_b).vertex);
-    contact.point_a = a.vertex(contact.simplex.a[0]);
+  for (const ConvexPart::Face& f : b.faces) {
+    if (!f.internal) offer_from(-(b_in_a.rotation * f.normal));
   }
-  contact.normal = best.normal;
-  contact.distance = -best.depth;
-  return contact;
+  offer_from(side);
+  if (!std::isfinite(best.depth)) best = {side, width(p, side)};
+  return refined(p, best, allowed);
 }
 
 }  // namespace firn

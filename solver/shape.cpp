@@ -45,6 +45,20 @@ PrincipalInertia principal_inertia(const Mat3& inertia) {
   return result;
 }
 
+namespace {
+
+// Planes closer than the tolerances of a convex part cannot be told apart.
+void refuse_sheets(const Vec3& moments) {
+  constexpr double kThinnest = 1e-5;
+  // Second moments along the axes: the square of the thickness over 12 for a plate.
+  const Vec3 along = Vec3::Constant(0.5 * moments.sum()) - moments;
+  if (along.minCoeff() > kThinnest * kThinnest * along.maxCoeff()) return;
+  throw InputError(
+      "the shape is thinner than a hundred-thousandth of its length; expected a thicker one");
+}
+
+}  // namespace
+
 Shape begin_shape(TriangleMesh mesh, const MassProperties& integrals, const ShapeOptions& options) {
   if (!(integrals.volume > 0)) throw InputError("the shape has no volume; expected a closed solid");
   if (!(options.density > 0) && !(options.mass > 0)) {
@@ -59,6 +73,7 @@ Shape begin_shape(TriangleMesh mesh, const MassProperties& integrals, const Shap
   shape.centroid = integrals.centroid;
   shape.shape_from_body = principal.axes;
   shape.inertia = shape.mass / shape.volume * principal.moments;
+  refuse_sheets(principal.moments);
   const auto [lower, upper] = bounding_box(mesh);
   shape.box = upper - lower;
   shape.mesh = std::move(mesh);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace firn {
 
@@ -20,15 +21,23 @@ struct Pose {
   Vec3 operator*(const Vec3& p) const { return rotation * p + translation; }
 };
 
+// Control characters as spaces. Messages quote what a file holds, and that may be anything.
+inline std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = ' ';
+  }
+  return text;
+}
+
 // The user's mistake (exit status 2). The message is one line and says what is expected;
 // readers of files prefix it with FILE:LINE: KEY.
 struct InputError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit InputError(std::string message) : std::runtime_error(one_line(std::move(message))) {}
 };
 
 // A simulation that went wrong (exit status 1): non-finite value, runaway energy, ...
 struct RunError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit RunError(std::string message) : std::runtime_error(one_line(std::move(message))) {}
 };
 
 }  // namespace firn

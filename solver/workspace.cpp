@@ -1,5 +1,7 @@
 #include "solver/workspace.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 
 namespace firn {
@@ -43,6 +45,12 @@ double farthest_vertex(const std::vector<ConvexPart>& parts) {
   return r;
 }
 
+double thinnest_part(const std::vector<ConvexPart>& parts) {
+  double t = std::numeric_limits<double>::infinity();
+  for (const ConvexPart& p : parts) t = std::min(t, p.thickness);
+  return t;
+}
+
 }  // namespace
 
 Workspace::Workspace(const Model& model) {
@@ -54,6 +62,10 @@ Workspace::Workspace(const Model& model) {
     const Shape& a = model.shapes[i];
     rigid.push_back({a.mass, 1 / a.mass, a.inertia.cwiseInverse()});
     reach.push_back(a.bounding_radius);
+    thinnest.push_back(thinnest_part(a.parts));
+    smallest_part.push_back(std::numeric_limits<double>::infinity());
+    for (const ConvexPart& p : a.parts)
+      smallest_part.back() = std::min(smallest_part.back(), p.bounding_radius);
     const double edge = a.box.minCoeff();
     smallest_radius = std::min(smallest_radius, a.bounding_radius);
     for (int j = 0; j < shapes; ++j) {
@@ -79,6 +91,7 @@ Workspace::Workspace(const Model& model) {
   skin = model.numerics.skin > 0 ? model.numerics.skin : 0.16 * smallest_radius;
   for (const Boundary& b : model.boundaries) {
     reach.push_back(farthest_vertex(b.parts));
+    thinnest.push_back(thinnest_part(b.parts));
     if (b.kind == Boundary::Kind::solid) {
       std::vector<Box3> boxes;
       for (const ConvexPart& p : b.parts) boxes.push_back(part_box(p));
@@ -87,6 +100,12 @@ Workspace::Workspace(const Model& model) {
       trees.emplace_back(std::nullopt);
     }
   }
+}
+
+std::string name_of_body(const Model& model, int body) {
+  const int n = static_cast<int>(model.particles.size());
+  return body < n ? fmt::format("particle {}", body)
+                  : fmt::format("boundary \"{}\"", model.boundaries[body - n].name);
 }
 
 }  // namespace firn

@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "solver/broadphase.h"
@@ -21,7 +22,9 @@ struct Look {
   bool queried = false;  // contacts were searched; otherwise only the wake-up call moved
   int queries = 0;
   int deep_births = 0;
-  double wake = 0;  // m
+  bool passed = false;  // parts have gone through each other
+  double buried = 0;    // m, overlap of bodies that were placed into each other
+  double wake = 0;      // m
   FoundPatches found;
 };
 
@@ -37,9 +40,16 @@ struct ContactAccounts {
   double largest_overlap = 0;                                                    // m
   std::int32_t largest_overlap_particle = -1;
   double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
-  std::int32_t beyond_limit_particle = -1;
-  std::vector<Wall> walls;            // [boundaries]
-  std::vector<std::int32_t> touched;  // of them
+  std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // bodies
+  std::vector<Wall> walls;                                // [boundaries]
+  std::vector<std::int32_t> touched;                      // of them
+};
+
+// A pair that may have gone through each other, or been placed into each other.
+struct Suspect {
+  std::uint32_t pair;
+  bool passed;
+  double buried;  // m
 };
 
 // A range of kPairsOfRange listed pairs, which one task works on.
@@ -51,6 +61,7 @@ struct alignas(64) PairRange {
   std::vector<std::uint32_t> changed;   // pairs that came into touch or out of it
   std::vector<std::uint32_t> outgrown;  // pairs whose patches do not fit into their place,
   std::vector<FoundPatches> found;      // and these patches; may be longer
+  std::vector<Suspect> suspects;
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
   ContactAccounts accounts;
@@ -86,9 +97,11 @@ struct Workspace {
   std::vector<RigidBody> rigid;               // [shapes]
   std::vector<PairLaw> laws;                  // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<BoxTree>> trees;  // [boundaries]; none for planes
-  std::vector<double> reach;       // [shapes + boundaries] m, farthest point from the centre
-  double skin = 0;                 // m
-  double least_overlap_limit = 0;  // m, over all laws
+  std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the centre
+  std::vector<double> thinnest;       // [shapes + boundaries] m, least thickness of a part
+  std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part
+  double skin = 0;                    // m
+  double least_overlap_limit = 0;     // m, over all laws
 
   // Made anew with the neighbour list:
   bool list_is_new = true;
@@ -120,6 +133,9 @@ Energy energy_of(const Model& model, const Workspace& workspace, const State& st
 // Kinetic plus gravitational energy of one particle, J.
 double particle_energy(const Model& model, const Workspace& workspace, const State& state,
                        int particle);
+
+// "particle 3" or "boundary "floor"".
+std::string name_of_body(const Model& model, int body);
 
 // The placement of b's axes in a's.
 inline Pose relative_pose(const State& s, int a, int b) {

@@ -1,6 +1,7 @@
 // Real runs, end to end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <chrono>
 #include <csignal>
@@ -141,6 +142,23 @@ TEST(RunCommand, ResumingAFinishedRunTellsItsResponses) {
   const Outcome again = folder.firn({"run", "--resume", "a.h5", "--json"});
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_EQ(json::parse(again.out)["responses"], json::parse(first.out)["responses"]);
+}
+
+// As on a full disk: the file cannot grow beyond a limit.
+TEST(RunCommand, FullDiskIsAFailureThatSaysSo) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{100 * 1024, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const Outcome o = folder.firn({"run", "case.toml", "-o", "run.h5", "-q"});
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(o.status, 1) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("run.h5"));
+  EXPECT_THAT(o.err, HasSubstr("failed"));
 }
 
 }  // namespace

@@ -1,176 +1,241 @@
-// Random, parallel, grazing and nearly touching pairs against a brute-force referee and libccd.
-#include <ccd/ccd.h>
+// Random pairs of every degenerate kind against a brute-force referee and libccd. What is promised
+// of each: collide_promises.h.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdio>
 
-#include "solver/gjk.h"
-#include "tests/solver/collide_referee.h"
+#include "tests/solver/collide_promises.h"
 
 namespace firn {
 namespace {
 
 using testing::Random;
 
-std::vector<ConvexPart> make_parts(Random& random) {
-  std::vector<ConvexPart> parts;
-  for (int k = 0; k < 12; ++k) {
-    const Vec3 half(random.uniform(2e-3, 2e-2), random.uniform(2e-3, 2e-2),
-                    random.uniform(2e-3, 2e-2));
-    parts.push_back(testing::box(half, 0));
-  }
-  for (int k = 0; k < 12; ++k) {
-    std::vector<Vec3> points;
-    for (int i = 5 + random.below(20); i > 0; --i) {
-      points.push_back(random.uniform(0.5, 1) * 10e-3 * random.direction());
-    }
-    parts.push_back(convex_part(convex_hull(points), 0));
-  }
-  parts.push_back(sphere_part(Vec3(1e-3, 0, 0), 0));
-  parts.push_back(testing::box({10e-3, 10e-3, 0.1e-3}, 0));  // plate
-  parts.push_back(testing::box({30e-3, 1e-3, 1e-3}, 0));     // needle
-  return parts;
-}
-
-// One of: any, parallel axes, almost parallel and almost touching, any and almost touching.
-Pose make_pose(const ConvexPart& a, const ConvexPart& b, Random& random) {
-  const int kind = random.below(4);
+struct Scene {
+  ConvexPart a, b;
   Pose pose;
-  pose.rotation = random.rotation();
-  if (kind == 1) pose.rotation.setIdentity();
-  if (kind == 2) {
-    const double angle = random.uniform(-1, 1) * std::pow(10, -random.uniform(1, 10));
-    pose.rotation = Eigen::AngleAxisd(angle, random.direction()).toRotationMatrix();
-  }
-  pose.translation =
-      random.direction() * random.uniform(0, 1) * (a.bounding_radius + b.bounding_radius);
-  if (kind < 2) return pose;
-  const auto faces = static_cast<int>(a.faces.size());
-  const Vec3 n =
-      faces > 0 && random.below(2) ? a.faces[random.below(faces)].normal : random.direction();
-  const double wanted = (random.below(2) ? 1 : -1) * std::pow(10, -random.uniform(2, 14));
-  const double now = testing::separation(testing::place(a, Pose{}), testing::place(b, pose), n);
-  pose.translation += (wanted - now) * n;
-  return pose;
-}
-
-void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
-  const auto& vertices = static_cast<const testing::Placed*>(object)->vertices;
-  const Vec3 d(direction->v[0], direction->v[1], direction->v[2]);
-  const Vec3* best = &vertices[0];
-  for (const Vec3& v : vertices) {
-    if (d.dot(v) > d.dot(*best)) best = &v;
-  }
-  const Vec3 scaled = 100 * *best;  // about unit size, which libccd's tolerances expect
-  ccdVec3Set(out, scaled.x(), scaled.y(), scaled.z());
-}
-
-bool ccd_overlap(const testing::Placed& a, const testing::Placed& b) {
-  ccd_t ccd;
-  CCD_INIT(&ccd);
-  ccd.support1 = ccd.support2 = ccd_support;
-  ccd.max_iterations = 200;
-  return ccdGJKIntersect(&a, &b, &ccd) == 1;
-}
-
-struct Tally {
-  int apart = 0, overlapping = 0;
-  double distance_error = 0;     // m, largest
-  double normal_error = 0;       // m, largest: what the normal separates against the distance
-  double shallow_error = 0;      // m, largest, overlaps up to a fifth of the smaller radius
-  int deep = 0, deep_wrong = 0;  // deeper ones, and those whose way out is not the shortest
-  double deep_excess = 0;        // largest excess of those, of the smaller radius
-  int ccd_asked = 0, ccd_differs = 0;
 };
 
-void check_manifold(const ConvexPart& a, const ConvexPart& b, const Pose& pose) {
-  constexpr double kShell = 20e-6;
-  GjkCache cold;
-  Manifold m;
-  collide(a, b, pose, kShell, cold, m);
-  if (m.gap >= kShell) {
-    EXPECT_TRUE(m.points.empty());
+// Hull of points on a coarse lattice: many coplanar, many edges parallel to those of its like.
+ConvexPart lattice_hull(Random& random) {
+  for (;;) {
+    std::vector<Vec3> points;
+    for (int i = 4 + random.below(16); i > 0; --i) {
+      points.emplace_back(random.below(5) - 2, random.below(5) - 2, random.below(5) - 2);
+    }
+    try {
+      return convex_part(convex_hull(points), 0);
+    } catch (const InputError&) {
+      // Flat: another one.
+    }
+  }
+}
+
+ConvexPart round_hull(Random& random, const Vec3& axes) {
+  std::vector<Vec3> points;
+  for (int i = 5 + random.below(20); i > 0; --i) {
+    points.emplace_back(axes.cwiseProduct(random.uniform(0.5, 1) * random.direction()));
+  }
+  return convex_part(convex_hull(points), 0);
+}
+
+// Boxes, hulls, plates, needles and points, about one in size.
+ConvexPart any_part(Random& random) {
+  switch (random.below(8)) {
+    case 0:
+    case 1:
+      return testing::box({random.uniform(0.1, 1), random.uniform(0.1, 1), random.uniform(0.1, 1)},
+                          0);
+    case 2:
+      return testing::box({1, 1, 0.005}, 0);
+    case 3:
+      return testing::box({1, 0.01, 0.01}, 0);
+    case 4:
+      return round_hull(random, random.below(2) ? Vec3(1, 1, 0.01) : Vec3(1, 0.02, 0.02));
+    case 5:
+      return sphere_part(random.uniform(0, 0.2) * random.direction(), 0);
+    default:
+      return round_hull(random, Vec3::Ones());
+  }
+}
+
+Mat3 axes_onto_axes(Random& random) {
+  Mat3 rotation = Mat3::Identity();
+  for (int i = 0; i < 3; ++i) {
+    const Mat3 quarter =
+        Eigen::AngleAxisd(M_PI / 2 * random.below(4), Vec3::Unit(i)).toRotationMatrix();
+    rotation = quarter.array().round().matrix() * rotation;
+  }
+  return rotation;
+}
+
+double reach_of(const Scene& s) { return s.a.bounding_radius + s.b.bounding_radius; }
+
+Vec3 on_a_feature(const ConvexPart& part, Random& random) {
+  const Vec3 first = part.vertex(random.below(part.vertex_count));
+  if (part.edges.empty()) return first;
+  const auto& edge = part.edges[random.below(static_cast<int>(part.edges.size()))];
+  const auto& face = part.faces[random.below(static_cast<int>(part.faces.size()))];
+  Vec3 middle = Vec3::Zero();
+  for (int i = 0; i < face.count; ++i) {
+    middle += part.vertex(part.loops[face.first + i]) / face.count;
+  }
+  const Vec3 choice[] = {first, 0.5 * (part.vertex(edge[0]) + part.vertex(edge[1])), middle};
+  return choice[random.below(3)];
+}
+
+// Moves b along n until it is `gap` away.
+void set_separation(Scene& s, const Vec3& n, double gap) {
+  s.pose.translation +=
+      (gap - testing::separation(testing::place(s.a, Pose{}), testing::place(s.b, s.pose), n)) * n;
+}
+
+Vec3 some_normal(const ConvexPart& part, Random& random) {
+  if (part.faces.empty() || random.below(3) == 0) return random.direction();
+  return part.faces[random.below(static_cast<int>(part.faces.size()))].normal;
+}
+
+double signed_power(Random& random, double least, double most) {
+  return (random.below(2) ? 1 : -1) * std::pow(10, -random.uniform(least, most));
+}
+
+// The kinds of scenes, each made from the parts given.
+struct Kind {
+  const char* name;
+  void (*arrange)(Scene&, Random&);
+  // Edge against edge deep inside is libccd's: now and then its polytope leads to a neighbouring
+  // way out. This part of the deep overlaps at most.
+  double longer = 0.02;
+};
+constexpr Kind kKinds[] = {
+    {"anywhere",
+     [](Scene& s, Random& random) {
+       s.pose.rotation = random.rotation();
+       s.pose.translation = random.direction() * random.uniform(0, 1) * reach_of(s);
+     }},
+    {"parallel axes",
+     [](Scene& s, Random& random) {
+       s.pose.translation = random.direction() * random.uniform(0, 1) * reach_of(s);
+     }},
+    {"almost parallel, almost touching",
+     [](Scene& s, Random& random) {
+       s.pose.rotation = Eigen::AngleAxisd(signed_power(random, 1, 14), random.direction());
+       s.pose.translation = random.direction() * random.uniform(0, 0.5) * reach_of(s);
+       set_separation(s, some_normal(s.a, random), signed_power(random, 1, 13));
+     }},
+    {"any turn, almost touching",
+     [](Scene& s, Random& random) {
+       s.pose.rotation = random.rotation();
+       set_separation(s, some_normal(s.a, random), signed_power(random, 1, 13));
+     }},
+    {"grazing, 0 +- 1e-12 of the size",
+     [](Scene& s, Random& random) {
+       s.pose.rotation = random.below(2) ? axes_onto_axes(random) : random.rotation();
+       s.pose.translation = random.direction() * random.uniform(0, 0.5) * reach_of(s);
+       set_separation(s, some_normal(s.a, random), random.uniform(-1e-12, 1e-12));
+     }},
+    {"feature upon feature",
+     [](Scene& s, Random& random) {
+       s.pose.rotation = random.below(2) ? axes_onto_axes(random) : random.rotation();
+       s.pose.translation = on_a_feature(s.a, random) - s.pose.rotation * on_a_feature(s.b, random);
+     }},
+    {"lattice hulls on the lattice",
+     [](Scene& s, Random& random) {
+       s.a = lattice_hull(random);
+       s.b = lattice_hull(random);
+       s.pose.rotation = axes_onto_axes(random);
+       s.pose.translation = Vec3(random.below(9) - 4, random.below(9) - 4, random.below(9) - 4);
+       if (random.below(3) == 0) s.pose.translation *= 0.5;
+     }},
+    {"identical, same or mirrored place",
+     [](Scene& s, Random& random) {
+       s.b = s.a;
+       if (random.below(2)) s.pose.rotation = axes_onto_axes(random);
+       if (random.below(2)) {
+         s.pose.translation = random.direction() * std::pow(10, -random.uniform(0, 15));
+       }
+     },
+     // Their difference has pairs of facets that are parallel but for rounding, and a polytope that
+     // takes one of a pair for done sees nothing behind the other.
+     0.05},
+    {"very unequal sizes",
+     [](Scene& s, Random& random) {
+       s.b = testing::scaled(s.b, std::pow(10, -random.uniform(1, 3)));
+       s.pose.rotation = random.rotation();
+       s.pose.translation = on_a_feature(s.a, random) +
+                            random.uniform(0, 2) * s.b.bounding_radius * random.direction();
+     }},
+    {"one inside the other",
+     [](Scene& s, Random& random) {
+       s.pose.rotation = random.rotation();
+       s.pose.translation = random.direction() * random.uniform(0, 0.1) * reach_of(s);
+     }},
+};
+
+struct Tally {
+  int pairs = 0, apart = 0, touching = 0, deep = 0, longer = 0, ccd_differs = 0;
+  double distance_error = 0, normal_error = 0;  // largest, of the reach
+  double shallow_excess = 0, deep_excess = 0;   // largest, of the smaller radius
+};
+
+void count(const testing::CollideVerdict& v, Tally& t) {
+  ++t.pairs;
+  t.ccd_differs += !v.ccd_agrees;
+  const double error = std::abs(v.got - v.expected) / v.reach;
+  t.normal_error = std::max(t.normal_error, v.normal_error / v.reach);
+  if (!v.touching) {
+    ++t.apart;
+    t.distance_error = std::max(t.distance_error, error);
     return;
   }
-  ASSERT_FALSE(m.points.empty());
-  double nearest = 1, weight = 0;
-  for (const auto& p : m.points) {
-    EXPECT_GT(p.weight, -1e-18);
-    nearest = std::min(nearest, p.gap);
-    weight += p.weight;
+  ++t.touching;
+  const double excess = std::max(0.0, v.excess - 2 * v.near) / v.size;
+  if (-v.expected < 0.2 * v.size) {
+    t.shallow_excess = std::max(t.shallow_excess, excess);
+  } else {
+    ++t.deep;
+    t.longer += excess > 1e-9;
+    t.deep_excess = std::max(t.deep_excess, excess);
   }
-  EXPECT_GE(nearest, m.gap - 1e-9);
-  EXPECT_LE(nearest, m.gap + 0.3 * kShell);
-  EXPECT_GT(weight, 0);
-  EXPECT_LE(weight, m.area * (1 + 1e-9) + 1e-18);
-  EXPECT_GE(m.polar, 0);
 }
 
-Tally fuzz(int pairs, std::uint64_t seed) {
+void fuzz(int pairs, std::uint64_t seed) {
+  constexpr int kKindCount = static_cast<int>(std::size(kKinds));
   Random random(seed);
-  const auto parts = make_parts(random);
-  Tally tally;
-  for (int k = 0; k < pairs && !::testing::Test::HasFatalFailure(); ++k) {
-    const ConvexPart& a = parts[random.below(static_cast<int>(parts.size()))];
-    const ConvexPart& b = parts[random.below(static_cast<int>(parts.size()))];
-    const Pose pose = make_pose(a, b, random);
-    const double expected = testing::referee(a, b, pose);
-    GjkCache cold;
-    CoreContact got = core_contact(a, b, pose, std::numeric_limits<double>::infinity(), cold);
-    const double near = touching_distance(a, b);
-    const bool touching = got.distance <= near;
-    EXPECT_EQ(touching, expected <= near) << expected;
-    if (touching) got = penetration(a, b, pose);
-
-    const auto pa = testing::place(a, Pose{}), pb = testing::place(b, pose);
-    tally.normal_error = std::max(tally.normal_error,
-                                  std::abs(testing::separation(pa, pb, got.normal) - got.distance));
-    const double error = std::abs(got.distance - expected);
-    const double size = std::min(a.bounding_radius, b.bounding_radius);
-    if (!touching) {
-      ++tally.apart;
-      tally.distance_error = std::max(tally.distance_error, error);
-    } else if (expected > -near) {
-      // Too near for a direction: either side of zero counts as touching.
-      EXPECT_LE(error, 2 * near);
-    } else if (-expected < 0.2 * size) {
-      ++tally.overlapping;
-      tally.shallow_error = std::max(tally.shallow_error, error);
-    } else {
-      ++tally.overlapping;
-      ++tally.deep;
-      tally.deep_wrong += error > 1e-9;
-      if (size > 0) tally.deep_excess = std::max(tally.deep_excess, error / size);
-    }
-    if (std::abs(expected) > 1e-6) {
-      ++tally.ccd_asked;
-      tally.ccd_differs += ccd_overlap(pa, pb) != touching;
-    }
-    check_manifold(a, b, pose);
+  std::array<Tally, kKindCount> tallies;
+  int broken = 0;
+  for (int k = 0; k < pairs && broken < 10; ++k) {
+    const int kind = k % kKindCount;
+    Scene s{any_part(random), any_part(random), {}};
+    kKinds[kind].arrange(s, random);
+    // Most are of the size of grains; some far smaller or larger than anything sensible.
+    const double scale = random.below(4) ? 0.02 : std::pow(10, random.uniform(-6, 3));
+    s.a = testing::scaled(s.a, scale);
+    s.b = testing::scaled(s.b, scale);
+    s.pose.translation *= scale;
+    const testing::CollideVerdict v = testing::judge(s.a, s.b, s.pose);
+    count(v, tallies[kind]);
+    broken += !v.sound();
+    EXPECT_TRUE(v.sound()) << "pair " << k << ", " << kKinds[kind].name << ", scale " << scale
+                           << ": " << v.sentence();
   }
-  std::printf(
-      "%d apart: distance within %.1e m, normal within %.1e m; %d overlapping: depth within %.1e m "
-      "up to a fifth of the radius; deeper %d, not the shortest way out %d, by up to %.0f %% of "
-      "the radius; libccd disagrees in %d of %d\n",
-      tally.apart, tally.distance_error, tally.normal_error, tally.overlapping, tally.shallow_error,
-      tally.deep, tally.deep_wrong, 100 * tally.deep_excess, tally.ccd_differs, tally.ccd_asked);
-  return tally;
+  std::printf("%-34s %8s %8s %8s %9s %9s %9s %7s %7s %9s %7s\n", "kind", "pairs", "apart",
+              "touching", "distance", "normal", "shallow", "deep", "longer", "excess", "libccd");
+  for (int kind = 0; kind < kKindCount; ++kind) {
+    const Tally& t = tallies[kind];
+    std::printf("%-34s %8d %8d %8d %9.1e %9.1e %9.1e %7d %7d %9.1e %7d\n", kKinds[kind].name,
+                t.pairs, t.apart, t.touching, t.distance_error, t.normal_error, t.shallow_excess,
+                t.deep, t.longer, t.deep_excess, t.ccd_differs);
+    EXPECT_GT(t.touching, t.pairs / 20) << kKinds[kind].name;
+    EXPECT_LE(t.longer, kKinds[kind].longer * t.deep + 1) << kKinds[kind].name;
+    EXPECT_LE(t.ccd_differs, 1e-3 * t.pairs + 1) << kKinds[kind].name;
+  }
 }
 
-void expect_sound(const Tally& t) {
-  EXPECT_GT(t.apart, 1000);
-  EXPECT_GT(t.overlapping, 1000);
-  EXPECT_LE(t.distance_error, 1e-15);
-  EXPECT_LE(t.normal_error, 1e-12);
-  EXPECT_LE(t.shallow_error, 1e-12);
-  // libccd's polytope now and then leads to a neighbouring way out.
-  EXPECT_LE(t.deep_wrong, 0.02 * t.deep);
-  EXPECT_LE(t.ccd_differs, 1e-3 * t.ccd_asked);
-}
+TEST(CollideFuzz, AgreesWithEveryFeaturePairAndAxis) { fuzz(20000, 1); }
 
-TEST(CollideFuzz, AgreesWithEveryFeaturePairAndAxis) { expect_sound(fuzz(20000, 1)); }
-
-TEST(CollideFuzzLong, AgreesWithEveryFeaturePairAndAxis) { expect_sound(fuzz(2000000, 2)); }
+TEST(CollideFuzzLong, AgreesWithEveryFeaturePairAndAxis) { fuzz(2000000, 2); }
 
 }  // namespace
 }  // namespace firn

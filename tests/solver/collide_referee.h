@@ -90,21 +90,25 @@ inline double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - a - t * (b - a)).norm();
 }
 
+// Both distances below are those of two points that lie on the features, so that no cancellation in
+// a sliver or between almost parallel edges can make them too small.
 inline double triangle_distance(const Vec3& p, const std::array<Vec3, 3>& t) {
   const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
-  double out = std::numeric_limits<double>::infinity();
-  bool inside = n.squaredNorm() > 0;
+  double out = std::numeric_limits<double>::infinity(), inside[3], sum = 0;
   for (int i = 0; i < 3; ++i) {
     const Vec3& a = t[i];
     const Vec3& b = t[(i + 1) % 3];
-    inside = inside && n.cross(b - a).dot(p - a) >= 0;
+    inside[i] = n.cross(b - a).dot(p - a);
+    sum += inside[i];
     out = std::min(out, segment_distance(p, a, b));
   }
-  return inside ? std::abs(n.dot(p - t[0])) / n.norm() : out;
+  if (!(inside[0] >= 0 && inside[1] >= 0 && inside[2] >= 0 && sum > 0)) return out;
+  // The weight of a corner comes from the side that faces it.
+  const Vec3 foot = (inside[1] * t[0] + inside[2] * t[1] + inside[0] * t[2]) / sum;
+  return std::min(out, (p - foot).norm());
 }
 
-// Crossing of the common perpendicular of two lines, when it falls on both segments; ends are left
-// to vertex against face.
+// Nearest points of two segments that cross; ends are left to vertex against face.
 inline double edge_distance(const std::array<Vec3, 2>& e, const std::array<Vec3, 2>& f) {
   const Vec3 u = e[1] - e[0], v = f[1] - f[0], w = f[0] - e[0];
   const Vec3 n = u.cross(v);
@@ -112,9 +116,12 @@ inline double edge_distance(const std::array<Vec3, 2>& e, const std::array<Vec3,
   if (n2 <= 1e-24 * u.squaredNorm() * v.squaredNorm()) {
     return std::numeric_limits<double>::infinity();
   }
-  const double s = w.cross(v).dot(n) / n2, t = w.cross(u).dot(n) / n2;
+  double s = w.cross(v).dot(n) / n2, t = w.cross(u).dot(n) / n2;
   if (s < 0 || s > 1 || t < 0 || t > 1) return std::numeric_limits<double>::infinity();
-  return std::abs(w.dot(n)) / std::sqrt(n2);
+  // Once more from either side: where edges are almost parallel, rounding has moved both.
+  t = std::clamp((e[0] + s * u - f[0]).dot(v) / v.squaredNorm(), 0.0, 1.0);
+  s = std::clamp((f[0] + t * v - e[0]).dot(u) / u.squaredNorm(), 0.0, 1.0);
+  return (e[0] + s * u - f[0] - t * v).norm();
 }
 
 // How far apart (positive) along n; negative: how far B must move along n.

@@ -209,6 +209,20 @@ TEST(ConvexHull, FlatOrFewPointsAreRefused) {
   EXPECT_THROW(convex_hull({{0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}, {.3, .2, 1}}), InputError);
 }
 
+// However the plane lies, and however its coordinates are rounded.
+TEST(ConvexHull, PointsOfAnyPlaneAreRefused) {
+  std::mt19937_64 random(3);
+  const auto whole = [&random](int n) { return static_cast<double>(random() % n); };
+  for (int round = 0; round < 200; ++round) {
+    const Vec3 u(whole(9) - 4, whole(9) - 4, 1 + whole(4)), v(1 + whole(4), whole(9) - 4, 0);
+    std::vector<Vec3> points;
+    for (int i = 0; i < 8; ++i) {
+      points.push_back(0.02 / 3 * (Vec3(1, 2, 3) + whole(7) * u + whole(7) * v));
+    }
+    EXPECT_THROW(convex_hull(points), InputError) << u.transpose() << ", " << v.transpose();
+  }
+}
+
 TEST(SpherePart, IsOnePoint) {
   const ConvexPart part = sphere_part({1, 2, 3}, 0.5);
   EXPECT_EQ(part.vertex_count, 1);

@@ -56,6 +56,7 @@ std::vector<VerificationCase> body_cases();        // "body.": one rigid body, f
 std::vector<VerificationCase> structure_cases();   // "structure.": stacks, arches
 std::vector<VerificationCase> bulk_cases();        // "bulk.": packings, silos, heaps
 std::vector<VerificationCase> invariance_cases();  // "invariance.": the same scene told differently
+std::vector<VerificationCase> mesh_cases();        // "invariance.": other meshes, other parts
 std::vector<VerificationCase> robustness_cases();  // "robustness.": the hard places
 
 }  // namespace firn::verification

@@ -1,0 +1,92 @@
+// What all fuzz targets promise of a reader, whatever the bytes: it gives a value, or it throws an
+// InputError (a RunError, where a run is concerned) with one line. Anything else ends the program.
+#pragma once
+
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include "solver/types.h"
+
+namespace firn::fuzz {
+
+[[noreturn]] inline void broken(const std::string& promise) {
+  std::fprintf(stderr, "\nbroken promise: %s\n", promise.c_str());
+  std::abort();
+}
+
+inline void require(bool kept, const std::string& promise) {
+  if (!kept) broken(promise);
+}
+
+// A sentence that a terminal shows on one line.
+inline void require_one_line(const std::string& message) {
+  require(!message.empty(), "a message says something");
+  for (const unsigned char c : message) {
+    require(c >= ' ' && c != 0x7f, "a message is one line: " + message);
+  }
+}
+
+// Runs the reader; false when it refused as it should.
+template <class Read>
+bool accepts(Read&& read) {
+  try {
+    read();
+    return true;
+  } catch (const InputError& error) {
+    require_one_line(error.what());
+  } catch (const RunError& error) {
+    require_one_line(error.what());
+  } catch (const std::exception& error) {
+    broken(std::string("only InputError and RunError leave a reader; this is neither: ") +
+           error.what());
+  }
+  return false;
+}
+
+// A folder of this process for readers that want files; gone when the program ends well.
+class Folder {
+ public:
+  Folder() {
+    const char* const memory = "/dev/shm";
+    const bool has_memory = ::access(memory, W_OK) == 0;
+    std::string name =
+        ((has_memory ? std::filesystem::path(memory) : std::filesystem::temp_directory_path()) /
+         "firn-fuzz-XXXXXX")
+            .string();
+    require(::mkdtemp(name.data()) != nullptr, "a scratch folder can be made");
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  std::string path(const std::string& name) const { return (path_ / name).string(); }
+  std::string put(const std::string& name, std::string_view bytes) const {
+    std::ofstream(path(name), std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    return path(name);
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+}  // namespace firn::fuzz
+
+// The one function of a target; libFuzzer calls it, and so does replay.cpp.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);

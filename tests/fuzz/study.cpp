@@ -1,0 +1,46 @@
+// Study files, beside a case and a measurement that exist.
+#include <cmath>
+
+#include "calibrate/study_file.h"
+#include "tests/fuzz/fuzz_target.h"
+
+namespace {
+
+// The names that the shipped study refers to.
+class StudyFolder : public firn::fuzz::Folder {
+ public:
+  StudyFolder() {
+    namespace fs = std::filesystem;
+    const fs::path shipped = fs::path(FIRN_SOURCE_DIR) / "experiments";
+    fs::create_directories(path("drained_repose"));
+    fs::create_directories(path("measurements"));
+    fs::copy_file(shipped / "drained_repose" / "case.toml", path("drained_repose/case.toml"));
+    fs::copy_file(shipped / "measurements" / "drained_angle_of_repose.toml",
+                  path("measurements/drained_angle_of_repose.toml"));
+  }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace firn;
+  static const StudyFolder folder;
+  const std::string file = folder.put("drained_repose/study.toml", fuzz::text_of(data, size));
+  fuzz::accepts([&] {
+    const Study study = read_study(file);
+    fuzz::require(study.budget.largest_total(study.compare.size()) > 0, "a study has runs");
+    for (const Parameter& p : study.parameters) {
+      fuzz::require(p.min < p.max && std::isfinite(p.max - p.min), "a range is finite");
+      fuzz::require_one_line(p.name);
+    }
+    for (const Target& t : study.targets) {
+      fuzz::require(std::isfinite(t.value) && t.uncertainty > 0 && std::isfinite(t.uncertainty),
+                    "a target has a value and an uncertainty");
+    }
+    for (const CompareSet& set : study.compare) {
+      fuzz::require(set.values.size() == study.parameters.size(), "a compare set is complete");
+      for (double v : set.values) fuzz::require(std::isfinite(v), "its values are finite");
+    }
+  });
+  return 0;
+}

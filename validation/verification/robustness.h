@@ -1,0 +1,14 @@
+// The files that the group "robustness." is made of.
+#pragma once
+
+#include <vector>
+
+#include "validation/verification/check.h"
+
+namespace firn::verification {
+
+std::vector<VerificationCase> tunnelling_cases();  // fast bodies, thin walls
+std::vector<VerificationCase> deep_cases();        // crushing, wedging, rest
+std::vector<VerificationCase> odd_shape_cases();   // flat, thin, small, badly cut, finely meshed
+
+}  // namespace firn::verification
