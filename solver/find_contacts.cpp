@@ -2,8 +2,6 @@
 // changed are looked at; their parts are queried and their patches made anew.
 #include <fmt/format.h>
 
-#include <optional>
-
 #include "solver/huge_pages.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
@@ -159,28 +157,23 @@ class Looker {
 // its smallest edge would be thrown out by the spring.
 constexpr double kBuried = 0.05;
 
-double most_buried(const Model& model, const Pair& pair) {
-  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
-  if (pair.b < static_cast<int>(model.particles.size()))
-    edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
-  return kBuried * edge;
-}
-
-// Of the first pair of a range that went wrong; thrown when all ranges are through, so that it does
-// not depend on the number of threads.
-[[noreturn]] void fail_by_look(const Model& model, const Workspace& w, const State& s,
-                               const PairRange& range) {
-  const Pair& pair = s.pairs[range.wrong_pair];
-  if (range.wrong_depth == 0) {
+void check_look(const Model& model, const Workspace& w, const State& s, const Suspect& look) {
+  const Pair& pair = s.pairs[look.pair];
+  if (look.passed) {
     throw RunError(fmt::format(
         "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
         "the thin one thicker or the contact stiffer",
         name_of_body(model, pair.a), name_of_body(model, pair.b), s.time,
         step_motion(model, w, s, pair.a, pair.b)));
   }
-  throw RunError(fmt::format(
-      "{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
-      name_of_body(model, pair.a), range.wrong_depth, name_of_body(model, pair.b), s.time));
+  const int n = static_cast<int>(model.particles.size());
+  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
+  if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
+  if (look.buried > kBuried * edge) {
+    throw RunError(
+        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
+                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
+  }
 }
 
 // Stores what a look found in the pair's place.
@@ -274,8 +267,8 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
                   std::size_t end, PairRange& range) {
   range.changed.clear();
   range.outgrown.clear();
+  range.suspects.clear();
   range.queries = range.refreshes = range.deep_births = 0;
-  range.wrong = false;
   range.more_patches = range.more_points = 0;
   find_due(w, s, begin, end, range.due);
   Looker looker(model, w, s, range);
@@ -288,12 +281,8 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
     s.wake[p] = look.wake;
     range.queries += look.queries;
     range.deep_births += look.deep_births;
-    if (look.queried && !range.wrong &&
-        (look.passed || (look.buried > 0 && look.buried > most_buried(model, pair)))) {
-      range.wrong = true;
-      range.wrong_pair = p;
-      range.wrong_depth = look.passed ? 0 : look.buried;
-    }
+    if (look.queried && (look.passed || look.buried > 0))
+      range.suspects.push_back({p, look.passed, look.buried});
     if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
     ++range.refreshes;
     range.more_patches += static_cast<std::int64_t>(look.found.patches.size()) - pair.patch_count;
@@ -411,9 +400,9 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
              [&](std::size_t begin, std::size_t end) {
                search_range(model, w, s, begin, end, w.ranges[begin / kPairsOfRange]);
              });
-  // What must go in order: failures, room at the end, and counts.
+  // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
-    if (range.wrong) fail_by_look(model, w, s, range);
+    for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);
     s.health.queries += range.queries;
     s.health.refreshes += range.refreshes;
     s.health.deep_births += range.deep_births;

@@ -40,9 +40,16 @@ struct ContactAccounts {
   double largest_overlap = 0;                                                    // m
   std::int32_t largest_overlap_particle = -1;
   double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
-  std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // its bodies
+  std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // bodies
   std::vector<Wall> walls;                                // [boundaries]
   std::vector<std::int32_t> touched;                      // of them
+};
+
+// A pair that may have gone through each other, or been placed into each other.
+struct Suspect {
+  std::uint32_t pair;
+  bool passed;
+  double buried;  // m
 };
 
 // A range of kPairsOfRange listed pairs, which one task works on.
@@ -54,11 +61,9 @@ struct alignas(64) PairRange {
   std::vector<std::uint32_t> changed;   // pairs that came into touch or out of it
   std::vector<std::uint32_t> outgrown;  // pairs whose patches do not fit into their place,
   std::vector<FoundPatches> found;      // and these patches; may be longer
+  std::vector<Suspect> suspects;
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
-  bool wrong = false;                              // a look found what must stop the run:
-  std::uint32_t wrong_pair = 0;                    // bodies placed into each other,
-  double wrong_depth = 0;                          // m, so deep; or passed through each other: 0
   ContactAccounts accounts;
   // Scratch memory.
   std::vector<std::uint32_t> spare_active;
