@@ -69,7 +69,7 @@ std::vector<VerificationCase> bulk_cases() {
                  "6 s of one core.",
        .tier = Tier::full,
        .run = energy_account}};
-  for (auto* cases : {packing_cases, silo_cases}) {
+  for (auto* cases : {packing_cases, silo_cases, discharge_cases, repose_cases}) {
     std::vector<VerificationCase> some = cases();
     all.insert(all.end(), std::make_move_iterator(some.begin()),
                std::make_move_iterator(some.end()));
