@@ -300,7 +300,7 @@ TEST_F(RunTest, FailedRunSaysSoInItsFile) {
   c.placed.push_back(inside);
   const RunSummary summary = run(c, options("run.h5"));
   EXPECT_EQ(summary.status, RunStatus::failed);
-  EXPECT_THAT(summary.reason, HasSubstr("overlap"));
+  EXPECT_THAT(summary.reason, HasSubstr("m inside particle 1"));
   const Recording recording(options("run.h5").results_file);
   EXPECT_EQ(recording.status(), "failed: " + summary.reason);
   EXPECT_GE(recording.frame_times().size(), 1u);
