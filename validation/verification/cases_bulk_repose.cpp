@@ -149,8 +149,8 @@ std::vector<Check> concavity() {
       add_shape(model, cross_or_hull(concave));
       both[concave] = wedges(model, column);
     }
-    checks.push_back(
-        rises(fmt::format("friction {}: crosses over their hulls", friction), both[1], both[0]));
+    checks.push_back(rises(fmt::format("friction {}: crosses over their hulls", friction), both[1],
+                           both[0], friction < 0.2 ? 3 : 0));
   }
   return checks;
 }
@@ -172,7 +172,10 @@ std::vector<VerificationCase> repose_cases() {
       {"bulk.concavity", "A concave shape lies steeper than its convex hull",
        "Duverger and others (2023): concave grains 35.95 +- .88 degrees, their convex twins "
        "31.26 +- .95; the sign, beyond three standard errors",
-       "150 crosses of six arms, or as many of their hulls, collapse as in bulk.repose.",
+       "150 crosses of six arms, or as many of their hulls, collapse as in bulk.repose. At a "
+       "friction "
+       "of 0.1 they lie twice as steep; at 0.4 the difference is of the size of its scatter over 4 "
+       "seeds, and only its sign is asked for.",
        Tier::full, concavity}};
 }
 
