@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <tbb/parallel_for_each.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <numeric>
@@ -82,16 +83,19 @@ std::vector<CaseResult> run_cases(
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return cases[a].tier > cases[b].tier; });
   std::mutex one_at_a_time;
-  tbb::task_arena arena(std::max(jobs, 1));
-  arena.execute([&] {
-    tbb::parallel_for_each(order, [&](std::size_t k) {
-      // A case that uses threads itself must not pick up another case while it waits for them.
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&](int) {
+    for (std::size_t i = next++; i < order.size(); i = next++) {
+      const std::size_t k = order[i];
+      // A case that uses threads itself must not pick up another one while it waits for them.
       CaseResult result = tbb::this_task_arena::isolate([&] { return run_case(cases[k]); });
       const std::lock_guard lock(one_at_a_time);
       results[k] = std::move(result);
       done(k, results);
-    });
-  });
+    }
+  };
+  tbb::task_arena arena(std::max(jobs, 1));
+  arena.execute([&] { tbb::parallel_for(0, std::max(jobs, 1), work); });
   return results;
 }
 
