@@ -83,6 +83,19 @@ Shot random_shot(scenes::Random& random, double speed, int number) {
   return shot;
 }
 
+// Nothing has gone through, and nobody has gained energy.
+void add_flight_checks(const std::string& what, const char* through, const Tally& all,
+                       std::vector<Check>& checks) {
+  checks.push_back({.what = what + through,
+                    .measured = double(all.through),
+                    .expected = 0,
+                    .bound = Bound::at_most});
+  checks.push_back({.what = what + "kinetic energy after over before",
+                    .measured = all.energy,
+                    .expected = 1,
+                    .bound = Bound::at_most});
+}
+
 std::vector<Check> thin_walls(const std::vector<double>& speeds,
                               const std::vector<double>& thicknesses, int shots, int finest) {
   std::vector<Check> checks;
@@ -101,14 +114,7 @@ std::vector<Check> thin_walls(const std::vector<double>& speeds,
       }
       const std::string what =
           fmt::format("{} at {:g} m/s, {} shots: ", body.name, speed, all.shots);
-      checks.push_back({.what = what + "through a wall unnoticed",
-                        .measured = double(all.through),
-                        .expected = 0,
-                        .bound = Bound::at_most});
-      checks.push_back({.what = what + "kinetic energy after over before",
-                        .measured = all.energy,
-                        .expected = 1,
-                        .bound = Bound::at_most});
+      add_flight_checks(what, "through a wall unnoticed", all, checks);
       if (speed > 3) continue;
       checks.push_back({.what = what + "runs stopped",
                         .measured = double(all.failed),
@@ -171,14 +177,7 @@ std::vector<Check> thin_particles() {
       }
       const std::string what =
           fmt::format("{} at {:g} m/s on a plate 40:1, {} shots: ", body.name, speed, all.shots);
-      checks.push_back({.what = what + "through it unnoticed",
-                        .measured = double(all.through),
-                        .expected = 0,
-                        .bound = Bound::at_most});
-      checks.push_back({.what = what + "kinetic energy after over before",
-                        .measured = all.energy,
-                        .expected = 1,
-                        .bound = Bound::at_most});
+      add_flight_checks(what, "through it unnoticed", all, checks);
     }
   }
   return checks;
