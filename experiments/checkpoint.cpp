@@ -104,20 +104,22 @@ void remove_checkpoints(hdf5::File& file) {
   if (file.contains("/checkpoint")) file.remove("/checkpoint");
 }
 
+std::string kept_copy(const std::string& results_file) { return results_file + kKept; }
+
 void keep_copy(const std::string& results_file) {
-  copy_whole(results_file, results_file + kKept, results_file + kUnfinished);
+  copy_whole(results_file, kept_copy(results_file), results_file + kUnfinished);
 }
 
 bool has_kept_copy(const std::string& results_file) {
-  return std::filesystem::exists(results_file + kKept);
+  return std::filesystem::exists(kept_copy(results_file));
 }
 
 void restore_kept_copy(const std::string& results_file) {
-  copy_whole(results_file + kKept, results_file, results_file + kUnfinished);
+  copy_whole(kept_copy(results_file), results_file, results_file + kUnfinished);
 }
 
 void drop_kept_copy(const std::string& results_file) {
-  std::filesystem::remove(results_file + kKept);
+  std::filesystem::remove(kept_copy(results_file));
   std::filesystem::remove(results_file + kUnfinished);
 }
 

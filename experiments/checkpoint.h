@@ -30,6 +30,7 @@ void remove_checkpoints(hdf5::File& file);
 // (FILE.saved), whole at any moment; a run that ends by itself drops it, and one that goes on
 // starts from it.
 void keep_copy(const std::string& results_file);  // of a file just flushed
+std::string kept_copy(const std::string& results_file);  // its name
 bool has_kept_copy(const std::string& results_file);
 void restore_kept_copy(const std::string& results_file);
 void drop_kept_copy(const std::string& results_file);

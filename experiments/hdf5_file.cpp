@@ -337,6 +337,26 @@ std::vector<double> File::read_rows(const std::string& path, std::size_t first,
   return values;
 }
 
+std::size_t File::rows_written(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  const Shape shape = shape_of(dataset.id());
+  if (shape.empty()) throw Error(path + " has no rows");
+  const Handle layout = own(H5Dget_create_plist(dataset.id()), "read the layout of " + path);
+  if (H5Pget_layout(layout.id()) != H5D_CHUNKED) return shape[0];
+  std::vector<hsize_t> chunk(shape.size()), offset(shape.size(), 0);
+  check(H5Pget_chunk(layout.id(), static_cast<int>(chunk.size()), chunk.data()),
+        "read the layout of " + path);
+  for (; offset[0] < shape[0]; offset[0] += chunk[0]) {
+    haddr_t address = HADDR_UNDEF;
+    hsize_t size = 0;
+    unsigned filters = 0;
+    check(H5Dget_chunk_info_by_coord(dataset.id(), offset.data(), &filters, &address, &size),
+          "look for the rows of " + path);
+    if (address == HADDR_UNDEF) return offset[0];
+  }
+  return shape[0];
+}
+
 template <class T>
 void File::write(const std::string& path, const Shape& shape, std::span<const T> values) {
   silence();

@@ -83,6 +83,9 @@ class File {
   // Rows [first, first + count) of a dataset of doubles.
   std::vector<double> read_rows(const std::string& path, std::size_t first,
                                 std::size_t count) const;
+  // How many leading rows of a table have their values in the file. Fewer than its shape says when
+  // its writer was killed in the middle of a flush: the others would read as not-a-number.
+  std::size_t rows_written(const std::string& path) const;
 
   // Creates the dataset and its groups, or overwrites one of the same shape in place.
   template <class T>

@@ -74,8 +74,25 @@ struct Recording::Impl {
     }
   }
 
-  explicit Impl(const std::string& path) : name(path), file(open_results(path)) {
+  // `path` is the file itself or the copy kept beside it; errors name `results_file`.
+  Impl(const std::string& results_file, const std::string& path)
+      : name(results_file), file(open_results(path)) {
     guarded([&] { check_layout(); });
+  }
+
+  // For a file whose writer may have been killed in the middle of a flush: cuts the frames back to
+  // those that arrived whole. Throws where one of them cannot be read.
+  void keep_whole_frames() {
+    constexpr std::size_t kBlock = 16;  // frames at a time
+    guarded([&] {
+      std::vector<std::string> tables;
+      for (const std::string& path : file.datasets())
+        if (path.starts_with("/frames/") || is_series(path)) tables.push_back(path);
+      for (const std::string& path : tables) frames = std::min(frames, file.rows_written(path));
+      for (const std::string& path : tables)
+        for (std::size_t i = 0; i < frames; i += kBlock)
+          file.read_rows(path, i, std::min(kBlock, frames - i));
+    });
   }
 
   void check_layout() {
@@ -139,7 +156,23 @@ struct Recording::Impl {
   }
 };
 
-Recording::Recording(const std::string& file) : impl_(std::make_unique<Impl>(file)) {}
+Recording::Recording(const std::string& file) {
+  // With a copy beside it, the run is under way or was killed: what the last flush left may lack
+  // what an earlier one had. A run that ends meanwhile takes the copy away.
+  std::unique_ptr<Impl> copy;
+  try {
+    if (has_kept_copy(file)) copy = std::make_unique<Impl>(file, kept_copy(file));
+  } catch (const InputError&) {
+  }
+  try {
+    impl_ = std::make_unique<Impl>(file, file);
+    if (copy) impl_->keep_whole_frames();
+  } catch (const InputError&) {
+    if (!copy) throw;
+    impl_.reset();
+  }
+  if (copy && (!impl_ || impl_->frames < copy->frames)) impl_ = std::move(copy);
+}
 Recording::~Recording() = default;
 Recording::Recording(Recording&&) noexcept = default;
 

@@ -45,7 +45,8 @@ struct BoundaryFrame {
 };
 
 // Read-only view of a results file. Throws InputError (one line) for a file that is missing,
-// truncated, of another kind or lacking an object.
+// truncated, of another kind or lacking an object. Where a kill in the middle of a flush left a file
+// that cannot be read, the view is of the copy kept with the last checkpoint.
 class Recording {
  public:
   explicit Recording(const std::string& file);
