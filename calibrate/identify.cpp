@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "calibrate/design.h"
 
@@ -17,87 +16,12 @@ using Eigen::VectorXd;
 // A uniform range has this standard deviation; a direction is identified when the data alone do
 // better than that.
 const double uniform_sd = 1 / std::sqrt(12.0);
-constexpr int samples_per_dimension = 4096;
-constexpr double enough_samples = 400;
 constexpr int valley_members = 5;
 constexpr int candidates = 400;
 constexpr double keep_apart = 0.15;  // unit cube
 
 VarianceSplit split_variance(const Target& t, const Prediction& p) {
   return {t.uncertainty * t.uncertainty, p.noise_variance, p.variance - p.noise_variance};
-}
-
-// Standard deviation of what was believed of a parameter before any run.
-double prior_sd(const Parameter& p) {
-  const auto sd = p.prior_sd_unit();
-  if (!sd) return uniform_sd;
-  constexpr int cells = 1000;
-  double w0 = 0, w1 = 0, w2 = 0;
-  for (int i = 0; i < cells; ++i) {
-    const double x = (i + 0.5) / cells, z = (x - p.prior_mean_unit()) / *sd;
-    const double w = std::exp(-0.5 * z * z);
-    w0 += w;
-    w1 += w * x;
-    w2 += w * x * x;
-  }
-  return std::sqrt(w2 / w0 - (w1 / w0) * (w1 / w0));
-}
-
-// x such that a fraction q of the weight lies at or below it.
-double weighted_quantile(const std::vector<double>& x, const std::vector<double>& weight,
-                         double q) {
-  std::vector<std::size_t> order(x.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return x[a] < x[b]; });
-  double sum = 0;
-  for (const std::size_t i : order) {
-    sum += weight[i];
-    if (sum >= q) return x[i];
-  }
-  return x[order.back()];
-}
-
-// Samples the box [lower, upper] of the cube and weighs each point by its cost.
-void weigh(const Misfit& misfit, const VectorXd& lower, const VectorXd& upper, Posterior& p) {
-  const int d = static_cast<int>(lower.size()), count = samples_per_dimension * d;
-  std::vector<double> cost(static_cast<std::size_t>(count));
-  p.u.resize(cost.size());
-  p.weight.resize(cost.size());
-  for (std::size_t i = 0; i < cost.size(); ++i) {
-    p.u[i] = lower + quasi_random_point(i, d).cwiseProduct(upper - lower);
-    cost[i] = misfit.cost(p.u[i]);
-  }
-  const double least = *std::min_element(cost.begin(), cost.end());
-  double sum = 0, squares = 0;
-  for (std::size_t i = 0; i < cost.size(); ++i)
-    sum += p.weight[i] = std::exp(-0.5 * (cost[i] - least));
-  for (double& w : p.weight) {
-    w /= sum;
-    squares += w * w;
-  }
-  p.effective_samples = 1 / squares;
-}
-
-Marginal marginal(const Parameter& parameter, const Posterior& p, Index i) {
-  Marginal m;
-  std::vector<double> x(p.u.size());
-  for (std::size_t s = 0; s < x.size(); ++s) {
-    x[s] = p.u[s][i];
-    m.mean += p.weight[s] * x[s];
-  }
-  for (std::size_t s = 0; s < x.size(); ++s)
-    m.sd += p.weight[s] * (x[s] - m.mean) * (x[s] - m.mean);
-  m.sd = std::sqrt(m.sd);
-  const double low = weighted_quantile(x, p.weight, 0.025);
-  const double high = weighted_quantile(x, p.weight, 0.975);
-  m.low = parameter.from_unit(low);
-  m.median = parameter.from_unit(weighted_quantile(x, p.weight, 0.5));
-  m.high = parameter.from_unit(high);
-  m.width_ratio = m.sd / prior_sd(parameter);
-  constexpr double at_end = 0.03;  // a flat density would leave 2.5 % below
-  m.at_min = low < at_end;
-  m.at_max = high > 1 - at_end;
-  return m;
 }
 
 }  // namespace
@@ -148,39 +72,6 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
     all.push_back(std::move(c));
   }
   return all;
-}
-
-Posterior sample_posterior(const Study& study, const Misfit& misfit) {
-  const Index d = static_cast<Index>(study.parameters.size());
-  Posterior p;
-  VectorXd lower = VectorXd::Zero(d), upper = VectorXd::Ones(d);
-  weigh(misfit, lower, upper, p);
-  // Too few samples carry weight: look closer at the part of the cube that does.
-  for (int round = 0; round < 4 && p.effective_samples < enough_samples; ++round) {
-    VectorXd first = upper, last = lower;
-    const double most = *std::max_element(p.weight.begin(), p.weight.end());
-    for (std::size_t s = 0; s < p.u.size(); ++s)
-      if (p.weight[s] > 1e-5 * most) {
-        first = first.cwiseMin(p.u[s]);
-        last = last.cwiseMax(p.u[s]);
-      }
-    const VectorXd margin = 0.25 * (last - first).array() + 0.02 * (upper - lower).array();
-    const VectorXd zero = VectorXd::Zero(d), one = VectorXd::Ones(d);
-    lower = (first - margin).cwiseMax(zero);
-    upper = (last + margin).cwiseMin(one);
-    weigh(misfit, lower, upper, p);
-  }
-  VectorXd mean = VectorXd::Zero(d);
-  MatrixXd covariance = MatrixXd::Zero(d, d);
-  for (std::size_t s = 0; s < p.u.size(); ++s) mean += p.weight[s] * p.u[s];
-  for (std::size_t s = 0; s < p.u.size(); ++s)
-    covariance += p.weight[s] * (p.u[s] - mean) * (p.u[s] - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance);
-  p.longest = eigen.eigenvectors().col(d - 1);
-  if (p.longest[0] < 0) p.longest *= -1;
-  for (Index i = 0; i < d; ++i)
-    p.marginals.push_back(marginal(study.parameters[static_cast<std::size_t>(i)], p, i));
-  return p;
 }
 
 std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,

@@ -2,8 +2,8 @@
 //
 // Nothing here inverts a normal matrix: along a direction that the data do not see, that would
 // report a variance of nothing or of infinity. Directions come from the singular values of the
-// whitened Jacobian against a threshold set by the noise; widths come from weighing the whole
-// range.
+// whitened Jacobian against a threshold set by the noise; widths come from the posterior over the
+// whole range (posterior.h).
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calibrate/model.h"
+#include "calibrate/posterior.h"
 
 namespace firn {
 
@@ -34,24 +35,6 @@ struct Combination {
 // At u, strongest first; as many as there are parameters.
 std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
                                       const Eigen::VectorXd& u);
-
-// Everything a parameter may still be, weighed by the data over the whole range.
-struct Marginal {
-  double mean = 0, sd = 0;               // unit cube
-  double low = 0, median = 0, high = 0;  // 2.5, 50 and 97.5 %, the parameter's own unit
-  double width_ratio = 0;                // sd after over sd before: near 1, nothing was learned
-  bool at_min = false, at_max = false;   // the interval runs into an end of the range
-};
-
-struct Posterior {
-  std::vector<Eigen::VectorXd> u;
-  std::vector<double> weight;  // sums to 1
-  double effective_samples = 0;
-  std::vector<Marginal> marginals;
-  Eigen::VectorXd longest;  // unit vector: where it stretches farthest
-};
-// Deterministic importance sampling over the cube.
-Posterior sample_posterior(const Study& study, const Misfit& misfit);
 
 // One of several equally good answers.
 struct ValleyMember {
