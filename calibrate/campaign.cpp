@@ -87,7 +87,8 @@ void Campaign::run(std::vector<Point>& points) {
     for (const std::uint64_t seed : p.seeds) {
       Job job;
       job.overrides = overrides(p, seed);
-      job.text = executor_.resolve(job.overrides);
+      job.case_file = study_.case_file;
+      job.text = executor_.resolve(job.case_file, job.overrides);
       job.key = run_key(job.text, version_);
       job.folder = folder_;
       job.threads = study_.threads;

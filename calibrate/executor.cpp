@@ -73,8 +73,9 @@ class LocalExecutor final : public Executor {
       options_.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   }
 
-  std::string resolve(const std::vector<Override>& overrides) override {
-    return read_case(options_.case_file, overrides).resolved;
+  std::string resolve(const std::string& case_file,
+                      const std::vector<Override>& overrides) override {
+    return read_case(case_file, overrides).resolved;
   }
 
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {
@@ -212,6 +213,10 @@ const char* to_string(JobStatus status) {
       return "failed";
     case JobStatus::crashed:
       return "crashed";
+    case JobStatus::timed_out:
+      return "timed out";
+    case JobStatus::out_of_memory:
+      return "out of memory";
     case JobStatus::interrupted:
       return "interrupted";
   }

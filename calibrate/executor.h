@@ -14,7 +14,8 @@ namespace firn {
 
 struct Job {
   std::string key;                  // names the run's files; the same text has the same key
-  std::vector<Override> overrides;  // of the study's case, seed included
+  std::string case_file;            // as written; `text` is what is run
+  std::vector<Override> overrides;  // of the case file, seed included
   std::string text;                 // the complete case, as Executor::resolve() gave it
   std::string folder;               // where its files go
   int threads = 1;
@@ -22,12 +23,14 @@ struct Job {
 
 enum class JobStatus {
   finished,
-  arched,      // ended well, but the flow stopped by itself: a category, not a number
-  failed,      // the simulation says why
-  crashed,     // its process died; worth one more try
-  interrupted  // by the user; not an outcome
+  arched,         // ended well, but the flow stopped by itself: a category, not a number
+  failed,         // the simulation says why
+  crashed,        // its process died; worth one more try
+  timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
+  out_of_memory,  // killed at its limit of memory: the same
+  interrupted     // by the user; not an outcome
 };
-const char* to_string(JobStatus status);
+const char* to_string(JobStatus status);  // for people and journals: "timed out", ...
 
 struct JobResult {
   JobStatus status = JobStatus::failed;
@@ -47,14 +50,14 @@ class Executor {
   virtual ~Executor() = default;
   // The complete text of the case with these overrides: what a run's identity is made of.
   // Throws InputError when the case does not take them.
-  virtual std::string resolve(const std::vector<Override>& overrides) = 0;
+  virtual std::string resolve(const std::string& case_file,
+                              const std::vector<Override>& overrides) = 0;
   // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
   // Goes on from what an earlier, killed attempt left in the job's folder where it can.
   virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;
 };
 
 struct LocalExecutorOptions {
-  std::string case_file;
   std::string program;  // empty: the running executable
   int jobs = 0;         // processes side by side; 0: one per core
   const std::atomic<bool>* interrupt = nullptr;

@@ -11,7 +11,7 @@
 namespace firn {
 namespace {
 
-constexpr int format_version = 1;
+constexpr int format_version = 2;
 
 [[noreturn]] void fail(sqlite3* db, const std::string& what) {
   throw RunError(fmt::format("the study's journal: {}: {}", what, sqlite3_errmsg(db)));
@@ -91,7 +91,8 @@ CREATE TABLE IF NOT EXISTS runs (
   case_text TEXT NOT NULL,
   version TEXT NOT NULL,
   phase TEXT NOT NULL, point INTEGER NOT NULL, parameters TEXT NOT NULL, seed TEXT NOT NULL,
-  status TEXT NOT NULL CHECK (status IN ('planned', 'running', 'finished', 'arched', 'failed')),
+  status TEXT NOT NULL CHECK (status IN ('planned', 'running', 'finished', 'arched',
+    'failed', 'crashed', 'timed out', 'out of memory')),
   reason TEXT NOT NULL DEFAULT '',
   attempts INTEGER NOT NULL DEFAULT 0,
   wall REAL NOT NULL DEFAULT 0);
@@ -103,9 +104,15 @@ CREATE TABLE IF NOT EXISTS responses (
   PRIMARY KEY (run, name, part)) WITHOUT ROWID;
 )";
 
-JobStatus status_of(const std::string& text) {
-  if (text == "finished") return JobStatus::finished;
-  return text == "arched" ? JobStatus::arched : JobStatus::failed;
+constexpr JobStatus outcomes[] = {JobStatus::finished,  JobStatus::arched,
+                                  JobStatus::failed,    JobStatus::crashed,
+                                  JobStatus::timed_out, JobStatus::out_of_memory};
+
+// Nothing for a run that has not ended.
+std::optional<JobStatus> outcome_of(const std::string& text) {
+  for (const JobStatus status : outcomes)
+    if (text == to_string(status)) return status;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -139,6 +146,12 @@ Journal::Journal(const std::string& directory, const std::string& study_text, bo
     execute(db_, "PRAGMA foreign_keys = ON");
     Transaction transaction(db_);
     execute(db_, schema);
+    Statement format(db_, "SELECT value FROM study WHERE name = 'format'");
+    if (format.next() && format.text(0) != std::to_string(format_version))
+      throw InputError(
+          fmt::format("{}: was written by another version of Firn; expected another directory "
+                      "with -o",
+                      file.string()));
     Statement known(db_, "SELECT value FROM study WHERE name = 'text'");
     if (!known.next()) {
       Statement(db_, "INSERT INTO study VALUES ('format', ?), ('text', ?)")
@@ -165,12 +178,12 @@ Journal::Journal(const std::string& directory, const std::string& study_text, bo
 Journal::~Journal() { sqlite3_close(db_); }
 
 std::optional<JobResult> Journal::outcome(const std::string& key) {
-  Statement run(db_,
-                "SELECT status, reason, wall FROM runs WHERE key = ? "
-                "AND status IN ('finished', 'arched', 'failed')");
+  Statement run(db_, "SELECT status, reason, wall FROM runs WHERE key = ?");
   run.bind(key);
   if (!run.next()) return std::nullopt;
-  JobResult result{status_of(run.text(0)), run.text(1), {}, run.real(2)};
+  const auto status = outcome_of(run.text(0));
+  if (!status) return std::nullopt;
+  JobResult result{*status, run.text(1), {}, run.real(2)};
   Statement row(db_,
                 "SELECT name, value, uncertainty, unit, method, method_version FROM responses "
                 "WHERE run = ? ORDER BY name, part");
@@ -228,9 +241,8 @@ void Journal::finish(const std::string& key, const JobResult& result) {
           .bind(std::int64_t{r.method_version})
           .next();
     }
-  const bool good = result.status == JobStatus::finished || result.status == JobStatus::arched;
   Statement(db_, "UPDATE runs SET status = ?, reason = ?, wall = ? WHERE key = ?")
-      .bind(std::string(good ? to_string(result.status) : "failed"))
+      .bind(std::string(to_string(result.status)))
       .bind(result.reason)
       .bind(result.wall)
       .bind(key)

@@ -33,7 +33,7 @@ struct JournalRun {
   std::string key;
   RunLabel label;       // of its first use
   std::string version;  // of the program that ran it
-  std::string status;   // planned, running, finished, arched, failed
+  std::string status;   // planned, running, or an outcome: to_string(JobStatus)
   int attempts = 0;
   JobResult result;  // when it has ended
 };

@@ -60,7 +60,7 @@ void count_runs(const std::vector<JournalRun>& runs, const std::string& version,
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
-    a.failed += run.status == "failed";
+    a.failed += run.status == "failed" || run.status == "crashed";
     a.wall += run.result.wall;
   }
 }
@@ -126,7 +126,7 @@ StudySummary calibrate(const StudyOptions& options) {
   const DirectoryLock lock(directory);
   std::unique_ptr<Executor> own;
   if (options.replace_executor == nullptr)
-    own = local_executor({study.case_file, options.program, options.jobs, options.interrupt});
+    own = local_executor({options.program, options.jobs, options.interrupt});
   Executor& executor = own ? *own : *options.replace_executor;
   StudyProgress progress(
       options.show_progress, study.budget.largest_total(study.compare.size()),

@@ -16,10 +16,15 @@ class LocalExecutorTest : public testing::Test {
                                        const std::atomic<bool>* interrupt = nullptr) {
     const std::string program = folder_.write("program", "#!/bin/sh\n" + script);
     chmod(program.c_str(), 0755);
-    const auto executor = local_executor({folder_ / "case.toml", program, side_by_side, interrupt});
+    const auto executor = local_executor({program, side_by_side, interrupt});
     std::vector<Job> jobs;
     for (int i = 0; i < count; ++i)
-      jobs.push_back({"job" + std::to_string(i), {}, "text of the case\n", folder_ / "runs", 3});
+      jobs.push_back({"job" + std::to_string(i),
+                      folder_ / "case.toml",
+                      {},
+                      "text of the case\n",
+                      folder_ / "runs",
+                      3});
     std::map<std::string, JobResult> results;
     JobEvents events;
     events.started = [&](const Job&) { most_ = std::max(most_, ++running_); };
