@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/advice.h"
 #include "calibrate/identify.h"
+#include "calibrate/sensitivity.h"
 #include "calibrate/study.h"
 
 namespace firn {
@@ -23,8 +25,34 @@ struct CheckedSet {
   std::vector<double> values;
   std::vector<Prediction> predicted;  // of the targets
   std::vector<Observation> observed;  // targets, then observed responses; empty: not run
-  int finished = 0, arched = 0, failed = 0;
-  bool run() const { return finished + arched + failed > 0; }
+  int finished = 0, arched = 0, failed = 0, cut_short = 0;
+  bool run() const { return finished + arched + failed + cut_short > 0; }
+};
+
+// Other numerics at the middle of the ranges against the case's own.
+struct NumericsOutcome {
+  std::string name;
+  struct Shift {
+    std::string response, unit;
+    double value = 0;           // mean there minus mean at the middle
+    double standard_error = 0;  // of that difference
+  };
+  std::vector<Shift> shifts;  // of targets and observed responses that have values
+};
+
+// Whose doing the variation of a response over the ranges is.
+struct Sensitivity {
+  std::string response;
+  SobolIndices indices;
+  double noise_share = 0;  // variance of one run between seeds over that of the response
+};
+
+// A direct search on the simulations.
+struct DirectOutcome {
+  int evaluations = 0;
+  // Root mean square of (simulated - target) / uncertainty over the targets: as the search saw it
+  // at its best evaluation, and by fresh seeds.
+  double claimed = 0, fresh = 0;
 };
 
 struct ReachedRange {              // of one target
@@ -46,7 +74,15 @@ struct Answer {
   std::vector<Combination> combinations;
   std::optional<Posterior> posterior;
   std::vector<CheckedSet> valley;  // empty when every direction is identified
-  int runs = 0, finished = 0, arched = 0, failed = 0;
+  std::vector<NumericsOutcome> numerics;
+  std::vector<Sensitivity> sensitivity;  // targets, then observed responses
+  std::vector<Profile> profiles;         // in order of the parameters
+  std::vector<Advice> advice;            // best first
+  int rounds = 0;                        // of refinement
+  std::string stopped;                   // why refinement ended, a sentence
+  double cut_short_share = 0;            // of runs near the answer that failed or met a limit
+  std::optional<DirectOutcome> direct;
+  int runs = 0, finished = 0, arched = 0, failed = 0, timed_out = 0, out_of_memory = 0;
   int other_version = 0;  // runs in the journal by another program: not used
   double wall = 0;        // s, of all runs together
 };

@@ -14,20 +14,60 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Seeds of the confirmation and of the anchors start this far above the study's: never used before.
-constexpr std::uint64_t confirm_seeds = 1000, anchor_seeds = 2000, anchor_stride = 500;
+// Seeds of the anchors start this far above the study's: never used before.
+constexpr std::uint64_t anchor_seeds = 2000, anchor_stride = 500;
 // Phases of the runs that are asked for by name.
 const std::string compare_phase = "compare: ";
 // How many standard deviations still count as agreement.
 constexpr double agreement = 2;
 
-std::vector<std::uint64_t> seeds(std::uint64_t first, int count) {
+constexpr int sobol_samples = 4096;
+
+// The pooled noise and this sample's own spread, each with its degrees of freedom.
+double standard_error(const Knowledge* knowledge, const ResponseId& response, const Sample& s) {
+  if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
+  double squares = s.sum_of_squares, freedom = s.count - 1;
+  if (knowledge != nullptr)
+    for (const auto* models : {&knowledge->targets, &knowledge->observed})
+      for (const ResponseModel& m : *models)
+        if (m.response.label == response.label) {
+          squares += m.noise.degrees_of_freedom * std::pow(m.noise.at(s.mean), 2);
+          freedom += m.noise.degrees_of_freedom;
+        }
+  return std::sqrt(squares / freedom / s.count);
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> seed_range(std::uint64_t first, int count) {
   std::vector<std::uint64_t> s;
   for (int i = 0; i < count; ++i) s.push_back(first + static_cast<std::uint64_t>(i));
   return s;
 }
 
-}  // namespace
+std::string parameter_text(const Study& study, const std::vector<double>& values) {
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    parts.push_back(
+        fmt::format("{} = {:.4g}{}{}", p.name, values[i], p.unit.empty() ? "" : " ", p.unit));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void observe(const Study& study, const Knowledge* knowledge, const Point& point, CheckedSet& set) {
+  set.finished = point.count(JobStatus::finished);
+  set.arched = point.count(JobStatus::arched);
+  set.failed = point.count(JobStatus::failed) + point.count(JobStatus::crashed);
+  set.cut_short = point.count(JobStatus::timed_out) + point.count(JobStatus::out_of_memory);
+  const auto add = [&](const ResponseId& response) {
+    const Sample s = sample(point.finished(response));
+    set.observed.push_back(
+        {response.label, point.unit(response), s, standard_error(knowledge, response, s)});
+  };
+  for (const Target& t : study.targets) add(t.response);
+  for (const Observed& o : study.observed) add(o.response);
+}
 
 // The named sets, the middle of the ranges for the noise, and a design that fills them. Points
 // share their seeds: the same packing where the parameters allow it.
@@ -37,10 +77,10 @@ void Calibration::explore() {
   for (std::size_t i = 0; i < study_.compare.size() && study_.budget.compare_runs > 0; ++i)
     points.push_back(campaign_.point(compare_phase + study_.compare[i].name, static_cast<int>(i),
                                      study_.compare[i].values,
-                                     seeds(study_.seed, study_.budget.compare_runs)));
+                                     seed_range(study_.seed, study_.budget.compare_runs)));
   const auto add = [&](const char* phase, int number, const VectorXd& u, int runs) {
     points.push_back(campaign_.point(phase, number, tidy_values(study_.parameters, u),
-                                     seeds(study_.seed, runs)));
+                                     seed_range(study_.seed, runs)));
   };
   add("centre", 0, VectorXd::Constant(d, 0.5), study_.budget.centre_runs);
   std::vector<VectorXd> taken;
@@ -49,6 +89,15 @@ void Calibration::explore() {
   for (const VectorXd& u :
        maximin_latin_hypercube(study_.budget.design_points, d, study_.seed, taken))
     add("design", number++, u, study_.budget.runs_per_point);
+  for (const NumericsCheck& check : study_.numerics) {
+    numerics_.push_back(campaign_.point("numerics: " + check.name,
+                                        static_cast<int>(numerics_.size()),
+                                        tidy_values(study_.parameters, VectorXd::Constant(d, 0.5)),
+                                        seed_range(study_.seed, study_.budget.numerics_runs)));
+    numerics_.back().set = check.set;
+  }
+  progress_.phase("noise and numerics");
+  campaign_.run(numerics_);
   progress_.phase("exploring the ranges");
   campaign_.run(points);
 }
@@ -86,16 +135,53 @@ bool Calibration::fit() {
   return false;
 }
 
-void Calibration::refine(int round) {
+double Calibration::time_spent() const {
+  double sum = 0;
+  for (const auto* points : {&a_.points, &numerics_})
+    for (const Point& p : *points) sum += p.wall();
+  return sum;
+}
+
+// Decides, and says why not: from the runs alone, so that a study that goes on decides alike.
+bool Calibration::worth_refining() {
+  const Budget& b = study_.budget;
+  const double gain = possible_gain(study_, *a_.knowledge, best_);
+  const std::string could =
+      gain < 1 ? fmt::format("could narrow what is determined by {:.0f} % at most", 100 * gain)
+               : "may still determine more";
+  if (gain <= b.least_gain) {
+    a_.stopped = fmt::format(
+        "further runs cannot help: knowing the responses perfectly {}; better measurements can",
+        could);
+    return false;
+  }
+  if (a_.rounds >= b.refine_rounds || b.refine_points == 0) {
+    a_.stopped = fmt::format("the budget's runs are used; further ones {}", could);
+    return false;
+  }
+  if (b.time > 0) {
+    int runs = 0;
+    for (const Point& p : a_.points) runs += static_cast<int>(p.seeds.size());
+    const double spent = time_spent(), each = spent / std::max(runs, 1);
+    const int next = b.refine_points * b.runs_per_point + b.confirm_runs + 2 * b.anchor_runs;
+    if (spent + each * next > b.time) {
+      a_.stopped = fmt::format("the budget's time is used; further runs {}", could);
+      return false;
+    }
+  }
+  return true;
+}
+
+void Calibration::refine() {
   std::vector<Point> batch;
   std::vector<VectorXd> taken;
   for (const Point& p : a_.points) taken.push_back(p.u);
+  const std::string phase = fmt::format("refine {}", ++a_.rounds);
   int number = 0;
   for (const VectorXd& u :
        splitting_points(study_, *a_.knowledge, *a_.posterior, taken, study_.budget.refine_points))
-    batch.push_back(campaign_.point(fmt::format("refine {}", round + 1), number++,
-                                    tidy_values(study_.parameters, u),
-                                    seeds(study_.seed, study_.budget.runs_per_point)));
+    batch.push_back(campaign_.point(phase, number++, tidy_values(study_.parameters, u),
+                                    seed_range(study_.seed, study_.budget.runs_per_point)));
   progress_.phase("splitting the equally good");
   campaign_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
@@ -114,6 +200,9 @@ void Calibration::describe_fit() {
                         p.variance - p.noise_variance});
   }
   a_.combinations = combinations(study_, *a_.knowledge, best_);
+  a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
+  a_.advice = what_to_measure_next(study_, *a_.knowledge, *a_.posterior);
+  a_.cut_short_share = a_.knowledge->cut_short_probability(best_);
   const bool all_identified = std::all_of(a_.combinations.begin(), a_.combinations.end(),
                                           [](const Combination& c) { return c.identified; });
   a_.verdict = all_identified ? StudyVerdict::calibrated : StudyVerdict::undetermined;
@@ -126,10 +215,10 @@ void Calibration::describe_fit() {
 void Calibration::confirm() {
   std::vector<Point> batch = {
       campaign_.point("confirm", 0, a_.best.values,
-                      seeds(study_.seed + confirm_seeds, study_.budget.confirm_runs))};
+                      seed_range(study_.seed + confirm_seeds, study_.budget.confirm_runs))};
   progress_.phase("confirming with fresh seeds");
   campaign_.run(batch);
-  observe(batch[0], a_.best);
+  observe(study_, &*a_.knowledge, batch[0], a_.best);
   if (!agrees(a_.best)) a_.verdict = StudyVerdict::unconfirmed;
 }
 
@@ -140,10 +229,10 @@ void Calibration::check_valley_ends() {
   for (std::size_t i = 0; i < ends.size(); ++i)
     batch.push_back(campaign_.point(
         "valley end", static_cast<int>(i), ends[i]->values,
-        seeds(study_.seed + anchor_seeds + i * anchor_stride, study_.budget.anchor_runs)));
+        seed_range(study_.seed + anchor_seeds + i * anchor_stride, study_.budget.anchor_runs)));
   progress_.phase("checking the ends of the valley");
   campaign_.run(batch);
-  for (std::size_t i = 0; i < ends.size(); ++i) observe(batch[i], *ends[i]);
+  for (std::size_t i = 0; i < ends.size(); ++i) observe(study_, &*a_.knowledge, batch[i], *ends[i]);
 }
 
 CheckedSet Calibration::checked(const std::string& name, const Point& point) const {
@@ -153,47 +242,15 @@ CheckedSet Calibration::checked(const std::string& name, const Point& point) con
   if (a_.knowledge)
     for (const ResponseModel& m : a_.knowledge->targets)
       set.predicted.push_back(m.surrogate.best.predict(point.u));
-  if (!point.results.empty()) observe(point, set);
+  if (!point.results.empty()) observe(study_, a_.knowledge ? &*a_.knowledge : nullptr, point, set);
   return set;
 }
 
-void Calibration::observe(const Point& point, CheckedSet& set) const {
-  set.finished = point.count(JobStatus::finished);
-  set.arched = point.count(JobStatus::arched);
-  set.failed = point.count(JobStatus::failed);
-  const auto add = [&](const std::string& response, const std::string& unit) {
-    const Sample s = sample(point.finished(response));
-    set.observed.push_back({response, unit, s, standard_error(response, s)});
-  };
-  for (const Target& t : study_.targets) add(t.response, t.unit);
-  for (const std::string& name : study_.observed) {
-    std::string unit;
-    for (const JobResult& result : point.results)
-      for (const Response& r : result.responses)
-        if (r.name == name) unit = r.unit;
-    add(name, unit);
-  }
-}
-
-// The pooled noise and this sample's own spread, each with its degrees of freedom.
-double Calibration::standard_error(const std::string& response, const Sample& s) const {
-  if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
-  double squares = s.sum_of_squares, freedom = s.count - 1;
-  if (a_.knowledge)
-    for (const auto* models : {&a_.knowledge->targets, &a_.knowledge->observed})
-      for (const ResponseModel& m : *models)
-        if (m.name == response) {
-          squares += m.noise.degrees_of_freedom * std::pow(m.noise.at(s.mean), 2);
-          freedom += m.noise.degrees_of_freedom;
-        }
-  return std::sqrt(squares / freedom / s.count);
-}
-
 bool Calibration::agrees(const CheckedSet& set) const {
-  if (set.finished < 2) return false;
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
     const Observation& o = set.observed[k];
+    if (o.sample.count < 2) return false;
     if (!(std::abs(o.sample.mean - t.value) <=
           agreement * std::hypot(t.uncertainty, o.standard_error)))
       return false;
@@ -201,14 +258,25 @@ bool Calibration::agrees(const CheckedSet& set) const {
   return true;
 }
 
-std::string Calibration::parameter_text(const std::vector<double>& values) const {
-  std::vector<std::string> parts;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Parameter& p = study_.parameters[i];
-    parts.push_back(
-        fmt::format("{} = {:.4g}{}{}", p.name, values[i], p.unit.empty() ? "" : " ", p.unit));
+// Shifts by each numerics check, against the runs at the middle.
+void Calibration::compare_numerics() {
+  const auto centre = std::find_if(a_.points.begin(), a_.points.end(),
+                                   [](const Point& p) { return p.phase == "centre"; });
+  const Knowledge* knowledge = a_.knowledge ? &*a_.knowledge : nullptr;
+  for (std::size_t i = 0; i < numerics_.size(); ++i) {
+    NumericsOutcome outcome{study_.numerics[i].name, {}};
+    const auto compare = [&](const ResponseId& response) {
+      const Sample there = sample(numerics_[i].finished(response));
+      const Sample here = sample(centre->finished(response));
+      if (there.count == 0 || here.count == 0) return;
+      outcome.shifts.push_back({response.label, centre->unit(response), there.mean - here.mean,
+                                std::hypot(standard_error(knowledge, response, there),
+                                           standard_error(knowledge, response, here))});
+    };
+    for (const Target& t : study_.targets) compare(t.response);
+    for (const Observed& o : study_.observed) compare(o.response);
+    a_.numerics.push_back(outcome);
   }
-  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 std::string Calibration::range_text() const {
@@ -216,7 +284,7 @@ std::string Calibration::range_text() const {
   for (std::size_t k = 0; k < study_.targets.size(); ++k)
     if (const ReachedRange& r = a_.reach[k]; !r.reachable)
       missed.push_back(fmt::format("{} = {:.4g} {} (the ranges give {:.4g} to {:.4g})",
-                                   study_.targets[k].response, study_.targets[k].value,
+                                   study_.targets[k].response.label, study_.targets[k].value,
                                    study_.targets[k].unit, r.lowest, r.highest));
   return missed.empty()
              ? "no parameters within the ranges meet all targets at once"
@@ -228,18 +296,28 @@ Answer Calibration::finish() {
   for (const Point& p : a_.points)
     if (p.phase.starts_with(compare_phase))
       a_.compare.push_back(checked(study_.compare[static_cast<std::size_t>(p.number)].name, p));
+  compare_numerics();
+  if (a_.knowledge)
+    for (const auto* models : {&a_.knowledge->targets, &a_.knowledge->observed})
+      for (const ResponseModel& m : *models) {
+        const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict(u).mean; };
+        const int d = static_cast<int>(study_.parameters.size());
+        Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
+        s.noise_share = std::pow(m.noise.at(f(VectorXd::Constant(d, 0.5))), 2) / s.indices.variance;
+        a_.sensitivity.push_back(s);
+      }
   switch (a_.verdict) {
     case StudyVerdict::calibrated:
-      a_.headline = fmt::format("calibrated: {}", parameter_text(a_.best.values));
+      a_.headline = fmt::format("calibrated: {}", parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::undetermined:
       a_.headline = fmt::format(
           "the targets are met along a valley of equally good parameters; one member: {}",
-          parameter_text(a_.best.values));
+          parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::unconfirmed:
       a_.headline = fmt::format("not confirmed: fresh runs at {} do not meet the targets",
-                                parameter_text(a_.best.values));
+                                parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::out_of_reach:
       a_.headline = range_text();
@@ -247,6 +325,7 @@ Answer Calibration::finish() {
     case StudyVerdict::too_few_runs:
       a_.headline = "too few runs finished to fit anything";
       break;
+    case StudyVerdict::searched:
     case StudyVerdict::interrupted:
       break;
   }

@@ -21,37 +21,50 @@ class Calibration {
 
   Answer answer() {
     explore();
-    for (int round = 0; round <= study_.budget.refine_rounds; ++round) {
-      if (!fit()) return finish();
-      if (round < study_.budget.refine_rounds) refine(round);
+    bool reachable = fit();
+    while (reachable && worth_refining()) {
+      refine();
+      reachable = fit();
     }
-    describe_fit();
-    confirm();
-    check_valley_ends();
+    if (reachable) {
+      describe_fit();
+      confirm();
+      check_valley_ends();
+    }
     return finish();
   }
 
  private:
   void explore();
   bool fit();
-  void refine(int round);
+  bool worth_refining();
+  void refine();
   void describe_fit();
   void confirm();
   void check_valley_ends();
   Answer finish();
 
+  void compare_numerics();
+  double time_spent() const;
   CheckedSet checked(const std::string& name, const Point& point) const;
-  void observe(const Point& point, CheckedSet& set) const;
-  double standard_error(const std::string& response, const Sample& s) const;
   bool agrees(const CheckedSet& set) const;
-  std::string parameter_text(const std::vector<double>& values) const;
   std::string range_text() const;
 
   const Study& study_;
   Campaign& campaign_;
   StudyProgress& progress_;
   Answer a_;
+  std::vector<Point> numerics_;
   Eigen::VectorXd best_;  // unit cube
 };
+
+// Fills in what the runs of a point gave; `knowledge` (may be null) has the pooled noise.
+void observe(const Study& study, const Knowledge* knowledge, const Point& point, CheckedSet& set);
+// "ice_ice = 0.094, ice_plastic = 0.085"
+std::string parameter_text(const Study& study, const std::vector<double>& values);
+// `count` seeds from `first` on.
+std::vector<std::uint64_t> seed_range(std::uint64_t first, int count);
+// Seeds of the confirmation start this far above the study's: never used before.
+constexpr std::uint64_t confirm_seeds = 1000;
 
 }  // namespace firn

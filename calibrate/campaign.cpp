@@ -7,26 +7,48 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 
 #include "experiments/version.h"
 
 namespace firn {
 
-std::vector<double> Point::finished(const std::string& response) const {
+std::vector<double> Point::finished(const ResponseId& response) const {
   std::vector<double> values;
-  for (const JobResult& r : results) {
+  if (response.experiment >= results.size()) return values;
+  for (const JobResult& r : results[response.experiment]) {
     if (r.status != JobStatus::finished) continue;
     for (const Response& candidate : r.responses)
-      if (candidate.name == response && std::isfinite(candidate.value.at(0)))
+      if (candidate.name == response.name && std::isfinite(candidate.value.at(0)))
         values.push_back(candidate.value[0]);
   }
   return values;
 }
 
-int Point::count(JobStatus status) const {
-  return static_cast<int>(std::count_if(results.begin(), results.end(),
+std::string Point::unit(const ResponseId& response) const {
+  if (response.experiment < results.size())
+    for (const JobResult& result : results[response.experiment])
+      for (const Response& r : result.responses)
+        if (r.name == response.name) return r.unit;
+  return {};
+}
+
+int Point::count(JobStatus status, std::size_t experiment) const {
+  if (experiment >= results.size()) return 0;
+  return static_cast<int>(std::count_if(results[experiment].begin(), results[experiment].end(),
                                         [&](const JobResult& r) { return r.status == status; }));
+}
+
+int Point::count(JobStatus status) const {
+  int sum = 0;
+  for (std::size_t e = 0; e < results.size(); ++e) sum += count(status, e);
+  return sum;
+}
+
+double Point::wall() const {
+  double sum = 0;
+  for (const auto& runs : results)
+    for (const JobResult& r : runs) sum += r.wall;
+  return sum;
 }
 
 double Sample::sd() const {
@@ -54,12 +76,16 @@ Campaign::Campaign(const Study& study, Executor& executor, Journal& journal,
 
 Point Campaign::point(const std::string& phase, int number, const std::vector<double>& values,
                       const std::vector<std::uint64_t>& seeds) const {
-  return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}};
+  return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}, {}};
 }
 
-std::vector<Override> Campaign::overrides(const Point& point, std::uint64_t seed) const {
+std::vector<Override> Campaign::overrides(const Point& point, const Experiment& experiment,
+                                          std::uint64_t seed) const {
   std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
+  all.insert(all.end(), experiment.set.begin(), experiment.set.end());
+  all.insert(all.end(), point.set.begin(), point.set.end());
   for (std::size_t i = 0; i < study_.parameters.size(); ++i) {
+    if (!experiment.takes[i]) continue;
     const Parameter& p = study_.parameters[i];
     const std::string value = p.unit.empty() ? fmt::format("{}", point.values[i])
                                              : fmt::format("\"{} {}\"", point.values[i], p.unit);
@@ -78,40 +104,52 @@ std::string Campaign::describe(const Point& point) const {
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
+Job Campaign::job(const Point& point, const Experiment& experiment, std::uint64_t seed) const {
+  Job job;
+  job.overrides = overrides(point, experiment, seed);
+  job.case_file = experiment.case_file;
+  job.text = executor_.resolve(job.case_file, job.overrides);
+  job.key = run_key(job.text, version_);
+  job.folder = folder_;
+  job.threads = study_.threads;
+  return job;
+}
+
 void Campaign::run(std::vector<Point>& points) {
   std::vector<Job> jobs;
   std::vector<PlannedRun> planned;
-  std::set<std::string> wanted;
+  std::map<std::string, std::size_t> wanted;  // run -> its experiment
   for (Point& p : points) {
-    p.keys.clear();
-    for (const std::uint64_t seed : p.seeds) {
-      Job job;
-      job.overrides = overrides(p, seed);
-      job.case_file = study_.case_file;
-      job.text = executor_.resolve(job.case_file, job.overrides);
-      job.key = run_key(job.text, version_);
-      job.folder = folder_;
-      job.threads = study_.threads;
-      p.keys.push_back(job.key);
-      if (!wanted.insert(job.key).second) continue;
-      planned.push_back({job.key, job.text, version_, {p.phase, p.number, describe(p), seed}});
-      if (const auto known = journal_.outcome(job.key)) {
-        check_responses(*known);
-        progress_.ended(known->wall, true, known->status == JobStatus::failed);
-      } else {
-        jobs.push_back(std::move(job));
+    p.keys.assign(study_.experiments.size(), {});
+    for (std::size_t e = 0; e < study_.experiments.size(); ++e)
+      for (const std::uint64_t seed : p.seeds) {
+        Job next = job(p, study_.experiments[e], seed);
+        p.keys[e].push_back(next.key);
+        if (!wanted.emplace(next.key, e).second) continue;
+        planned.push_back({next.key,
+                           next.text,
+                           version_,
+                           {study_.experiments[e].name, p.phase, p.number, describe(p), seed}});
+        if (const auto known = journal_.outcome(next.key)) {
+          check_responses(e, *known);
+          progress_.ended(known->wall, true, known->status == JobStatus::failed);
+        } else {
+          jobs.push_back(std::move(next));
+        }
       }
-    }
   }
   journal_.plan(planned);
-  run_jobs(std::move(jobs));
+  run_jobs(std::move(jobs), wanted);
   for (Point& p : points) {
-    p.results.clear();
-    for (const std::string& key : p.keys) p.results.push_back(journal_.outcome(key).value());
+    p.results.assign(p.keys.size(), {});
+    for (std::size_t e = 0; e < p.keys.size(); ++e)
+      for (const std::string& key : p.keys[e])
+        p.results[e].push_back(journal_.outcome(key).value());
   }
 }
 
-void Campaign::run_jobs(std::vector<Job> jobs) {
+void Campaign::run_jobs(std::vector<Job> jobs,
+                        const std::map<std::string, std::size_t>& experiments) {
   std::map<std::string, int> crashes;
   while (!jobs.empty()) {
     std::vector<Job> again;
@@ -129,7 +167,7 @@ void Campaign::run_jobs(std::vector<Job> jobs) {
       }
       journal_.finish(job.key, result);
       progress_.ended(result.wall, false, result.status == JobStatus::failed);
-      check_responses(result);  // the first run tells, not the last
+      check_responses(experiments.at(job.key), result);  // the first run tells, not the last
     };
     events.tick = [&] { progress_.tick(); };
     executor_.run(jobs, events);
@@ -138,26 +176,29 @@ void Campaign::run_jobs(std::vector<Job> jobs) {
   }
 }
 
-void Campaign::check_responses(const JobResult& result) const {
+void Campaign::check_responses(std::size_t experiment, const JobResult& result) const {
   if (result.status != JobStatus::finished) return;
-  const auto find = [&](const std::string& name) -> const Response& {
+  const auto check = [&](const char* what, const ResponseId& id, const std::string& unit) {
+    if (id.experiment != experiment) return;
     std::vector<std::string> known;
     for (const Response& r : result.responses) {
-      if (r.name == name && r.value.size() == 1) return r;
-      if (r.value.size() == 1) known.push_back(r.name);
+      if (r.value.size() != 1) continue;
+      known.push_back(r.name);
+      if (r.name != id.name) continue;
+      if (!unit.empty() && r.unit != unit)
+        throw InputError(
+            fmt::format("{}: {}: \"{}\" is given in \"{}\"; expected \"{}\", the "
+                        "unit of the response",
+                        study_.source, what, id.label, unit, r.unit));
+      return;
     }
-    throw InputError(
-        fmt::format("{}: response: \"{}\" is no single-valued response of {}; expected "
-                    "one of {}",
-                    study_.source, name, study_.case_file, fmt::join(known, ", ")));
+    throw InputError(fmt::format(
+        "{}: response: \"{}\" is no single-valued response of {}; expected "
+        "one of {}",
+        study_.source, id.name, study_.experiments[experiment].case_file, fmt::join(known, ", ")));
   };
-  for (const Target& t : study_.targets)
-    if (const Response& r = find(t.response); r.unit != t.unit)
-      throw InputError(
-          fmt::format("{}: targets: \"{}\" is given in \"{}\"; expected \"{}\", the "
-                      "unit of the response",
-                      study_.source, t.response, t.unit, r.unit));
-  for (const std::string& name : study_.observed) find(name);
+  for (const Target& t : study_.targets) check("targets", t.response, t.unit);
+  for (const Observed& o : study_.observed) check("observe", o.response, o.unit);
 }
 
 }  // namespace firn

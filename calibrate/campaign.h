@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,19 +16,25 @@
 
 namespace firn {
 
-// One set of parameters and its runs, one per seed.
+// One set of parameters and its runs, one per experiment and seed.
 struct Point {
   std::string phase;
   int number = 0;              // within the phase
   std::vector<double> values;  // in order of Study::parameters
   Eigen::VectorXd u;           // the same in the unit cube
   std::vector<std::uint64_t> seeds;
-  std::vector<JobResult> results;  // in order of the seeds
-  std::vector<std::string> keys;   // of the runs, in the same order
+  std::vector<Override> set;                    // case keys of its own, for all experiments
+  std::vector<std::vector<JobResult>> results;  // [experiment][seed]
+  std::vector<std::vector<std::string>> keys;   // of the runs, [experiment][seed]
 
   // Values of a response over the finished runs; runs in which it is not a number are left out.
-  std::vector<double> finished(const std::string& response) const;
+  std::vector<double> finished(const ResponseId& response) const;
+  // Its unit; empty when no run has it.
+  std::string unit(const ResponseId& response) const;
+  // Runs that ended so, of one experiment or of all.
+  int count(JobStatus status, std::size_t experiment) const;
   int count(JobStatus status) const;
+  double wall() const;  // s, of all its runs
 };
 
 // Mean and spread over seeds.
@@ -55,10 +62,12 @@ class Campaign {
   const std::string& version() const { return version_; }  // of the program that simulates
 
  private:
-  std::vector<Override> overrides(const Point& point, std::uint64_t seed) const;
+  std::vector<Override> overrides(const Point& point, const Experiment& experiment,
+                                  std::uint64_t seed) const;
+  Job job(const Point& point, const Experiment& experiment, std::uint64_t seed) const;
   std::string describe(const Point& point) const;
-  void run_jobs(std::vector<Job> jobs);
-  void check_responses(const JobResult& result) const;
+  void run_jobs(std::vector<Job> jobs, const std::map<std::string, std::size_t>& experiments);
+  void check_responses(std::size_t experiment, const JobResult& result) const;
 
   const Study& study_;
   Executor& executor_;

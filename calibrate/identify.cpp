@@ -20,21 +20,23 @@ constexpr int valley_members = 5;
 constexpr int candidates = 400;
 constexpr double keep_apart = 0.15;  // unit cube
 
-VarianceSplit split_variance(const Target& t, const Prediction& p) {
-  return {t.uncertainty * t.uncertainty, p.noise_variance, p.variance - p.noise_variance};
+VarianceSplit split_variance(const Target& t, const Prediction& p, Against against) {
+  const double measurement = t.uncertainty * t.uncertainty;
+  if (against == Against::measurement) return {measurement, 0, 0};
+  return {measurement, p.noise_variance, p.variance - p.noise_variance};
 }
 
 }  // namespace
 
 std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
-                                      const VectorXd& u) {
+                                      const VectorXd& u, Against against) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
   MatrixXd jacobian(targets, d);
   std::vector<VarianceSplit> splits;
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Prediction p = knowledge.targets[i].surrogate.best.predict(u);
-    splits.push_back(split_variance(study.targets[i], p));
+    splits.push_back(split_variance(study.targets[i], p, against));
     jacobian.row(k) = p.mean_gradient.transpose() / std::sqrt(splits.back().total());
   }
   const Eigen::JacobiSVD<MatrixXd> svd(jacobian, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -72,6 +74,18 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
     all.push_back(std::move(c));
   }
   return all;
+}
+
+double possible_gain(const Study& study, const Knowledge& knowledge, const VectorXd& u) {
+  const auto now = combinations(study, knowledge, u);
+  const auto then = combinations(study, knowledge, u, Against::measurement);
+  double gain = 0;
+  for (std::size_t j = 0; j < now.size(); ++j) {
+    if (!then[j].identified) continue;  // no run of these experiments can determine it
+    gain =
+        std::max(gain, now[j].identified ? 1 - now[j].singular_value / then[j].singular_value : 1);
+  }
+  return gain;
 }
 
 std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
@@ -119,7 +133,8 @@ std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& know
       double score = 0;
       for (std::size_t k = 0; k < believed.size(); ++k)
         score += believed[k].predict(u).variance / std::pow(study.targets[k].uncertainty, 2);
-      score *= std::pow(1 - knowledge.arch.probability(u), 2);
+      score *= std::pow(1 - knowledge.arch_probability(u), 2);
+      score *= 1 - knowledge.cut_short_probability(u);  // costs as much and tells nothing
       // A polynomial's variance hardly knows where the points are: keep them apart ourselves.
       for (const VectorXd& t : taken)
         score *= 1 - std::exp(-0.5 * (u - t).squaredNorm() / (keep_apart * keep_apart));

@@ -32,9 +32,17 @@ struct Combination {
   double sd = 0;        // by the data alone, linearised; infinite when unidentified
   VarianceSplit split;  // of sd^2
 };
+// What counts against a direction: all that is uncertain, or the measurements alone, as if the
+// responses were known perfectly.
+enum class Against { everything, measurement };
 // At u, strongest first; as many as there are parameters.
 std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
-                                      const Eigen::VectorXd& u);
+                                      const Eigen::VectorXd& u,
+                                      Against against = Against::everything);
+
+// How much narrower any combination would become, as a share of its width today, if further runs
+// made the responses known perfectly; 1 where they would determine one that is not determined now.
+double possible_gain(const Study& study, const Knowledge& knowledge, const Eigen::VectorXd& u);
 
 // One of several equally good answers.
 struct ValleyMember {

@@ -90,7 +90,8 @@ CREATE TABLE IF NOT EXISTS runs (
   key TEXT NOT NULL UNIQUE,
   case_text TEXT NOT NULL,
   version TEXT NOT NULL,
-  phase TEXT NOT NULL, point INTEGER NOT NULL, parameters TEXT NOT NULL, seed TEXT NOT NULL,
+  experiment TEXT NOT NULL, phase TEXT NOT NULL, point INTEGER NOT NULL,
+  parameters TEXT NOT NULL, seed TEXT NOT NULL,
   status TEXT NOT NULL CHECK (status IN ('planned', 'running', 'finished', 'arched',
     'failed', 'crashed', 'timed out', 'out of memory')),
   reason TEXT NOT NULL DEFAULT '',
@@ -202,13 +203,13 @@ std::optional<JobResult> Journal::outcome(const std::string& key) {
 void Journal::plan(const std::vector<PlannedRun>& runs) {
   Transaction transaction(db_);
   for (const PlannedRun& run : runs)
-    Statement(
-        db_,
-        "INSERT OR IGNORE INTO runs (key, case_text, version, phase, point, parameters, seed, "
-        "status) VALUES (?, ?, ?, ?, ?, ?, ?, 'planned')")
+    Statement(db_,
+              "INSERT OR IGNORE INTO runs (key, case_text, version, experiment, phase, point, "
+              "parameters, seed, status) VALUES (?, ?, ?, ?, ?, ?, ?, ?, 'planned')")
         .bind(run.key)
         .bind(run.case_text)
         .bind(run.version)
+        .bind(run.label.experiment)
         .bind(run.label.phase)
         .bind(std::int64_t{run.label.point})
         .bind(run.label.parameters)
@@ -253,16 +254,16 @@ void Journal::finish(const std::string& key, const JobResult& result) {
 std::vector<JournalRun> Journal::runs() {
   std::vector<JournalRun> all;
   Statement row(db_,
-                "SELECT key, phase, point, parameters, seed, version, status, attempts FROM runs "
-                "ORDER BY number");
+                "SELECT key, experiment, phase, point, parameters, seed, version, status, attempts "
+                "FROM runs ORDER BY number");
   while (row.next()) {
     JournalRun run;
     run.key = row.text(0);
-    run.label = {row.text(1), static_cast<int>(row.integer(2)), row.text(3),
-                 std::stoull(row.text(4))};
-    run.version = row.text(5);
-    run.status = row.text(6);
-    run.attempts = static_cast<int>(row.integer(7));
+    run.label = {row.text(1), row.text(2), static_cast<int>(row.integer(3)), row.text(4),
+                 std::stoull(row.text(5))};
+    run.version = row.text(6);
+    run.status = row.text(7);
+    run.attempts = static_cast<int>(row.integer(8));
     if (const auto result = outcome(run.key)) run.result = *result;
     all.push_back(std::move(run));
   }

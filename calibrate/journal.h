@@ -18,6 +18,7 @@ namespace firn {
 
 // What a run is for, as people read it in runs.csv.
 struct RunLabel {
+  std::string experiment;  // empty: the study's only one
   std::string phase;       // "centre", "design", "refine 1", "compare: paper table", "confirm"
   int point = 0;           // within the phase
   std::string parameters;  // "ice_ice=0.05 ice_plastic=0.1"

@@ -10,9 +10,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double pull_sd = 1;            // of the weak pull, in ranges
-constexpr double arch_reach = 0.15;      // width of the smoothing, unit cube
-constexpr double arch_prior_runs = 0.5;  // runs that flow, believed everywhere
+constexpr double pull_sd = 1;             // of the weak pull, in ranges
+constexpr double share_reach = 0.15;      // width of the smoothing, unit cube
+constexpr double share_prior_runs = 0.5;  // runs that end otherwise, believed everywhere
 constexpr int search_evaluations = 600;
 
 double log_likelihood(const std::vector<Sample>& samples, bool relative, double sd) {
@@ -34,21 +34,19 @@ double pooled_sd(const std::vector<Sample>& samples, bool relative, int degrees_
 
 bool inside(const VectorXd& u) { return u.minCoeff() >= -1e-9 && u.maxCoeff() <= 1 + 1e-9; }
 
-std::optional<ResponseModel> model_response(const std::string& name,
+std::optional<ResponseModel> model_response(const ResponseId& response,
                                             const std::vector<Point>& points) {
   std::vector<const Point*> used;
   std::vector<Sample> samples, all;
   std::string unit;
   for (const Point& p : points) {
-    const Sample s = sample(p.finished(name));
+    const Sample s = sample(p.finished(response));
     if (s.count == 0) continue;
     all.push_back(s);  // a point outside the ranges still tells of the noise
     if (!inside(p.u)) continue;
     used.push_back(&p);
     samples.push_back(s);
-    for (const JobResult& result : p.results)
-      for (const Response& r : result.responses)
-        if (r.name == name) unit = r.unit;
+    unit = p.unit(response);
   }
   const auto noise = pool_noise(all);
   const Index d = points.empty() ? 0 : points.front().u.size(), n = static_cast<Index>(used.size());
@@ -61,7 +59,8 @@ std::optional<ResponseModel> model_response(const std::string& name,
     data.noise_variance[i] = std::pow(noise->at(s.mean), 2) / s.count;
   }
   ResponseModel m{
-      name, unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(), data.y.maxCoeff(), 0};
+      response,          unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(),
+      data.y.maxCoeff(), 0};
   m.largest_leave_one_out_z = m.surrogate.best.leave_one_out_z().cwiseAbs().maxCoeff();
   return m;
 }
@@ -89,35 +88,58 @@ std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {
              : constant;
 }
 
-ArchModel::ArchModel(const std::vector<Point>& points) {
+OutcomeShare::OutcomeShare(const std::vector<Point>& points, std::size_t experiment,
+                           const std::vector<JobStatus>& counted,
+                           const std::vector<JobStatus>& among) {
   for (const Point& p : points) {
     u_.push_back(p.u);
-    arched_.push_back(p.count(JobStatus::arched));
-    runs_.push_back(arched_.back() + p.count(JobStatus::finished));
-    any_ = any_ || arched_.back() > 0;
+    counted_.push_back(0);
+    for (const JobStatus status : counted) counted_.back() += p.count(status, experiment);
+    runs_.push_back(counted_.back());
+    for (const JobStatus status : among) runs_.back() += p.count(status, experiment);
+    any_ = any_ || counted_.back() > 0;
   }
 }
 
-double ArchModel::probability(const VectorXd& u) const {
+double OutcomeShare::at(const VectorXd& u) const {
   if (!any_) return 0;
-  double arched = 0, runs = arch_prior_runs;
+  double counted = 0, runs = share_prior_runs;
   for (std::size_t i = 0; i < u_.size(); ++i) {
-    const double w = std::exp(-0.5 * (u - u_[i]).squaredNorm() / (arch_reach * arch_reach));
-    arched += w * arched_[i];
+    const double w = std::exp(-0.5 * (u - u_[i]).squaredNorm() / (share_reach * share_reach));
+    counted += w * counted_[i];
     runs += w * runs_[i];
   }
-  return arched / runs;
+  return counted / runs;
 }
 
+namespace {
+
+double any_of(const std::vector<OutcomeShare>& shares, const VectorXd& u) {
+  double none = 1;
+  for (const OutcomeShare& share : shares) none *= 1 - share.at(u);
+  return 1 - none;
+}
+
+}  // namespace
+
+double Knowledge::arch_probability(const VectorXd& u) const { return any_of(arched, u); }
+double Knowledge::cut_short_probability(const VectorXd& u) const { return any_of(cut_short, u); }
+
 std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& points) {
-  Knowledge k{{}, {}, ArchModel(points)};
+  using enum JobStatus;
+  Knowledge k;
+  for (std::size_t e = 0; e < study.experiments.size(); ++e) {
+    k.arched.emplace_back(points, e, std::vector{JobStatus::arched}, std::vector{finished});
+    k.cut_short.emplace_back(points, e, std::vector{failed, crashed, timed_out, out_of_memory},
+                             std::vector{finished, JobStatus::arched});
+  }
   for (const Target& t : study.targets) {
     auto m = model_response(t.response, points);
     if (!m) return std::nullopt;
     k.targets.push_back(std::move(*m));
   }
-  for (const std::string& name : study.observed)
-    if (auto m = model_response(name, points)) k.observed.push_back(std::move(*m));
+  for (const Observed& o : study.observed)
+    if (auto m = model_response(o.response, points)) k.observed.push_back(std::move(*m));
   return k;
 }
 
@@ -133,7 +155,7 @@ double Misfit::cost(const VectorXd& u) const {
     const Parameter& p = study_.parameters[static_cast<std::size_t>(i)];
     if (const auto sd = p.prior_sd_unit()) sum += std::pow((u[i] - p.prior_mean_unit()) / *sd, 2);
   }
-  return sum - 2 * std::log(1 - knowledge_.arch.probability(u));
+  return sum - 2 * std::log(1 - knowledge_.arch_probability(u));
 }
 
 double Misfit::picking_cost(const VectorXd& u) const {

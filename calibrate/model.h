@@ -25,7 +25,8 @@ struct NoiseModel {
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples);
 
 struct ResponseModel {
-  std::string name, unit;
+  ResponseId response;
+  std::string unit;
   NoiseModel noise;
   SurrogateChoice surrogate;
   std::vector<Sample> samples;     // one per point of the fit
@@ -33,16 +34,18 @@ struct ResponseModel {
   double largest_leave_one_out_z = 0;
 };
 
-// Fraction of runs that arch near a point: a smoothed count.
-class ArchModel {
+// Share of an experiment's runs near a point that ended in one way: a smoothed count.
+class OutcomeShare {
  public:
-  explicit ArchModel(const std::vector<Point>& points);
+  // Of `counted` among those that ended so or as one of `among`.
+  OutcomeShare(const std::vector<Point>& points, std::size_t experiment,
+               const std::vector<JobStatus>& counted, const std::vector<JobStatus>& among);
   bool any() const { return any_; }
-  double probability(const Eigen::VectorXd& u) const;
+  double at(const Eigen::VectorXd& u) const;
 
  private:
   std::vector<Eigen::VectorXd> u_;
-  std::vector<double> arched_, runs_;
+  std::vector<double> counted_, runs_;
   bool any_ = false;
 };
 
@@ -50,7 +53,12 @@ class ArchModel {
 struct Knowledge {
   std::vector<ResponseModel> targets;   // in order of Study::targets
   std::vector<ResponseModel> observed;  // those of Study::observed that could be modelled
-  ArchModel arch;
+  // By experiment. A flow that arches is evidence: the experiment's did not. A run that failed or
+  // was cut short by a limit is none: its response is unknown, whatever it would have been.
+  std::vector<OutcomeShare> arched, cut_short;
+
+  double arch_probability(const Eigen::VectorXd& u) const;  // in any experiment
+  double cut_short_probability(const Eigen::VectorXd& u) const;
 };
 // Points outside the ranges are left out. Nothing when the finished runs of a target are too few.
 std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& points);

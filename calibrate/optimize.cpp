@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <nlopt.hpp>
 
@@ -19,11 +20,23 @@ using Eigen::VectorXd;
 class Guard {
  public:
   Guard(const std::function<double(const VectorXd&)>& f, const VectorXd& lower,
-        const VectorXd& upper)
-      : f_(f), lower_(lower), upper_(upper) {}
+        const VectorXd& upper, int most = std::numeric_limits<int>::max())
+      : f_(f), lower_(lower), upper_(upper), most_(most) {}
 
   static double call(const std::vector<double>& x, std::vector<double>&, void* self) {
-    return static_cast<Guard*>(self)->evaluate(x);
+    auto* guard = static_cast<Guard*>(self);
+    // Random searches look at their own limit now and then only.
+    if (guard->best_.evaluations >= guard->most_) throw nlopt::forced_stop();
+    try {
+      return guard->evaluate(x);
+    } catch (...) {  // NLopt would lose it
+      guard->thrown_ = std::current_exception();
+      throw nlopt::forced_stop();
+    }
+  }
+
+  void rethrow() const {
+    if (thrown_) std::rethrow_exception(thrown_);
   }
 
   double evaluate(const std::vector<double>& raw) {
@@ -50,8 +63,10 @@ class Guard {
  private:
   const std::function<double(const VectorXd&)>& f_;
   const VectorXd &lower_, &upper_;
+  int most_;
   double worst_ = -std::numeric_limits<double>::infinity();
   Minimum best_;
+  std::exception_ptr thrown_;
 };
 
 std::vector<double> to_std(const VectorXd& v) { return {v.data(), v.data() + v.size()}; }
@@ -67,6 +82,8 @@ void search(Guard& guard, nlopt::opt& opt, const VectorXd& lower, const VectorXd
     opt.optimize(x, value);
   } catch (const nlopt::roundoff_limited&) {
     // As near as doubles allow: what was found stands.
+  } catch (const nlopt::forced_stop&) {
+    guard.rethrow();
   }
 }
 
@@ -127,6 +144,31 @@ Minimum minimize_locally(const std::function<double(const VectorXd&)>& f, const 
                          int evaluations) {
   Guard guard(f, lower, upper);
   local_search(guard, lower, upper, start, step, evaluations);
+  return guard.best();
+}
+
+Minimum search_directly(const std::function<double(const VectorXd&)>& f, const VectorXd& lower,
+                        const VectorXd& upper, DirectSearch search, int evaluations,
+                        std::uint64_t seed) {
+  const auto algorithm = [&] {
+    switch (search) {
+      case DirectSearch::bobyqa:
+        return lower.size() == 1 ? nlopt::LN_SBPLX : nlopt::LN_BOBYQA;
+      case DirectSearch::cobyla:
+        return nlopt::LN_COBYLA;
+      case DirectSearch::nelder_mead:
+        return nlopt::LN_NELDERMEAD;
+      default:
+        return nlopt::GN_CRS2_LM;
+    }
+  }();
+  Guard guard(f, lower, upper, evaluations);
+  nlopt::srand(static_cast<unsigned long>(seed));
+  nlopt::opt opt(algorithm, static_cast<unsigned>(lower.size()));
+  opt.set_maxeval(evaluations);
+  opt.set_xtol_abs(1e-2 * (upper - lower).maxCoeff());
+  opt.set_initial_step(to_std(0.2 * (upper - lower)));
+  firn::search(guard, opt, lower, upper, 0.5 * (lower + upper));
   return guard.best();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -23,6 +24,15 @@ Minimum minimize(const std::function<double(const Eigen::VectorXd&)>& f,
 Minimum minimize_locally(const std::function<double(const Eigen::VectorXd&)>& f,
                          const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
                          const Eigen::VectorXd& start, double step, int evaluations);
+
+// Searches that look at nothing but values of f: local ones from the middle of the box with first
+// steps of a fifth of it, or a controlled random search (its population of ten per dimension and
+// ten more is drawn from `seed`). Steps below a hundredth of the box end a local search.
+// Deterministic. Exceptions of f pass through.
+enum class DirectSearch { none, bobyqa, cobyla, nelder_mead, crs };
+Minimum search_directly(const std::function<double(const Eigen::VectorXd&)>& f,
+                        const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+                        DirectSearch search, int evaluations, std::uint64_t seed);
 
 struct LeastSquaresProblem {
   int residuals = 0;

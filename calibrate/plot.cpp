@@ -99,7 +99,7 @@ void print_preamble(Out& out, const Scene& s) {
         "set title \"{{/:Bold Fitted {}}}\\nmeasured {:.4g} ± {:.2g}{}{}\" offset 0,0.3\n"
         "set border lw 1.2 lc rgb '#444444'\nset tics scale 0.6 out nomirror\n"
         "set key below left reverse Left samplen 2.2 spacing 1.15 maxcols 2\n",
-        plain(t.response), t.value, t.uncertainty, t.unit == "1" ? "" : " ",
+        plain(t.response.label), t.value, t.uncertainty, t.unit == "1" ? "" : " ",
         t.unit == "1" ? "" : t.unit);
 }
 
@@ -172,7 +172,7 @@ std::string draw_map(const Scene& s) {
   print_axis(out, "x", s.study.parameters[0]);
   print_axis(out, "y", s.study.parameters[1]);
   print(out, "set cblabel \"{}\" offset 1,0\nset cbrange [{:.6g}:{:.6g}]\n",
-        with_unit(t.response, t.unit), r.lowest, r.highest);
+        with_unit(t.response.label, t.unit), r.lowest, r.highest);
   print(out, "set contour base\nunset surface\n");
   print_contours(out, "target", {t.value});
   print_contours(out, "band", {t.value - t.uncertainty, t.value + t.uncertainty});
@@ -234,7 +234,7 @@ std::string draw_slices(const Scene& s) {
   const Target& t = s.target;
   Out out;
   print_preamble(out, s);
-  print(out, "set ylabel \"{}\"\nset grid lc rgb '#dddddd'\n", with_unit(t.response, t.unit));
+  print(out, "set ylabel \"{}\"\nset grid lc rgb '#dddddd'\n", with_unit(t.response.label, t.unit));
   if (d > 1) print(out, "set multiplot layout 1,{}\n", d);
   for (std::size_t i = 0; i < d; ++i) {
     print_axis(out, "x", s.study.parameters[i]);

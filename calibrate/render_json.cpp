@@ -28,11 +28,15 @@ Json split_json(const VarianceSplit& s) {
 Json checked_json(const Study& study, const CheckedSet& set) {
   Json j = {{"name", set.name}, {"parameters", named_values(study, set.values)}};
   for (std::size_t k = 0; k < set.predicted.size(); ++k)
-    j["fit"][study.targets[k].response] = {{"value", set.predicted[k].mean},
-                                           {"uncertainty", std::sqrt(set.predicted[k].variance)},
-                                           {"unit", study.targets[k].unit}};
+    j["fit"][study.targets[k].response.label] = {
+        {"value", set.predicted[k].mean},
+        {"uncertainty", std::sqrt(set.predicted[k].variance)},
+        {"unit", study.targets[k].unit}};
   if (!set.run()) return j;
-  j["runs"] = {{"finished", set.finished}, {"arched", set.arched}, {"failed", set.failed}};
+  j["runs"] = {{"finished", set.finished},
+               {"arched", set.arched},
+               {"failed", set.failed},
+               {"cut_short", set.cut_short}};
   for (const Observation& o : set.observed)
     j["simulated"][o.response] = {{"value", o.sample.count > 0 ? number(o.sample.mean) : nullptr},
                                   {"standard_error", number(o.standard_error)},
@@ -45,7 +49,7 @@ Json checked_json(const Study& study, const CheckedSet& set) {
 Json model_json(const ResponseModel& m) {
   Json lengths = Json::array();
   for (const double length : m.surrogate.best.lengths()) lengths.push_back(length);
-  return {{"response", m.name},
+  return {{"response", m.response.label},
           {"unit", m.unit},
           {"surrogate", m.surrogate.best.form().describe()},
           {"departure_sd", m.surrogate.best.departure_sd()},
@@ -78,6 +82,15 @@ Json parameters_json(const Study& study, const Answer& a) {
       j["at_min"] = m.at_min;
       j["at_max"] = m.at_max;
     }
+    if (i < a.profiles.size()) {
+      const Profile& profile = a.profiles[i];
+      Json values = Json::array(), cost = Json::array();
+      for (const double u : profile.u) values.push_back(p.from_unit(u));
+      for (const double c : profile.cost) cost.push_back(number(c));
+      j["profile"] = {{"interval_95", {profile.low, profile.high}},
+                      {"values", values},
+                      {"minus_twice_log_likelihood", cost}};
+    }
     all.push_back(j);
   }
   return all;
@@ -106,7 +119,7 @@ Json targets_json(const Study& study, const Answer& a) {
   Json all = Json::array();
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    Json j = {{"response", t.response},
+    Json j = {{"response", t.response.label},
               {"value", t.value},
               {"uncertainty", t.uncertainty},
               {"unit", t.unit},
@@ -120,6 +133,44 @@ Json targets_json(const Study& study, const Answer& a) {
       j["uncertainty_at_answer"] = split_json(a.split[k]);
       j["other_surrogate_at_answer"] = a.cross_check[k];
     }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json sensitivity_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (const Sensitivity& s : a.sensitivity) {
+    Json j = {{"response", s.response}, {"noise_share", number(s.noise_share)}};
+    for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      j["parameters"][study.parameters[i].name] = {{"first", s.indices.first[k]},
+                                                   {"total", s.indices.total[k]}};
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json numerics_json(const Answer& a) {
+  Json all = Json::array();
+  for (const NumericsOutcome& n : a.numerics) {
+    Json shifts = Json::object();
+    for (const NumericsOutcome::Shift& s : n.shifts)
+      shifts[s.response] = {
+          {"shift", s.value}, {"standard_error", number(s.standard_error)}, {"unit", s.unit}};
+    all.push_back({{"name", n.name}, {"shifts", shifts}});
+  }
+  return all;
+}
+
+Json advice_json(const Answer& a) {
+  Json all = Json::array();
+  for (const Advice& m : a.advice) {
+    Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
+              {"uncertainty", m.uncertainty},      {"unit", m.unit},
+              {"information_bits", m.information}, {"longest_direction_left", m.longest_left}};
+    if (m.effort > 0) j["effort_seconds"] = m.effort;
     all.push_back(j);
   }
   return all;
@@ -147,6 +198,15 @@ std::string render_json(const Study& study, const Answer& a) {
   for (const CheckedSet& set : a.valley) j["valley"].push_back(checked_json(study, set));
   j["compare"] = Json::array();
   for (const CheckedSet& set : a.compare) j["compare"].push_back(checked_json(study, set));
+  j["sensitivity"] = sensitivity_json(study, a);
+  j["numerics"] = numerics_json(a);
+  j["measure_next"] = advice_json(a);
+  if (a.direct)
+    j["direct_search"] = {{"search", to_string(study.direct)},
+                          {"evaluations", a.direct->evaluations},
+                          {"claimed_distance", number(a.direct->claimed)},
+                          {"fresh_distance", number(a.direct->fresh)}};
+  if (!a.stopped.empty()) j["refinement"] = {{"rounds", a.rounds}, {"stopped", a.stopped}};
   j["models"] = Json::array();
   if (a.knowledge) {
     for (const ResponseModel& m : a.knowledge->targets) j["models"].push_back(model_json(m));
@@ -156,27 +216,31 @@ std::string render_json(const Study& study, const Answer& a) {
                {"finished", a.finished},
                {"arched", a.arched},
                {"failed", a.failed},
+               {"timed_out", a.timed_out},
+               {"out_of_memory", a.out_of_memory},
                {"by_another_version", a.other_version}};
   j["wall_seconds"] = a.wall;
   return j.dump(2);
 }
 
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs) {
-  std::vector<std::string> names;
-  for (const Target& t : study.targets) names.push_back(t.response);
-  names.insert(names.end(), study.observed.begin(), study.observed.end());
+  std::vector<ResponseId> columns;
+  for (const Target& t : study.targets) columns.push_back(t.response);
+  for (const Observed& o : study.observed) columns.push_back(o.response);
   fmt::memory_buffer out;
-  print(out, "run,phase,point,parameters,seed,status,reason,wall_s,attempts,version");
-  for (const std::string& name : names) print(out, ",{0},{0}_uncertainty", csv_text(name));
+  print(out, "run,experiment,phase,point,parameters,seed,status,reason,wall_s,attempts,version");
+  for (const ResponseId& c : columns) print(out, ",{0},{0}_uncertainty", csv_text(c.label));
   print(out, "\n");
   for (const JournalRun& run : runs) {
-    print(out, "{},{},{},{},{},{},{},{:.1f},{},{}", run.key, csv_text(run.label.phase),
-          run.label.point, csv_text(run.label.parameters), run.label.seed, run.status,
-          csv_text(run.result.reason), run.result.wall, run.attempts, csv_text(run.version));
-    for (const std::string& name : names) {
+    print(out, "{},{},{},{},{},{},{},{},{:.1f},{},{}", run.key, csv_text(run.label.experiment),
+          csv_text(run.label.phase), run.label.point, csv_text(run.label.parameters),
+          run.label.seed, run.status, csv_text(run.result.reason), run.result.wall, run.attempts,
+          csv_text(run.version));
+    for (const ResponseId& c : columns) {
       std::string value, uncertainty;
       for (const Response& r : run.result.responses)
-        if (r.name == name && r.value.size() == 1) {
+        if (r.name == c.name && r.value.size() == 1 &&
+            run.label.experiment == study.experiments[c.experiment].name) {
           value = fmt::format("{}", r.value[0]);
           if (!r.uncertainty.empty()) uncertainty = fmt::format("{}", r.uncertainty[0]);
         }

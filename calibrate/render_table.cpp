@@ -1,6 +1,7 @@
 // The answer for people.
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibrate/answer.h"
@@ -17,10 +18,11 @@ std::string observed_text(const Observation& o) {
 }
 
 std::string counts_text(const CheckedSet& set) {
-  const int runs = set.finished + set.arched + set.failed;
+  const int runs = set.finished + set.arched + set.failed + set.cut_short;
   std::string s = fmt::format("{} run{}", runs, runs == 1 ? "" : "s");
   if (set.arched > 0) s += fmt::format(", {} arched", set.arched);
   if (set.failed > 0) s += fmt::format(", {} failed", set.failed);
+  if (set.cut_short > 0) s += fmt::format(", {} cut short", set.cut_short);
   return s;
 }
 
@@ -34,7 +36,7 @@ void print_targets(Out& out, const Study& study, const Answer& a) {
   print(out, "Targets\n");
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    print(out, "  {} = {:.4g} +- {:.2g}{}\n", t.response, t.value, t.uncertainty,
+    print(out, "  {} = {:.4g} +- {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
           unit_text(t.unit));
     print(out, "    {}\n", t.source);
     if (!a.knowledge) continue;
@@ -51,7 +53,7 @@ void print_models(Out& out, const Answer& a) {
     print(out,
           "  {:<22} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
           "at most {:.1f}\n",
-          m.name, m.samples.size(), m.surrogate.best.form().describe(),
+          m.response.label, m.samples.size(), m.surrogate.best.form().describe(),
           m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
           m.noise.relative ? " %" : unit_text(m.unit), m.noise.degrees_of_freedom,
           m.largest_leave_one_out_z);
@@ -66,7 +68,7 @@ void print_checked(Out& out, const Study& study, const CheckedSet& set) {
   if (set.run()) print(out, "   [{}]", counts_text(set));
   print(out, "\n");
   for (std::size_t k = 0; k < set.predicted.size(); ++k)
-    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}{}\n", study.targets[k].response,
+    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}{}\n", study.targets[k].response.label,
           set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
           unit_text(study.targets[k].unit), set.run() ? ", simulated:" : "");
   for (const Observation& o : set.observed) {
@@ -112,7 +114,7 @@ void print_best(Out& out, const Study& study, const Answer& a) {
     print(out,
           "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}; the "
           "other surrogate says {:.4g}\n",
-          study.targets[k].response, std::sqrt(s.measurement), std::sqrt(s.seeds),
+          study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
           std::sqrt(s.surrogate), unit_text(study.targets[k].unit), a.cross_check[k]);
   }
 }
@@ -136,13 +138,17 @@ std::string combination_text(const Study& study, const Combination& c) {
 void print_identified(Out& out, const Study& study, const Answer& a) {
   if (!a.posterior) return;
   print(out, "\nWhat the data determine\n");
-  print(out, "  {:<18}{:>12}{:>28}{:>22}\n", "parameter", "median", "95 % interval",
-        "width left, of before");
+  print(out, "  {:<18}{:>12}{:>28}{:>28}{:>22}\n", "parameter", "median", "95 % interval",
+        "profile's 95 %", "width left, of before");
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
     const Marginal& m = a.posterior->marginals[i];
-    print(out, "  {:<18}{:>12.4g}{:>28}{:>20.0f} %", p.name + unit_text(p.unit), m.median,
-          fmt::format("{:.4g} to {:.4g}", m.low, m.high), 100 * m.width_ratio);
+    print(out, "  {:<18}{:>12.4g}{:>28}{:>28}{:>20.0f} %", p.name + unit_text(p.unit), m.median,
+          fmt::format("{:.4g} to {:.4g}", m.low, m.high),
+          i < a.profiles.size()
+              ? fmt::format("{:.4g} to {:.4g}", a.profiles[i].low, a.profiles[i].high)
+              : "-",
+          100 * m.width_ratio);
     if (m.width_ratio > 0.8) print(out, "   nothing learned");
     if (m.at_min) print(out, "   at the lower end of the range");
     if (m.at_max) print(out, "   at the upper end of the range");
@@ -168,6 +174,68 @@ void print_valley(Out& out, const Study& study, const Answer& a) {
   for (const CheckedSet& set : a.valley) print_checked(out, study, set);
 }
 
+void print_sensitivity(Out& out, const Study& study, const Answer& a) {
+  if (a.sensitivity.empty()) return;
+  print(out,
+        "\nWhat each response depends on, over the ranges (share of its variance: alone / with "
+        "interactions)\n  {:<22}",
+        "");
+  for (const Parameter& p : study.parameters) print(out, "{:>18}", p.name);
+  print(out, "{:>20}\n", "noise of one run");
+  for (const Sensitivity& s : a.sensitivity) {
+    print(out, "  {:<22}", s.response);
+    for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
+      print(out, "{:>18}",
+            fmt::format("{:.2f} / {:.2f}", std::max(0.0, s.indices.first[i]), s.indices.total[i]));
+    print(out, "{:>20.2f}\n", s.noise_share);
+  }
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (std::all_of(a.sensitivity.begin(), a.sensitivity.end(),
+                    [&](const Sensitivity& s) { return s.indices.total[k] < s.noise_share; }))
+      print(out, "  {} moves no response by more than the noise of a single run\n",
+            study.parameters[i].name);
+  }
+}
+
+void print_numerics(Out& out, const Answer& a) {
+  if (a.numerics.empty()) return;
+  print(out, "\nOther numerics at the middle of the ranges\n");
+  for (const NumericsOutcome& n : a.numerics) {
+    print(out, "  {}\n", n.name);
+    for (const NumericsOutcome::Shift& s : n.shifts)
+      print(out, "    {:<22} moves by {:.3g} +- {:.2g}{}{}\n", s.response, s.value,
+            s.standard_error, unit_text(s.unit),
+            std::abs(s.value) > 2 * s.standard_error ? ": MORE THAN THE NOISE" : "");
+    if (n.shifts.empty()) print(out, "    no run finished\n");
+  }
+}
+
+std::string effort_text(double seconds) {
+  if (seconds == 0) return "-";
+  return seconds < 5400 ? fmt::format("{:.0f} min", seconds / 60)
+                        : fmt::format("{:.1f} h", seconds / 3600);
+}
+
+void print_advice(Out& out, const Answer& a) {
+  if (a.advice.empty()) return;
+  print(out, "\nWhat to measure next\n  {:<38}{:>22}{:>12}{:>16}{:>24}\n", "measurement",
+        "its uncertainty", "effort", "information", "longest direction left");
+  for (const Advice& m : a.advice)
+    print(out, "  {:<38}{:>22}{:>12}{:>11.2f} bits{:>22.0f} %\n",
+          m.response.label + (m.repeats_a_target ? ", once more" : ""),
+          fmt::format("{:.3g}{}", m.uncertainty, unit_text(m.unit)), effort_text(m.effort),
+          m.information, 100 * m.longest_left);
+}
+
+void print_direct(Out& out, const Answer& a) {
+  if (!a.direct) return;
+  print(out,
+        "\nDirect search: {} evaluations. Its best looked {:.2g} standard deviations from the "
+        "targets; by fresh seeds it is {:.2g}.\n",
+        a.direct->evaluations, a.direct->claimed, a.direct->fresh);
+}
+
 }  // namespace
 
 std::string render_table(const Study& study, const Answer& a) {
@@ -175,11 +243,26 @@ std::string render_table(const Study& study, const Answer& a) {
   print_targets(out, study, a);
   print_compare(out, study, a);
   if (a.knowledge) print_models(out, a);
+  print_sensitivity(out, study, a);
+  print_numerics(out, a);
   print_best(out, study, a);
+  print_direct(out, a);
   print_identified(out, study, a);
   print_valley(out, study, a);
-  print(out, "\n{} runs: {} finished, {} arched, {} failed; {:.0f} s of simulation\n", a.runs,
-        a.finished, a.arched, a.failed, a.wall);
+  print_advice(out, a);
+  if (!a.stopped.empty())
+    print(out, "\nAfter {} round{} of refinement: {}\n", a.rounds, a.rounds == 1 ? "" : "s",
+          a.stopped);
+  if (a.cut_short_share > 0.05)
+    print(out,
+          "{:.0f} % of the runs near the answer failed or met a limit: its responses rest on "
+          "the others\n",
+          100 * a.cut_short_share);
+  print(out, "\n{} runs: {} finished, {} arched, {} failed", a.runs, a.finished, a.arched,
+        a.failed);
+  if (a.timed_out > 0) print(out, ", {} met the time limit", a.timed_out);
+  if (a.out_of_memory > 0) print(out, ", {} met the memory limit", a.out_of_memory);
+  print(out, "; {:.0f} s of simulation\n", a.wall);
   if (a.other_version > 0)
     print(out, "{} more in the journal were made by another version of the program: not used\n",
           a.other_version);

@@ -11,6 +11,7 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/calibration.h"
+#include "calibrate/direct.h"
 
 namespace firn {
 namespace {
@@ -61,6 +62,8 @@ void count_runs(const std::vector<JournalRun>& runs, const std::string& version,
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
     a.failed += run.status == "failed" || run.status == "crashed";
+    a.timed_out += run.status == to_string(JobStatus::timed_out);
+    a.out_of_memory += run.status == to_string(JobStatus::out_of_memory);
     a.wall += run.result.wall;
   }
 }
@@ -102,6 +105,8 @@ const char* to_string(StudyVerdict verdict) {
       return "unconfirmed";
     case StudyVerdict::out_of_reach:
       return "out of reach";
+    case StudyVerdict::searched:
+      return "searched";
     case StudyVerdict::too_few_runs:
       return "too few runs";
     case StudyVerdict::interrupted:
@@ -129,13 +134,14 @@ StudySummary calibrate(const StudyOptions& options) {
     own = local_executor({options.program, options.jobs, options.interrupt});
   Executor& executor = own ? *own : *options.replace_executor;
   StudyProgress progress(
-      options.show_progress, study.budget.largest_total(study.compare.size()),
+      options.show_progress, study.largest_total(),
       options.jobs > 0 ? options.jobs : static_cast<int>(std::thread::hardware_concurrency()));
   Campaign campaign(study, executor, journal, progress, (fs::path(directory) / "runs").string(),
                     options.interrupt);
   Answer answer;
   try {
-    answer = Calibration(study, campaign, progress).answer();
+    answer = study.direct == DirectSearch::none ? Calibration(study, campaign, progress).answer()
+                                                : direct_search(study, campaign, progress);
   } catch (const StudyInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(

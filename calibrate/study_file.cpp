@@ -9,8 +9,10 @@
 #include <set>
 #include <sstream>
 
+#include "calibrate/budget.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
+#include "experiments/units.h"
 
 namespace firn {
 namespace {
@@ -109,21 +111,101 @@ void read_parameters(const TomlTable& root, Study& study) {
     root.fail("parameters", "is missing; expected at least one [[parameters]] table");
 }
 
+std::vector<Override> read_set(const TomlTable& t) {
+  std::vector<Override> set;
+  const TomlTable values = t.required_table("set");
+  for (const std::string& key : values.keys()) set.emplace_back(key, values.value_text(key));
+  return set;
+}
+
+std::string case_path(const TomlTable& t, const std::string& study_file) {
+  const auto file = std::filesystem::path(study_file).parent_path() / t.string("case");
+  if (!std::filesystem::exists(file))
+    t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the study",
+                               file.string()));
+  return file.lexically_normal().string();
+}
+
+// Which of the parameters an experiment's case is given: those named, or all.
+std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
+  std::vector<bool> takes(study.parameters.size(), !t.has("parameters"));
+  for (const std::string& name : t.strings("parameters")) {
+    const auto found = std::find_if(study.parameters.begin(), study.parameters.end(),
+                                    [&](const Parameter& p) { return p.name == name; });
+    if (found == study.parameters.end())
+      t.fail("parameters", fmt::format("\"{}\" is no parameter of this study; expected the names "
+                                       "of some",
+                                       name));
+    takes[static_cast<std::size_t>(found - study.parameters.begin())] = true;
+  }
+  return takes;
+}
+
+void read_experiments(const TomlTable& root, const TomlTable& head, Study& study) {
+  const std::vector<TomlTable> tables = root.tables("experiments");
+  if (tables.empty()) {
+    study.experiments.push_back(
+        {"", case_path(head, study.source), {}, std::vector<bool>(study.parameters.size(), true)});
+    return;
+  }
+  if (head.has("case"))
+    head.fail("case", "stands beside [[experiments]]; expected one or the other");
+  std::set<std::string> names;
+  for (const TomlTable& t : tables) {
+    t.allow({"name", "case", "set", "parameters"});
+    Experiment e;
+    e.name = t.string("name");
+    if (e.name.empty() || !names.insert(e.name).second)
+      t.fail("name", "is empty or used twice; expected a name of its own");
+    e.case_file = case_path(t, study.source);
+    if (t.has("set")) e.set = read_set(t);
+    e.takes = read_takes(t, study);
+    study.experiments.push_back(e);
+  }
+  for (std::size_t i = 0; i < study.parameters.size(); ++i)
+    if (std::none_of(study.experiments.begin(), study.experiments.end(),
+                     [&](const Experiment& e) { return e.takes[i]; }))
+      root.fail("experiments", fmt::format("no experiment takes the parameter \"{}\"; expected at "
+                                           "least one",
+                                           study.parameters[i].name));
+}
+
+// The response of a target or an observation, of the experiment it names.
+ResponseId response_id(const TomlTable& t, const Study& study, const std::string& name) {
+  if (study.experiments.size() == 1 && !t.has("experiment")) return {0, name, name};
+  const std::string wanted = t.string("experiment");
+  for (std::size_t e = 0; e < study.experiments.size(); ++e)
+    if (study.experiments[e].name == wanted)
+      return {e, name, study.experiments.size() == 1 ? name : wanted + "." + name};
+  t.fail("experiment",
+         fmt::format("\"{}\" is no experiment of this study; expected the name of one "
+                     "of [[experiments]]",
+                     wanted));
+}
+
+double read_effort(const TomlTable& t) {
+  return t.optional_quantity("effort", dimension::time, Sign::positive).value_or(0);
+}
+
 // From a measurement file, relative to the study.
-Target measured_target(const TomlTable& t, const std::string& study_file) {
-  t.allow({"measurement", "response"});
-  const auto file = std::filesystem::path(study_file).parent_path() / t.string("measurement");
+Target measured_target(const TomlTable& t, const Study& study) {
+  t.allow({"measurement", "response", "experiment", "effort"});
+  const auto file = std::filesystem::path(study.source).parent_path() / t.string("measurement");
   const Measurement m = read_measurement(file.lexically_normal().string());
   if (m.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value to fit to");
   // Another response may stand for the same measurement: another estimator of the same thing.
-  return {t.string("response", m.response), m.value, m.standard_uncertainty(), m.unit,
-          m.sentence()};
+  return {response_id(t, study, t.string("response", m.response)),
+          m.value,
+          m.standard_uncertainty(),
+          m.unit,
+          m.sentence(),
+          read_effort(t)};
 }
 
 // Given in place.
-Target stated_target(const TomlTable& t) {
-  t.allow({"response", "value", "uncertainty"});
+Target stated_target(const TomlTable& t, const Study& study) {
+  t.allow({"response", "value", "uncertainty", "experiment", "effort"});
   const Quantity value = quantity(t, "value"), uncertainty = quantity(t, "uncertainty");
   if (uncertainty.unit != value.unit)
     t.fail("uncertainty", fmt::format("has the unit \"{}\"; expected \"{}\" as the value has",
@@ -132,28 +214,63 @@ Target stated_target(const TomlTable& t) {
     t.fail("uncertainty",
            fmt::format("{} is not above 0; expected one standard deviation of the measured value",
                        uncertainty.value));
-  return {t.string("response"), value.value, uncertainty.value,
-          value.unit.empty() ? "1" : value.unit, "stated in the study"};
+  return {response_id(t, study, t.string("response")), value.value,           uncertainty.value,
+          value.unit.empty() ? "1" : value.unit,       "stated in the study", read_effort(t)};
+}
+
+// A response that is no target, perhaps with what measuring it would give and cost.
+Observed read_observed(const TomlTable& t, const Study& study) {
+  t.allow({"response", "experiment", "uncertainty", "effort"});
+  Observed o;
+  o.response = response_id(t, study, t.string("response"));
+  if (t.has("uncertainty")) {
+    const Quantity q = quantity(t, "uncertainty");
+    if (!(q.value > 0))
+      t.fail("uncertainty",
+             fmt::format("{} is not above 0; expected one standard deviation of a measured value",
+                         q.value));
+    o.uncertainty = q.value;
+    o.unit = q.unit.empty() ? "1" : q.unit;
+  }
+  o.effort = read_effort(t);
+  return o;
 }
 
 void read_responses(const TomlTable& root, Study& study) {
   std::set<std::string> seen;
   for (const TomlTable& t : root.tables("targets")) {
-    study.targets.push_back(t.has("measurement") ? measured_target(t, study.source)
-                                                 : stated_target(t));
-    if (!seen.insert(study.targets.back().response).second)
-      t.fail("response", fmt::format("\"{}\" is a target twice; expected each response once",
-                                     study.targets.back().response));
+    study.targets.push_back(t.has("measurement") ? measured_target(t, study)
+                                                 : stated_target(t, study));
+    const std::string& label = study.targets.back().response.label;
+    if (!seen.insert(label).second)
+      t.fail("response",
+             fmt::format("\"{}\" is a target twice; expected each response once", label));
   }
   if (study.targets.empty())
     root.fail("targets", "is missing; expected at least one [[targets]] table");
   for (const TomlTable& t : root.tables("observe")) {
-    t.allow({"response"});
-    study.observed.push_back(t.string("response"));
-    if (!seen.insert(study.observed.back()).second)
-      t.fail("response", fmt::format("\"{}\" is named twice; expected each response once",
-                                     study.observed.back()));
+    study.observed.push_back(read_observed(t, study));
+    const std::string& label = study.observed.back().response.label;
+    if (!seen.insert(label).second)
+      t.fail("response", fmt::format("\"{}\" is named twice; expected each response once", label));
   }
+}
+
+void read_numerics(const TomlTable& root, Study& study) {
+  for (const TomlTable& t : root.tables("numerics")) {
+    t.allow({"name", "set"});
+    study.numerics.push_back({t.string("name"), read_set(t)});
+  }
+}
+
+void read_direct(const TomlTable& root, Study& study) {
+  const TomlTable t = root.required_table("direct");
+  t.allow({"search", "evaluations"});
+  const std::string word = t.choice("search", {"bobyqa", "cobyla", "nelder-mead", "crs"});
+  for (const DirectSearch s :
+       {DirectSearch::bobyqa, DirectSearch::cobyla, DirectSearch::nelder_mead, DirectSearch::crs})
+    if (word == to_string(s)) study.direct = s;
+  study.direct_evaluations = t.integer("evaluations", 1);
 }
 
 void read_compare(const TomlTable& root, Study& study) {
@@ -176,42 +293,25 @@ void read_compare(const TomlTable& root, Study& study) {
   }
 }
 
-Budget read_budget(const TomlTable& root, std::size_t parameters) {
-  const TomlTable t = root.required_table("budget");
-  t.allow({"centre_runs", "design_points", "runs_per_point", "refine_rounds", "refine_points",
-           "confirm_runs", "anchor_runs", "compare_runs"});
-  Budget b;
-  b.centre_runs = t.integer("centre_runs", 1);
-  b.design_points = t.integer("design_points", 1);
-  b.runs_per_point = t.integer("runs_per_point", 1);
-  b.refine_rounds = t.integer("refine_rounds", 0, 1);
-  b.refine_points = t.integer("refine_points", 0, 2);
-  b.confirm_runs = t.integer("confirm_runs", 2, 3);
-  b.anchor_runs = t.integer("anchor_runs", 0, 0);
-  b.compare_runs = t.integer("compare_runs", 0, 1);
-  // A linear trend has one coefficient more than there are parameters; one more point judges it.
-  const int needed = static_cast<int>(parameters) + 1;
-  if (b.design_points < needed)
-    t.fail("design_points",
-           fmt::format("{} cannot carry a fit of {} parameters; expected at least {}",
-                       b.design_points, parameters, needed));
-  if (b.centre_runs < 2 && b.runs_per_point < 2)
-    t.fail("centre_runs",
-           "leaves no point with two seeds, so that the noise stays unknown; expected at least 2 "
-           "here or in runs_per_point");
-  return b;
-}
-
 }  // namespace
 
-int Budget::largest_total(std::size_t compare_sets) const {
-  return centre_runs + design_points * runs_per_point +
-         refine_rounds * refine_points * runs_per_point + confirm_runs + 2 * anchor_runs +
-         static_cast<int>(compare_sets) * compare_runs;
+const char* to_string(DirectSearch search) {
+  switch (search) {
+    case DirectSearch::none:
+      return "none";
+    case DirectSearch::bobyqa:
+      return "bobyqa";
+    case DirectSearch::cobyla:
+      return "cobyla";
+    case DirectSearch::nelder_mead:
+      return "nelder-mead";
+    case DirectSearch::crs:
+      return "crs";
+  }
+  return "";
 }
 
 Study read_study(const std::string& file) {
-  namespace fs = std::filesystem;
   std::ifstream in(file);
   if (!in) throw InputError(fmt::format("{}: cannot be read; expected a study file (TOML)", file));
   std::ostringstream text;
@@ -222,22 +322,22 @@ Study read_study(const std::string& file) {
   study.text = text.str();
   TomlDocument document(study.text, file);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"study", "budget", "parameters", "targets", "observe", "compare"});
+  root.allow({"study", "experiments", "budget", "parameters", "targets", "observe", "compare",
+              "numerics", "direct"});
   const TomlTable head = root.required_table("study");
   head.allow({"name", "case", "seed", "threads"});
   study.name = head.string("name");
   if (study.name.empty() || study.name.find('/') != std::string::npos || study.name[0] == '.')
     head.fail("name", "is empty or no name of a folder; expected a plain name");
-  study.case_file = (fs::path(file).parent_path() / head.string("case")).string();
-  if (!fs::exists(study.case_file))
-    head.fail("case", fmt::format("{} does not exist; expected a case file, relative to the study",
-                                  study.case_file));
   study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
   study.threads = head.integer("threads", 1, 1);
   read_parameters(root, study);
+  read_experiments(root, head, study);
   read_responses(root, study);
   read_compare(root, study);
-  study.budget = read_budget(root, study.parameters.size());
+  read_numerics(root, study);
+  if (root.has("direct")) read_direct(root, study);
+  study.budget = read_budget(root, study);
   return study;
 }
 

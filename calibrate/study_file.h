@@ -3,22 +3,48 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calibrate/optimize.h"
 #include "calibrate/parameters.h"
+#include "experiments/case.h"
 
 namespace firn {
 
+// One of the simulations that a parameter set is judged by.
+struct Experiment {
+  std::string name;           // empty: the study's only one, not named
+  std::string case_file;      // path, resolved against the study's folder
+  std::vector<Override> set;  // case keys held at other values than the file's
+  std::vector<bool> takes;    // [parameters], which of them its case is given
+};
+
+// A response of one of the experiments.
+struct ResponseId {
+  std::size_t experiment = 0;
+  std::string name;   // as the run measures it
+  std::string label;  // for people: the name, behind that of its experiment where there are several
+};
+
 // A response that the simulation has to reproduce.
 struct Target {
-  std::string response;
+  ResponseId response;
   double value = 0;        // in the response's unit
   double uncertainty = 0;  // one standard deviation of the measured value, same unit, > 0
   std::string unit;        // as the response spells it: "deg", "1", ...
   std::string source;      // measurement file, or the study file for a value given in place
+  double effort = 0;       // s of work to measure it once more; 0: not said
+};
+
+// A response that is modelled and reported beside the targets. With an uncertainty it is a
+// measurement that could be made: what would it teach?
+struct Observed {
+  ResponseId response;
+  double uncertainty = 0;  // one standard deviation of such a measurement; 0: not said
+  std::string unit;        // of the uncertainty
+  double effort = 0;       // s of work; 0: not said
 };
 
 // Parameters held at given values for comparison: what does this solver say of them?
@@ -27,32 +53,49 @@ struct CompareSet {
   std::vector<double> values;  // in order of Study::parameters
 };
 
-// How many simulations, and for what. One "point" is one set of parameters.
+// The middle of the ranges once more with other numerics: does the answer depend on them?
+struct NumericsCheck {
+  std::string name;
+  std::vector<Override> set;
+};
+
+// How many points and simulations, and for what. One "point" is one set of parameters; a run is one
+// seed of it in every experiment.
 struct Budget {
   int centre_runs = 0;     // seeds at the middle of the ranges
+  int numerics_runs = 0;   // seeds of each numerics check, at the middle
   int design_points = 0;   // spread over the ranges, besides the middle
   int runs_per_point = 0;  // seeds at each point of the design and of the refinement
-  int refine_rounds = 0;   // batches that look closer at what may be the answer
+  int refine_rounds = 0;   // batches at most that look closer at what may be the answer
   int refine_points = 0;   // points in each
   int confirm_runs = 0;    // fresh seeds at the answer; only these are reported
   int anchor_runs = 0;     // fresh seeds at either end of a valley of equal answers; 0: none
   int compare_runs = 0;    // seeds at each compare set
-
-  int largest_total(std::size_t compare_sets) const;
+  double time = 0;         // s of simulation, all processes together, when refinement ends; 0: none
+  // Refinement ends when perfect knowledge of the responses would narrow nothing by more than this.
+  double least_gain = 0.1;
 };
+
+const char* to_string(DirectSearch search);  // as a study spells it
 
 struct Study {
   std::string name;
-  std::string source;     // file it was read from
-  std::string text;       // its whole text: a directory belongs to one text
-  std::string case_file;  // path, resolved against the study's folder
+  std::string source;  // file it was read from
+  std::string text;    // its whole text: a directory belongs to one text
+  std::vector<Experiment> experiments;
   std::uint64_t seed = 1;
   int threads = 1;  // of each simulation
   Budget budget;
+  // Not none: a search on the simulations themselves instead of on a model of them, as a baseline.
+  DirectSearch direct = DirectSearch::none;
+  int direct_evaluations = 0;
   std::vector<Parameter> parameters;
   std::vector<Target> targets;
-  std::vector<std::string> observed;  // responses modelled and reported, though not targets
+  std::vector<Observed> observed;
   std::vector<CompareSet> compare;
+  std::vector<NumericsCheck> numerics;
+
+  int largest_total() const;  // simulations at most
 };
 
 // Reads and checks a study. Throws InputError with one line

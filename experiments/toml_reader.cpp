@@ -223,6 +223,12 @@ std::string TomlTable::string(std::string_view key, const std::string& fallback)
   return string(key);
 }
 
+std::string TomlTable::value_text(std::string_view key) const {
+  std::ostringstream out;
+  require(key).visit([&](const auto& value) { out << value; });
+  return out.str();
+}
+
 bool TomlTable::boolean(std::string_view key, bool fallback) const {
   if (!has(key)) set(key, fallback);
   const toml::node& node = require(key);

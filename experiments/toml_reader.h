@@ -87,6 +87,8 @@ class TomlTable {
   Vec3 direction(std::string_view key) const;    // [x, y, z], scaled to unit length
   Quat orientation(std::string_view key) const;  // [w, x, y, z], unit; identity when missing
   std::vector<std::string> strings(std::string_view key) const;  // empty when missing
+  // Any value as TOML text, as TomlDocument::apply takes it.
+  std::string value_text(std::string_view key) const;
 
   TomlTable table(std::string_view key) const;  // made when missing
   TomlTable required_table(std::string_view key) const;

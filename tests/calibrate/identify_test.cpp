@@ -28,18 +28,24 @@ struct Linear {
     }
     study.budget.runs_per_point = 2;
     for (std::size_t k = 0; k < lines.size(); ++k)
-      study.targets.push_back({std::string(1, static_cast<char>('a' + k)), lines[k].value,
-                               lines[k].uncertainty, "1", ""});
+      study.targets.push_back({{0, std::string(1, static_cast<char>('a' + k)), "line"},
+                               lines[k].value,
+                               lines[k].uncertainty,
+                               "1",
+                               "",
+                               0});
+    study.experiments.push_back({"", "", {}, {true, true}});
     std::vector<Point> points;
     for (const VectorXd& u : maximin_latin_hypercube(20, 2, 1, {})) {
       Point point;
       point.u = u;
+      point.results.resize(1);
       for (const double noise : {-1e-4, 1e-4}) {  // two seeds: hardly any noise
         JobResult r = finished({});
         for (std::size_t k = 0; k < lines.size(); ++k)
-          r.responses.push_back(scalar(study.targets[k].response,
+          r.responses.push_back(scalar(study.targets[k].response.name,
                                        lines[k].a * u[0] + lines[k].b * u[1] + noise, "1"));
-        point.results.push_back(r);
+        point.results[0].push_back(r);
       }
       points.push_back(point);
     }
@@ -134,13 +140,15 @@ TEST(Noise, PoolsOverPointsAndNoticesThatItGrowsWithTheResponse) {
 TEST(Noise, ArchedRunsAreAFractionOfTheirNeighbourhood) {
   Point flows, arches;
   flows.u = Eigen::Vector2d(0.1, 0.1);
-  flows.results = {finished({}), finished({})};
+  flows.results = {{finished({}), finished({})}};
   arches.u = Eigen::Vector2d(0.9, 0.9);
-  arches.results = {{JobStatus::arched, "", {}, 1}, {JobStatus::arched, "", {}, 1}};
-  const ArchModel model({flows, arches});
-  EXPECT_LT(model.probability(flows.u), 1e-6);
-  EXPECT_NEAR(model.probability(arches.u), 2 / 2.5, 1e-6);
-  EXPECT_EQ(ArchModel({flows}).probability(arches.u), 0);
+  arches.results = {{{JobStatus::arched, "", {}, 1}, {JobStatus::arched, "", {}, 1}}};
+  const auto share = [](const std::vector<Point>& points) {
+    return OutcomeShare(points, 0, {JobStatus::arched}, {JobStatus::finished});
+  };
+  EXPECT_LT(share({flows, arches}).at(flows.u), 1e-6);
+  EXPECT_NEAR(share({flows, arches}).at(arches.u), 2 / 2.5, 1e-6);
+  EXPECT_EQ(share({flows}).at(arches.u), 0);
 }
 
 }  // namespace

@@ -43,10 +43,11 @@ TEST(StudyFile, ReadsEverything) {
   EXPECT_NEAR(s.parameters[0].to_unit(std::sqrt(0.01 * 0.3)), 0.5, 1e-12);
   EXPECT_EQ(s.targets[0].unit, "deg");
   EXPECT_EQ(s.targets[0].value, 10);
-  EXPECT_EQ(s.observed, std::vector<std::string>{"count"});
+  ASSERT_EQ(s.observed.size(), 1u);
+  EXPECT_EQ(s.observed[0].response.label, "count");
   EXPECT_EQ(s.compare[0].values, (std::vector<double>{0.1, 0.3}));
   // 3 at the centre, 8 x 2, 3 x 2, 5, and one compared.
-  EXPECT_EQ(s.budget.largest_total(1), 31);
+  EXPECT_EQ(s.largest_total(), 31);
 }
 
 TEST(StudyFile, TakesTheTargetFromAMeasurement) {
@@ -57,7 +58,7 @@ TEST(StudyFile, TakesTheTargetFromAMeasurement) {
                "standard_deviation = \"3 deg\"\n");
   const Study s = read_study(
       folder.write("study.toml", friction_study("[[targets]]\nmeasurement = \"angle.toml\"\n")));
-  EXPECT_EQ(s.targets[0].response, "aor");
+  EXPECT_EQ(s.targets[0].response.name, "aor");
   EXPECT_DOUBLE_EQ(s.targets[0].uncertainty, 1.5);  // 3 / sqrt(4)
 }
 
