@@ -25,6 +25,9 @@ struct CheckedSet {
   std::vector<double> values;
   std::vector<Prediction> predicted;  // of the targets
   std::vector<Observation> observed;  // targets, then observed responses; empty: not run
+  // Share of the posterior that is denser than here: above 0.95, the set lies outside the 95 %
+  // region. Of compare sets within the ranges.
+  std::optional<double> denser;
   int finished = 0, arched = 0, failed = 0, cut_short = 0;
   bool run() const { return finished + arched + failed + cut_short > 0; }
 };

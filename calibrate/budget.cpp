@@ -60,6 +60,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   b.centre_runs = read("centre_runs", 1, plan.centre_runs);
   b.numerics_runs = read("numerics_runs", 1, plan.numerics_runs, 2);
   b.design_points = read("design_points", 1, plan.design_points);
+  b.trades_seeds = bounded && !t.has("runs_per_point");  // asked before a default is put there
   b.runs_per_point = read("runs_per_point", 1, plan.runs_per_point);
   b.refine_points = read("refine_points", 0, plan.refine_points, 2);
   b.confirm_runs = read("confirm_runs", 2, plan.confirm_runs, 3);

@@ -21,7 +21,7 @@ const std::string compare_phase = "compare: ";
 // How many standard deviations still count as agreement.
 constexpr double agreement = 2;
 
-constexpr int sobol_samples = 4096;
+constexpr int sobol_samples = 2048;
 
 // The pooled noise and this sample's own spread, each with its degrees of freedom.
 double standard_error(const Knowledge* knowledge, const ResponseId& response, const Sample& s) {
@@ -34,7 +34,7 @@ double standard_error(const Knowledge* knowledge, const ResponseId& response, co
           squares += m.noise.degrees_of_freedom * std::pow(m.noise.at(s.mean), 2);
           freedom += m.noise.degrees_of_freedom;
         }
-  return std::sqrt(squares / freedom / s.count);
+  return std::sqrt(widened(squares / freedom, freedom) / s.count);
 }
 
 }  // namespace
@@ -69,37 +69,57 @@ void observe(const Study& study, const Knowledge* knowledge, const Point& point,
   for (const Observed& o : study.observed) add(o.response);
 }
 
-// The named sets, the middle of the ranges for the noise, and a design that fills them. Points
+// The named sets, and the middle of the ranges with the case's numerics and with others. Points
 // share their seeds: the same packing where the parameters allow it.
 void Calibration::explore() {
-  const int d = static_cast<int>(study_.parameters.size());
+  const Budget& b = study_.budget;
+  const auto d = static_cast<Eigen::Index>(study_.parameters.size());
+  const std::vector<double> middle = tidy_values(study_.parameters, VectorXd::Constant(d, 0.5));
   std::vector<Point>& points = a_.points;
-  for (std::size_t i = 0; i < study_.compare.size() && study_.budget.compare_runs > 0; ++i)
+  for (std::size_t i = 0; i < study_.compare.size() && b.compare_runs > 0; ++i)
     points.push_back(campaign_.point(compare_phase + study_.compare[i].name, static_cast<int>(i),
                                      study_.compare[i].values,
-                                     seed_range(study_.seed, study_.budget.compare_runs)));
-  const auto add = [&](const char* phase, int number, const VectorXd& u, int runs) {
-    points.push_back(campaign_.point(phase, number, tidy_values(study_.parameters, u),
-                                     seed_range(study_.seed, runs)));
-  };
-  add("centre", 0, VectorXd::Constant(d, 0.5), study_.budget.centre_runs);
-  std::vector<VectorXd> taken;
-  for (const Point& p : points) taken.push_back(p.u);
-  int number = 0;
-  for (const VectorXd& u :
-       maximin_latin_hypercube(study_.budget.design_points, d, study_.seed, taken))
-    add("design", number++, u, study_.budget.runs_per_point);
+                                     seed_range(study_.seed, b.compare_runs)));
+  points.push_back(campaign_.point("centre", 0, middle, seed_range(study_.seed, b.centre_runs)));
   for (const NumericsCheck& check : study_.numerics) {
     numerics_.push_back(campaign_.point("numerics: " + check.name,
-                                        static_cast<int>(numerics_.size()),
-                                        tidy_values(study_.parameters, VectorXd::Constant(d, 0.5)),
-                                        seed_range(study_.seed, study_.budget.numerics_runs)));
+                                        static_cast<int>(numerics_.size()), middle,
+                                        seed_range(study_.seed, b.numerics_runs)));
     numerics_.back().set = check.set;
   }
   progress_.phase("noise and numerics");
-  campaign_.run(numerics_);
-  progress_.phase("exploring the ranges");
   campaign_.run(points);
+  campaign_.run(numerics_);
+  spread_design();
+}
+
+// A design that fills the ranges.
+void Calibration::spread_design() {
+  const Budget& b = study_.budget;
+  const bool traded = b.trades_seeds && quiet();
+  seeds_each_ = traded ? 1 : b.runs_per_point;
+  more_points_ = traded ? b.runs_per_point : 1;
+  std::vector<VectorXd> taken;
+  for (const Point& p : a_.points) taken.push_back(p.u);
+  std::vector<Point> design;
+  for (const VectorXd& u :
+       maximin_latin_hypercube(b.design_points * more_points_,
+                               static_cast<int>(study_.parameters.size()), study_.seed, taken))
+    design.push_back(campaign_.point("design", static_cast<int>(design.size()),
+                                     tidy_values(study_.parameters, u),
+                                     seed_range(study_.seed, seeds_each_)));
+  progress_.phase("exploring the ranges");
+  campaign_.run(design);
+  a_.points.insert(a_.points.end(), design.begin(), design.end());
+}
+
+// Whether seeds at the middle differ by less than what each measurement is uncertain by.
+bool Calibration::quiet() const {
+  const Point& centre = a_.points.back();
+  return std::all_of(study_.targets.begin(), study_.targets.end(), [&](const Target& t) {
+    const Sample s = sample(centre.finished(t.response));
+    return s.count >= 2 && s.sd() < t.uncertainty;
+  });
 }
 
 // True when the targets are within reach of the ranges as far as is known.
@@ -145,7 +165,7 @@ double Calibration::time_spent() const {
 // Decides, and says why not: from the runs alone, so that a study that goes on decides alike.
 bool Calibration::worth_refining() {
   const Budget& b = study_.budget;
-  const double gain = possible_gain(study_, *a_.knowledge, best_);
+  const double gain = possible_gain(study_, *a_.knowledge, *a_.posterior, best_);
   const std::string could =
       gain < 1 ? fmt::format("could narrow what is determined by {:.0f} % at most", 100 * gain)
                : "may still determine more";
@@ -179,9 +199,10 @@ void Calibration::refine() {
   const std::string phase = fmt::format("refine {}", ++a_.rounds);
   int number = 0;
   for (const VectorXd& u :
-       splitting_points(study_, *a_.knowledge, *a_.posterior, taken, study_.budget.refine_points))
+       splitting_points(study_, *a_.knowledge, *a_.posterior, best_, taken,
+                        study_.budget.refine_points * more_points_, seeds_each_))
     batch.push_back(campaign_.point(phase, number++, tidy_values(study_.parameters, u),
-                                    seed_range(study_.seed, study_.budget.runs_per_point)));
+                                    seed_range(study_.seed, seeds_each_)));
   progress_.phase("splitting the equally good");
   campaign_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
@@ -293,9 +314,15 @@ std::string Calibration::range_text() const {
 
 Answer Calibration::finish() {
   // Now that the noise is known and there is a fit to ask.
-  for (const Point& p : a_.points)
-    if (p.phase.starts_with(compare_phase))
-      a_.compare.push_back(checked(study_.compare[static_cast<std::size_t>(p.number)].name, p));
+  for (const CompareSet& set : study_.compare) {
+    Point point = campaign_.point(compare_phase + set.name, 0, set.values, {});
+    for (const Point& p : a_.points)
+      if (p.phase == point.phase) point = p;
+    a_.compare.push_back(checked(set.name, point));
+    if (a_.posterior && point.u.minCoeff() >= 0 && point.u.maxCoeff() <= 1)
+      a_.compare.back().denser =
+          a_.posterior->denser_than(Misfit(study_, *a_.knowledge).cost(point.u));
+  }
   compare_numerics();
   if (a_.knowledge)
     for (const auto* models : {&a_.knowledge->targets, &a_.knowledge->observed})

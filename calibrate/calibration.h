@@ -36,6 +36,8 @@ class Calibration {
 
  private:
   void explore();
+  void spread_design();
+  bool quiet() const;
   bool fit();
   bool worth_refining();
   void refine();
@@ -56,6 +58,8 @@ class Calibration {
   Answer a_;
   std::vector<Point> numerics_;
   Eigen::VectorXd best_;  // unit cube
+  int seeds_each_ = 1;    // at each point of the design and of the refinement
+  int more_points_ = 1;   // times as many as planned
 };
 
 // Fills in what the runs of a point gave; `knowledge` (may be null) has the pooled noise.

@@ -49,7 +49,9 @@ Answer direct_search(const Study& study, Campaign& campaign, StudyProgress& prog
   const Minimum best = search_directly(evaluate, VectorXd::Zero(d), VectorXd::Ones(d), study.direct,
                                        study.direct_evaluations, study.seed);
   for (const Point& p : compared) {
-    CheckedSet set{study.compare[static_cast<std::size_t>(p.number)].name, p.values, {}, {}};
+    CheckedSet set;
+    set.name = study.compare[static_cast<std::size_t>(p.number)].name;
+    set.values = p.values;
     observe(study, nullptr, p, set);
     a.compare.push_back(set);
   }
@@ -58,7 +60,8 @@ Answer direct_search(const Study& study, Campaign& campaign, StudyProgress& prog
     a.headline = "no evaluation of the search finished";
     return a;
   }
-  a.best = {"best", tidy_values(study.parameters, best.x), {}, {}};
+  a.best.name = "best";
+  a.best.values = tidy_values(study.parameters, best.x);
   std::vector<Point> fresh = {
       campaign.point("confirm", 0, a.best.values,
                      seed_range(study.seed + confirm_seeds, study.budget.confirm_runs))};

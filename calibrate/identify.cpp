@@ -26,6 +26,15 @@ VarianceSplit split_variance(const Target& t, const Prediction& p, Against again
   return {measurement, p.noise_variance, p.variance - p.noise_variance};
 }
 
+// The model is so uncertain at u that it counts beside a measurement.
+bool unsure(const Study& study, const std::vector<Surrogate>& models, const VectorXd& u) {
+  constexpr double counts = 0.3;
+  for (std::size_t k = 0; k < models.size(); ++k)
+    if (std::sqrt(models[k].predict(u).variance) > counts * study.targets[k].uncertainty)
+      return true;
+  return false;
+}
+
 }  // namespace
 
 std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
@@ -76,14 +85,20 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
   return all;
 }
 
-double possible_gain(const Study& study, const Knowledge& knowledge, const VectorXd& u) {
+double possible_gain(const Study& study, const Knowledge& knowledge, const Posterior& posterior,
+                     const VectorXd& u) {
   const auto now = combinations(study, knowledge, u);
   const auto then = combinations(study, knowledge, u, Against::measurement);
+  for (std::size_t j = 0; j < now.size(); ++j)
+    if (then[j].identified && !now[j].identified) return 1;
   double gain = 0;
-  for (std::size_t j = 0; j < now.size(); ++j) {
-    if (!then[j].identified) continue;  // no run of these experiments can determine it
-    gain =
-        std::max(gain, now[j].identified ? 1 - now[j].singular_value / then[j].singular_value : 1);
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    double variance = 0;
+    for (std::size_t s = 0; s < posterior.u.size(); ++s)
+      variance += posterior.weight[s] *
+                  knowledge.targets[k].surrogate.best.predict(posterior.u[s]).variance;
+    const double measurement = study.targets[k].uncertainty;
+    gain = std::max(gain, 1 - measurement / std::hypot(measurement, std::sqrt(variance)));
   }
   return gain;
 }
@@ -114,8 +129,8 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
 }
 
 std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
-                                       const Posterior& posterior, std::vector<VectorXd> taken,
-                                       int count) {
+                                       const Posterior& posterior, const VectorXd& answer,
+                                       std::vector<VectorXd> taken, int count, int seeds) {
   // Systematic resampling: candidates are as dense as the posterior.
   std::vector<VectorXd> pool;
   double sum = 0;
@@ -127,8 +142,8 @@ std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& know
   for (const ResponseModel& m : knowledge.targets) believed.push_back(m.surrogate.best);
   std::vector<VectorXd> chosen;
   for (int i = 0; i < count; ++i) {
-    const VectorXd* best = nullptr;
-    double most = -1;
+    const VectorXd* best = i == 0 && unsure(study, believed, answer) ? &answer : nullptr;
+    double most = best != nullptr ? std::numeric_limits<double>::infinity() : -1;
     for (const VectorXd& u : pool) {
       double score = 0;
       for (std::size_t k = 0; k < believed.size(); ++k)
@@ -148,8 +163,7 @@ std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& know
     for (std::size_t k = 0; k < believed.size(); ++k) {
       const double level = believed[k].predict(*best).mean;
       const double noise = knowledge.targets[k].noise.at(level);
-      believed[k] =
-          believed[k].with_believed_point(*best, noise * noise / study.budget.runs_per_point);
+      believed[k] = believed[k].with_believed_point(*best, noise * noise / seeds);
     }
   }
   return chosen;

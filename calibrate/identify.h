@@ -40,9 +40,11 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
                                       const Eigen::VectorXd& u,
                                       Against against = Against::everything);
 
-// How much narrower any combination would become, as a share of its width today, if further runs
-// made the responses known perfectly; 1 where they would determine one that is not determined now.
-double possible_gain(const Study& study, const Knowledge& knowledge, const Eigen::VectorXd& u);
+// How much narrower the band of a target would become, as a share of its width today, if further
+// runs made the responses known perfectly all over the posterior (the largest over the targets); 1
+// where they would determine a combination that is not determined at u now.
+double possible_gain(const Study& study, const Knowledge& knowledge, const Posterior& posterior,
+                     const Eigen::VectorXd& u);
 
 // One of several equally good answers.
 struct ValleyMember {
@@ -53,11 +55,14 @@ struct ValleyMember {
 std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
                                  const Posterior& posterior);
 
-// Where the next runs split the set of equally good answers best: members of the posterior whose
-// predictions are least certain, each chosen as if the one before had come out as predicted, and
-// away from each other and from `taken` (unit cube).
+// Where the next runs tell most: at the answer `best`, as long as the model is unsure there, and
+// where they split the set of equally good answers best: members of the posterior whose predictions
+// are least certain, each chosen as if the one before had come out as predicted, and
+// away from each other and from `taken` (unit cube). Each is to be run with so many seeds.
 std::vector<Eigen::VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
                                               const Posterior& posterior,
-                                              std::vector<Eigen::VectorXd> taken, int count);
+                                              const Eigen::VectorXd& best,
+                                              std::vector<Eigen::VectorXd> taken, int count,
+                                              int seeds);
 
 }  // namespace firn

@@ -56,7 +56,8 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
     const Sample& s = samples[static_cast<std::size_t>(i)];
     data.u.row(i) = used[static_cast<std::size_t>(i)]->u.transpose();
     data.y[i] = s.mean;
-    data.noise_variance[i] = std::pow(noise->at(s.mean), 2) / s.count;
+    data.noise_variance[i] =
+        widened(std::pow(noise->at(s.mean), 2), noise->degrees_of_freedom) / s.count;
   }
   ResponseModel m{
       response,          unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(),
@@ -66,6 +67,11 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
 }
 
 }  // namespace
+
+double widened(double variance, double degrees_of_freedom) {
+  const double freedom = std::max(degrees_of_freedom, 3.0);
+  return variance * freedom / (freedom - 2);
+}
 
 double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }
 

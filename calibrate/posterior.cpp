@@ -223,6 +223,13 @@ double weighted_quantile(const std::vector<double>& x, const std::vector<double>
   return x[order.back()];
 }
 
+double Posterior::denser_than(double place_cost) const {
+  double sum = 0;
+  for (std::size_t s = 0; s < cost.size(); ++s)
+    if (cost[s] < place_cost) sum += weight[s];
+  return sum;
+}
+
 Posterior sample_density(const std::function<double(const VectorXd&)>& cost, int dimensions) {
   Cloud cloud(cost, dimensions);
   double temperature = 0;

@@ -27,6 +27,10 @@ struct Posterior {
   double cost_95 = 0;
   std::vector<Marginal> marginals;
   Eigen::VectorXd longest;  // unit vector: where it stretches farthest
+
+  // Share of the posterior that is denser than a place of this cost: at most 0.95 inside the 95 %
+  // region, uniform between 0 and 1 for the truth of many well-calibrated studies.
+  double denser_than(double place_cost) const;
 };
 
 // x such that a fraction q of the weight lies at or below it.

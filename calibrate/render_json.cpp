@@ -32,6 +32,10 @@ Json checked_json(const Study& study, const CheckedSet& set) {
         {"value", set.predicted[k].mean},
         {"uncertainty", std::sqrt(set.predicted[k].variance)},
         {"unit", study.targets[k].unit}};
+  if (set.denser) {
+    j["posterior_denser_than_here"] = *set.denser;
+    j["inside_95_region"] = *set.denser <= 0.95;
+  }
   if (!set.run()) return j;
   j["runs"] = {{"finished", set.finished},
                {"arched", set.arched},

@@ -98,6 +98,15 @@ void print_compare(Out& out, const Study& study, const Answer& a) {
     }
     print(out, "\n");
   }
+  if (a.posterior) {
+    print(out, "  {:<37}", "inside the 95 % region");
+    for (const CheckedSet& set : a.compare)
+      print(out, "{:>26}",
+            !set.denser ? "outside the ranges"
+                        : fmt::format("{} ({:.1f} % is denser)", *set.denser <= 0.95 ? "yes" : "NO",
+                                      100 * *set.denser));
+    print(out, "\n");
+  }
   print(out, "  {:<37}", "runs");
   for (const CheckedSet& set : a.compare) print(out, "{:>26}", counts_text(set));
   print(out, "\n");

@@ -66,12 +66,15 @@ struct Budget {
   int numerics_runs = 0;   // seeds of each numerics check, at the middle
   int design_points = 0;   // spread over the ranges, besides the middle
   int runs_per_point = 0;  // seeds at each point of the design and of the refinement
-  int refine_rounds = 0;   // batches at most that look closer at what may be the answer
-  int refine_points = 0;   // points in each
-  int confirm_runs = 0;    // fresh seeds at the answer; only these are reported
-  int anchor_runs = 0;     // fresh seeds at either end of a valley of equal answers; 0: none
-  int compare_runs = 0;    // seeds at each compare set
-  double time = 0;         // s of simulation, all processes together, when refinement ends; 0: none
+  // Where the noise is small beside the measurements, points count more than seeds: one seed each
+  // and as many more points instead.
+  bool trades_seeds = false;
+  int refine_rounds = 0;  // batches at most that look closer at what may be the answer
+  int refine_points = 0;  // points in each
+  int confirm_runs = 0;   // fresh seeds at the answer; only these are reported
+  int anchor_runs = 0;    // fresh seeds at either end of a valley of equal answers; 0: none
+  int compare_runs = 0;   // seeds at each compare set
+  double time = 0;        // s of simulation, all processes together, when refinement ends; 0: none
   // Refinement ends when perfect knowledge of the responses would narrow nothing by more than this.
   double least_gain = 0.1;
 };

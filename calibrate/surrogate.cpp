@@ -151,6 +151,8 @@ void Surrogate::fit() {
                                 60 * static_cast<int>(count));
   objective(best.x);
   inverse_ = covariance_.solve(MatrixXd::Identity(z_.size(), z_.size()));
+  // Where its own points, left out, contradict the form by more than it believes, it believes less.
+  inflation_ = std::max(1.0, leave_one_out_z().squaredNorm() / double(z_.size()));
 }
 
 Prediction Surrogate::predict(const VectorXd& u) const {
@@ -164,10 +166,10 @@ Prediction Surrogate::predict(const VectorXd& u) const {
     dk.row(i) += kernel_gradient(u, data_.u.row(i).transpose()).transpose();
   }
   const VectorXd w = inverse_ * k;
-  const double variance = std::max(0.0, h.dot(bh) + departure_variance_ - k.dot(w));
+  const double variance = inflation_ * std::max(0.0, h.dot(bh) + departure_variance_ - k.dot(w));
   const double noise = std::min(variance, w.cwiseAbs2().dot(z_noise_));
   const VectorXd mean_gradient = dk.transpose() * weights_;
-  const VectorXd variance_gradient = 2 * (dh.transpose() * bh - dk.transpose() * w);
+  const VectorXd variance_gradient = 2 * inflation_ * (dh.transpose() * bh - dk.transpose() * w);
 
   Prediction p;
   const double t = shift_ + scale_ * k.dot(weights_), s2 = scale_ * scale_;
@@ -220,7 +222,7 @@ Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_varianc
 
 SurrogateChoice choose_surrogate(const SurrogateData& data) {
   // A process with a length for each parameter asks for more points than a polynomial.
-  const bool enough_for_matern = data.y.size() >= 5 * data.u.cols();
+  const bool enough_for_matern = data.y.size() >= 3 * data.u.cols() + 1;
   const bool positive = data.y.minCoeff() > 0;
   std::vector<Surrogate> candidates;
   for (const bool logarithm : {false, true}) {

@@ -77,6 +77,7 @@ class Surrogate {
   Eigen::VectorXd belief_;            // prior variance of each coefficient
   double departure_variance_ = 0.01;  // standardised
   Eigen::VectorXd lengths_;
+  double inflation_ = 1;  // of the predicted variance: mean square of the leave-one-out errors
   Eigen::LDLT<Eigen::MatrixXd> covariance_;
   Eigen::MatrixXd inverse_;
   Eigen::VectorXd weights_;  // inverse covariance times z

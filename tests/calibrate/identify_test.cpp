@@ -26,7 +26,6 @@ struct Linear {
       parameter.max = 1;
       study.parameters.push_back(parameter);
     }
-    study.budget.runs_per_point = 2;
     for (std::size_t k = 0; k < lines.size(); ++k)
       study.targets.push_back({{0, std::string(1, static_cast<char>('a' + k)), "line"},
                                lines[k].value,
@@ -91,7 +90,7 @@ TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
   const Posterior posterior = sample_posterior(line.study, misfit);
   EXPECT_NEAR(std::abs(posterior.longest[0]), 0.8, 0.02);
   for (const ValleyMember& member : valley(line.study, misfit, posterior))
-    EXPECT_NEAR(0.6 * member.u[0] + 0.8 * member.u[1], 0.7, 2e-3);
+    EXPECT_NEAR(0.6 * member.u[0] + 0.8 * member.u[1], 0.7, 4e-3);  // a fifth of the band's 0.02
   // p may be anything: q from 0.125 to 0.875 makes up for it.
   EXPECT_GT(posterior.marginals[0].width_ratio, 0.9);
 }
@@ -117,8 +116,8 @@ TEST(Identify, ResidualsHaveExactDerivatives) {
 TEST(Identify, SplittingPointsLieInTheValleyAndApart) {
   const Linear line({{3, 4, 3.5, 0.1}});
   const Misfit misfit(line.study, *line.knowledge);
-  const auto points =
-      splitting_points(line.study, *line.knowledge, sample_posterior(line.study, misfit), {}, 3);
+  const auto points = splitting_points(
+      line.study, *line.knowledge, sample_posterior(line.study, misfit), misfit.best().x, {}, 3, 2);
   ASSERT_EQ(points.size(), 3u);
   for (const VectorXd& u : points) EXPECT_NEAR(0.6 * u[0] + 0.8 * u[1], 0.7, 0.1);
   EXPECT_GT((points[0] - points[1]).norm(), 0.3);
