@@ -37,6 +37,7 @@ class Calibration {
  private:
   void explore();
   bool fit();
+  void tell_knowledge() const;
   bool worth_refining();
   void refine();
   void describe_fit();
