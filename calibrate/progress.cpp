@@ -86,7 +86,7 @@ void StudyProgress::count(const JobResult& result) {
 void StudyProgress::knowledge(const std::string& text, const std::string& json) {
   knowledge_ = text;
   if (style_ == ProgressStyle::json)
-    fmt::print(stderr, "{{\"event\": \"knowledge\", \"knowledge\": {}}}\n", json);
+    fmt::print(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
   draw(true);
 }
 
