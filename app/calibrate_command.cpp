@@ -6,7 +6,10 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "calibrate/execution.h"
+#include "calibrate/slurm_executor.h"
 #include "calibrate/study.h"
+#include "experiments/units.h"
 #include "reports/heap_picture.h"
 
 namespace firn {
@@ -25,11 +28,49 @@ void draw_example(const StudySummary& summary) {
   }
 }
 
-int run_study(StudyOptions options, bool json) {
+struct Arguments {
+  StudyOptions options;
+  std::string store, time_limit, memory_limit, progress = "people";
+  bool no_store = false, json = false;
+};
+
+// The store lies beside the folders of the studies, unless told otherwise.
+std::string store_of(const Arguments& a) {
+  namespace fs = std::filesystem;
+  if (a.no_store) return "";
+  if (!a.store.empty()) return a.store;
+  if (a.options.directory.empty()) return (fs::path("runs") / "store.db").string();
+  fs::path folder = fs::absolute(a.options.directory).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  return (folder.parent_path() / "store.db").string();
+}
+
+template <class Parse>
+double parsed(const char* option, const std::string& text, Parse parse) {
+  try {
+    return text.empty() ? 0 : parse(text);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", option, e.what()));
+  }
+}
+
+double positive_time(const std::string& text) {
+  const double time = parse_quantity(text, dimension::time);
+  if (!(time > 0)) throw InputError(fmt::format("\"{}\" is not above 0; expected a time", text));
+  return time;
+}
+
+int run_study(const Arguments& a) {
+  StudyOptions options = a.options;
+  options.store = store_of(a);
+  options.time_limit = parsed("--time-limit", a.time_limit, positive_time);
+  options.memory_limit = parsed("--memory-limit", a.memory_limit, parse_memory);
+  options.json_progress = a.progress == "json";
+  options.show_progress = a.progress != "none";
   options.interrupt = &interrupt_flag();
   const StudySummary summary = calibrate(options);
   draw_example(summary);
-  if (json) {
+  if (a.json) {
     fmt::print("{}\n", summary.json);
   } else {
     fmt::print("{}\n\n{}", summary.headline, summary.table);
@@ -41,8 +82,8 @@ int run_study(StudyOptions options, bool json) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, int& status) {
-  auto options = std::make_shared<StudyOptions>();
-  auto json = std::make_shared<bool>(false);
+  auto a = std::make_shared<Arguments>();
+  StudyOptions* options = &a->options;
   CLI::App* command = app.add_subcommand("calibrate", "Fit parameters of a case to measurements");
   command
       ->add_option("STUDY.toml", options->study_file,
@@ -56,15 +97,51 @@ void add_calibrate_command(CLI::App& app, int& status) {
   command->add_option("--jobs", options->jobs, "Simulations side by side; one per core by default")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  command->add_option("--executor", options->executor, "Who simulates")
-      ->check(CLI::IsMember({"local"}))
+  command
+      ->add_option("--executor", options->executor,
+                   "Who simulates: this machine, or the cluster it belongs to")
+      ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
+  command
+      ->add_option("--time-limit", a->time_limit,
+                   "Wall time of one run, e.g. \"10 min\"; in place of the study's")
+      ->type_name("TIME");
+  command
+      ->add_option("--memory-limit", a->memory_limit,
+                   "Main memory of one run, e.g. \"2 GiB\"; in place of the study's")
+      ->type_name("SIZE");
+  CLI::Option* store =
+      command
+          ->add_option("--store", a->store,
+                       "Outcomes shared with other studies; store.db beside the folder by default")
+          ->type_name("FILE");
+  command->add_flag("--no-store", a->no_store, "Share no outcomes with other studies")
+      ->excludes(store);
   command->add_flag(
       "--resume", options->resume,
       "Insist on going on: fail when the folder does not hold this study. Without it a "
       "study goes on too where its folder has finished runs");
-  command->add_flag("--json", *json, "Print JSON on standard output and nothing else");
-  command->callback([options, json, &status] { status = run_study(*options, *json); });
+  command
+      ->add_option("--progress", a->progress,
+                   "On standard error: a bar for people, a JSON object a line for each event, or "
+                   "nothing")
+      ->check(CLI::IsMember({"people", "json", "none"}))
+      ->capture_default_str();
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->callback([a, &status] { status = run_study(*a); });
+}
+
+void add_slurm_task_command(CLI::App& app, int& status) {
+  auto list = std::make_shared<std::string>();
+  auto index = std::make_shared<int>(0);
+  CLI::App* command = app.add_subcommand("slurm-task",
+                                         "One run of a study on a node of a cluster; "
+                                         "firn calibrate --executor slurm calls it");
+  command->group("");  // nothing that people would type
+  command->add_option("LIST", *list)->required()->type_name("");
+  command->add_option("INDEX", *index)->required()->type_name("");
+  command->callback(
+      [list, index, &status] { status = run_slurm_task(*list, *index, &interrupt_flag()); });
 }
 
 }  // namespace firn

@@ -10,6 +10,7 @@ namespace firn {
 void add_run_command(CLI::App& app, int& status);
 void add_measure_command(CLI::App& app, int& status);
 void add_calibrate_command(CLI::App& app, int& status);
+void add_slurm_task_command(CLI::App& app, int& status);
 void add_shape_command(CLI::App& app, int& status);
 void add_export_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);

@@ -38,6 +38,7 @@ int complain(const std::string& text, int status) {
 std::string names_of_subcommands(const CLI::App& app) {
   std::string names;
   for (const CLI::App* sub : app.get_subcommands({})) {
+    if (sub->get_group().empty()) continue;  // not for people
     names += (names.empty() ? "" : ", ") + sub->get_name();
   }
   return names;
@@ -82,6 +83,7 @@ int main_program(int argc, char** argv) {
   add_run_command(app, status);
   add_measure_command(app, status);
   add_calibrate_command(app, status);
+  add_slurm_task_command(app, status);
   add_shape_command(app, status);
   add_export_command(app, status);
   add_verify_command(app, status);

@@ -85,12 +85,14 @@ struct Answer {
   std::string stopped;                   // why refinement ended, a sentence
   double cut_short_share = 0;            // of runs near the answer that failed or met a limit
   std::optional<DirectOutcome> direct;
-  int runs = 0, finished = 0, arched = 0, failed = 0, timed_out = 0, out_of_memory = 0;
-  int other_version = 0;  // runs in the journal by another program: not used
-  double wall = 0;        // s, of all runs together
+  int runs = 0, finished = 0, arched = 0, failed = 0, crashed = 0, timed_out = 0, out_of_memory = 0;
+  std::vector<std::string> cut_short;  // where: a sentence for each run that a limit stopped
+  int other_version = 0;               // runs in the journal that another program made: not used
+  double wall = 0;                     // s, of all runs together
 };
 
 // Rendering: render_table.cpp, render_json.cpp.
+std::string combination_text(const Study& study, const Combination& combination);
 std::string render_table(const Study& study, const Answer& answer);
 std::string render_json(const Study& study, const Answer& answer);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "calibrate/design.h"
 
@@ -132,6 +133,7 @@ bool Calibration::fit() {
   const Misfit misfit(study_, *a_.knowledge);
   best_ = misfit.best().x;
   a_.posterior = sample_posterior(study_, misfit);
+  tell_knowledge();
   a_.reach.clear();
   const bool within = misfit.z(best_).cwiseAbs().maxCoeff() <= agreement;
   const int d = static_cast<int>(study_.parameters.size());
@@ -153,6 +155,32 @@ bool Calibration::fit() {
   a_.best =
       checked("nearest", campaign_.point("nearest", 0, tidy_values(study_.parameters, best_), {}));
   return false;
+}
+
+// The best region so far and what the data determine, for those who wait.
+void Calibration::tell_knowledge() const {
+  const std::vector<double> values = tidy_values(study_.parameters, best_);
+  std::vector<std::string> regions, determined;
+  nlohmann::ordered_json j = {{"best", nlohmann::ordered_json::object()},
+                              {"determined", nlohmann::ordered_json::array()}};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Parameter& p = study_.parameters[i];
+    const Marginal& m = a_.posterior->marginals[i];
+    regions.push_back(
+        fmt::format("{} = {:.4g} ({:.3g} to {:.3g})", p.name, values[i], m.low, m.high));
+    j["best"][p.name] = {{"value", values[i]}, {"low", m.low}, {"high", m.high}, {"unit", p.unit}};
+  }
+  for (const Combination& c : combinations(study_, *a_.knowledge, best_)) {
+    if (!c.identified) continue;
+    const std::string text = combination_text(study_, c);
+    determined.push_back(fmt::format("{} = {:.3g} +- {:.2g}", text, c.value, c.sd));
+    j["determined"].push_back({{"combination", text}, {"value", c.value}, {"uncertainty", c.sd}});
+  }
+  progress_.knowledge(
+      fmt::format(
+          "  best so far: {}\n  determined: {}", fmt::join(regions, ", "),
+          determined.empty() ? "nothing yet" : fmt::format("{}", fmt::join(determined, "; "))),
+      j.dump());
 }
 
 double Calibration::time_spent() const {
@@ -343,8 +371,9 @@ Answer Calibration::finish() {
           parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::unconfirmed:
-      a_.headline = fmt::format("not confirmed: fresh runs at {} do not meet the targets",
-                                parameter_text(study_, a_.best.values));
+      a_.headline = fmt::format(
+          "not confirmed: fresh runs at {} {}", parameter_text(study_, a_.best.values),
+          a_.best.cut_short > 0 ? "were cut short by a limit" : "do not meet the targets");
       break;
     case StudyVerdict::out_of_reach:
       a_.headline = range_text();

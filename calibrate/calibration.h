@@ -39,6 +39,7 @@ class Calibration {
   void spread_design();
   bool quiet() const;
   bool fit();
+  void tell_knowledge() const;
   bool worth_refining();
   void refine();
   void describe_fit();

@@ -11,10 +11,18 @@
 #include "experiments/version.h"
 
 namespace firn {
+namespace {
+
+constexpr int most_crashes = 2;  // of its own doing: then that is its outcome
+constexpr int most_losses = 5;   // by no fault of its own: then something is wrong around it
+
+}  // namespace
 
 std::vector<double> Point::finished(const ResponseId& response) const {
   std::vector<double> values;
   if (response.experiment >= results.size()) return values;
+  for (const JobResult& r : results[response.experiment])
+    if (cut_short(r.status)) return {};
   for (const JobResult& r : results[response.experiment]) {
     if (r.status != JobStatus::finished) continue;
     for (const Response& candidate : r.responses)
@@ -64,14 +72,15 @@ Sample sample(const std::vector<double>& values) {
   return s;
 }
 
-Campaign::Campaign(const Study& study, Executor& executor, Journal& journal,
+Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
                    StudyProgress& progress, std::string folder, const std::atomic<bool>* interrupt)
     : study_(study),
       executor_(executor),
       journal_(journal),
+      store_(store),
       progress_(progress),
       folder_(std::move(folder)),
-      version_(fmt::format("{} {}", firn_version(), firn_git_commit())),
+      program_(firn_program()),
       interrupt_(interrupt) {}
 
 Point Campaign::point(const std::string& phase, int number, const std::vector<double>& values,
@@ -109,36 +118,42 @@ Job Campaign::job(const Point& point, const Experiment& experiment, std::uint64_
   job.overrides = overrides(point, experiment, seed);
   job.case_file = experiment.case_file;
   job.text = executor_.resolve(job.case_file, job.overrides);
-  job.key = run_key(job.text, version_);
+  job.key = run_key(job.text, program_);
   job.folder = folder_;
   job.threads = study_.threads;
+  job.limits = study_.execution.limits;
   return job;
 }
 
 void Campaign::run(std::vector<Point>& points) {
   std::vector<Job> jobs;
   std::vector<PlannedRun> planned;
-  std::map<std::string, std::size_t> wanted;  // run -> its experiment
+  WantedRuns wanted;
   for (Point& p : points) {
     p.keys.assign(study_.experiments.size(), {});
     for (std::size_t e = 0; e < study_.experiments.size(); ++e)
       for (const std::uint64_t seed : p.seeds) {
         Job next = job(p, study_.experiments[e], seed);
         p.keys[e].push_back(next.key);
-        if (!wanted.emplace(next.key, e).second) continue;
-        planned.push_back({next.key,
-                           next.text,
-                           version_,
-                           {study_.experiments[e].name, p.phase, p.number, describe(p), seed}});
-        if (const auto known = journal_.outcome(next.key)) {
-          check_responses(e, *known);
-          progress_.ended(known->wall, true, known->status == JobStatus::failed);
-        } else {
-          jobs.push_back(std::move(next));
-        }
+        asked_.insert(next.key);
+        const PlannedRun run{next.key,
+                             next.text,
+                             program_,
+                             {study_.experiments[e].name, p.phase, p.number, describe(p), seed}};
+        if (!wanted.emplace(next.key, Wanted{run, e}).second) continue;
+        planned.push_back(run);
+        jobs.push_back(std::move(next));
       }
   }
   journal_.plan(planned);
+  std::erase_if(jobs, [&](const Job& job) {
+    const Wanted& w = wanted.at(job.key);
+    const auto known = known_outcome(w.run);
+    if (!known) return false;
+    check_responses(w.experiment, *known);
+    progress_.found(w.run, *known);
+    return true;
+  });
   run_jobs(std::move(jobs), wanted);
   for (Point& p : points) {
     p.results.assign(p.keys.size(), {});
@@ -148,26 +163,54 @@ void Campaign::run(std::vector<Point>& points) {
   }
 }
 
-void Campaign::run_jobs(std::vector<Job> jobs,
-                        const std::map<std::string, std::size_t>& experiments) {
-  std::map<std::string, int> crashes;
+// In the journal, or else in the store that studies share; what is found there goes to the journal,
+// so that a study stays whole without the store. A run that was cut short is known only as long as
+// it may take no more than it took.
+std::optional<JobResult> Campaign::known_outcome(const PlannedRun& run) {
+  const RunLimits& limits = study_.execution.limits;
+  const auto stands = [&](const std::optional<JobResult>& r) {
+    if (!r) return false;
+    const double now = r->status == JobStatus::timed_out ? limits.time : limits.memory;
+    return !cut_short(r->status) || (now > 0 && now <= r->limit);
+  };
+  auto known = journal_.outcome(run.key);
+  if (stands(known)) return known;
+  if (store_ == nullptr || !stands(known = store_->find(run.key))) return std::nullopt;
+  journal_.finish(run.key, *known);
+  return known;
+}
+
+void Campaign::run_jobs(std::vector<Job> jobs, const WantedRuns& wanted) {
+  std::map<std::string, int> crashes, losses;
+  std::map<std::string, double> reached;  // s simulated
   while (!jobs.empty()) {
     std::vector<Job> again;
     JobEvents events;
     events.started = [&](const Job& job) {
       journal_.start(job.key);
-      progress_.started();
+      progress_.started(wanted.at(job.key).run);
     };
     events.ended = [&](const Job& job, const JobResult& result) {
-      if (result.status == JobStatus::interrupted) return progress_.stopped();
-      // A process that died may have been killed for reasons that are not its own.
-      if (result.status == JobStatus::crashed && ++crashes[job.key] < 2) {
+      const auto& [run, experiment] = wanted.at(job.key);
+      const bool lost = result.status == JobStatus::lost;
+      // One that gets on between losses will get there.
+      if (lost && result.simulated > reached[job.key]) losses[job.key] = 0;
+      if (lost) reached[job.key] = result.simulated;
+      if (lost && ++losses[job.key] == most_losses)
+        throw RunError(fmt::format(
+            "run {}: {}, {} times in a row; everything finished is kept, and the same command goes "
+            "on from there",
+            job.key, result.reason, most_losses));
+      // A process that died may have done so for reasons that are not its own.
+      if (lost || (result.status == JobStatus::crashed && ++crashes[job.key] < most_crashes)) {
         again.push_back(job);
-        return progress_.stopped();
+        return progress_.stopped(run, result);
       }
+      if (result.status == JobStatus::interrupted) return progress_.stopped(run, result);
       journal_.finish(job.key, result);
-      progress_.ended(result.wall, false, result.status == JobStatus::failed);
-      check_responses(experiments.at(job.key), result);  // the first run tells, not the last
+      if (store_ != nullptr) store_->add(run, result);
+      progress_.ended(run, result);
+      check_responses(experiment, result);  // the first run tells, not the last
     };
     events.tick = [&] { progress_.tick(); };
     executor_.run(jobs, events);

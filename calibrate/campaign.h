@@ -6,12 +6,15 @@
 #include <atomic>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "calibrate/executor.h"
 #include "calibrate/journal.h"
 #include "calibrate/progress.h"
+#include "calibrate/run_store.h"
 #include "calibrate/study_file.h"
 
 namespace firn {
@@ -28,6 +31,8 @@ struct Point {
   std::vector<std::vector<std::string>> keys;   // of the runs, [experiment][seed]
 
   // Values of a response over the finished runs; runs in which it is not a number are left out.
+  // Nothing when a limit cut one of the runs short: those that got through are the fast ones, and
+  // may well be the ones with another response.
   std::vector<double> finished(const ResponseId& response) const;
   // Its unit; empty when no run has it.
   std::string unit(const ResponseId& response) const;
@@ -51,31 +56,43 @@ struct StudyInterrupted {};
 
 class Campaign {
  public:
-  Campaign(const Study& study, Executor& executor, Journal& journal, StudyProgress& progress,
-           std::string folder, const std::atomic<bool>* interrupt);
+  // `store`: outcomes of other studies are found there, and these go there; null: none.
+  Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
+           StudyProgress& progress, std::string folder, const std::atomic<bool>* interrupt);
 
   Point point(const std::string& phase, int number, const std::vector<double>& values,
               const std::vector<std::uint64_t>& seeds) const;
   // Fills in the results. Throws StudyInterrupted, and InputError when the case does not take the
   // parameters or does not have the responses.
   void run(std::vector<Point>& points);
-  const std::string& version() const { return version_; }  // of the program that simulates
+  const std::string& program() const { return program_; }  // of the program that simulates
+  // Whether the study asked for this run in this session. A journal may hold others: by another
+  // program, or of points chosen when other runs were cut short.
+  bool asked_for(const std::string& key) const { return asked_.contains(key); }
 
  private:
   std::vector<Override> overrides(const Point& point, const Experiment& experiment,
                                   std::uint64_t seed) const;
   Job job(const Point& point, const Experiment& experiment, std::uint64_t seed) const;
   std::string describe(const Point& point) const;
-  void run_jobs(std::vector<Job> jobs, const std::map<std::string, std::size_t>& experiments);
+  struct Wanted {
+    PlannedRun run;
+    std::size_t experiment;
+  };
+  using WantedRuns = std::map<std::string, Wanted>;  // by key
+  std::optional<JobResult> known_outcome(const PlannedRun& run);
+  void run_jobs(std::vector<Job> jobs, const WantedRuns& wanted);
   void check_responses(std::size_t experiment, const JobResult& result) const;
 
   const Study& study_;
   Executor& executor_;
   Journal& journal_;
+  RunStore* store_;
   StudyProgress& progress_;
   std::string folder_;
-  std::string version_;
+  std::string program_;
   const std::atomic<bool>* interrupt_;
+  std::set<std::string> asked_;  // keys
 };
 
 }  // namespace firn

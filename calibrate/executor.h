@@ -12,6 +12,12 @@
 
 namespace firn {
 
+// What one run may take; 0: as much as it wants.
+struct RunLimits {
+  double time = 0;    // s of wall time, all sessions of a run that was gone on with together
+  double memory = 0;  // bytes resident
+};
+
 struct Job {
   std::string key;                  // names the run's files; the same text has the same key
   std::string case_file;            // as written; `text` is what is run
@@ -19,6 +25,7 @@ struct Job {
   std::string text;                 // the complete case, as Executor::resolve() gave it
   std::string folder;               // where its files go
   int threads = 1;
+  RunLimits limits;
 };
 
 enum class JobStatus {
@@ -28,15 +35,28 @@ enum class JobStatus {
   crashed,        // its process died; worth one more try
   timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
   out_of_memory,  // killed at its limit of memory: the same
-  interrupted     // by the user; not an outcome
+  // No outcomes: they say nothing of the run.
+  lost,        // its process or its machine vanished, by no fault of its own
+  interrupted  // by the user
 };
+// Those that are kept.
+inline constexpr JobStatus outcomes[] = {JobStatus::finished,  JobStatus::arched,
+                                         JobStatus::failed,    JobStatus::crashed,
+                                         JobStatus::timed_out, JobStatus::out_of_memory};
+// Censored: with a higher limit there would have been a response.
+inline bool cut_short(JobStatus status) {
+  return status == JobStatus::timed_out || status == JobStatus::out_of_memory;
+}
 const char* to_string(JobStatus status);  // for people and journals: "timed out", ...
 
 struct JobResult {
   JobStatus status = JobStatus::failed;
   std::string reason;  // one sentence, for all but finished
   std::vector<Response> responses;
-  double wall = 0;  // s
+  double wall = 0;       // s
+  double simulated = 0;  // s; how far a run came that was cut short
+  double limit = 0;      // that cut it short: s or bytes
+  std::string results_file = {};
 };
 
 struct JobEvents {
@@ -62,6 +82,8 @@ struct LocalExecutorOptions {
   int jobs = 0;         // processes side by side; 0: one per core
   const std::atomic<bool>* interrupt = nullptr;
 };
+
+std::string own_program();  // path of the running executable
 
 // One process of `firn run` per job: a crash of one cannot take the others along.
 std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options);

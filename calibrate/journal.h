@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "calibrate/executor.h"
-
-struct sqlite3;
+#include "calibrate/sqlite.h"
 
 namespace firn {
 
@@ -26,30 +25,36 @@ struct RunLabel {
 };
 
 struct PlannedRun {
-  std::string key, case_text, version;
+  std::string key, case_text;
+  std::string program;  // identity of the program that simulates: firn_program()
   RunLabel label;
 };
 
 struct JournalRun {
   std::string key;
-  RunLabel label;       // of its first use
-  std::string version;  // of the program that ran it
-  std::string status;   // planned, running, or an outcome: to_string(JobStatus)
+  RunLabel label;          // of its first use
+  std::string program;     // that ran it
+  std::string git_commit;  // it was built from: a fact, no identity
+  std::string status;      // planned, running, or an outcome: to_string(JobStatus)
   int attempts = 0;
   JobResult result;  // when it has ended
 };
 
-// Key of the run of this complete case text by this version of the program.
-std::string run_key(const std::string& case_text, const std::string& version);
+// Key of the run of this complete case text by this program.
+std::string run_key(const std::string& case_text, const std::string& program);
+
+// Runs handed to a cluster as one array.
+struct Submission {
+  std::string name;               // unique: the cluster finds it by that
+  std::string job;                // the cluster's number; empty: its answer was never seen
+  std::vector<std::string> keys;  // by task index
+};
 
 class Journal {
  public:
   // Opens or makes DIR/study.db. Throws InputError when the directory cannot be written, holds
   // something else, or holds the study of another text.
   Journal(const std::string& directory, const std::string& study_text, bool must_exist);
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   // Outcome of a run that has ended; nothing for one that has not.
   std::optional<JobResult> outcome(const std::string& key);
@@ -58,10 +63,14 @@ class Journal {
   void start(const std::string& key);
   void finish(const std::string& key, const JobResult& result);
 
+  void submit(const Submission& submission);  // notes it, or what has become known of it
+  void forget_submission(const std::string& name);
+  std::vector<Submission> submissions();
+
   std::vector<JournalRun> runs();  // in the order in which they were planned
 
  private:
-  sqlite3* db_ = nullptr;
+  Database db_;
 };
 
 }  // namespace firn

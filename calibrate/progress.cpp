@@ -1,11 +1,17 @@
 #include "calibrate/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "calibrate/execution.h"
 
 namespace firn {
 namespace {
@@ -20,33 +26,75 @@ std::string duration(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
+// A line that wraps could not be taken back.
+std::size_t terminal_width() {
+  winsize size = {};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return known ? size.ws_col - 1u : 79;
+}
+
 }  // namespace
 
-StudyProgress::StudyProgress(bool show, int total, int jobs)
-    : show_(show), terminal_(isatty(STDERR_FILENO) != 0), total_(total), jobs_(std::max(1, jobs)) {}
+StudyProgress::StudyProgress(ProgressStyle style, int total, int jobs)
+    : style_(style), terminal_(isatty(STDERR_FILENO) != 0), total_(total), jobs_(jobs) {}
 
 StudyProgress::~StudyProgress() { done(); }
 
 void StudyProgress::done() {
-  if (drawn_ && terminal_) std::fputs("\r\033[K", stderr);
+  erase();
   drawn_ = false;
 }
 
 void StudyProgress::phase(const std::string& name) {
   phase_ = name;
-  last_draw_ = {};
-  tick();
+  tell("phase", nullptr, nullptr);
+  draw(true);
 }
 
-void StudyProgress::ended(double wall, bool in_journal, bool failed) {
+void StudyProgress::started(const PlannedRun& run) {
+  ++running_;
+  tell("started", &run, nullptr);
+}
+
+void StudyProgress::stopped(const PlannedRun& run, const JobResult& why) {
+  --running_;
+  tell("stopped", &run, &why);
+}
+
+void StudyProgress::ended(const PlannedRun& run, const JobResult& result) {
+  --running_;
+  count(result);
+  tell("ended", &run, &result);
+  draw(false);
+}
+
+void StudyProgress::found(const PlannedRun& run, const JobResult& result) {
+  count(result);
+  tell("found", &run, &result);
+  draw(false);
+}
+
+void StudyProgress::count(const JobResult& result) {
   ++done_;
-  if (!in_journal) --running_;
-  if (failed) ++failed_;
-  if (wall > 0) {
-    ++timed_;
-    wall_ += wall;
-  }
-  tick();
+  failed_ += result.status == JobStatus::failed || result.status == JobStatus::crashed;
+  cut_short_ += cut_short(result.status);
+  if (result.wall <= 0) return;
+  ++timed_;
+  wall_ += result.wall;
+}
+
+void StudyProgress::knowledge(const std::string& text, const std::string& json) {
+  knowledge_ = text;
+  if (style_ == ProgressStyle::json)
+    fmt::print(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
+  draw(true);
+}
+
+double StudyProgress::time_left() const {
+  const int left = total_ - done_, side_by_side = std::max(jobs_, running_);
+  if (timed_ == 0 || left <= 0 || side_by_side == 0)
+    return std::numeric_limits<double>::quiet_NaN();
+  return wall_ / timed_ * left / std::min(side_by_side, left);
 }
 
 std::string StudyProgress::line() const {
@@ -56,23 +104,63 @@ std::string StudyProgress::line() const {
   s += fmt::format("{} of at most {} runs", done_, total_);
   if (running_ > 0) s += fmt::format(", {} under way", running_);
   if (failed_ > 0) s += fmt::format(", {} failed", failed_);
-  s += fmt::format(", {}", phase_);
-  const int left = total_ - done_;
-  if (timed_ > 0 && left > 0)
-    s += fmt::format(", about {} left", duration(wall_ / timed_ * left / std::min(jobs_, left)));
-  return s;
+  if (cut_short_ > 0) s += fmt::format(", {} cut short", cut_short_);
+  if (const double left = time_left(); std::isfinite(left))
+    s += fmt::format(", about {} left", duration(left));
+  return s + fmt::format(", {}", phase_);
 }
 
-void StudyProgress::tick() {
-  if (!show_) return;
-  const auto now = Clock::now();
-  if (drawn_ && last_draw_ != Clock::time_point{} &&
-      now - last_draw_ < (terminal_ ? Clock::duration(terminal_interval) : plain_interval))
-    return;
-  last_draw_ = now;
+void StudyProgress::tick() { draw(false); }
+
+void StudyProgress::draw(bool now) {
+  if (style_ != ProgressStyle::people) return;
+  const auto time = Clock::now();
+  const auto interval = terminal_ ? Clock::duration(terminal_interval) : plain_interval;
+  if (!now && drawn_ && time - last_draw_ < interval) return;
+  last_draw_ = time;
+  erase();
   drawn_ = true;
-  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line(), terminal_ ? "\033[K" : "\n");
+  if (!terminal_) {
+    fmt::print(stderr, "{}\n", line());
+    if (now && !knowledge_.empty()) fmt::print(stderr, "{}\n", knowledge_);
+  } else {
+    std::istringstream text(line() + '\n' + knowledge_);
+    for (std::string row; std::getline(text, row); ++lines_drawn_)
+      fmt::print(stderr, "{}{}", lines_drawn_ > 0 ? "\n" : "", row.substr(0, terminal_width()));
+  }
   std::fflush(stderr);
+}
+
+void StudyProgress::erase() {
+  if (!terminal_ || lines_drawn_ == 0) return;
+  for (int i = 1; i < lines_drawn_; ++i) std::fputs("\r\033[K\033[A", stderr);
+  std::fputs("\r\033[K", stderr);
+  lines_drawn_ = 0;
+}
+
+void StudyProgress::tell(const char* event, const PlannedRun* run, const JobResult* result) const {
+  if (style_ != ProgressStyle::json) return;
+  nlohmann::ordered_json j = {{"event", event}, {"phase", phase_}};
+  if (run != nullptr)
+    j["run"] = {{"key", run->key},
+                {"purpose", run->label.phase},
+                {"point", run->label.point},
+                {"parameters", run->label.parameters},
+                {"seed", run->label.seed}};
+  if (result != nullptr) {
+    j["status"] = to_string(result->status);
+    if (!result->reason.empty()) j["reason"] = result->reason;
+    j["wall"] = result->wall;
+    for (const Response& r : result->responses)
+      if (r.value.size() == 1) j["responses"][r.name] = {{"value", r.value[0]}, {"unit", r.unit}};
+  }
+  j["done"] = done_;
+  j["left_at_most"] = std::max(0, total_ - done_);
+  j["under_way"] = running_;
+  const double left = time_left();
+  j["seconds_left"] = std::isfinite(left) ? nlohmann::ordered_json(left) : nullptr;
+  fmt::print(stderr, "{}\n",
+             j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 }  // namespace firn

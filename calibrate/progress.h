@@ -1,35 +1,49 @@
-// How far a study has come, on standard error: a bar on a terminal, a plain line now and then
-// otherwise.
+// How far a study has come, on standard error: for people a bar on a terminal and a plain line now
+// and then otherwise; for programs one JSON object a line for every event.
 #pragma once
 
 #include <chrono>
 #include <string>
 
+#include "calibrate/journal.h"
+
 namespace firn {
+
+enum class ProgressStyle { none, people, json };
 
 class StudyProgress {
  public:
-  // `total`: runs planned at most; `jobs`: runs side by side.
-  StudyProgress(bool show, int total, int jobs);
+  // `total`: runs planned at most; `jobs`: runs side by side, 0: unknown.
+  StudyProgress(ProgressStyle style, int total, int jobs);
   ~StudyProgress();
 
   void phase(const std::string& name);
-  void started() { ++running_; }
-  void stopped() { --running_; }  // without an outcome
-  // A run ended, or was found in the journal (then `wall` is what it took in its time, s).
-  void ended(double wall, bool in_journal, bool failed);
+  void started(const PlannedRun& run);
+  void stopped(const PlannedRun& run, const JobResult& why);  // without an outcome
+  void ended(const PlannedRun& run, const JobResult& result);
+  void found(const PlannedRun& run, const JobResult& result);  // in the journal or the store
+  // What the runs so far say: the best region and the valley. One or a few lines for people, a JSON
+  // object for programs. Call it after each fit.
+  void knowledge(const std::string& text, const std::string& json);
   void tick();  // draws when it is time to
   void done();  // takes the bar away
 
  private:
   using Clock = std::chrono::steady_clock;
+  void count(const JobResult& result);
+  double time_left() const;  // s; NaN: not known
   std::string line() const;
+  void draw(bool now);
+  void erase();
+  void tell(const char* event, const PlannedRun* run, const JobResult* result) const;
 
-  bool show_, terminal_;
+  ProgressStyle style_;
+  bool terminal_;
   int total_, jobs_;
-  int done_ = 0, running_ = 0, failed_ = 0, timed_ = 0;
+  int done_ = 0, running_ = 0, failed_ = 0, cut_short_ = 0, timed_ = 0;
   double wall_ = 0;  // s, of all timed runs
-  std::string phase_;
+  std::string phase_, knowledge_;
+  int lines_drawn_ = 0;  // on the terminal
   bool drawn_ = false;
   Clock::time_point last_draw_{};
 };

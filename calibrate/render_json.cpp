@@ -216,13 +216,10 @@ std::string render_json(const Study& study, const Answer& a) {
     for (const ResponseModel& m : a.knowledge->targets) j["models"].push_back(model_json(m));
     for (const ResponseModel& m : a.knowledge->observed) j["models"].push_back(model_json(m));
   }
-  j["runs"] = {{"total", a.runs},
-               {"finished", a.finished},
-               {"arched", a.arched},
-               {"failed", a.failed},
-               {"timed_out", a.timed_out},
-               {"out_of_memory", a.out_of_memory},
-               {"by_another_version", a.other_version}};
+  j["runs"] = {
+      {"total", a.runs},      {"finished", a.finished},   {"arched", a.arched},
+      {"failed", a.failed},   {"timed_out", a.timed_out}, {"out_of_memory", a.out_of_memory},
+      {"crashed", a.crashed}, {"cut_short", a.cut_short}, {"by_another_version", a.other_version}};
   j["wall_seconds"] = a.wall;
   return j.dump(2);
 }
@@ -232,14 +229,16 @@ std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& r
   for (const Target& t : study.targets) columns.push_back(t.response);
   for (const Observed& o : study.observed) columns.push_back(o.response);
   fmt::memory_buffer out;
-  print(out, "run,experiment,phase,point,parameters,seed,status,reason,wall_s,attempts,version");
+  print(out,
+        "run,experiment,phase,point,parameters,seed,status,reason,wall_s,attempts,program,git_"
+        "commit");
   for (const ResponseId& c : columns) print(out, ",{0},{0}_uncertainty", csv_text(c.label));
   print(out, "\n");
   for (const JournalRun& run : runs) {
-    print(out, "{},{},{},{},{},{},{},{},{:.1f},{},{}", run.key, csv_text(run.label.experiment),
+    print(out, "{},{},{},{},{},{},{},{},{:.1f},{},{},{}", run.key, csv_text(run.label.experiment),
           csv_text(run.label.phase), run.label.point, csv_text(run.label.parameters),
           run.label.seed, run.status, csv_text(run.result.reason), run.result.wall, run.attempts,
-          csv_text(run.version));
+          run.program, csv_text(run.git_commit));
     for (const ResponseId& c : columns) {
       std::string value, uncertainty;
       for (const Response& r : run.result.responses)

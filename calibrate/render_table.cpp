@@ -137,13 +137,6 @@ std::string term(double coefficient, const Parameter& p, bool first) {
                      p.logarithmic ? ")" : "");
 }
 
-std::string combination_text(const Study& study, const Combination& c) {
-  std::string s;
-  for (std::size_t i = 0; i < study.parameters.size(); ++i)
-    s += term(c.coefficients[static_cast<Eigen::Index>(i)], study.parameters[i], i == 0);
-  return s;
-}
-
 void print_identified(Out& out, const Study& study, const Answer& a) {
   if (!a.posterior) return;
   print(out, "\nWhat the data determine\n");
@@ -247,6 +240,13 @@ void print_direct(Out& out, const Answer& a) {
 
 }  // namespace
 
+std::string combination_text(const Study& study, const Combination& c) {
+  std::string s;
+  for (std::size_t i = 0; i < study.parameters.size(); ++i)
+    s += term(c.coefficients[static_cast<Eigen::Index>(i)], study.parameters[i], i == 0);
+  return s;
+}
+
 std::string render_table(const Study& study, const Answer& a) {
   Out out;
   print_targets(out, study, a);
@@ -269,12 +269,13 @@ std::string render_table(const Study& study, const Answer& a) {
           100 * a.cut_short_share);
   print(out, "\n{} runs: {} finished, {} arched, {} failed", a.runs, a.finished, a.arched,
         a.failed);
+  if (a.crashed > 0) print(out, ", {} crashed", a.crashed);
   if (a.timed_out > 0) print(out, ", {} met the time limit", a.timed_out);
   if (a.out_of_memory > 0) print(out, ", {} met the memory limit", a.out_of_memory);
   print(out, "; {:.0f} s of simulation\n", a.wall);
+  for (const std::string& where : a.cut_short) print(out, "  cut short: {}\n", where);
   if (a.other_version > 0)
-    print(out, "{} more in the journal were made by another version of the program: not used\n",
-          a.other_version);
+    print(out, "{} more in the journal were made by another program: not used\n", a.other_version);
   return fmt::to_string(out);
 }
 

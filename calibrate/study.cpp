@@ -12,6 +12,7 @@
 #include "calibrate/answer.h"
 #include "calibrate/calibration.h"
 #include "calibrate/direct.h"
+#include "calibrate/slurm_executor.h"
 
 namespace firn {
 namespace {
@@ -28,7 +29,7 @@ class DirectoryLock {
     if (descriptor_ < 0)
       throw InputError(fmt::format("{}: cannot be written; expected a directory of ours", file));
     for (int tries = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++tries) {
-      if (tries == 100) {
+      if (tries == 300) {
         close(descriptor_);
         throw InputError(
             fmt::format("{}: another calibration is at work here; expected it to end "
@@ -52,26 +53,28 @@ void write_file(const fs::path& file, const std::string& text) {
   if (!out.flush()) throw RunError(fmt::format("{}: cannot be written", file.string()));
 }
 
-void count_runs(const std::vector<JournalRun>& runs, const std::string& version, Answer& a) {
+void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, Answer& a) {
   for (const JournalRun& run : runs) {
-    if (run.version != version) {
-      ++a.other_version;
-      continue;
-    }
+    a.other_version += run.program != campaign.program();
+    if (!campaign.asked_for(run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
-    a.failed += run.status == "failed" || run.status == "crashed";
-    a.timed_out += run.status == to_string(JobStatus::timed_out);
-    a.out_of_memory += run.status == to_string(JobStatus::out_of_memory);
+    a.failed += run.status == "failed";
+    a.crashed += run.status == "crashed";
+    a.timed_out += run.status == "timed out";
+    a.out_of_memory += run.status == "out of memory";
+    if (cut_short(run.result.status))
+      a.cut_short.push_back(
+          fmt::format("{} seed {}: {}", run.label.parameters, run.label.seed, run.result.reason));
     a.wall += run.result.wall;
   }
 }
 
 StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
-                       const std::string& version, const std::string& directory, bool plot) {
+                       const Campaign& campaign, const std::string& directory, bool plot) {
   const std::vector<JournalRun> runs = journal.runs();
-  count_runs(runs, version, answer);
+  count_runs(runs, campaign, answer);
   StudySummary s;
   s.verdict = answer.verdict;
   s.headline = answer.headline;
@@ -80,8 +83,11 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
   s.directory = directory;
   const fs::path folder(directory);
   for (const JournalRun& run : runs) {
-    const fs::path results = folder / "runs" / (run.key + ".h5");
-    if (run.label.phase == "confirm" && fs::exists(results)) s.example_run = results.string();
+    // It may lie with another study, or this folder may have been moved since.
+    for (const fs::path& results :
+         {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")})
+      if (run.label.phase == "confirm" && campaign.asked_for(run.key) && fs::exists(results))
+        s.example_run = results.string();
   }
   write_file(folder / "results.json", s.json + "\n");
   write_file(folder / "runs.csv", render_runs_csv(study, runs));
@@ -120,23 +126,52 @@ int StudySummary::exit_status() const {
   return verdict == StudyVerdict::too_few_runs ? 1 : 0;
 }
 
+namespace {
+
+std::unique_ptr<Executor> make_executor(const Study& study, const StudyOptions& options,
+                                        const std::string& directory, Journal& journal) {
+  if (options.executor == "local")
+    return local_executor({options.program, options.jobs, options.interrupt});
+  if (options.executor != "slurm")
+    throw InputError(
+        fmt::format("--executor: \"{}\" is not known; expected local or slurm", options.executor));
+  SlurmOptions slurm;
+  slurm.settings = study.execution.slurm;
+  slurm.program = options.program;
+  slurm.folder = (fs::absolute(directory) / "slurm").lexically_normal().string();
+  slurm.at_once = options.jobs;
+  slurm.interrupt = options.interrupt;
+  return slurm_executor(slurm, journal);
+}
+
+int side_by_side(const StudyOptions& options) {
+  if (options.jobs > 0 || options.executor != "local") return options.jobs;
+  return static_cast<int>(std::thread::hardware_concurrency());
+}
+
+ProgressStyle progress_style(const StudyOptions& options) {
+  if (!options.show_progress) return ProgressStyle::none;
+  return options.json_progress ? ProgressStyle::json : ProgressStyle::people;
+}
+
+}  // namespace
+
 StudySummary calibrate(const StudyOptions& options) {
-  const Study study = read_study(options.study_file);
+  Study study = read_study(options.study_file);
   const std::string directory =
       options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
-  if (options.executor != "local")
-    throw InputError(
-        fmt::format("--executor: \"{}\" is not known; expected local", options.executor));
-  Journal journal(directory, study.text, options.resume);
+  if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
+  if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
+  Journal journal(directory, study_identity(study.text, study.source), options.resume);
   const DirectoryLock lock(directory);
+  std::optional<RunStore> store;
+  if (!options.store.empty()) store.emplace(options.store);
   std::unique_ptr<Executor> own;
-  if (options.replace_executor == nullptr)
-    own = local_executor({options.program, options.jobs, options.interrupt});
+  if (options.replace_executor == nullptr) own = make_executor(study, options, directory, journal);
   Executor& executor = own ? *own : *options.replace_executor;
-  StudyProgress progress(
-      options.show_progress, study.largest_total(),
-      options.jobs > 0 ? options.jobs : static_cast<int>(std::thread::hardware_concurrency()));
-  Campaign campaign(study, executor, journal, progress, (fs::path(directory) / "runs").string(),
+  StudyProgress progress(progress_style(options), study.largest_total(), side_by_side(options));
+  const std::string runs = (fs::absolute(directory) / "runs").lexically_normal().string();
+  Campaign campaign(study, executor, journal, store ? &*store : nullptr, progress, runs,
                     options.interrupt);
   Answer answer;
   try {
@@ -153,7 +188,7 @@ StudySummary calibrate(const StudyOptions& options) {
     return s;
   }
   progress.done();
-  return summarize(study, answer, journal, campaign.version(), directory, options.plot);
+  return summarize(study, answer, journal, campaign, directory, options.plot);
 }
 
 }  // namespace firn

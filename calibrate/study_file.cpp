@@ -323,7 +323,7 @@ Study read_study(const std::string& file) {
   TomlDocument document(study.text, file);
   const TomlTable root = TomlTable::root(document);
   root.allow({"study", "experiments", "budget", "parameters", "targets", "observe", "compare",
-              "numerics", "direct"});
+              "numerics", "direct", "execution"});
   const TomlTable head = root.required_table("study");
   head.allow({"name", "case", "seed", "threads"});
   study.name = head.string("name");
@@ -337,6 +337,7 @@ Study read_study(const std::string& file) {
   read_compare(root, study);
   read_numerics(root, study);
   if (root.has("direct")) read_direct(root, study);
+  study.execution = read_execution(root);
   study.budget = read_budget(root, study);
   return study;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/execution.h"
 #include "calibrate/optimize.h"
 #include "calibrate/parameters.h"
 #include "experiments/case.h"
@@ -84,7 +85,7 @@ const char* to_string(DirectSearch search);  // as a study spells it
 struct Study {
   std::string name;
   std::string source;  // file it was read from
-  std::string text;    // its whole text: a directory belongs to one text
+  std::string text;    // its whole text
   std::vector<Experiment> experiments;
   std::uint64_t seed = 1;
   int threads = 1;  // of each simulation
@@ -97,6 +98,7 @@ struct Study {
   std::vector<Observed> observed;
   std::vector<CompareSet> compare;
   std::vector<NumericsCheck> numerics;
+  Execution execution;
 
   int largest_total() const;  // simulations at most
 };

@@ -150,6 +150,10 @@ RunSummary Driver::run() {
     summary.reason = ended_by.empty() ? "interrupted; the state is saved" : ended_by;
     if (summary.status == RunStatus::finished) record_frame();
     conclude(to_string(summary.status));
+  } catch (const WriteError& e) {
+    // The file is left as a kill would leave it: once there is room again, the run can go on.
+    summary.status = RunStatus::failed;
+    summary.reason = e.what();
   } catch (const RunError& e) {
     summary.status = RunStatus::failed;
     summary.reason = e.what();

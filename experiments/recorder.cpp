@@ -176,7 +176,7 @@ struct Recorder::Impl {
     try {
       std::rethrow_exception(failure);
     } catch (const std::exception& e) {
-      throw RunError(fmt::format("results file {}: {}", name, e.what()));
+      throw WriteError(fmt::format("results file {}: {}", name, e.what()));
     }
   }
 
@@ -233,7 +233,9 @@ void Recorder::with_file(const std::function<void(hdf5::File&)>& use) {
   try {
     use(impl_->file);
   } catch (const hdf5::Error& e) {
-    throw RunError(fmt::format("results file {}: {}", impl_->name, e.what()));
+    throw WriteError(fmt::format("results file {}: {}", impl_->name, e.what()));
+  } catch (const std::filesystem::filesystem_error& e) {  // the copy of a checkpoint
+    throw WriteError(fmt::format("results file {}: {}", impl_->name, e.what()));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "experiments/hdf5_file.h"
+#include "solver/types.h"
 
 namespace firn {
 
@@ -27,8 +28,13 @@ void recover_results(const std::string& file);
 // empty file is replaced) or a run is still writing it.
 std::string keep_earlier_results(const std::string& file);
 
+// The results file cannot be written, e.g. on a full disk: says nothing of the simulation.
+struct WriteError : RunError {
+  using RunError::RunError;
+};
+
 // The only writer of a results file; a second one is refused with an InputError.
-// A write that fails (disk full) is a RunError at the next call.
+// A write that fails (disk full) is a WriteError at the next call.
 class Recorder {
  public:
   // A new file.

@@ -300,4 +300,8 @@ BoundaryFrame Recording::boundary(const std::string& name, std::size_t frame) co
 
 bool Recording::has_checkpoint() const { return !read_checkpoints(impl_->file).empty(); }
 
+double Recording::wall_time() const {
+  return impl_->guarded([&] { return impl_->file.number_attribute("/", "wall_time").at(0); });
+}
+
 }  // namespace firn

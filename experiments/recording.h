@@ -45,8 +45,8 @@ struct BoundaryFrame {
 };
 
 // Read-only view of a results file. Throws InputError (one line) for a file that is missing,
-// truncated, of another kind or lacking an object. Where a kill in the middle of a flush left a file
-// that cannot be read, the view is of the copy kept with the last checkpoint.
+// truncated, of another kind or lacking an object. Where a kill in the middle of a flush left a
+// file that cannot be read, the view is of the copy kept with the last checkpoint.
 class Recording {
  public:
   explicit Recording(const std::string& file);
@@ -74,6 +74,7 @@ class Recording {
   std::vector<Series> series_list() const;  // all of them, in alphabetical order
   BoundaryFrame boundary(const std::string& name, std::size_t frame) const;
   bool has_checkpoint() const;
+  double wall_time() const;  // s, all sessions, up to the last checkpoint or the end
 
  private:
   struct Impl;

@@ -1,6 +1,7 @@
 // Processes that end in every way a process can.
 #include "calibrate/executor.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -24,7 +25,8 @@ class LocalExecutorTest : public testing::Test {
                       {},
                       "text of the case\n",
                       folder_ / "runs",
-                      3});
+                      3,
+                      limits_});
     std::map<std::string, JobResult> results;
     JobEvents events;
     events.started = [&](const Job&) { most_ = std::max(most_, ++running_); };
@@ -37,6 +39,7 @@ class LocalExecutorTest : public testing::Test {
   }
 
   Folder folder_{"executor"};
+  RunLimits limits_;
   int running_ = 0, most_ = 0;
 };
 
@@ -54,13 +57,44 @@ TEST_F(LocalExecutorTest, ACrashTakesNobodyAlong) {
   EXPECT_EQ(results.at("job2").status, JobStatus::failed);
 }
 
-TEST_F(LocalExecutorTest, AFinishedProcessWithoutResultsIsAFailure) {
-  EXPECT_EQ(run("exit 0\n", 1).at("job0").status, JobStatus::failed);
+TEST_F(LocalExecutorTest, AnEndWithoutResultsIsACrash) {
+  EXPECT_EQ(run("exit 0\n", 1).at("job0").status, JobStatus::crashed);
+  EXPECT_EQ(run("exit 1\n", 1).at("job0").status, JobStatus::crashed);
 }
 
-TEST_F(LocalExecutorTest, AProgramThatIsMissingIsAFailure) {
-  const auto results = run("exec /no/such/program\n", 1);
+TEST_F(LocalExecutorTest, WhatIsNotTheRunsFaultIsNoOutcome) {
+  EXPECT_EQ(run("kill -KILL $$\n", 1).at("job0").status, JobStatus::lost);
+  EXPECT_THROW(run("exec /no/such/program\n", 3), RunError);
+  EXPECT_THROW(
+      run("echo 'firn: the run failed: results file a.h5: No space left on device'; exit 1\n", 3),
+      RunError);
+  const auto trouble = [&] {
+    run("rm -r \"$(dirname $4)\"; touch \"$(dirname $4)\"; exit 1\n", 1);
+  };
+  EXPECT_THAT(trouble, testing::ThrowsMessage<RunError>(testing::HasSubstr("cannot be written")));
+}
+
+TEST_F(LocalExecutorTest, ARunOverItsTimeIsToldToSaveAndIsTimedOut) {
+  limits_.time = 0.3;
+  const auto r =
+      run("trap 'echo saved > \"$4.saved\"; exit 130' INT; sleep 20 & wait\n", 1).at("job0");
+  EXPECT_EQ(r.status, JobStatus::timed_out);
+  EXPECT_EQ(r.limit, 0.3);
+  EXPECT_GE(r.wall, 0.3);
+  EXPECT_EQ(r.reason, "over its limit of 0.3 s at t = 0 s");
+  EXPECT_EQ(read_text(folder_ / "runs/job0.h5.saved"), "saved\n");
+}
+
+TEST_F(LocalExecutorTest, ARunOverItsMemoryIsKilled) {
+  limits_.memory = 20e6;
+  // A shell that doubles a text until somebody stops it.
+  const auto results =
+      run("case $2 in *job0.toml) exit 2;; esac; "
+          "x=aaaaaaaa; while [ ${#x} -lt 400000000 ]; do x=$x$x; done; sleep 20\n",
+          2);
   EXPECT_EQ(results.at("job0").status, JobStatus::failed);
+  EXPECT_EQ(results.at("job1").status, JobStatus::out_of_memory);
+  EXPECT_EQ(results.at("job1").limit, 20e6);
 }
 
 TEST_F(LocalExecutorTest, NoMoreProcessesThanAskedFor) {

@@ -254,7 +254,7 @@ TEST(Calibrate, RefusesADirectoryThatHoldsAnotherStudy) {
   FakeExperiment experiment(noisy_zhou);
   const std::string text = friction_study(angle_target);
   run_study(folder.write("study.toml", text), folder / "out", experiment);
-  const std::string other = folder.write("other.toml", text + "# changed\n");
+  const std::string other = folder.write("other.toml", text + "[[observe]]\nresponse = \"rate\"\n");
   EXPECT_THROW(run_study(other, folder / "out", experiment), InputError);
   StudyOptions resume;
   resume.study_file = other;

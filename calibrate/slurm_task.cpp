@@ -1,0 +1,153 @@
+#include "calibrate/slurm_task.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "calibrate/run_process.h"
+#include "calibrate/slurm_executor.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr auto look_every = std::chrono::milliseconds(100);
+
+// Readers see the old file or the new one, also after a power cut.
+void write_whole(const std::string& file, const std::string& text) {
+  const std::string on_the_way = fmt::format("{}.{}", file, getpid());
+  const int descriptor = open(on_the_way.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  bool good = descriptor >= 0 &&
+              write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+              fsync(descriptor) == 0;
+  if (descriptor >= 0) good = close(descriptor) == 0 && good;
+  if (!good || std::rename(on_the_way.c_str(), file.c_str()) != 0) {
+    unlink(on_the_way.c_str());
+    throw RunError(fmt::format("{}: cannot be written", file));
+  }
+}
+
+std::string read_whole(const std::string& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::string outcome_file(const Job& job) {
+  return (fs::path(job.folder) / (job.key + ".outcome")).string();
+}
+
+// A node that was given up for lost may be at it still: the one who comes second waits. The
+// simulation inherits the lock.
+class RunLock {
+ public:
+  explicit RunLock(const Job& job)
+      : descriptor_(
+            open((fs::path(job.folder) / (job.key + ".lock")).c_str(), O_RDWR | O_CREAT, 0644)) {
+    if (descriptor_ < 0 || flock(descriptor_, LOCK_EX) != 0)
+      throw RunError(fmt::format("{}: cannot be locked", job.folder));
+  }
+  ~RunLock() { close(descriptor_); }
+  RunLock(const RunLock&) = delete;
+  RunLock& operator=(const RunLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+Job read_task(const std::string& list, int index, std::string& program) {
+  const json tasks = json::parse(read_whole(list), nullptr, false);
+  if (!tasks.is_object() || index < 0 || index >= static_cast<int>(tasks["tasks"].size()))
+    throw InputError(
+        fmt::format("{}: holds no task {}; expected a list of firn calibrate", list, index));
+  program = tasks["program"];
+  const json& t = tasks["tasks"][static_cast<std::size_t>(index)];
+  Job job;
+  job.key = t["key"];
+  job.folder = t["folder"];
+  job.threads = t["threads"];
+  job.limits = {t["time_limit"], t["memory_limit"]};
+  job.text = read_whole(JobFiles(job).case_file);
+  return job;
+}
+
+}  // namespace
+
+void write_tasks(const std::string& file, const std::vector<Job>& jobs,
+                 const std::string& program) {
+  json tasks = json::array();
+  for (const Job& job : jobs) {
+    fs::create_directories(job.folder);
+    write_whole(JobFiles(job).case_file, job.text);
+    tasks.push_back({{"key", job.key},
+                     {"folder", job.folder},
+                     {"threads", job.threads},
+                     {"time_limit", job.limits.time},
+                     {"memory_limit", job.limits.memory}});
+  }
+  fs::create_directories(fs::path(file).parent_path());
+  write_whole(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
+}
+
+std::optional<JobResult> read_task_outcome(const Job& job) {
+  const json j = json::parse(read_whole(outcome_file(job)), nullptr, false);
+  if (!j.is_object()) return std::nullopt;
+  JobResult r;
+  const std::string text = j["status"];
+  for (const JobStatus status : outcomes)
+    if (text == to_string(status)) r.status = status;
+  r.reason = j["reason"];
+  r.wall = j["wall"];
+  r.simulated = j["simulated"];
+  r.limit = j["limit"];
+  r.results_file = JobFiles(job).results;
+  if (cut_short(r.status)) {
+    const double now = r.status == JobStatus::timed_out ? job.limits.time : job.limits.memory;
+    if (now <= 0 || now > r.limit) return std::nullopt;
+  }
+  if (r.status != JobStatus::finished && r.status != JobStatus::arched) return r;
+  auto measured = ended_before(job);  // nothing: the shared folder does not show the results yet
+  if (measured) measured->wall = r.wall;
+  return measured;
+}
+
+void remove_task_outcome(const Job& job) { fs::remove(outcome_file(job)); }
+
+int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt) {
+  std::string program;
+  const Job job = read_task(list, index, program);
+  const RunLock lock(job);
+  if (read_task_outcome(job)) return 0;  // by the one who came first
+  auto result = ended_before(job);
+  if (!result) {
+    RunProcess run(job, program);
+    bool told_to_stop = false;
+    while (!(result = run.poll())) {
+      if (interrupt != nullptr && interrupt->load() && !told_to_stop) run.interrupt();
+      told_to_stop = interrupt != nullptr && interrupt->load();
+      std::this_thread::sleep_for(look_every);
+    }
+  }
+  if (result->status == JobStatus::interrupted) return 130;
+  if (result->status == JobStatus::lost) throw RunError(result->reason);
+  write_whole(outcome_file(job), json{{"status", to_string(result->status)},
+                                      {"reason", result->reason},
+                                      {"wall", result->wall},
+                                      {"simulated", result->simulated},
+                                      {"limit", result->limit}}
+                                     .dump(-1, ' ', false, json::error_handler_t::replace));
+  return 0;
+}
+
+}  // namespace firn
