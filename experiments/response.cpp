@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/bin_heap_responses.h"
+#include "experiments/body_responses.h"
 #include "experiments/drained_repose_responses.h"
 #include "experiments/recording.h"
 
@@ -74,10 +76,12 @@ std::vector<Response> general_responses(const Recording& recording, const Case& 
 std::vector<Response> measure(const Recording& recording) {
   const Case c = recording.read_case();
   std::vector<Response> responses = general_responses(recording, c);
-  if (c.drained_repose) {
-    const auto more = drained_repose_responses(drained_heap(recording, c));
+  const auto append = [&](const std::vector<Response>& more) {
     responses.insert(responses.end(), more.begin(), more.end());
-  }
+  };
+  if (c.drained_repose) append(drained_repose_responses(drained_heap(recording, c)));
+  append(body_responses(recording, c));
+  append(bin_heap_responses(recording, c));
   return responses;
 }
 
