@@ -8,7 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "solver/types.h"
+#include "experiments/measurement.h"
+#include "tests/experiments/bench_run.h"
 
 namespace firn {
 namespace {
@@ -118,6 +119,73 @@ TEST_F(BenchTests, ATestNeedsAResponseAndAFileTests) {
                InputError);
   EXPECT_THROW(read(""), InputError);
   EXPECT_THROW(read_bench_tests((folder_ / "none.toml").string()), InputError);
+}
+
+// --- the shipped list ---
+
+std::vector<BenchTest> shipped() {
+  return read_bench_tests(FIRN_SOURCE_DIR "/experiments/bench_tests.toml");
+}
+
+TEST(ShippedBenchTests, EveryFormIsRefusedUntilItIsFilledIn) {
+  int forms = 0;
+  for (const BenchTest& test : shipped()) {
+    for (const BenchResponse& response : test.responses) {
+      if (test.name == "drained_repose") continue;  // has been measured
+      ++forms;
+      std::ifstream stream(response.measurement);
+      std::string text{std::istreambuf_iterator<char>(stream), {}};
+      try {
+        read_measurement_text(text, "form.toml");
+        ADD_FAILURE() << response.measurement << " is accepted as it is";
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("values: has fewer than two entries"));
+      }
+      const std::string empty = "values = []";
+      ASSERT_NE(text.find(empty), text.npos);
+      const std::string unit = response.unit == "1" ? "" : " " + response.unit;
+      text.replace(text.find(empty), empty.size(),
+                   "values = [\"1" + unit + "\", \"2" + unit + "\"]");
+      const Measurement filled = read_measurement_text(text, "form.toml");
+      EXPECT_EQ(filled.response, response.name);
+      EXPECT_EQ(filled.unit, response.unit);
+      EXPECT_EQ(filled.value, 1.5);
+    }
+  }
+  EXPECT_EQ(forms, 10);
+}
+
+// Runs the test's case and looks for its responses, with their units.
+void expect_responses(const BenchTest& test, const std::vector<Override>& overrides) {
+  const BenchRun r = run_case(read_case(test.case_file, overrides));
+  for (const BenchResponse& response : test.responses) {
+    ASSERT_TRUE(r.has(response.name)) << test.name << ": " << response.name;
+    EXPECT_EQ(r[response.name].unit, response.unit) << test.name << ": " << response.name;
+    EXPECT_EQ(r[response.name].value.size(), 1u);
+  }
+}
+
+TEST(ShippedBenchTests, SingleBodiesHaveTheirResponses) {
+  int single = 0;
+  for (const BenchTest& test : shipped()) {
+    if (test.name == "drained_repose" || test.with == "drained_repose" || test.name == "bin_heap")
+      continue;
+    expect_responses(test, {{"interactions.ice-plastic.static_friction", "0.1"}});
+    ++single;
+  }
+  EXPECT_EQ(single, 4);
+}
+
+// Small ones; full sizes take minutes.
+TEST(ShippedBenchTestsLong, HeapsHaveTheirResponses) {
+  for (const BenchTest& test : shipped()) {
+    if (test.name == "bin_heap") expect_responses(test, {{"fills.0.count", "24"}});
+    if (test.name != "drained_repose" && test.with != "drained_repose") continue;
+    expect_responses(test, {{"experiment.fill.count", "60"},
+                            {"experiment.fill.max_duration", "0.5 s"},
+                            {"experiment.drain.max_duration", "0.5 s"},
+                            {"materials.ice.young_modulus", "1 MPa"}});
+  }
 }
 
 }  // namespace
