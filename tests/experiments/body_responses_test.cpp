@@ -155,6 +155,7 @@ TEST(Tilt, NothingButTheFrictionOnThePlateMatters) {
   EXPECT_NEAR(with("interactions.ice-plastic.restitution", "0.7"), before, kCreep);
   EXPECT_NEAR(with("materials.ice.young_modulus", "1 MPa"), before, kCreep);
   EXPECT_NEAR(with(kFriction, "0.15"), before + 2.8, 0.2);
+  EXPECT_EQ(with("interactions.ice-ice.static_friction", "0.7"), before);  // no such contact
 }
 
 TEST(Tilt, TheSeedTurnsAndPlacesTheCube) {
