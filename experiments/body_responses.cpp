@@ -1,5 +1,7 @@
 #include "experiments/body_responses.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -139,8 +141,8 @@ class Frames {
 
   BoundaryTrack on_boundary(std::size_t body, const std::string& name) const {
     const std::string group = "/boundaries/" + name;
-    const std::vector<double> origin = recording_.series(group + "/position"),
-                              axes = recording_.series(group + "/orientation");
+    const std::vector<double> origin = boundary_series(group + "/position", 3),
+                              axes = boundary_series(group + "/orientation", 4);
     const Vec3 up = -case_.model.gravity.normalized();
     BoundaryTrack track;
     Vec3 first_place = Vec3::Zero(), first_normal = Vec3::Zero();
@@ -175,6 +177,14 @@ class Frames {
   }
 
  private:
+  std::vector<double> boundary_series(const std::string& path, std::size_t width) const {
+    std::vector<double> values = recording_.series(path);
+    if (values.size() != width * time_.size()) {
+      throw InputError(fmt::format("{}: {} has the wrong shape; expected {} values a frame",
+                                   recording_.file(), path, width));
+    }
+    return values;
+  }
   std::size_t row(std::size_t frame, std::size_t body) const {
     return frame * case_.model.particles.size() + body;
   }

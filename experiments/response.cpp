@@ -1,5 +1,7 @@
 #include "experiments/response.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -75,6 +77,12 @@ std::vector<Response> general_responses(const Recording& recording, const Case& 
 
 std::vector<Response> measure(const Recording& recording) {
   const Case c = recording.read_case();
+  if (c.model.particles.size() != recording.particle_count()) {
+    throw InputError(
+        fmt::format("{}: holds {} particles and a case of {}; expected a file written "
+                    "by firn run",
+                    recording.file(), recording.particle_count(), c.model.particles.size()));
+  }
   std::vector<Response> responses = general_responses(recording, c);
   const auto append = [&](const std::vector<Response>& more) {
     responses.insert(responses.end(), more.begin(), more.end());
