@@ -9,6 +9,7 @@
 
 #include "experiments/case_boundaries.h"
 #include "experiments/case_materials.h"
+#include "experiments/case_measures.h"
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
 #include "experiments/drained_repose_scene.h"
@@ -148,7 +149,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   document.apply(in_order_of_file(overrides, document.root()));
   const TomlTable root = TomlTable::root(document);
   root.allow({"case", "materials", "interactions", "shapes", "particles", "boundaries", "fills",
-              "outlets", "stages", "experiment", "numerics", "output"});
+              "outlets", "stages", "experiment", "measure", "numerics", "output"});
   Case c;
   c.source = source;
   Model& model = c.model;
@@ -160,13 +161,14 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.interactions = std::move(interactions.laws);
   model.shapes = read_shapes(root, model.materials, directory);
   model.boundaries = read_boundaries(root, model.materials, directory);
-  c.placed = read_particles(root, model);
+  c.placed = read_particles(root, model, c.seed);
   c.fills = read_fills(root, model.shapes);
   c.outlets = read_outlets(root);
   read_experiment(root, c);
   check_names(root, model.boundaries);
   if (!c.drained_repose) c.stages = read_stages(root, model.boundaries);
   add_fill_particles(c);
+  c.measures = read_measures(root, model);
   if (model.particles.empty()) {
     root.fail("particles", "the case has none; expected [[particles]], [[fills]] or [experiment]");
   }

@@ -34,11 +34,12 @@ struct Outlet {
 
 // A part of the run, ended by an event. On entry, boundaries are removed and motions started.
 struct Stage {
-  enum class Until { time, at_rest };
+  enum class Until { time, at_rest, empty };
   std::string name;
   Until until = Until::time;
   double max_duration = 0;  // s; a stage that has not ended by then ends anyway
   double min_duration = 0;  // s, before which it does not end
+  // Empty: everybody has come and left through an outlet.
   // At rest: every particle inside slower than this and none left, for the hold time.
   double rest_kinetic_energy = 0;                             // J, mean per present particle
   double rest_hold = 0;                                       // s
@@ -55,6 +56,24 @@ struct DrainedRepose {
   double door_margin = 0;      // m: and ends this far from the door's lip
   std::string door = "door";   // names of the boundaries that make it
   double drop_height = 0;      // m below the floor where drained particles leave
+};
+
+// What the case asks to be measured beside the responses of every case.
+struct Measure {
+  enum class Kind { slip, slide, rebound, heap };
+  Kind kind = Kind::slip;
+  std::string name;        // stands before the names of its responses; may be empty
+  std::optional<int> tag;  // only particles that carry it; none: all
+  // slip, slide: motion along the x, y plane of a boundary's own axes.
+  std::string boundary;
+  double slip = 0;          // m: a body that has moved so far has lost its hold
+  double run = 0;           // m: until it has moved so far it may still tip
+  double tip_turn = 0;      // rad: one that has turned so far against the boundary tips
+  double from = 0, to = 0;  // m, marks of a slide
+  // heap: inside of a bin, its floor at region_min.z, poured into at `peak`.
+  Vec3 region_min = Vec3::Zero(), region_max = Vec3::Zero();  // m
+  double peak = 0;                                            // m, world x
+  double peak_margin = 0, end_margin = 0;                     // m: the fit window leaves them out
 };
 
 struct Case {
@@ -77,6 +96,7 @@ struct Case {
   std::vector<Outlet> outlets;
   std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;
+  std::vector<Measure> measures;
   double frames_every = 0;  // s
   double states_every = 0;  // s; 0: no states are kept in the results file
   std::string resolved;     // TOML text of the whole case, defaults filled in, mesh files embedded

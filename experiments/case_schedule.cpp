@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "experiments/case_boundaries.h"
 #include "experiments/case_shapes.h"
+#include "experiments/placement.h"
 
 namespace firn {
 namespace {
@@ -16,20 +18,97 @@ constexpr double kDensestPour = 0.3;
 // Beyond what any machine simulates: a slip of the keyboard, caught before memory runs out.
 constexpr int kMostParticles = 10'000'000;
 
+// The stream of random numbers of [[particles]], beside those of the fills, which count from 0.
+constexpr std::uint64_t kPlacedStream = ~std::uint64_t{0};
+
+// Equal bodies in rows along the world's axes.
+struct Grid {
+  std::array<int, 3> count{1, 1, 1};
+  Vec3 spacing = Vec3::Zero();  // m
+};
+
+Grid read_grid(const TomlTable& t) {
+  Grid grid;
+  if (!t.has("grid")) {
+    if (t.has("spacing")) t.fail("spacing", "has no meaning here; expected a grid beside it");
+    return grid;
+  }
+  grid.count = t.counts("grid");
+  const double total = 1.0 * grid.count[0] * grid.count[1] * grid.count[2];
+  if (total > kMostParticles) {
+    t.fail("grid", fmt::format("makes {:.0f} bodies; expected at most {}", total, kMostParticles));
+  }
+  grid.spacing = t.vector("spacing", dimension::length);
+  return grid;
+}
+
+// What the seed decides about a placed body.
+struct Chance {
+  Vec3 scatter = Vec3::Zero();  // m, half widths about the position
+  double turn = 0;              // rad, half width about `axis`
+  Vec3 axis = Vec3::UnitZ();    // unit, world
+  bool any_orientation = false;
+};
+
+Chance read_chance(const TomlTable& t) {
+  Chance chance;
+  chance.scatter = t.vector("scatter", dimension::length, "0 0 0 m");
+  if (chance.scatter.minCoeff() < 0) {
+    t.fail("scatter", "has a component below zero; expected half widths of at least zero");
+  }
+  chance.any_orientation = t.boolean("random_orientation", false);
+  if (t.has("turn")) {
+    chance.turn = t.quantity("turn", dimension::angle, Sign::non_negative);
+    if (!t.has("turn_axis")) t.set("turn_axis", toml::array{0, 0, 1});
+    chance.axis = t.direction("turn_axis");
+  } else if (t.has("turn_axis")) {
+    t.fail("turn_axis", "has no meaning here; expected a turn beside it");
+  }
+  return chance;
+}
+
+// Each body has a stream of its own, and draws the same numbers whatever the table asks for.
+void disturb(Case::Placed& p, const Chance& chance, std::uint64_t seed) {
+  RandomStream random(seed, kPlacedStream, static_cast<std::uint64_t>(p.particle));
+  const auto about_zero = [&] { return 2 * random.uniform() - 1; };
+  const double x = about_zero(), y = about_zero(), z = about_zero(), turn = about_zero();
+  const Quat any = random.uniform_rotation();
+  p.position += chance.scatter.cwiseProduct(Vec3(x, y, z));
+  if (chance.any_orientation) p.orientation = any;
+  if (chance.turn > 0) {
+    p.orientation = Quat(Eigen::AngleAxisd(chance.turn * turn, chance.axis)) * p.orientation;
+    p.orientation.normalize();
+  }
+}
+
 }  // namespace
 
-std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model) {
+std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, std::uint64_t seed) {
   std::vector<Case::Placed> placed;
   for (const TomlTable& t : root.tables("particles")) {
-    t.allow({"shape", "position", "orientation", "velocity", "angular_velocity", "tag"});
-    Case::Placed p;
-    p.particle = static_cast<int>(model.particles.size());
-    model.particles.push_back({shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)});
-    p.position = t.vector("position", dimension::length);
-    p.orientation = t.orientation("orientation");
-    p.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
-    p.angular_velocity = t.vector("angular_velocity", dimension::angular_velocity, "0 0 0 rad/s");
-    placed.push_back(p);
+    t.allow({"shape", "position", "orientation", "velocity", "angular_velocity", "tag", "grid",
+             "spacing", "scatter", "turn", "turn_axis", "random_orientation"});
+    const Particle particle{shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)};
+    Case::Placed first;
+    first.position = t.vector("position", dimension::length);
+    first.orientation = t.orientation("orientation");
+    first.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    first.angular_velocity =
+        t.vector("angular_velocity", dimension::angular_velocity, "0 0 0 rad/s");
+    const Grid grid = read_grid(t);
+    const Chance chance = read_chance(t);
+    for (int i = 0; i < grid.count[0]; ++i) {
+      for (int j = 0; j < grid.count[1]; ++j) {
+        for (int k = 0; k < grid.count[2]; ++k) {
+          Case::Placed p = first;
+          p.particle = static_cast<int>(model.particles.size());
+          p.position += Vec3(i, j, k).cwiseProduct(grid.spacing);
+          disturb(p, chance, seed);
+          model.particles.push_back(particle);
+          placed.push_back(p);
+        }
+      }
+    }
   }
   return placed;
 }
@@ -123,7 +202,9 @@ std::vector<Stage> read_stages(const TomlTable& root, const std::vector<Boundary
       t.fail("min_duration", fmt::format("is {} s, above max_duration of {} s; expected less",
                                          stage.min_duration, stage.max_duration));
     }
-    if (t.choice("until", {"time", "at_rest"}, "time") == "at_rest") {
+    const std::string until = t.choice("until", {"time", "at_rest", "empty"}, "time");
+    if (until == "empty") stage.until = Stage::Until::empty;
+    if (until == "at_rest") {
       stage.until = Stage::Until::at_rest;
       stage.rest_kinetic_energy =
           t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");

@@ -8,8 +8,8 @@
 
 namespace firn {
 
-// Adds the particles to the model as well.
-std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model);
+// Adds the particles to the model as well. `seed` draws what a table leaves to chance.
+std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, std::uint64_t seed);
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Outlet> read_outlets(const TomlTable& root);
 std::vector<Stage> read_stages(const TomlTable& root, const std::vector<Boundary>& boundaries);

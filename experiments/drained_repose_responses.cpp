@@ -58,6 +58,20 @@ void add_angles(std::vector<Response>& out, const DrainedHeap& heap,
   add(out, "covered_fraction_right", right.covered, 0, "1", coverage);
 }
 
+void add_wall_rise(std::vector<Response>& out, const DrainedHeap& heap,
+                   const std::vector<PlacedMesh>& surface_particles) {
+  const double d = heap.particle_size;
+  if (heap.setup.box.y() < 4 * d) return;  // no middle apart from the walls
+  const MeanHeight left = wall_rise(surface_particles, ledge_of(heap.setup, Side::left, d), d);
+  const MeanHeight right = wall_rise(surface_particles, ledge_of(heap.setup, Side::right, d), d);
+  const std::string method =
+      "mesh surface within a particle size of the front and back walls less that in the middle";
+  add(out, "wall_rise_left", left.value, left.uncertainty, "m", method);
+  add(out, "wall_rise_right", right.value, right.uncertainty, "m", method);
+  add(out, "wall_rise", (left.value + right.value) / 2,
+      std::hypot(left.uncertainty, right.uncertainty) / 2, "m", method + ", mean of both sides");
+}
+
 void add_remaining(std::vector<Response>& out, const DrainedHeap& heap) {
   double count_left = 0, count_right = 0, mass_left = 0, mass_right = 0;
   for (const auto& p : heap.remaining) {
@@ -91,6 +105,8 @@ void add_discharge(std::vector<Response>& out, const DrainedHeap& heap) {
   add(out, "t10", times[index(0.1)], heap.time_resolution, "s", method);
   add(out, "t50", times[index(0.5)], heap.time_resolution, "s", method);
   add(out, "t90", times[index(0.9)], heap.time_resolution, "s", method);
+  add(out, "discharge_time", times[index(0.9)], heap.time_resolution, "s",
+      "t90: the last tenth are stragglers, whose time says little");
 
   const std::size_t first = index(0.1), last = index(0.9);
   const double duration = times[last] - times[first];
@@ -109,18 +125,8 @@ void add_fill(std::vector<Response>& out, const DrainedHeap& heap) {
   const Particles standing_particles = standing_of(heap.filled, heap, false);
   const Vec3& box = heap.setup.box;
   const HeapSurface surface = closed_surface(meshes(standing_particles), -box.x() / 2, box.x() / 2,
-                                             heap.setup, heap.particle_size);
-  const Eigen::ArrayXXd& z = surface.height;
-  const auto tile =
-      static_cast<Eigen::Index>(std::lround(heap.particle_size / surface.grid.step_x));
-  std::vector<double> tiles;
-  for (Eigen::Index i = 0; i + tile <= z.rows(); i += tile) {
-    for (Eigen::Index j = 0; j + tile <= z.cols(); j += tile) {
-      tiles.push_back(z.block(i, j, tile, tile).mean());
-    }
-  }
-  const double height = z.mean();
-  const double error = standard_deviation(tiles) / std::sqrt(static_cast<double>(tiles.size()));
+                                             -box.y() / 2, box.y() / 2, heap.particle_size);
+  const auto [height, error] = mean_height(surface.height, surface.grid, heap.particle_size);
   add(out, "fill_height", height, error, "m",
       "mean height of the mesh surface over the box when the door opens");
   if (height <= 0) return;
@@ -142,6 +148,7 @@ std::vector<Response> drained_repose_responses(const DrainedHeap& heap) {
   if (!heap.opened) return out;
   const std::vector<PlacedMesh> surface_particles = meshes(standing_of(heap.remaining, heap, true));
   add_angles(out, heap, surface_particles);
+  add_wall_rise(out, heap, surface_particles);
   add_remaining(out, heap);
   add_discharge(out, heap);
   add_fill(out, heap);
@@ -186,14 +193,16 @@ std::vector<DrainedHeap::Particle> particles_in_box(const Recording& recording, 
   return result;
 }
 
+double middle_edge(const Shape& shape) {
+  Vec3 edges = shape.box;
+  std::sort(edges.data(), edges.data() + 3);
+  return edges[1];
+}
+
 double mean_particle_size(const Recording& recording, const Case& c) {
   const std::vector<int> shape = recording.shape();
   double sum = 0;
-  for (int s : shape) {
-    Vec3 edges = c.model.shapes[static_cast<std::size_t>(s)].box;
-    std::sort(edges.data(), edges.data() + 3);
-    sum += edges[1];
-  }
+  for (int s : shape) sum += middle_edge(c.model.shapes[static_cast<std::size_t>(s)]);
   return sum / static_cast<double>(shape.size());
 }
 

@@ -259,12 +259,17 @@ bool Driver::let_out() {
   return left;
 }
 
+// Everybody that is to come has been there.
+bool Driver::all_placed() const {
+  for (std::size_t i = 0; i < case_.fills.size(); ++i)
+    if (state_.batches[i] < batch_count(case_.fills[i])) return false;
+  return true;
+}
+
 // Everybody that is to come is there, and the mean kinetic energy is below the stage's bound.
 bool Driver::is_quiet() const {
   const Stage& stage = this->stage();
-  if (stage.until != Stage::Until::at_rest) return false;
-  for (std::size_t i = 0; i < case_.fills.size(); ++i)
-    if (state_.batches[i] < batch_count(case_.fills[i])) return false;
+  if (stage.until != Stage::Until::at_rest || !all_placed()) return false;
   const Model& model = solver_.model();
   const ParticleState& state = solver_.particles();
   double total = 0;
@@ -288,6 +293,11 @@ std::optional<std::string> Driver::stage_end() const {
       in_stage >= to_steps(stage.min_duration) &&
       step >= static_cast<std::uint64_t>(state_.rest_since) + to_steps(stage.rest_hold))
     return "at rest";
+  if (stage.until == Stage::Until::empty && in_stage >= to_steps(stage.min_duration) &&
+      step % kWatchInterval == 0 && all_placed() &&
+      std::ranges::none_of(solver_.particles().presence,
+                           [](Presence p) { return p == Presence::present; }))
+    return "empty";
   return std::nullopt;
 }
 

@@ -65,6 +65,7 @@ class Driver {
   void place_due_batches();
   void watch();
   bool let_out();
+  bool all_placed() const;
   bool is_quiet() const;
   std::optional<std::string> stage_end() const;
   const Stage& stage() const;  // under way, or the first

@@ -17,15 +17,10 @@ constexpr double kCellsPerParticle = 8;  // resolution of the surface
 constexpr double kReach = 0.25;  // nearer counts as resting on
 constexpr double kPit = 1.5;     // narrower pits are no part of the surface
 constexpr double kStrip = 1.5;   // width of the strips that are resampled
+constexpr double kPiece = 3;     // length of the pieces that the height at the walls is cut into
 constexpr int kResamples = 200;
 
 double degrees(double slope) { return std::atan(slope) * kDegrees; }
-
-// Cells of the box between two x, over its full depth.
-PlanGrid plan_grid(double x_from, double x_to, const DrainedRepose& setup, double particle_size) {
-  return PlanGrid::between(x_from, x_to, -setup.box.y() / 2, setup.box.y() / 2,
-                           particle_size / kCellsPerParticle);
-}
 
 // Both angles after resampling strips of the surface that run up the slope, as wide as a pit:
 // neighbouring cells see the same particle and are not independent, strips nearly.
@@ -96,28 +91,69 @@ FitWindow fit_window(const DrainedRepose& setup, double particle_size) {
   return window;
 }
 
-HeapSurface closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
-                           const DrainedRepose& setup, double particle_size) {
-  return close_pits(heap_surface(particles, plan_grid(x_from, x_to, setup, particle_size)),
-                    kPit * particle_size);
+Ledge ledge_of(const DrainedRepose& setup, Side side, double particle_size) {
+  const double sign = side == Side::right ? 1 : -1;
+  return {sign * setup.door_width / 2, sign * setup.box.x() / 2, -setup.box.y() / 2,
+          setup.box.y() / 2, fit_window(setup, particle_size)};
 }
+
+HeapSurface closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
+                           double y_min, double y_max, double particle_size) {
+  const PlanGrid grid =
+      PlanGrid::between(x_from, x_to, y_min, y_max, particle_size / kCellsPerParticle);
+  return close_pits(heap_surface(particles, grid), kPit * particle_size);
+}
+
+MeanHeight mean_height(const Eigen::ArrayXXd& height, const PlanGrid& grid, double particle_size) {
+  const auto cells = [&](double step) {
+    return std::max<Eigen::Index>(1, std::lround(particle_size / std::abs(step)));
+  };
+  const Eigen::Index nx = cells(grid.step_x), ny = cells(grid.step_y);
+  std::vector<double> tiles;
+  for (Eigen::Index i = 0; i + nx <= height.rows(); i += nx) {
+    for (Eigen::Index j = 0; j + ny <= height.cols(); j += ny) {
+      tiles.push_back(height.block(i, j, nx, ny).mean());
+    }
+  }
+  return {height.mean(), standard_deviation(tiles) / std::sqrt(static_cast<double>(tiles.size()))};
+}
+
+namespace {
+
+// The surface of the whole ledge, so that closing sees beyond the window, and the columns in it.
+struct LedgeSurface {
+  HeapSurface surface;
+  std::vector<Eigen::Index> columns;
+  std::vector<double> distance;  // [columns] m
+};
+LedgeSurface ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                           double particle_size) {
+  LedgeSurface result;
+  result.surface =
+      closed_surface(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max, particle_size);
+  const PlanGrid& grid = result.surface.grid;
+  for (int i = 0; i < grid.nx; ++i) {
+    const double distance = (i + 0.5) * std::abs(grid.step_x);
+    if (distance < ledge.window.from || distance > ledge.window.to) continue;
+    result.columns.push_back(i);
+    result.distance.push_back(distance);
+  }
+  return result;
+}
+
+}  // namespace
 
 HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
                      Side side, double particle_size, double mean_volume) {
+  return heap_slope(particles, ledge_of(setup, side, particle_size), particle_size, mean_volume);
+}
+
+HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                     double particle_size, double mean_volume) {
+  const auto [surface, columns, distance] = ledge_surface(particles, ledge, particle_size);
   HeapSlope result;
-  result.window = fit_window(setup, particle_size);
-  const double sign = side == Side::right ? 1 : -1;
-  const double lip = setup.door_width / 2, depth = setup.box.y();
-  // The whole ledge, so that closing sees beyond the window; the left one runs the other way.
-  const HeapSurface surface =
-      closed_surface(particles, sign * lip, sign * setup.box.x() / 2, setup, particle_size);
-  std::vector<Eigen::Index> columns;
-  for (int i = 0; i < surface.grid.nx; ++i) {
-    const double distance = (i + 0.5) * std::abs(surface.grid.step_x);
-    if (distance < result.window.from || distance > result.window.to) continue;
-    columns.push_back(i);
-    result.distance.push_back(distance);
-  }
+  result.window = ledge.window;
+  result.distance = distance;
   const Eigen::ArrayXXd height = surface.height(columns, Eigen::all);
   const Eigen::ArrayXd mean = height.rowwise().mean();
   result.mean_height.assign(mean.begin(), mean.end());
@@ -131,15 +167,48 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepo
       bootstrap(height, result.distance, kStrip * particle_size / std::abs(surface.grid.step_y));
   // Resampling sees how strips differ, not what neighbours share: a particle is longer than a strip
   // is wide.
-  const double shared = one_particle_angle(result.window, depth, mean_volume);
+  const double shared = one_particle_angle(result.window, ledge.y_max - ledge.y_min, mean_volume);
   result.robust_uncertainty = std::hypot(spread.robust, shared);
   result.least_squares_uncertainty = std::hypot(spread.least_squares, shared);
   return result;
 }
 
+MeanHeight wall_rise(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                     double particle_size) {
+  const double d = particle_size, depth = ledge.y_max - ledge.y_min;
+  if (depth < 4 * d) {
+    throw InputError(fmt::format(
+        "height at the walls: a box {:.4g} m deep has no room for a strip of one particle size "
+        "({:.4g} m) at either wall and two between them; expected a deeper one",
+        depth, d));
+  }
+  // Every strip is closed by itself. In a surface closed as a whole, a pit at a wall is filled from
+  // one side only, and the walls come out 2.4 mm too low.
+  const auto profile = [&](double y_min) -> Eigen::ArrayXd {
+    Ledge strip = ledge;
+    strip.y_min = y_min;
+    strip.y_max = y_min + d;
+    const auto [surface, columns, distance] = ledge_surface(particles, strip, d);
+    return surface.height(columns, Eigen::all).rowwise().mean();
+  };
+  const double middle = (ledge.y_min + ledge.y_max) / 2;
+  const Eigen::ArrayXd rise =
+      (profile(ledge.y_min) + profile(ledge.y_max - d) - profile(middle - d) - profile(middle)) / 2;
+  // Pieces along the ledge of about a cube's length are nearly independent.
+  const double length = ledge.window.to - ledge.window.from;
+  const auto n = std::max<Eigen::Index>(2, std::lround(length / (kPiece * d)));
+  std::vector<double> pieces;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index first = k * rise.size() / n, last = (k + 1) * rise.size() / n;
+    pieces.push_back(rise.segment(first, last - first).mean());
+  }
+  return {rise.mean(), standard_deviation(pieces) / std::sqrt(static_cast<double>(n))};
+}
+
 std::vector<bool> standing(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
                            double particle_size, bool door_open) {
-  const PlanGrid grid = plan_grid(-setup.box.x() / 2, setup.box.x() / 2, setup, particle_size);
+  const PlanGrid grid = PlanGrid::between(-setup.box.x() / 2, setup.box.x() / 2, -setup.box.y() / 2,
+                                          setup.box.y() / 2, particle_size / kCellsPerParticle);
   return supported(particles, grid, kReach * particle_size, [&](double x, double) {
     return !door_open || std::abs(x) >= setup.door_width / 2;
   });

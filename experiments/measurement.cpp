@@ -14,35 +14,13 @@
 namespace firn {
 namespace {
 
-struct Quantity {
-  double value = 0;
-  std::string unit;
-};
-
-// "10 deg" in the unit it is written in; a bare number in a string has the unit "1".
-Quantity parse_measured(const std::string& text) {
-  Quantity q;
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), q.value);
-  if (error != std::errc() || !std::isfinite(q.value)) {
-    throw InputError(
-        fmt::format("\"{}\" is no quantity; expected a number and its unit, such as "
-                    "\"10 deg\"",
-                    text));
-  }
-  const std::string unit(rest, text.data() + text.size());
-  const auto first = unit.find_first_not_of(' ');
-  q.unit = first == std::string::npos ? "1" : unit.substr(first);
-  if (q.unit != "1") parse_unit(q.unit);
-  return q;
-}
-
-Quantity quantity(const TomlTable& t, std::string_view key) {
+UnitValue quantity(const TomlTable& t, std::string_view key) {
   const std::string text = t.string(key);
-  return t.at(key, [&] { return parse_measured(text); });
+  return t.at(key, [&] { return parse_unit_value(text); });
 }
 
 double same_unit(const TomlTable& t, std::string_view key, const std::string& unit) {
-  const Quantity q = quantity(t, key);
+  const UnitValue q = quantity(t, key);
   if (q.unit != unit) {
     t.fail(key,
            fmt::format("has the unit \"{}\"; expected \"{}\", as the value has", q.unit, unit));
@@ -77,7 +55,7 @@ void read_values(const TomlTable& t, Measurement& m) {
   const std::vector<std::string> texts = t.strings("values");
   if (texts.size() < 2) t.fail("values", "has fewer than two entries; expected at least two");
   for (const std::string& text : texts) {
-    const Quantity q = t.at("values", [&] { return parse_measured(text); });
+    const UnitValue q = t.at("values", [&] { return parse_unit_value(text); });
     if (m.values.empty()) m.unit = q.unit;
     if (q.unit != m.unit) {
       t.fail("values",
@@ -140,6 +118,22 @@ MeasurementStatus read_status(const TomlTable& t) {
 
 }  // namespace
 
+UnitValue parse_unit_value(const std::string& text) {
+  UnitValue q;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), q.value);
+  if (error != std::errc() || !std::isfinite(q.value)) {
+    throw InputError(
+        fmt::format("\"{}\" is no quantity; expected a number and its unit, such as "
+                    "\"10 deg\"",
+                    text));
+  }
+  const std::string unit(rest, text.data() + text.size());
+  const auto first = unit.find_first_not_of(' ');
+  q.unit = first == std::string::npos ? "1" : unit.substr(first);
+  if (q.unit != "1") parse_unit(q.unit);
+  return q;
+}
+
 const char* to_string(MeasurementStatus status) {
   switch (status) {
     case MeasurementStatus::printed:
@@ -200,7 +194,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   if (t.has("values")) {
     read_values(t, m);
   } else {
-    const Quantity value = quantity(t, "value");
+    const UnitValue value = quantity(t, "value");
     m.value = value.value;
     m.unit = value.unit;
     m.repeats = t.integer("repeats", 1);

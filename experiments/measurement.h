@@ -39,6 +39,14 @@ struct Measurement {
   std::string sentence() const;
 };
 
+// A number with the unit it is written in: "10 deg"; a bare number has the unit "1".
+struct UnitValue {
+  double value = 0;
+  std::string unit;
+};
+// Throws InputError (one sentence) for anything else.
+UnitValue parse_unit_value(const std::string& text);
+
 // Throws InputError with one line `FILE:LINE: KEY: what is wrong; what is expected`.
 Measurement read_measurement(const std::string& file);
 Measurement read_measurement_text(const std::string& text, const std::string& source);

@@ -1,9 +1,13 @@
 #include "experiments/response.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "experiments/bin_heap_responses.h"
+#include "experiments/body_responses.h"
 #include "experiments/drained_repose_responses.h"
 #include "experiments/recording.h"
 
@@ -73,11 +77,19 @@ std::vector<Response> general_responses(const Recording& recording, const Case& 
 
 std::vector<Response> measure(const Recording& recording) {
   const Case c = recording.read_case();
-  std::vector<Response> responses = general_responses(recording, c);
-  if (c.drained_repose) {
-    const auto more = drained_repose_responses(drained_heap(recording, c));
-    responses.insert(responses.end(), more.begin(), more.end());
+  if (c.model.particles.size() != recording.particle_count()) {
+    throw InputError(
+        fmt::format("{}: holds {} particles and a case of {}; expected a file written "
+                    "by firn run",
+                    recording.file(), recording.particle_count(), c.model.particles.size()));
   }
+  std::vector<Response> responses = general_responses(recording, c);
+  const auto append = [&](const std::vector<Response>& more) {
+    responses.insert(responses.end(), more.begin(), more.end());
+  };
+  if (c.drained_repose) append(drained_repose_responses(drained_heap(recording, c)));
+  append(body_responses(recording, c));
+  append(bin_heap_responses(recording, c));
   return responses;
 }
 

@@ -339,6 +339,19 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count,
   return values;
 }
 
+std::array<int, 3> TomlTable::counts(std::string_view key) const {
+  constexpr const char* kWanted = "three whole numbers of at least 1, [nx, ny, nz]";
+  const auto n = numbers(key, 3, kWanted);
+  std::array<int, 3> counts{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(n[i] >= 1 && n[i] <= std::numeric_limits<int>::max()) || n[i] != std::floor(n[i])) {
+      fail(key, fmt::format("holds {}; expected {}", n[i], kWanted));
+    }
+    counts[i] = static_cast<int>(n[i]);
+  }
+  return counts;
+}
+
 Vec3 TomlTable::direction(std::string_view key) const {
   const auto n = numbers(key, 3, "a direction [x, y, z]");
   const Vec3 v(n[0], n[1], n[2]);

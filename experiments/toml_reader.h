@@ -4,6 +4,7 @@
 
 #include <toml++/toml.h>
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
@@ -84,7 +85,8 @@ class TomlTable {
               std::string_view fallback = {}) const;
   Vec3 sizes(std::string_view key) const;  // three lengths above zero
 
-  Vec3 direction(std::string_view key) const;    // [x, y, z], scaled to unit length
+  std::array<int, 3> counts(std::string_view key) const;  // [nx, ny, nz], whole, at least 1
+  Vec3 direction(std::string_view key) const;             // [x, y, z], scaled to unit length
   Quat orientation(std::string_view key) const;  // [w, x, y, z], unit; identity when missing
   std::vector<std::string> strings(std::string_view key) const;  // empty when missing
   // Any value as TOML text, as TomlDocument::apply takes it.

@@ -77,6 +77,17 @@ TEST_F(DrainedReposeResponses, AnglesOfBothSidesAndTheirMean) {
   }
 }
 
+TEST_F(DrainedReposeResponses, PlaneRampsStandNoHigherAtTheWalls) {
+  const auto r = measured();
+  for (const char* name : {"wall_rise", "wall_rise_left", "wall_rise_right"})
+    EXPECT_NEAR(value(r, name), 0, 1e-9) << name;
+}
+
+TEST_F(DrainedReposeResponses, AShallowBoxHasNoMiddleToCompareWith) {
+  heap.setup.box.y() = 3.9 * kCubeSize;
+  EXPECT_THROW(find(measured(), "wall_rise"), std::runtime_error);
+}
+
 TEST_F(DrainedReposeResponses, FloatersAreNoPartOfTheSurface) {
   const auto before = measured();
   const TriangleMesh cube = synthetic::crescent();
@@ -101,6 +112,7 @@ TEST_F(DrainedReposeResponses, TimesAndRateOfTheDischarge) {
   EXPECT_DOUBLE_EQ(value(r, "t10"), 0.2);  // the 10th of 100, one every 20 ms
   EXPECT_DOUBLE_EQ(value(r, "t50"), 1.0);
   EXPECT_DOUBLE_EQ(value(r, "t90"), 1.8);
+  EXPECT_DOUBLE_EQ(value(r, "discharge_time"), 1.8);
   EXPECT_NEAR(value(r, "discharge_rate"), 50, 1e-9);
   EXPECT_NEAR(find(r, "discharge_rate").uncertainty.at(0), 0, 1e-9);  // perfectly regular
   EXPECT_EQ(find(r, "discharge_curve").value, heap.door_times);

@@ -1,0 +1,101 @@
+#include "experiments/case_measures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/case_boundaries.h"
+
+namespace firn {
+namespace {
+
+void read_slip(const TomlTable& t, const Model& model, Measure& m) {
+  t.allow({"kind", "name", "tag", "boundary", "slip", "run", "tip_turn"});
+  m.boundary = t.string("boundary");
+  boundary_index(t, "boundary", m.boundary, model.boundaries);
+  m.slip = t.quantity("slip", dimension::length, Sign::positive, "2 mm");
+  m.run = t.quantity("run", dimension::length, Sign::positive, "20 mm");
+  m.tip_turn = t.quantity("tip_turn", dimension::angle, Sign::positive, "20 deg");
+  if (m.run < m.slip) {
+    t.fail("run", fmt::format("is {:.4g} m, less than the slip of {:.4g} m; expected more", m.run,
+                              m.slip));
+  }
+}
+
+void read_slide(const TomlTable& t, const Model& model, Measure& m) {
+  t.allow({"kind", "name", "tag", "boundary", "from", "to"});
+  m.boundary = t.string("boundary");
+  boundary_index(t, "boundary", m.boundary, model.boundaries);
+  m.from = t.quantity("from", dimension::length, Sign::non_negative, "0 m");
+  m.to = t.quantity("to", dimension::length, Sign::positive);
+  if (m.to <= m.from) {
+    t.fail("to", fmt::format("is {:.4g} m, not beyond the mark at {:.4g} m; expected more", m.to,
+                             m.from));
+  }
+}
+
+void read_heap(const TomlTable& t, Measure& m) {
+  t.allow({"kind", "name", "tag", "region_min", "region_max", "peak", "peak_margin", "end_margin"});
+  m.region_min = t.vector("region_min", dimension::length);
+  m.region_max = t.vector("region_max", dimension::length);
+  if ((m.region_max - m.region_min).minCoeff() <= 0) {
+    t.fail("region_max", "is not beyond region_min along every axis; expected a box");
+  }
+  m.peak = t.quantity("peak", dimension::length, Sign::any);
+  m.peak_margin = t.quantity("peak_margin", dimension::length, Sign::non_negative, "25 mm");
+  m.end_margin = t.quantity("end_margin", dimension::length, Sign::non_negative, "25 mm");
+  const double shorter = std::min(m.peak - m.region_min.x(), m.region_max.x() - m.peak);
+  if (m.peak_margin + m.end_margin >= shorter) {
+    t.fail("peak", fmt::format("leaves a side of {:.4g} m and margins of {:.4g} m and {:.4g} m; "
+                               "expected a line to fit on both sides",
+                               shorter, m.peak_margin, m.end_margin));
+  }
+}
+
+}  // namespace
+
+std::vector<Measure> read_measures(const TomlTable& root, const Model& model) {
+  std::vector<Measure> measures;
+  for (const TomlTable& t : root.tables("measure")) {
+    const std::string kind = t.choice("kind", {"slip", "slide", "rebound", "heap"});
+    Measure m;
+    if (kind == "slip") {
+      m.kind = Measure::Kind::slip;
+      read_slip(t, model, m);
+    } else if (kind == "slide") {
+      m.kind = Measure::Kind::slide;
+      read_slide(t, model, m);
+    } else if (kind == "rebound") {
+      m.kind = Measure::Kind::rebound;
+      t.allow({"kind", "name", "tag"});
+    } else {
+      m.kind = Measure::Kind::heap;
+      read_heap(t, m);
+    }
+    if (model.gravity.norm() == 0 && (kind == "slip" || kind == "rebound")) {
+      t.fail("kind", fmt::format("is \"{}\" without gravity; expected a case with one", kind));
+    }
+    m.name = t.string("name", "");
+    // The name becomes part of a path in results files.
+    if (m.name.find('/') != std::string::npos || m.name == ".") {
+      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", m.name));
+    }
+    for (const Measure& other : measures) {
+      if (other.kind == m.kind && other.name == m.name) {
+        t.fail("name", fmt::format("\"{}\" is taken by another measure of this kind; expected "
+                                   "another name",
+                                   m.name));
+      }
+    }
+    if (t.has("tag")) {
+      m.tag = t.integer("tag", 0);
+      if (std::ranges::count(model.particles, *m.tag, &Particle::tag) == 0) {
+        t.fail("tag", fmt::format("no particle carries {}; expected the tag of one", *m.tag));
+      }
+    }
+    measures.push_back(m);
+  }
+  return measures;
+}
+
+}  // namespace firn

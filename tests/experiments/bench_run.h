@@ -1,0 +1,49 @@
+// Runs a shipped bench test, changed by overrides, and measures it.
+#pragma once
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "experiments/recording.h"
+#include "experiments/run.h"
+
+namespace firn {
+
+struct BenchRun {
+  std::vector<Response> responses;
+  std::vector<Response> measured_again;  // from the file, after the run
+
+  const Response& operator[](const std::string& name) const {
+    const auto found = std::ranges::find(responses, name, &Response::name);
+    if (found == responses.end()) throw std::runtime_error("no response " + name);
+    return *found;
+  }
+  bool has(const std::string& name) const {
+    return std::ranges::count(responses, name, &Response::name) > 0;
+  }
+  double value(const std::string& name) const { return (*this)[name].value.at(0); }
+};
+
+inline BenchRun run_case(const Case& c) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("firn-bench-" + std::to_string(::getpid()) + ".h5");
+  RunOptions options;
+  options.results_file = file.string();
+  const RunSummary summary = run(c, options);
+  if (summary.status != RunStatus::finished) throw std::runtime_error(summary.reason);
+  BenchRun result{summary.responses, measure(Recording(file.string()))};
+  std::filesystem::remove(file);
+  return result;
+}
+
+// `name` below experiments/, such as "tilt/case.toml".
+inline BenchRun run_bench(const std::string& name, const std::vector<Override>& overrides = {}) {
+  return run_case(read_case(FIRN_SOURCE_DIR "/experiments/" + name, overrides));
+}
+
+}  // namespace firn
