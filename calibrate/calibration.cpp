@@ -87,6 +87,7 @@ void Calibration::explore() {
                                         static_cast<int>(numerics_.size()), middle,
                                         seed_range(study_.seed, b.numerics_runs)));
     numerics_.back().set = check.set;
+    numerics_.back().only = check.only;
   }
   progress_.phase("noise and numerics");
   campaign_.run(points);

@@ -85,7 +85,7 @@ Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, Run
 
 Point Campaign::point(const std::string& phase, int number, const std::vector<double>& values,
                       const std::vector<std::uint64_t>& seeds) const {
-  return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}, {}};
+  return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}, {}, {}};
 }
 
 std::vector<Override> Campaign::overrides(const Point& point, const Experiment& experiment,
@@ -131,7 +131,8 @@ void Campaign::run(std::vector<Point>& points) {
   WantedRuns wanted;
   for (Point& p : points) {
     p.keys.assign(study_.experiments.size(), {});
-    for (std::size_t e = 0; e < study_.experiments.size(); ++e)
+    for (std::size_t e = 0; e < study_.experiments.size(); ++e) {
+      if (p.only && *p.only != e) continue;
       for (const std::uint64_t seed : p.seeds) {
         Job next = job(p, study_.experiments[e], seed);
         p.keys[e].push_back(next.key);
@@ -144,6 +145,7 @@ void Campaign::run(std::vector<Point>& points) {
         planned.push_back(run);
         jobs.push_back(std::move(next));
       }
+    }
   }
   journal_.plan(planned);
   std::erase_if(jobs, [&](const Job& job) {

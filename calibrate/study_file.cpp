@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "calibrate/budget.h"
+#include "experiments/bench_tests.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
@@ -170,17 +171,21 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
                                            study.parameters[i].name));
 }
 
-// The response of a target or an observation, of the experiment it names.
-ResponseId response_id(const TomlTable& t, const Study& study, const std::string& name) {
-  if (study.experiments.size() == 1 && !t.has("experiment")) return {0, name, name};
+// The experiment that a target, an observation or a check names.
+std::size_t named_experiment(const TomlTable& t, const Study& study) {
+  if (study.experiments.size() == 1 && !t.has("experiment")) return 0;
   const std::string wanted = t.string("experiment");
   for (std::size_t e = 0; e < study.experiments.size(); ++e)
-    if (study.experiments[e].name == wanted)
-      return {e, name, study.experiments.size() == 1 ? name : wanted + "." + name};
+    if (study.experiments[e].name == wanted) return e;
   t.fail("experiment",
          fmt::format("\"{}\" is no experiment of this study; expected the name of one "
                      "of [[experiments]]",
                      wanted));
+}
+
+ResponseId response_id(const TomlTable& t, const Study& study, const std::string& name) {
+  const std::size_t e = named_experiment(t, study);
+  return {e, name, study.experiments.size() == 1 ? name : study.experiments[e].name + "." + name};
 }
 
 double read_effort(const TomlTable& t) {
@@ -218,11 +223,34 @@ Target stated_target(const TomlTable& t, const Study& study) {
           value.unit.empty() ? "1" : value.unit,       "stated in the study", read_effort(t)};
 }
 
+// What a list of bench tests says of measuring this response.
+void take_from_list(const TomlTable& t, const std::vector<BenchTest>& list, Observed& o) {
+  const std::string name = t.string("bench_test");
+  for (const BenchTest& test : list)
+    for (const BenchResponse& response : test.responses)
+      if (test.name == name && response.name == o.response.name) {
+        o.uncertainty = response.standard_uncertainty(test.repeats);
+        o.unit = response.unit;
+        o.effort = test.effort(test.repeats);
+        return;
+      }
+  t.fail("bench_test",
+         fmt::format("\"{}\" with the response \"{}\" is not in the list of bench tests; expected "
+                     "one that is, and study.bench_tests to name the list",
+                     name, o.response.name));
+}
+
 // A response that is no target, perhaps with what measuring it would give and cost.
-Observed read_observed(const TomlTable& t, const Study& study) {
-  t.allow({"response", "experiment", "uncertainty", "effort"});
+Observed read_observed(const TomlTable& t, const Study& study, const std::vector<BenchTest>& list) {
+  t.allow({"response", "experiment", "uncertainty", "effort", "bench_test"});
   Observed o;
   o.response = response_id(t, study, t.string("response"));
+  if (t.has("bench_test")) {
+    if (t.has("uncertainty") || t.has("effort"))
+      t.fail("bench_test", "stands beside uncertainty or effort; expected one or the other");
+    take_from_list(t, list, o);
+    return o;
+  }
   if (t.has("uncertainty")) {
     const Quantity q = quantity(t, "uncertainty");
     if (!(q.value > 0))
@@ -236,7 +264,13 @@ Observed read_observed(const TomlTable& t, const Study& study) {
   return o;
 }
 
-void read_responses(const TomlTable& root, Study& study) {
+void read_responses(const TomlTable& root, const TomlTable& head, Study& study) {
+  std::vector<BenchTest> list;
+  if (head.has("bench_tests"))
+    list = read_bench_tests(
+        (std::filesystem::path(study.source).parent_path() / head.string("bench_tests"))
+            .lexically_normal()
+            .string());
   std::set<std::string> seen;
   for (const TomlTable& t : root.tables("targets")) {
     study.targets.push_back(t.has("measurement") ? measured_target(t, study)
@@ -249,7 +283,7 @@ void read_responses(const TomlTable& root, Study& study) {
   if (study.targets.empty())
     root.fail("targets", "is missing; expected at least one [[targets]] table");
   for (const TomlTable& t : root.tables("observe")) {
-    study.observed.push_back(read_observed(t, study));
+    study.observed.push_back(read_observed(t, study, list));
     const std::string& label = study.observed.back().response.label;
     if (!seen.insert(label).second)
       t.fail("response", fmt::format("\"{}\" is named twice; expected each response once", label));
@@ -258,8 +292,10 @@ void read_responses(const TomlTable& root, Study& study) {
 
 void read_numerics(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("numerics")) {
-    t.allow({"name", "set"});
-    study.numerics.push_back({t.string("name"), read_set(t)});
+    t.allow({"name", "set", "experiment"});
+    NumericsCheck check{t.string("name"), read_set(t), {}};
+    if (t.has("experiment")) check.only = named_experiment(t, study);
+    study.numerics.push_back(std::move(check));
   }
 }
 
@@ -325,7 +361,7 @@ Study read_study(const std::string& file) {
   root.allow({"study", "experiments", "budget", "parameters", "targets", "observe", "compare",
               "numerics", "direct", "execution"});
   const TomlTable head = root.required_table("study");
-  head.allow({"name", "case", "seed", "threads"});
+  head.allow({"name", "case", "bench_tests", "seed", "threads"});
   study.name = head.string("name");
   if (study.name.empty() || study.name.find('/') != std::string::npos || study.name[0] == '.')
     head.fail("name", "is empty or no name of a folder; expected a plain name");
@@ -333,7 +369,7 @@ Study read_study(const std::string& file) {
   study.threads = head.integer("threads", 1, 1);
   read_parameters(root, study);
   read_experiments(root, head, study);
-  read_responses(root, study);
+  read_responses(root, head, study);
   read_compare(root, study);
   read_numerics(root, study);
   if (root.has("direct")) read_direct(root, study);

@@ -58,6 +58,7 @@ struct CompareSet {
 struct NumericsCheck {
   std::string name;
   std::vector<Override> set;
+  std::optional<std::size_t> only;  // experiment; without it, all
 };
 
 // How many points and simulations, and for what. One "point" is one set of parameters; a run is one
