@@ -48,12 +48,12 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledg
 HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
                      Side side, double particle_size, double mean_volume);
 
-// How much higher the heap stands against the two walls along the ledge than in the middle between
-// them, over the window: mean height of two strips one particle size wide at the walls, less that
-// of two such strips in the middle. Throws InputError when the box is not deep enough for them.
 struct MeanHeight {
   double value = 0, uncertainty = 0;  // m, one standard deviation
 };
+// How much higher the heap stands against the two walls along the ledge than in the middle between
+// them, over the window: mean height of two strips one particle size wide at the walls, less that
+// of two such strips in the middle. Throws InputError when the box is not deep enough for them.
 MeanHeight wall_rise(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                      double particle_size);
 

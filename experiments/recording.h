@@ -25,8 +25,8 @@ struct Frame {
 struct StageRecord {
   std::string name;
   double start = 0, end = 0;  // s; end is NaN while the stage is under way
-  std::string
-      ended_by;  // "at rest", "empty", "time", "time limit", "end of the case"; none: under way
+  // "at rest", "empty", "time", "time limit", "end of the case"; none while it is under way.
+  std::string ended_by;
 };
 
 // A time series kept with every frame.
