@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <string>
 
@@ -104,4 +105,8 @@ int main_program(int argc, char** argv) {
 }  // namespace
 }  // namespace firn
 
-int main(int argc, char** argv) { return firn::main_program(argc, argv); }
+int main(int argc, char** argv) {
+  // A file that reaches the limit of its size is an error of the write, not a sudden death.
+  std::signal(SIGXFSZ, SIG_IGN);
+  return firn::main_program(argc, argv);
+}

@@ -25,10 +25,7 @@ namespace fs = std::filesystem;
 constexpr auto patience = std::chrono::seconds(60);
 constexpr std::size_t probe_size = 1 << 20;  // bytes
 
-bool measured(const JobResult& r) {
-  return r.status != JobStatus::finished || !r.responses.empty();
-}
-
+// Nothing for a run that has not come to its end, measured.
 std::optional<JobResult> outcome(const std::string& results) {
   const Recording recording(results);
   const std::string status = recording.status();
@@ -36,6 +33,7 @@ std::optional<JobResult> outcome(const std::string& results) {
   r.wall = recording.wall_time();
   r.results_file = results;
   if (status == "finished") {
+    if (!recording.measured()) return std::nullopt;
     r.status = JobStatus::finished;
     r.responses = recording.responses();
     for (const Response& response : r.responses)
@@ -69,9 +67,7 @@ std::optional<JobResult> ended_before(const Job& job) {
   const std::string results = JobFiles(job).results;
   if (!fs::exists(results)) return std::nullopt;
   try {
-    // One that was killed just as it finished has yet to be measured.
-    auto known = outcome(results);
-    return known && measured(*known) ? known : std::nullopt;
+    return outcome(results);
   } catch (const InputError&) {
     return std::nullopt;  // cut short before anything was worth keeping
   }
@@ -207,7 +203,8 @@ JobResult RunProcess::result(int status) const {
   // What follows is the run's own doing only if it could write and be started.
   require_writable(job_.folder);
   if (signal == SIGXFSZ) trouble_around(fmt::format("{}: may not be as large", files_.results));
-  if (code == 1 && last.find("the run failed: results file") != std::string::npos)
+  if (code == 1 && (last.starts_with("firn: results file ") ||
+                    last.starts_with("firn: the run failed: results file ")))
     trouble_around(last);
   if (code == 126 || code == 127)
     trouble_around(fmt::format("exit status {}: the program cannot be started", code));

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto tick_every = std::chrono::milliseconds(100);
+constexpr auto tick_every = std::chrono::milliseconds(20);
 // Slurm's own limits lie above those of the run, which stop it with its state saved.
 constexpr double time_headroom = 300;                  // s: for the start and for saving
 constexpr double memory_headroom = 256.0 * (1 << 20);  // bytes: for what watches the run

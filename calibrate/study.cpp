@@ -2,9 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -20,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // One process at a time works in a directory. Simulations inherit the lock, so that those which
-// outlive a killed study keep it until they have saved their state.
+// outlive a killed study keep it until they have saved their state: these are waited for.
 class DirectoryLock {
  public:
   explicit DirectoryLock(const std::string& directory) {
@@ -29,7 +32,9 @@ class DirectoryLock {
     if (descriptor_ < 0)
       throw InputError(fmt::format("{}: cannot be written; expected a directory of ours", file));
     for (int tries = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++tries) {
-      if (tries == 300) {
+      pid_t owner = 0;
+      std::ifstream(file) >> owner;
+      if (tries == 300 || (tries == 10 && owner > 0 && kill(owner, 0) == 0)) {
         close(descriptor_);
         throw InputError(
             fmt::format("{}: another calibration is at work here; expected it to end "
@@ -37,6 +42,11 @@ class DirectoryLock {
                         directory));
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    const std::string owner = fmt::format("{}\n", getpid());
+    if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) {
+      close(descriptor_);
+      throw RunError(fmt::format("{}: cannot be written: {}", file, std::strerror(errno)));
     }
   }
   ~DirectoryLock() { close(descriptor_); }

@@ -376,6 +376,7 @@ void Driver::conclude(const std::string& status) {
     write_particles(file, solver_.particles().peak_normal_force, state_.passages);
     write_stages(file, stages_, state_.stages);
     file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
+    file.flush();  // a full disk must not leave a run that says more than is there
     file.set_attribute("/", "status", status);
     file.flush();
     if (status == to_string(RunStatus::finished)) remove_checkpoints(file);

@@ -298,6 +298,10 @@ BoundaryFrame Recording::boundary(const std::string& name, std::size_t frame) co
   return result;
 }
 
+bool Recording::measured() const {
+  return impl_->guarded([&] { return impl_->file.has_attribute("/", "measured"); });
+}
+
 bool Recording::has_checkpoint() const { return !read_checkpoints(impl_->file).empty(); }
 
 double Recording::wall_time() const {

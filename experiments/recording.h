@@ -70,6 +70,7 @@ class Recording {
   Frame frame(std::size_t i) const;
   std::vector<StageRecord> stages() const;
   std::vector<Response> responses() const;  // as stored
+  bool measured() const;                    // all responses are stored, not a part of them
   // Named time series [T] under an HDF5 path, e.g. "/energy/kinetic"; [T, width] row by row.
   std::vector<double> series(const std::string& path) const;
   std::vector<Series> series_list() const;  // all of them, in alphabetical order

@@ -15,7 +15,12 @@ namespace {
 std::vector<Response> measure_and_store(const std::string& results_file) {
   std::vector<Response> responses = measure(Recording(results_file));
   Recorder recorder = Recorder::reopen(results_file, {});
-  recorder.with_file([&](hdf5::File& file) { write_responses(file, responses); });
+  recorder.with_file([&](hdf5::File& file) {
+    if (file.contains("/responses")) file.remove("/responses");  // a part, from before a kill
+    write_responses(file, responses);
+    file.flush();
+    file.set_attribute("/", "measured", std::uint64_t{1});  // all of them are there
+  });
   recorder.close();
   return responses;
 }
@@ -25,7 +30,7 @@ std::vector<Response> tidy_finished(const std::string& results_file) {
   bool measured = false;
   {
     const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
-    measured = file.contains("/responses");
+    measured = file.has_attribute("/", "measured");
     if (measured && !file.contains("/checkpoint")) return Recording(results_file).responses();
   }
   keep_copy(results_file);

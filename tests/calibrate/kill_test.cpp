@@ -1,0 +1,256 @@
+// The real program, killed and starved at any moment: the study goes on to the same answer.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "experiments/recording.h"
+#include "tests/calibrate/fake_experiment.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+using testing::HasSubstr;
+
+const char* const balls = R"([case]
+name = "balls"
+duration = "0.15 s"
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "1 MPa"
+[materials.plastic]
+young_modulus = "2 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+dynamic_friction = 0.1
+restitution = 0.3
+[interactions.ice-plastic]
+static_friction = 0.3
+dynamic_friction = 0.3
+restitution = 0.3
+[shapes.ball]
+kind = "sphere"
+radius = "10 mm"
+material = "ice"
+[[fills]]
+shape = "ball"
+count = 3
+region_min = "-30 -30 20 mm"
+region_max = "30 30 60 mm"
+[[boundaries]]
+name = "floor"
+material = "plastic"
+kind = "plane"
+point = "0 0 0 m"
+normal = [0, 0, 1]
+[output]
+frames_every = "5 ms"
+)";
+
+std::string study_text(int design_points, int runs_per_point, int refine_rounds, int confirm_runs) {
+  return "[study]\nname = \"balls\"\ncase = \"balls.toml\"\n[budget]\ncentre_runs = 2\n"
+         "design_points = " +
+         std::to_string(design_points) + "\nruns_per_point = " + std::to_string(runs_per_point) +
+         "\nrefine_rounds = " + std::to_string(refine_rounds) +
+         "\nrefine_points = 2\nconfirm_runs = " + std::to_string(confirm_runs) +
+         "\n[[parameters]]\nname = \"bounce\"\n"
+         "keys = [\"interactions.ice-plastic.restitution\"]\nmin = 0.1\nmax = 0.9\n"
+         "[[targets]]\nresponse = \"peak_normal_force\"\nvalue = \"6.5 N\"\n"
+         "uncertainty = \"0.3 N\"\n";
+}
+
+class KillTest : public testing::Test {
+ protected:
+  void SetUp() override { folder_.write("balls.toml", balls); }
+
+  // firn calibrate in the background; its standard error goes to `err`. `prepare` runs in the
+  // child.
+  pid_t start(const std::string& directory, const std::function<void()>& prepare = {}) const {
+    const std::string err = folder_ / "err", out = folder_ / "out";
+    const std::vector<std::string> args = {
+        FIRN_PROGRAM, "calibrate", folder_ / "study.toml", "-o",  folder_ / directory, "--no-store",
+        "--jobs",     "2",         "--progress",           "none"};
+    std::vector<char*> argv;
+    for (const std::string& a : args) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    const pid_t pid = fork();
+    if (pid != 0) return pid;
+    if (!std::freopen(err.c_str(), "w", stderr) || !std::freopen(out.c_str(), "w", stdout))
+      _exit(98);
+    if (prepare) prepare();
+    execv(argv[0], argv.data());
+    _exit(99);
+  }
+  // Exit status; -1 when it was killed.
+  static int wait(pid_t pid) {
+    int status = 0;
+    waitpid(pid, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  int run(const std::string& directory, const std::function<void()>& prepare = {}) const {
+    return wait(start(directory, prepare));
+  }
+  std::string err() const { return read_text(folder_ / "err"); }
+
+  // What was found, but for the time that it took.
+  ordered_json results(const std::string& directory) const {
+    ordered_json j = ordered_json::parse(read_text(folder_ / (directory + "/results.json")));
+    j.erase("wall_seconds");
+    return j;
+  }
+  std::set<std::string> runs(const std::string& directory) const {
+    std::set<std::string> keys;
+    std::ifstream csv(folder_ / (directory + "/runs.csv"));
+    for (std::string line; std::getline(csv, line);) keys.insert(line.substr(0, line.find(',')));
+    return keys;
+  }
+  // Results files of runs that have come to their end, and when they were written last.
+  std::map<std::string, fs::file_time_type> finished(const std::string& directory) const {
+    std::map<std::string, fs::file_time_type> files;
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(folder_ / (directory + "/runs"), none)) {
+      if (entry.path().extension() != ".h5") continue;
+      try {
+        const Recording recording(entry.path().string());
+        if (recording.status() == "finished" && !recording.responses().empty())
+          files[entry.path().string()] = fs::last_write_time(entry.path());
+      } catch (const InputError&) {
+        // Under way when it was killed.
+      }
+    }
+    return files;
+  }
+
+  void kill_and_resume(int kills, unsigned seed) {
+    ASSERT_EQ(run("whole"), 0) << err();
+    std::mt19937 random(seed);
+    std::map<std::string, fs::file_time_type> known;
+    int killed = 0;
+    while (killed < kills) {
+      const pid_t pid = start("killed");
+      std::this_thread::sleep_for(std::chrono::milliseconds(5 + random() % 400));
+      std::vector<pid_t> victims = {pid};
+      std::ifstream children("/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid) +
+                             "/children");
+      if (killed % 2 == 0)  // its runs, too; else they find themselves without a parent
+        for (pid_t child; children >> child;) victims.push_back(child);
+      for (const pid_t victim : victims) kill(victim, SIGKILL);
+      if (wait(pid) != -1) break;  // it came to its end
+      ++killed;
+      for (const auto& [file, written] : known)
+        EXPECT_EQ(fs::last_write_time(file), written) << "a finished run was repeated: " << file;
+      if (killed % 2 == 1) known = finished("killed");  // nothing is writing now
+    }
+    EXPECT_GT(killed, kills / 2);
+    ASSERT_EQ(run("killed"), 0) << err();
+    EXPECT_EQ(results("killed"), results("whole"));
+    EXPECT_EQ(runs("killed"), runs("whole"));
+    for (const auto& [file, written] : known)
+      EXPECT_EQ(fs::last_write_time(file), written) << "a finished run was repeated: " << file;
+  }
+
+  Folder folder_{"killed"};
+};
+using KillTestLong = KillTest;
+
+TEST_F(KillTest, KilledAFewTimesItReachesTheSameAnswer) {
+  folder_.write("study.toml", study_text(3, 1, 0, 2));
+  kill_and_resume(3, 1);
+}
+
+TEST_F(KillTestLong, KilledManyTimesItReachesTheSameAnswer) {
+  folder_.write("study.toml", study_text(12, 3, 2, 6));
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    kill_and_resume(40, seed);
+    fs::remove_all(folder_ / "whole");
+    fs::remove_all(folder_ / "killed");
+  }
+}
+
+// A limit on the size of files stands for a full disk: every write beyond it fails.
+TEST_F(KillTest, WithoutRoomOnTheDiskItStopsAndGoesOnLater) {
+  folder_.write("study.toml", study_text(3, 1, 0, 2));
+  ASSERT_EQ(run("whole"), 0) << err();
+  for (const rlim_t size : {2000, 80000, 140000}) {
+    EXPECT_NE(run("full",
+                  [size] {
+                    const rlimit limit = {size, size};
+                    setrlimit(RLIMIT_FSIZE, &limit);
+                  }),
+              0);
+    const std::string said = err();
+    EXPECT_THAT(said, HasSubstr("firn: ")) << size;
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+  }
+  ASSERT_EQ(run("full"), 0) << err();
+  EXPECT_EQ(results("full"), results("whole"));
+}
+
+// A disk that is truly full, and grows while it is looked at.
+TEST_F(KillTestLong, OnADiskThatIsFullItStopsAndGoesOnLater) {
+  const std::string disk = folder_ / "disk";
+  fs::create_directories(disk);
+  if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+      mount("none", disk.c_str(), "tmpfs", 0, "size=200k") != 0)
+    GTEST_SKIP() << "only root may mount a small disk";
+  struct Unmount {
+    const std::string& disk;
+    ~Unmount() { umount2(disk.c_str(), MNT_DETACH); }
+  } const unmount{disk};
+  folder_.write("study.toml", study_text(8, 2, 1, 3));
+  ASSERT_EQ(run("whole"), 0) << err();
+  int stopped = 0;
+  for (int size = 250; size < 8000; size += 250) {
+    mount("none", disk.c_str(), nullptr, MS_REMOUNT,
+          ("size=" + std::to_string(size) + "k").c_str());
+    const int status = run("disk/full");
+    if (status == 0) break;
+    ++stopped;
+    const std::string said = err();
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_THAT(said, testing::AnyOf(HasSubstr("No space left"), HasSubstr("full"))) << said;
+  }
+  EXPECT_GT(stopped, 3);
+  mount("none", disk.c_str(), nullptr, MS_REMOUNT, "size=100m");
+  ASSERT_EQ(run("disk/full"), 0) << err();
+  EXPECT_EQ(results("disk/full"), results("whole"));
+}
+
+TEST_F(KillTest, AFolderThatCannotBeWrittenIsOneClearLine) {
+  folder_.write("study.toml", study_text(3, 1, 0, 2));
+  fs::create_directories(folder_ / "closed");
+  chmod((folder_ / "closed").c_str(), 0555);
+  chmod((folder_ / "").c_str(), 0755);
+  const auto as_nobody = [] {
+    if (getuid() == 0 && setuid(65534) != 0) _exit(97);  // root may write anywhere
+  };
+  EXPECT_EQ(run("closed", as_nobody), 2);
+  EXPECT_THAT(err(), HasSubstr("closed"));
+  EXPECT_EQ(run("closed/in/it", as_nobody), 2);
+  EXPECT_THAT(err(), HasSubstr("cannot be made"));
+}
+
+TEST_F(KillTest, ASecondStudyInTheSameFolderIsRefused) {
+  folder_.write("study.toml", study_text(8, 2, 0, 2));
+  const pid_t first = start("both");
+  while (!fs::exists(folder_ / "both/runs"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(run("both"), 2);
+  EXPECT_THAT(err(), HasSubstr("another calibration is at work here"));
+  EXPECT_EQ(wait(first), 0);
+}
+
+}  // namespace
+}  // namespace firn
