@@ -68,7 +68,9 @@ Json anchor_json(const Anchor& a) {
   Json j = {{"name", a.name}, {"values", a.values}};
   put_all(j, "predicted", a.predicted, response_json);
   put_all(j, "runs", a.runs, [](const AnchorRun& run) {
-    Json r = {{"seed", run.seed}};
+    Json r = Json::object();
+    put(r, "experiment", run.experiment);
+    r["seed"] = run.seed;
     put_all(r, "responses", run.responses, response_json);
     return r;
   });
@@ -115,13 +117,20 @@ Json provenance_json(const Provenance& p) {
   });
   put(j, "study", p.study);
   if (!p.program_version.empty())
-    j["program"] = {{"version", p.program_version}, {"commit", p.program_commit}};
+    j["program"] = {
+        {"version", p.program_version}, {"commit", p.program_commit}, {"identity", p.program}};
   if (!p.seeds.empty()) j["seeds"] = p.seeds;
   put_all(j, "estimators", p.estimators, [](const UsedEstimator& e) {
     return Json{{"response", e.response}, {"method", e.method}, {"version", e.version}};
   });
   put(j, "command", p.command);
-  put(j, "case", p.case_text);
+  put_all(j, "cases", p.cases, [](const SimulatedCase& c) {
+    Json one = Json::object();
+    put(one, "experiment", c.experiment);
+    one["parameters"] = c.parameters;
+    one["text"] = c.text;
+    return one;
+  });
   return j;
 }
 
@@ -218,8 +227,9 @@ Anchor read_anchor(const JsonReader& j) {
   j.allow({"name", "values", "predicted", "runs"});
   return {j.string("name"), j.numbers("values"), read_all(j, "predicted", read_response),
           read_all(j, "runs", [](const JsonReader& run) {
-            run.allow({"seed", "responses"});
-            return AnchorRun{read_seed(run.at("seed")), read_all(run, "responses", read_response)};
+            run.allow({"experiment", "seed", "responses"});
+            return AnchorRun{run.string_or_empty("experiment"), read_seed(run.at("seed")),
+                             read_all(run, "responses", read_response)};
           })};
 }
 
@@ -260,7 +270,7 @@ MaterialFamily read_family(const JsonReader& j) {
 
 Provenance read_provenance(const JsonReader& j) {
   j.allow({"author", "date", "source", "raw_data", "measurements", "study", "program", "seeds",
-           "estimators", "command", "case"});
+           "estimators", "command", "cases"});
   Provenance p;
   p.author = j.string("author");
   p.date = j.string("date");
@@ -277,7 +287,8 @@ Provenance read_provenance(const JsonReader& j) {
   p.study = j.string_or_empty("study");
   if (j.has("program")) {
     const JsonReader program = j.at("program");
-    program.allow({"version", "commit"});
+    program.allow({"version", "commit", "identity"});
+    p.program = program.string("identity");
     p.program_version = program.string("version");
     p.program_commit = program.string("commit");
   }
@@ -288,7 +299,11 @@ Provenance read_provenance(const JsonReader& j) {
                          static_cast<int>(e.integer("version", 1, 1000000))};
   });
   p.command = j.string_or_empty("command");
-  p.case_text = j.string_or_empty("case");
+  p.cases = read_all(j, "cases", [](const JsonReader& c) {
+    c.allow({"experiment", "parameters", "text"});
+    return SimulatedCase{c.string_or_empty("experiment"), c.strings("parameters"),
+                         c.string("text")};
+  });
   return p;
 }
 

@@ -249,7 +249,15 @@ void check_provenance(const MaterialRecord& r) {
   require_text("provenance.program.version", p.program_version, "of the program that simulated");
   require_text("provenance.program.commit", p.program_commit, "of the program that simulated");
   require_text("provenance.study", p.study, "the study's name");
-  require_text("provenance.case", p.case_text, "the complete case, as simulated");
+  require_text("provenance.program.identity", p.program, "of the program that simulated");
+  if (p.cases.empty()) refuse("provenance.cases", "is missing; expected the complete cases");
+  for (std::size_t i = 0; i < p.cases.size(); ++i) {
+    require_text(fmt::format("provenance.cases.{}.text", i), p.cases[i].text, "a complete case");
+    for (const std::string& name : p.cases[i].parameters)
+      if (std::ranges::find(r.parameters, name, &MaterialParameter::name) == r.parameters.end())
+        refuse(fmt::format("provenance.cases.{}.parameters", i),
+               fmt::format("\"{}\" is no parameter of the record; expected one", name));
+  }
   require_text("provenance.command", p.command, "what makes the values again");
   if (p.measurements.empty())
     refuse("provenance.measurements", "is missing; expected what the values were fitted to");

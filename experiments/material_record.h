@@ -54,6 +54,7 @@ struct MaterialResponse {
 
 // One simulation with an anchor's values.
 struct AnchorRun {
+  std::string experiment;  // of the study; empty: its only one
   std::uint64_t seed = 0;
   std::vector<MaterialResponse> responses;
 };
@@ -122,6 +123,13 @@ struct RawData {
   std::string sha256;  // of its bytes
 };
 
+// The complete case of one of a study's experiments, as simulated at the first anchor.
+struct SimulatedCase {
+  std::string experiment;               // empty: the study's only one
+  std::vector<std::string> parameters;  // of the record, that this case takes
+  std::string text;
+};
+
 struct Provenance {
   std::string author;
   std::string date;    // 2026-11-21, or with the time: 2026-11-21T18:02:11Z
@@ -129,8 +137,9 @@ struct Provenance {
   std::vector<RawData> raw_data;
   // Of a calibration, all of them:
   std::string program_version, program_commit;
-  std::string study;      // its name
-  std::string case_text;  // complete, as simulated at the first anchor
+  std::string program;  // identity of what decides its numbers: firn_program()
+  std::string study;    // its name
+  std::vector<SimulatedCase> cases;
   std::vector<UsedMeasurement> measurements;
   std::vector<std::uint64_t> seeds;  // of every run that the values rest on
   std::vector<UsedEstimator> estimators;

@@ -66,8 +66,8 @@ inline MaterialRecord calibrated_record(const std::string& name = "ice-steel") {
   f.anchors = {{"answer",
                 {0.1, 0.3},
                 {{"angle_of_repose", 9.5, 0.4, "deg"}},
-                {{1001, {{"angle_of_repose", 9.25, std::nullopt, "deg"}}},
-                 {1002, {{"angle_of_repose", 10.5, std::nullopt, "deg"}}}}}};
+                {{"drain", 1001, {{"angle_of_repose", 9.25, std::nullopt, "deg"}}},
+                 {"drain", 1002, {{"angle_of_repose", 10.5, std::nullopt, "deg"}}}}}};
   r.family = f;
   Provenance& p = r.provenance;
   p.raw_data = {{"responses of every run", "runs.csv", std::string(64, 'a')}};
@@ -75,10 +75,11 @@ inline MaterialRecord calibrated_record(const std::string& name = "ice-steel") {
   p.study = "a study";
   p.program_version = "0.1.0";
   p.program_commit = "0123456789ab";
+  p.program = "0123456789abcdef";
   p.seeds = {1, 2, 1001, 1002};
   p.estimators = {{"angle_of_repose", "robust line", 2}};
   p.command = "firn calibrate study.toml";
-  p.case_text = "[case]\nname = \"a \\\"case\\\"\"\n";
+  p.cases = {{"drain", {"ice_ice", "ice_steel"}, "[case]\nname = \"a \\\"case\\\"\"\n"}};
   return r;
 }
 
