@@ -1,14 +1,18 @@
 // firn calibrate: parameters from measurements.
 #include <fmt/core.h>
+#include <pwd.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <memory>
 
 #include "app/commands.h"
+#include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "calibrate/execution.h"
 #include "calibrate/slurm_executor.h"
 #include "calibrate/study.h"
+#include "experiments/material_database.h"
 #include "experiments/units.h"
 #include "reports/heap_picture.h"
 
@@ -31,6 +35,8 @@ void draw_example(const StudySummary& summary) {
 struct Arguments {
   StudyOptions options;
   std::string store, time_limit, memory_limit, progress = "people";
+  std::vector<std::string> scope;  // of a record that is saved
+  std::string database;
   bool no_store = false, json = false;
 };
 
@@ -60,6 +66,42 @@ double positive_time(const std::string& text) {
   return time;
 }
 
+// Who answers for a record when the user does not say: the name of the account.
+std::string account_name() {
+  const passwd* account = getpwuid(getuid());
+  return account == nullptr ? std::string("unknown") : std::string(account->pw_name);
+}
+
+// "temperature=-10 to -5 C"
+ScopeLimit parse_scope(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == text.npos || equals == 0 || equals + 1 == text.size())
+    throw InputError(fmt::format(
+        "--scope {}: is no limit; expected NAME=TEXT, such as \"temperature=-10 to -5 C\"", text));
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+// Whether the record could be written, before hours of work. Nothing when none is wanted.
+std::unique_ptr<MaterialDatabase> open_database(const Arguments& a, StudyOptions& options) {
+  if (options.save.name.empty()) return nullptr;
+  if (options.save.author.empty()) options.save.author = account_name();
+  for (const std::string& text : a.scope) options.save.scope.push_back(parse_scope(text));
+  auto database = std::make_unique<MaterialDatabase>(material_database_file(a.database),
+                                                     MaterialDatabase::Access::write);
+  database->require_free(options.save.name);
+  return database;
+}
+
+void save(const MaterialRecord& record, MaterialDatabase& database) {
+  const StoredRecord stored = database.add({record}).front();
+  fmt::print(stderr, "saved as material {} in {}\n", stored.record.reference(), database.file());
+  if (record.provenance.program_commit.find("-dirty") != std::string::npos)
+    fmt::print(stderr,
+               "firn: runs were made by a program built from changed sources ({}): nobody else can "
+               "repeat this record; commit, build and save again\n",
+               record.provenance.program_commit);
+}
+
 int run_study(const Arguments& a) {
   StudyOptions options = a.options;
   options.store = store_of(a);
@@ -68,13 +110,19 @@ int run_study(const Arguments& a) {
   options.json_progress = a.progress == "json";
   options.show_progress = a.progress != "none";
   options.interrupt = &interrupt_flag();
+  const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
   draw_example(summary);
+  if (summary.record) save(*summary.record, *database);
   if (a.json) {
     fmt::print("{}\n", summary.json);
   } else {
     fmt::print("{}\n\n{}", summary.headline, summary.table);
     fmt::print(stderr, "Everything about this study is in {}\n", summary.directory);
+  }
+  if (!summary.not_saved.empty()) {
+    fmt::print(stderr, "firn: {}\n", summary.not_saved);
+    return ExitStatus::failed;
   }
   return summary.exit_status();
 }
@@ -127,6 +175,27 @@ void add_calibrate_command(CLI::App& app, int& status) {
                    "nothing")
       ->check(CLI::IsMember({"people", "json", "none"}))
       ->capture_default_str();
+  CLI::Option* save_option =
+      command
+          ->add_option("--save", options->save.name,
+                       "Keep the answer as the next version of this material record")
+          ->type_name("NAME");
+  command
+      ->add_option("--author", options->save.author, "Who answers for it; the account by default")
+      ->needs(save_option)
+      ->type_name("TEXT");
+  command
+      ->add_option("--scope", a->scope,
+                   "Where it holds, such as \"temperature=-10 to -5 C\" (may be repeated)")
+      ->needs(save_option)
+      ->allow_extra_args(false)
+      ->type_name("NAME=TEXT");
+  command->add_option("--remark", options->save.remark, "What else is to be known of it")
+      ->needs(save_option)
+      ->type_name("TEXT");
+  command->add_option("--database", a->database, "File of material records; docs/materials.md")
+      ->needs(save_option)
+      ->type_name("FILE");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->callback([a, &status] { status = run_study(*a); });
 }

@@ -16,5 +16,6 @@ void add_export_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
 void add_contacts_command(CLI::App& app, int& status);
 void add_hashes_command(CLI::App& app, int& status);
+void add_materials_command(CLI::App& app, int& status);
 
 }  // namespace firn

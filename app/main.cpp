@@ -90,6 +90,7 @@ int main_program(int argc, char** argv) {
   add_verify_command(app, status);
   add_contacts_command(app, status);
   add_hashes_command(app, status);
+  add_materials_command(app, status);
   try {
     app.parse(argc, argv);
     return status;

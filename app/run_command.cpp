@@ -20,6 +20,7 @@
 #include "experiments/recording.h"
 #include "experiments/run.h"
 #include "experiments/state_trace.h"
+#include "experiments/units.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -33,6 +34,7 @@ struct Arguments {
   std::optional<std::uint64_t> seed;
   int threads = 0;  // 0: not given
   std::vector<std::string> settings;
+  MaterialRequest materials;
   std::string resume_file;
   TraceOptions trace;
   std::string trace_numbers;
@@ -70,9 +72,26 @@ void make_parent_folder(const std::string& file) {
   }
 }
 
+// Which values of the case came from a record, and which of the record's it did not take.
+void tell_materials(const Case& c, const toml::table& resolved) {
+  for (const AppliedMaterial& m : c.material_records) {
+    std::vector<std::string> sets;
+    for (const std::string& key : m.sets) {
+      const toml::node_view value = resolved.at_path(key);
+      sets.push_back(value.is_string() ? fmt::format("{} = {}", key, value.value_or(""))
+                                       : fmt::format("{} = {}", key, value.value_or(0.0)));
+    }
+    spdlog::info("material {}{}{} sets {}", m.record, m.selection.empty() ? "" : ", ", m.selection,
+                 sets.empty() ? "nothing" : comma_list(sets));
+    if (!m.kept.empty()) spdlog::info("  the case goes before it in {}", comma_list(m.kept));
+    if (!m.unused.empty()) spdlog::info("  the case has no place for {}", comma_list(m.unused));
+  }
+}
+
 void tell_facts(const Case& c, const std::string& results_file) {
   spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
   const toml::table resolved = toml::parse(c.resolved);
+  tell_materials(c, resolved);
   for (std::size_t i = 0; i < c.model.shapes.size(); ++i) {
     const Shape& shape = c.model.shapes[i];
     const auto count = std::count_if(
@@ -108,6 +127,14 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
                    {"steps", s.steps},
                    {"responses", responses_json(s.responses)}};
   if (!verdicts.empty()) document["requirements"] = verdicts_json(verdicts);
+  if (!c.material_records.empty()) {
+    Json& records = document["material_records"] = Json::array();
+    for (const AppliedMaterial& m : c.material_records)
+      records.push_back({{"record", m.record},
+                         {"selection", m.selection},
+                         {"sha256", m.sha256},
+                         {"sets", m.sets}});
+  }
   document["energy"] = energy_json(s.energy);
   document["health"] = {{"largest_overlap", s.health.largest_overlap},
                         {"largest_overlap_relative", relative_overlap(c, s.health)},
@@ -157,11 +184,12 @@ void check_combination(const Arguments& a) {
   if (a.case_file.empty() && a.resume_file.empty()) {
     throw InputError("run: no case; expected CASE.toml or --resume RUN.h5");
   }
-  const bool changed = !a.case_file.empty() || !a.output.empty() || a.seed || !a.settings.empty();
+  const bool changed = !a.case_file.empty() || !a.output.empty() || a.seed || !a.settings.empty() ||
+                       !a.materials.records.empty();
   if (!a.resume_file.empty() && changed) {
     throw InputError(
         "--resume: goes on with the case in the results file; expected no CASE.toml, --output, "
-        "--seed or --set beside it");
+        "--seed, --set or --material beside it");
   }
 }
 
@@ -189,7 +217,7 @@ Case read_case_to_run(const Arguments& a) {
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   if (a.seed) overrides.emplace_back("case.seed", std::to_string(*a.seed));
-  return read_case(a.case_file, overrides);
+  return read_case(a.case_file, overrides, a.materials);
 }
 
 int run_case(const Arguments& a) {
@@ -258,6 +286,16 @@ void add_run_command(CLI::App& app, int& status) {
                    "interactions.ice-ice.static_friction=0.2 (may be repeated)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  command
+      ->add_option("--material", a->materials.records,
+                   "Values of a material record over those of the case: NAME[@VERSION],\n"
+                   "with #3 a sample of its family (may be repeated; --set goes before it)")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--database", a->materials.database,
+                   "File of material records; docs/materials.md")
+      ->type_name("FILE");
   command
       ->add_option("--resume", a->resume_file,
                    "Go on from the last checkpoint in a results file,\nas if never stopped")

@@ -15,6 +15,7 @@
 #include "calibrate/answer.h"
 #include "calibrate/calibration.h"
 #include "calibrate/direct.h"
+#include "calibrate/material.h"
 #include "calibrate/slurm_executor.h"
 
 namespace firn {
@@ -172,6 +173,7 @@ StudySummary calibrate(const StudyOptions& options) {
       options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
   if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
+  if (!options.save.name.empty()) require_material(study);
   Journal journal(directory, study_identity(study.text, study.source), options.resume);
   const DirectoryLock lock(directory);
   std::optional<RunStore> store;
@@ -198,7 +200,17 @@ StudySummary calibrate(const StudyOptions& options) {
     return s;
   }
   progress.done();
-  return summarize(study, answer, journal, campaign, directory, options.plot);
+  StudySummary summary = summarize(study, answer, journal, campaign, directory, options.plot);
+  if (!options.save.name.empty()) {
+    try {
+      std::vector<JournalRun> used = journal.runs();
+      std::erase_if(used, [&](const JournalRun& run) { return !campaign.asked_for(run.key); });
+      summary.record = material_record(study, answer, used, executor, directory, options.save);
+    } catch (const InputError& e) {  // the study is worth telling all the same
+      summary.not_saved = e.what();
+    }
+  }
+  return summary;
 }
 
 }  // namespace firn

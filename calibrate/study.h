@@ -3,7 +3,10 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <string>
+
+#include "calibrate/material_label.h"
 
 namespace firn {
 
@@ -24,7 +27,8 @@ struct StudyOptions {
   bool json_progress = false;                    // as JSON, one event a line
   bool plot = true;                              // draw the fitted response with gnuplot
   const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
-  Executor* replace_executor = nullptr;          // not owned; a fake experiment, for tests
+  MaterialLabel save;  // also make a material record of the answer, when it has a name
+  Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
 };
 
 enum class StudyVerdict {
@@ -44,6 +48,8 @@ struct StudySummary {
   std::string table;     // for people: what was found, with uncertainty; ends in a new line
   std::string json;      // the same for programs; also results.json in the directory
   std::string directory;
+  std::optional<MaterialRecord> record;  // of StudyOptions::save; not yet in a database
+  std::string not_saved;                 // why there is none
   std::string example_run;  // results file of a simulation at the answer; empty: none was made
   int exit_status() const;  // 0 done, 1 too few runs, 130 interrupted
 };

@@ -13,6 +13,7 @@
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
 #include "experiments/drained_repose_scene.h"
+#include "experiments/material_application.h"
 #include "experiments/sha256.h"
 #include "experiments/toml_reader.h"
 
@@ -144,14 +145,18 @@ std::vector<Override> in_order_of_file(std::vector<Override> overrides, const to
 }  // namespace
 
 Case read_case_text(const std::string& text, const std::string& source,
-                    const std::string& directory, const std::vector<Override>& overrides) {
+                    const std::string& directory, const std::vector<Override>& overrides,
+                    const MaterialRequest& materials) {
   TomlDocument document(text, source);
   document.apply(in_order_of_file(overrides, document.root()));
+  std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"case", "materials", "interactions", "shapes", "particles", "boundaries", "fills",
-              "outlets", "stages", "experiment", "measure", "numerics", "output"});
+  root.allow({"case", "material_records", "materials", "interactions", "shapes", "particles",
+              "boundaries", "fills", "outlets", "stages", "experiment", "measure", "numerics",
+              "output"});
   Case c;
   c.source = source;
+  c.material_records = std::move(applied);
   Model& model = c.model;
   read_head(root, c);
   read_numerics(root, model.numerics);
@@ -183,7 +188,8 @@ Case read_case_text(const std::string& text, const std::string& source,
   return c;
 }
 
-Case read_case(const std::string& file, const std::vector<Override>& overrides) {
+Case read_case(const std::string& file, const std::vector<Override>& overrides,
+               const MaterialRequest& materials) {
   std::ifstream in(file, std::ios::binary);
   if (!in.is_open() || std::filesystem::is_directory(file)) {
     throw InputError(
@@ -191,7 +197,7 @@ Case read_case(const std::string& file, const std::vector<Override>& overrides) 
   }
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   const std::string directory = std::filesystem::path(file).parent_path().string();
-  return read_case_text(text, file, directory, overrides);
+  return read_case_text(text, file, directory, overrides, materials);
 }
 
 Override parse_override(const std::string& text) {

@@ -76,6 +76,22 @@ struct Measure {
   double peak_margin = 0, end_margin = 0;                     // m: the fit window leaves them out
 };
 
+// What a material record brought into a case.
+struct AppliedMaterial {
+  std::string record;     // "ice-plastic@2"
+  std::string selection;  // "sample 3", "anchor \"answer\""; empty: its values as they stand
+  std::string sha256;     // of the record
+  std::vector<std::string> sets;    // case keys
+  std::vector<std::string> kept;    // keys of it for which the case, or --set, says otherwise
+  std::vector<std::string> unused;  // keys about materials that the case does not have
+};
+
+// Records that the command line names, "NAME[@VERSION][#SAMPLE]", and where records are.
+struct MaterialRequest {
+  std::vector<std::string> records;
+  std::string database;  // empty: as material_database_file() says
+};
+
 struct Case {
   std::string name;
   std::string source;   // file it was read from, for messages
@@ -99,19 +115,22 @@ struct Case {
   std::vector<Measure> measures;
   double frames_every = 0;  // s
   double states_every = 0;  // s; 0: no states are kept in the results file
-  std::string resolved;     // TOML text of the whole case, defaults filled in, mesh files embedded
-                            // by content hash and path made absolute; read_case_text() of it
-                            // gives the same case
+  std::vector<AppliedMaterial> material_records;
+  std::string resolved;  // TOML text of the whole case, defaults filled in, mesh files embedded
+                         // by content hash and path made absolute; read_case_text() of it
+                         // gives the same case
 };
 
 using Override = std::pair<std::string, std::string>;  // TOML path, TOML value text
 
 // Reads, checks and completes a case. Throws InputError with one line
 // `FILE:LINE: KEY: what is wrong; what is expected`.
-Case read_case(const std::string& file, const std::vector<Override>& overrides = {});
+Case read_case(const std::string& file, const std::vector<Override>& overrides = {},
+               const MaterialRequest& materials = {});
 // The same from text; `source` names it in messages, `directory` is where mesh files lie.
 Case read_case_text(const std::string& text, const std::string& source,
-                    const std::string& directory, const std::vector<Override>& overrides = {});
+                    const std::string& directory, const std::vector<Override>& overrides = {},
+                    const MaterialRequest& materials = {});
 
 // Parses "KEY=VALUE" of --set. Throws InputError.
 Override parse_override(const std::string& text);

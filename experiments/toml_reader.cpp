@@ -103,7 +103,24 @@ TomlDocument::TomlDocument(std::string_view text, std::string source)
     : source_(std::move(source)), root_(parse(text, source_)) {}
 
 void TomlDocument::apply(const std::vector<std::pair<std::string, std::string>>& overrides) {
-  for (const auto& [path, value] : overrides) set(path, value);
+  for (const auto& [path, value] : overrides)
+    set(path, value, fmt::format("--set {}={}", path, value));
+}
+
+bool TomlDocument::has(const std::string& path) const {
+  const toml::node* node = &root_;
+  for (const std::string& key : split_path(path)) {
+    const toml::table* table = node->as_table();
+    node = table == nullptr ? nullptr : table->get(key);
+    if (node == nullptr) return false;
+  }
+  return true;
+}
+
+bool TomlDocument::overridden(const std::string& path) const {
+  return std::ranges::any_of(set_by_, [&](const auto& entry) {
+    return path == entry.first || path.starts_with(entry.first + ".");
+  });
 }
 
 std::string TomlDocument::text() const {
@@ -126,8 +143,8 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
   throw InputError(fmt::format("{}: {}: {}", place, path.empty() ? "case" : path, message));
 }
 
-void TomlDocument::set(const std::string& path, const std::string& value) {
-  const std::string label = fmt::format("--set {}={}", path, value);
+void TomlDocument::set(const std::string& path, const std::string& value,
+                       const std::string& label) {
   const std::vector<std::string> segments = split_path(path);
   const auto refuse = [&](const std::string& where, const std::string& why) {
     throw InputError(fmt::format("{}: {}: {}", label, where, why));

@@ -29,6 +29,10 @@ class TomlDocument {
   // their `name`) and a TOML value; a text that is no TOML value stands for itself as a string.
   // Throws InputError `--set PATH=VALUE: ...` for a path that leads nowhere.
   void apply(const std::vector<std::pair<std::string, std::string>>& overrides);
+  // One value from elsewhere, which messages call LABEL.
+  void set(const std::string& path, const std::string& value, const std::string& label);
+  bool has(const std::string& path) const;         // through tables alone
+  bool overridden(const std::string& path) const;  // by apply() or set(), itself or a table around
 
   toml::table& root() { return root_; }
   const std::string& source() const { return source_; }
@@ -39,8 +43,6 @@ class TomlDocument {
   [[noreturn]] void fail(const std::string& path, unsigned line, const std::string& message) const;
 
  private:
-  void set(const std::string& path, const std::string& value);
-
   std::string source_;
   toml::table root_;
   std::map<std::string, std::string> set_by_;  // path -> override that set it

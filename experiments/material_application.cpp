@@ -1,0 +1,189 @@
+#include "experiments/material_application.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "experiments/material_database.h"
+
+namespace firn {
+namespace {
+
+constexpr const char* tables_name = "material_records";
+
+class Application {
+ public:
+  Application(TomlDocument& document, const MaterialRequest& request)
+      : document_(document), request_(request) {
+    if (const toml::table* t = document.root()["materials"].as_table())
+      for (const auto& [name, value] : *t) materials_.emplace_back(name.str());
+  }
+
+  std::vector<AppliedMaterial> carry_out() {
+    for (const std::string& text : request_.records) {
+      const MaterialChoice choice = parse_material_choice(text);
+      applied_.push_back(apply(choice, find(choice), true));
+      choices_.push_back(choice);
+    }
+    const std::size_t named = applied_.size();
+    for (const TomlTable& table : TomlTable::root(document_).tables(tables_name)) read(table);
+    // Noted behind those of the file, so that they read the same.
+    for (std::size_t i = 0; i < named; ++i) append(applied_[i], choices_[i]);
+    std::ranges::rotate(applied_, applied_.begin() + static_cast<std::ptrdiff_t>(named));
+    return std::move(applied_);
+  }
+
+ private:
+  struct Setter {
+    std::string record;
+    bool over_file;
+  };
+
+  StoredRecord find(const MaterialChoice& choice) {
+    if (!database_)
+      database_ = std::make_unique<MaterialDatabase>(material_database_file(request_.database));
+    return database_->find(choice.name, choice.version);
+  }
+
+  // The key as the document spells it (the materials of a pair may stand in either order); empty
+  // when the case does not have the materials.
+  std::string place_of(const std::string& path) const {
+    const MaterialKey key = parse_material_key(path);
+    for (const std::string& m : key.materials)
+      if (std::ranges::find(materials_, m) == materials_.end()) return {};
+    if (key.materials.size() < 2) return path;
+    const std::string turned =
+        fmt::format("{}.{}-{}", key.table, key.materials[1], key.materials[0]);
+    return document_.has(turned) ? turned + "." + key.key : path;
+  }
+
+  AppliedMaterial apply(const MaterialChoice& choice, const StoredRecord& stored, bool over_file) {
+    const MaterialRecord& record = stored.record;
+    AppliedMaterial a{record.reference(), choice.selection(), stored.sha256, {}, {}, {}};
+    const std::vector<double> values = chosen_values(record, choice);
+    for (std::size_t i = 0; i < record.parameters.size(); ++i) {
+      const MaterialParameter& p = record.parameters[i];
+      std::vector<std::string> places;
+      for (const std::string& key : p.keys) {
+        const std::string place = place_of(key);
+        (place.empty() ? a.unused : places).push_back(place.empty() ? key : place);
+      }
+      if (places.empty()) continue;
+      if (std::ranges::any_of(places,
+                              [&](const std::string& k) { return stands(k, over_file, a); })) {
+        a.kept.insert(a.kept.end(), places.begin(), places.end());
+        continue;
+      }
+      for (const std::string& place : places) {
+        document_.set(place, toml_value(values[i], p.unit), "material " + a.record);
+        set_by_.insert_or_assign(place, Setter{a.record, over_file});
+        a.sets.push_back(place);
+      }
+    }
+    if (a.sets.empty() && a.kept.empty())
+      throw InputError(fmt::format(
+          "material {}: holds no value for a case whose materials are {}; expected a record about "
+          "them",
+          a.record, materials_.empty() ? "none" : comma_list(materials_)));
+    return a;
+  }
+
+  // Whether something stronger has set the key.
+  bool stands(const std::string& key, bool over_file, const AppliedMaterial& a) const {
+    if (const auto it = set_by_.find(key); it != set_by_.end()) {
+      if (over_file == it->second.over_file)
+        throw InputError(fmt::format("material {}: sets {}, as {} does; expected one record a key",
+                                     a.record, key, it->second.record));
+      return true;
+    }
+    return over_file ? document_.overridden(key) : document_.has(key);
+  }
+
+  void read(const TomlTable& t) {
+    t.allow({"record", "sample", "anchor", "sha256", "sets"});
+    const MaterialChoice choice = t.at("record", [&] {
+      MaterialChoice c = parse_material_choice(t.string("record"));
+      if ((t.has("sample") || t.has("anchor")) && !c.selection().empty())
+        throw InputError("chooses already; expected no \"sample\" or \"anchor\" beside it");
+      return c;
+    });
+    MaterialChoice chosen = choice;
+    if (t.has("sample")) chosen.sample = static_cast<std::uint64_t>(t.integer64("sample", 1));
+    if (t.has("anchor")) chosen.anchor = t.string("anchor");
+    if (chosen.sample && !chosen.anchor.empty())
+      t.fail("anchor", "stands beside a sample; expected one of them");
+    if (t.has("sets")) {
+      applied_.push_back(applied_before(t, chosen));
+      note(t, applied_.back(), chosen);
+      return;
+    }
+    const AppliedMaterial a = t.at("record", [&] {
+      const StoredRecord stored = find(chosen);
+      if (t.has("sha256") && t.string("sha256") != stored.sha256)
+        throw InputError(fmt::format("\"{}\" has the hash {} here; expected the one beside it",
+                                     stored.record.reference(), stored.sha256));
+      return apply(chosen, stored, false);
+    });
+    applied_.push_back(a);
+    note(t, a, chosen);
+  }
+
+  // A resolved case: its values stand in it.
+  AppliedMaterial applied_before(const TomlTable& t, const MaterialChoice& choice) const {
+    if (choice.version == 0)
+      t.fail("record", "has no version; expected NAME@VERSION where it says what it set");
+    AppliedMaterial a{fmt::format("{}@{}", choice.name, choice.version),
+                      choice.selection(),
+                      t.string("sha256"),
+                      {},
+                      {},
+                      {}};
+    for (const std::string& key : t.strings("sets")) {
+      t.at("sets", [&] { parse_material_key(key); });
+      if (!document_.has(key))
+        t.fail("sets", fmt::format("names {}, which the case does not give; expected it, or no "
+                                   "\"sets\" to have the record asked",
+                                   key));
+      if (!document_.overridden(key)) a.sets.push_back(key);
+    }
+    return a;
+  }
+
+  static void note(const TomlTable& t, const AppliedMaterial& a, const MaterialChoice& choice) {
+    t.set("record", a.record);
+    if (choice.sample) t.set("sample", static_cast<std::int64_t>(*choice.sample));
+    if (!choice.anchor.empty()) t.set("anchor", choice.anchor);
+    t.set("sha256", a.sha256);
+    toml::array sets;
+    for (const std::string& key : a.sets) sets.push_back(key);
+    t.set("sets", std::move(sets));
+  }
+
+  void append(const AppliedMaterial& a, const MaterialChoice& choice) {
+    toml::table& root = document_.root();
+    if (!root.contains(tables_name)) root.insert(tables_name, toml::array());
+    toml::array& all = *root.get(tables_name)->as_array();
+    all.push_back(toml::table());
+    note(TomlTable(document_, *all.back().as_table(), tables_name, 0), a, choice);
+  }
+
+  TomlDocument& document_;
+  const MaterialRequest& request_;
+  std::vector<std::string> materials_;  // of the case
+  std::unique_ptr<MaterialDatabase> database_;
+  std::vector<AppliedMaterial> applied_;
+  std::vector<MaterialChoice> choices_;   // of the request
+  std::map<std::string, Setter> set_by_;  // by key
+};
+
+}  // namespace
+
+std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
+                                             const MaterialRequest& request) {
+  if (request.records.empty() && !document.root().contains(tables_name)) return {};
+  return Application(document, request).carry_out();
+}
+
+}  // namespace firn

@@ -1,0 +1,170 @@
+#include "experiments/sqlite_file.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "solver/types.h"
+
+namespace firn::sqlite {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A path as part of a URI.
+std::string escaped(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == '%' || c == '?' || c == '#')
+      text += fmt::format("%{:02x}", static_cast<unsigned char>(c));
+    else
+      text += c;
+  }
+  return text;
+}
+
+}  // namespace
+
+File::File(const std::string& file, Access access, int patience) : name_(file) {
+  const std::string uri = "file:" + escaped(file);
+  if (access == Access::write) {
+    std::error_code error;
+    if (const fs::path folder = fs::path(file).parent_path(); !folder.empty())
+      fs::create_directories(folder, error);
+    if (error)
+      throw InputError(
+          fmt::format("{}: its folder cannot be made: {}; expected a file that can be "
+                      "written",
+                      file, error.message()));
+    open(uri, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  } else {
+    open(uri, SQLITE_OPEN_READONLY);
+  }
+  try {
+    sqlite3_busy_timeout(db_, patience);
+    if (access == Access::write) {
+      use_log(patience);
+      execute("PRAGMA synchronous = FULL");
+      return;
+    }
+    // Readers of a log need a file for its index beside it. Where nothing can be written and no log
+    // was left, the file cannot change, and none is needed.
+    const int rc = sqlite3_exec(db_, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr);
+    if ((rc == SQLITE_CANTOPEN || rc == SQLITE_READONLY) && !fs::exists(file + "-wal")) {
+      sqlite3_close(db_);
+      db_ = nullptr;
+      open(uri + "?immutable=1", SQLITE_OPEN_READONLY);
+    }
+    execute("SELECT 1 FROM sqlite_master");
+  } catch (const RunError& e) {
+    sqlite3_close(db_);
+    throw InputError(fmt::format("{}; expected a database {}", e.what(),
+                                 access == Access::write ? "that can be written" : "of Firn"));
+  }
+}
+
+// Several may do this to a new file at once, and SQLite does not wait here by itself.
+void File::use_log(int patience) {
+  constexpr int pause = 10;  // ms
+  for (int waited = 0;; waited += pause) {
+    const int rc = sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr);
+    if (rc == SQLITE_OK) return;
+    if (rc != SQLITE_BUSY || waited >= patience) fail("cannot be written");
+    std::this_thread::sleep_for(std::chrono::milliseconds(pause));
+  }
+}
+
+void File::open(const std::string& uri, int flags) {
+  if (sqlite3_open_v2(uri.c_str(), &db_, flags | SQLITE_OPEN_URI, nullptr) == SQLITE_OK) return;
+  sqlite3_close(db_);
+  throw InputError(
+      fmt::format("{}: cannot be opened; expected a database that can be {}", name_,
+                  (flags & SQLITE_OPEN_READONLY) != 0 ? "read" : "written, or a place for one"));
+}
+
+File::~File() { sqlite3_close(db_); }
+
+void File::fail(const std::string& what) const {
+  throw RunError(fmt::format("{}: {}: {}", name_, what, sqlite3_errmsg(db_)));
+}
+
+void File::execute(const char* sql) {
+  if (sqlite3_exec(db_, sql, nullptr, nullptr, nullptr) != SQLITE_OK)
+    fail("cannot be read or written");
+}
+
+Statement::Statement(File& file, const char* sql) : file_(file) {
+  if (sqlite3_prepare_v2(file.handle(), sql, -1, &statement_, nullptr) != SQLITE_OK)
+    file.fail("cannot be read or written");
+}
+
+Statement::~Statement() { sqlite3_finalize(statement_); }
+
+Statement& Statement::bind(const std::string& text) {
+  if (sqlite3_bind_text(statement_, ++bound_, text.c_str(), static_cast<int>(text.size()),
+                        SQLITE_TRANSIENT) != SQLITE_OK)
+    file_.fail("cannot bind a value");
+  return *this;
+}
+
+Statement& Statement::bind(std::int64_t integer) {
+  if (sqlite3_bind_int64(statement_, ++bound_, integer) != SQLITE_OK)
+    file_.fail("cannot bind a value");
+  return *this;
+}
+
+bool Statement::next() {
+  const int rc = sqlite3_step(statement_);
+  if (rc != SQLITE_ROW && rc != SQLITE_DONE) file_.fail("cannot be read or written");
+  return rc == SQLITE_ROW;
+}
+
+std::string Statement::text(int column) const {
+  const unsigned char* s = sqlite3_column_text(statement_, column);
+  const int size = sqlite3_column_bytes(statement_, column);
+  return s == nullptr
+             ? std::string()
+             : std::string(reinterpret_cast<const char*>(s), static_cast<std::size_t>(size));
+}
+
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(statement_, column);
+}
+
+Transaction::Transaction(File& file) : file_(file) { file.execute("BEGIN IMMEDIATE"); }
+
+Transaction::~Transaction() {
+  if (!done_) sqlite3_exec(file_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Transaction::commit() {
+  file_.execute("COMMIT");
+  done_ = true;
+}
+
+int schema_version(File& file) {
+  Statement statement(file, "PRAGMA user_version");
+  statement.next();
+  return static_cast<int>(statement.integer(0));
+}
+
+void migrate(File& file, std::span<const char* const> steps) {
+  const auto newest = static_cast<int>(steps.size());
+  if (schema_version(file) == newest) return;
+  Transaction transaction(file);
+  const int version = schema_version(file);  // as whoever was faster left it
+  if (version > newest)
+    throw InputError(fmt::format(
+        "{}: its schema is of version {}, of a newer Firn; this one knows up to {}; expected "
+        "another Firn, or another file",
+        file.name(), version, newest));
+  for (int step = version; step < newest; ++step)
+    file.execute(steps[static_cast<std::size_t>(step)]);
+  file.execute(fmt::format("PRAGMA user_version = {}", newest).c_str());
+  transaction.commit();
+}
+
+}  // namespace firn::sqlite

@@ -1,0 +1,77 @@
+// The little of SQLite that a store of records needs: statements, transactions, migrations.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace firn::sqlite {
+
+// An open database file. Errors are RunError `FILE: what: SQLite's word for it`.
+class File {
+ public:
+  enum class Access { read, write };  // write makes the file and its folder where missing
+  // WAL, full durability, and up to `patience` milliseconds of waiting for other writers. A file on
+  // a disk that cannot be written can be read. Throws InputError when it cannot be opened.
+  File(const std::string& file, Access access, int patience = 30000);
+  ~File();
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  void execute(const char* sql);
+  const std::string& name() const { return name_; }
+  sqlite3* handle() const { return db_; }
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  void open(const std::string& uri, int flags);
+  void use_log(int patience);
+
+  std::string name_;
+  sqlite3* db_ = nullptr;
+};
+
+// A prepared statement; parameters are bound in order.
+class Statement {
+ public:
+  Statement(File& file, const char* sql);
+  ~Statement();
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  Statement& bind(const std::string& text);
+  Statement& bind(std::int64_t integer);
+  bool next();  // true: there is a row
+  std::string text(int column) const;
+  std::int64_t integer(int column) const;
+
+ private:
+  File& file_;
+  sqlite3_stmt* statement_ = nullptr;
+  int bound_ = 0;
+};
+
+// All or nothing; takes the one place of a writer at once, so that what is read within it is what
+// the writing rests on.
+class Transaction {
+ public:
+  explicit Transaction(File& file);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit();
+
+ private:
+  File& file_;
+  bool done_ = false;
+};
+
+// The version of a file's schema is the number of steps that made it (PRAGMA user_version).
+int schema_version(File& file);
+// Takes the steps that the file lacks, all or none. Whoever comes second finds nothing to do.
+void migrate(File& file, std::span<const char* const> steps);
+
+}  // namespace firn::sqlite
