@@ -91,6 +91,7 @@ class Looker {
   void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Look& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
+    const Mat3 rotation_a = rotation_of(s_, pair.a);
     std::optional<Sides> sides;
     if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
@@ -110,11 +111,12 @@ class Looker {
       used += p.touching;
     }
     PatchInput in{law,
-                  s_.rotation[pair.a],
+                  rotation_a,
                   {contacts_.data(), used},
                   shape_a.part_neighbours,
                   {},
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
+                  s_.rolling.data() + pair.first_patch,
                   s_.points.data()};
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
@@ -184,6 +186,7 @@ void store(const FoundPatches& f, Pair& pair, State& s) {
     patch = f.patches[k];
     patch.first_point += pair.first_point;
   }
+  std::copy(f.rolling.begin(), f.rolling.end(), s.rolling.begin() + pair.first_patch);
   std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
   pair.patch_count = patches;
 }
@@ -207,6 +210,7 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
     pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
     pair.patch_capacity = std::max(patches, 2u);
     s.patches.resize(s.patches.size() + pair.patch_capacity);
+    s.rolling.resize(s.patches.size(), Vec3::Zero());
   }
   if (points > pair.point_capacity) {
     pair.first_point = static_cast<std::uint32_t>(s.points.size());
@@ -304,6 +308,7 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
 // come to rest is walked through in every step: what lies close costs least.
 void close_holes(State& s) {
   std::vector<Patch> patches;
+  std::vector<Vec3> rolling;
   std::vector<ContactPoint> points;
   std::size_t many = 0, more = 0;
   for (const Pair& pair : s.pairs) {
@@ -311,6 +316,7 @@ void close_holes(State& s) {
     more += static_cast<std::size_t>(points_of(pair, s));
   }
   reserve_large(patches, many);
+  reserve_large(rolling, many);
   reserve_large(points, more);
   for (Pair& pair : s.pairs) {
     const std::uint32_t old = pair.first_patch;
@@ -320,6 +326,7 @@ void close_holes(State& s) {
     pair.first_point = static_cast<std::uint32_t>(points.size());
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
       patches.push_back(s.patches[old + k]);
+      rolling.push_back(s.rolling[old + k]);
       Patch& patch = patches.back();
       const auto from = s.points.begin() + patch.first_point;
       patch.first_point = static_cast<std::uint32_t>(points.size());
@@ -329,6 +336,7 @@ void close_holes(State& s) {
     pair.point_capacity = static_cast<std::uint32_t>(points.size()) - pair.first_point;
   }
   s.patches = std::move(patches);
+  s.rolling = std::move(rolling);
   s.points = std::move(points);
 }
 

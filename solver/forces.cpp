@@ -80,7 +80,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
   const Tables t(w, s);
   const std::uint32_t* const list = active.data();
   const std::size_t count = active.size();
-  PatchBlock block;
+  PatchBlock block(s.patches.data(), s.rolling.data());
   const auto flush = [&] {
     block.advance(model.timestep);
     take(block);
@@ -232,11 +232,10 @@ void forces_of_one_thread(const Model& model, Workspace& w, State& s) {
 void keep_loads(const Model& model, Workspace& w, State& s, PairRange& range) {
   Bookkeeper books(model, w, s, range.accounts);
   KeptLoad* const all = w.kept.data();
-  const Patch* const patches = s.patches.data();
   advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
     books.note(block);
     for (int k = 0; k < block.size(); ++k) {
-      KeptLoad& kept = all[block.place(k, patches)];
+      KeptLoad& kept = all[block.place(k)];
       copy_four(&block.force(k), &kept.force);
       copy_four(&block.moment_a(k), &kept.moment_a);
       copy_four(&block.moment_b(k), &kept.moment_b);

@@ -200,16 +200,6 @@ bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
   mover.store_momentum(crew, momentum);
   scatter(q, rows);
   for (int k = 0; k < crew.count; ++k) put(rows[k], s.orientation[crew.body[k]].coeffs().data());
-  // Column by column, as Eigen keeps them.
-  Columns4 first{r.at[0][0], r.at[1][0], r.at[2][0], r.at[0][1]};
-  Columns4 second{r.at[1][1], r.at[2][1], r.at[0][2], r.at[1][2]};
-  scatter(first, rows);
-  for (int k = 0; k < crew.count; ++k) put(rows[k], s.rotation[crew.body[k]].data());
-  scatter(second, rows);
-  for (int k = 0; k < crew.count; ++k) {
-    put(rows[k], s.rotation[crew.body[k]].data() + 4);
-    s.rotation[crew.body[k]].data()[8] = r.at[2][2][k];
-  }
   return leaves;
 }
 

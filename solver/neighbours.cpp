@@ -68,10 +68,11 @@ PartSpheres place_spheres(const Model& model, const State& s) {
   const auto place = [&](std::size_t k) {
     const int i = out.particle[k];
     const Shape& shape = model.shapes[model.particles[i].shape];
+    const Mat3 rotation = rotation_of(s, i);
     Box3& box = out.boxes[k];
     for (std::size_t p = 0; p < shape.parts.size(); ++p) {
       const ConvexPart& part = shape.parts[p];
-      const Vec3 c = s.motion[i].position + s.rotation[i] * part.center;
+      const Vec3 c = s.motion[i].position + rotation * part.center;
       const Vec3 r = Vec3::Constant(part.bounding_radius + s.margin[i]);
       out.centers[out.first[k] + p] = c;
       box.lower = p == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
@@ -93,6 +94,7 @@ struct ListPiece {
   std::vector<PairWatch> watch;
   std::vector<PartPair> part_pairs;
   std::vector<Patch> patches;
+  std::vector<Vec3> rolling;
   std::vector<ContactPoint> points;
 };
 
@@ -115,6 +117,7 @@ class ListMaker {
         watch_(piece.watch),
         part_pairs_(piece.part_pairs),
         patches_(piece.patches),
+        rolling_(piece.rolling),
         points_(piece.points) {}
 
   void add_particles(const PartSpheres& spheres, int i, int j) {
@@ -140,7 +143,7 @@ class ListMaker {
 
   void add_boundary(const PartSpheres& spheres, int i, int boundary) {
     const int a = spheres.particle[i], b = n_ + boundary;
-    const Pose pose{s_.rotation[b], s_.motion[b].position};
+    const Pose pose{rotation_of(s_, b), s_.motion[b].position};
     const auto& parts = model_.shapes[model_.particles[a].shape].parts;
     const double all_of_a =
         spheres.reach[model_.particles[a].shape] + s_.margin[a] + s_.margin[b] + kRounding;
@@ -241,6 +244,7 @@ class ListMaker {
       patch.first_point = static_cast<std::uint32_t>(points_.size());
       points_.insert(points_.end(), from, from + patch.point_count);
       patches_.push_back(patch);
+      rolling_.push_back(s_.rolling[old.first_patch + k]);
     }
     pair_.patch_capacity = old.patch_count;
     pair_.point_capacity = static_cast<std::uint32_t>(points_.size()) - pair_.first_point;
@@ -260,6 +264,7 @@ class ListMaker {
   std::vector<PairWatch>& watch_;
   std::vector<PartPair>& part_pairs_;
   std::vector<Patch>& patches_;
+  std::vector<Vec3>& rolling_;
   std::vector<ContactPoint>& points_;
 };
 
@@ -279,6 +284,7 @@ void join(std::vector<ListPiece>& pieces, int threads, State& s) {
   resize_large(s.watch, before.back().pairs);
   resize_large(s.part_pairs, before.back().parts);
   resize_large(s.patches, before.back().patches);
+  resize_large(s.rolling, before.back().patches);
   resize_large(s.points, before.back().points);
   for_ranges(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
     ListPiece& p = pieces[k];
@@ -295,6 +301,7 @@ void join(std::vector<ListPiece>& pieces, int threads, State& s) {
     std::copy(p.watch.begin(), p.watch.end(), s.watch.begin() + at.pairs);
     std::copy(p.part_pairs.begin(), p.part_pairs.end(), s.part_pairs.begin() + at.parts);
     std::copy(p.patches.begin(), p.patches.end(), s.patches.begin() + at.patches);
+    std::copy(p.rolling.begin(), p.rolling.end(), s.rolling.begin() + at.patches);
     std::copy(p.points.begin(), p.points.end(), s.points.begin() + at.points);
     p = {};
   });

@@ -32,6 +32,9 @@ class PatchBlock {
  public:
   static constexpr int room = 32;
 
+  // The arrays that patches come from: `rolling` has a moment for each of `patches`.
+  PatchBlock(Patch* patches, Vec3* rolling) : patches_(patches), rolling_(rolling) {}
+
   // Adds a patch of bodies a and b; `law` is number `law_index`. Law, patch and points must stay
   // until the block has advanced. Call while !full().
   void add(std::int32_t a, std::int32_t b, std::int32_t law_index, const PairLaw& law, Patch& patch,
@@ -70,9 +73,7 @@ class PatchBlock {
   double work_normal(int k) const { return work_normal_[k]; }
   double work_friction(int k) const { return work_friction_[k]; }
   // Which one of the patches it was.
-  std::size_t place(int k, const Patch* patches) const {
-    return static_cast<std::size_t>(patch_[k] - patches);
-  }
+  std::size_t place(int k) const { return static_cast<std::size_t>(patch_[k] - patches_); }
   PatchLoad load(int k) const {
     return {a_[k],        b_[k],         law_index_[k], force_[k],       moment_a_[k],
             moment_b_[k], pressed_.w[k], overlap_[k],   work_normal_[k], work_friction_[k]};
@@ -97,6 +98,8 @@ class PatchBlock {
   void rub_all(double dt);
   void store_all(double dt);
 
+  Patch* patches_;
+  Vec3* rolling_;
   int count_ = 0;
   std::int32_t a_[room], b_[room], law_index_[room];
   const PairLaw* law_[room];

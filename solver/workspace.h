@@ -137,11 +137,14 @@ double particle_energy(const Model& model, const Workspace& workspace, const Sta
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);
 
+// Body axes -> world. Made when somebody asks: few do, and every step would have to keep it.
+inline Mat3 rotation_of(const State& s, int body) { return s.orientation[body].toRotationMatrix(); }
+
 // The placement of b's axes in a's.
 inline Pose relative_pose(const State& s, int a, int b) {
   Pose p;
-  const Mat3 at = s.rotation[a].transpose();
-  p.rotation = at * s.rotation[b];
+  const Mat3 at = rotation_of(s, a).transpose();
+  p.rotation = at * rotation_of(s, b);
   p.translation = at * (s.motion[b].position - s.motion[a].position);
   return p;
 }
