@@ -1,5 +1,8 @@
 #include "solver/contacts.h"
 
+#include <algorithm>
+#include <tuple>
+
 namespace firn {
 
 namespace {
@@ -51,6 +54,9 @@ std::vector<Contact> contacts_of(const Workspace& w, const State& s) {
       out.push_back(
           contact_of(s, w.laws[static_cast<std::size_t>(pair.law)], pair, static_cast<int>(k)));
   }
+  std::sort(out.begin(), out.end(), [](const Contact& c, const Contact& d) {
+    return std::tie(c.a, c.b, c.patch) < std::tie(d.a, d.b, d.patch);
+  });
   return out;
 }
 

@@ -86,7 +86,7 @@ void Solver::step() {
   i.timed(2, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed(3, "find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed(4, "contact forces", [&] { k.contact_forces(m, w, s); });
-  i.timed(5, "half kick", [&] { k.kick(m, w, s); });
+  i.timed(5, "half kick", [&] { k.sum_loads_and_kick(m, w, s); });
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
   i.timed(6, "check state", [&] { check_state(m, w, s); });

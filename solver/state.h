@@ -84,7 +84,7 @@ struct State {
   std::vector<std::int32_t> extra_motion_boundary;
   // Contacts
   bool list_is_stale = true;
-  std::vector<Pair> pairs;       // [P] sorted by (a, b)
+  std::vector<Pair> pairs;       // [P] along a curve through space (neighbours.cpp)
   std::vector<double> wake;      // [P] look when path[a] + path[b] reaches this
   std::vector<PairWatch> watch;  // [P]
   std::vector<PartPair> part_pairs;
