@@ -93,10 +93,11 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
   const BodyMotion* const motions = s.motion.data();
   const PairLaw* const laws = w.laws.data();
   Patch* const patches = s.patches.data();
-  ContactPoint* const points = s.points.data();
   const ActivePair* const end = active.data() + active.size();
+  ContactPoint* const points = s.points.data();
   PatchBlock block(patches, s.rolling.data());
-  const auto flush = [&] {
+  // Not inlined, as it would push out of the registers what the loop needs.
+  const auto flush = [&]() __attribute__((noinline)) {
     block.advance(model.timestep);
     take(block);
     block.clear();
@@ -214,23 +215,29 @@ void add_up(const Model& model, const ContactAccounts& accounts, State& s) {
   }
 }
 
+// Adds a force to that on a body, or takes it away; the fourth number keeps the largest normal
+// force. Written as a whole, as it is read again soon.
+template <int sign>
+[[gnu::always_inline]] inline void push(const Four& force, RangeLoad& load) {
+  Four so_far;
+  get(&load.force, so_far);
+  const Four sum = so_far + sign * force, largest = so_far < force ? force : so_far;
+  put(__builtin_shufflevector(sum, largest, 0, 1, 2, 7), &load.force);
+}
+
 // Adds what a block does to the loads of a range's bodies.
 void add_loads(const PatchBlock& block, RangeLoad* loads) {
   for (int k = 0; k < block.size(); ++k) {
-    const double normal = block.normal_force(k);
-    if (!(normal > 0)) continue;
+    if (!(block.normal_force(k) > 0)) continue;
     RangeLoad &a = loads[block.local_a(k)], &b = loads[block.local_b(k)];
     Four force, moment;
     get(&block.force(k), force);
+    push<1>(force, a);
+    push<-1>(force, b);
     get(&block.moment_a(k), moment);
-    const double peak_a = std::max(a.force.w, normal), peak_b = std::max(b.force.w, normal);
-    add_to(&a.force, force);
     add_to(&a.torque, moment);
     get(&block.moment_b(k), moment);
-    add_to(&b.force, -force);
     add_to(&b.torque, moment);
-    a.force.w = peak_a;
-    b.force.w = peak_b;
   }
 }
 

@@ -85,7 +85,7 @@ void PatchBlock::rub_all(double dt) {
     torsion_[k] = step.state.torsion;
     sliding_[k] = step.state.sliding;
     work_friction_[k] = step.work;
-    push_.set(k, on_a.force, 0);
+    push_.set(k, on_a.force, pressing);
     moment_.set(k, moment, 0);
     counter_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
   }

@@ -18,11 +18,11 @@ struct ActivePair {
   std::uint16_t law;  // index into Workspace::laws
 };
 
-// What one patch adds to its two bodies in this step. The fourth numbers of the vectors are zero.
+// What one patch adds to its two bodies in this step. The fourth numbers of the moments are zero.
 struct PatchLoad {
   std::int32_t a, b;   // bodies
   std::int32_t law;    // index into Workspace::laws
-  Quad force;          // N, on a; b feels the opposite
+  Quad force;          // N, on a; b feels the opposite; and the normal force
   Quad moment_a;       // N m, on a, about its centre
   Quad moment_b;       // N m, on b, about its centre (origin)
   double normal;       // N

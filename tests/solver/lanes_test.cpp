@@ -74,7 +74,21 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
   const State before = s;
   kick_and_drift(model, w, s);
   const State drifted = s;
-  kick(model, w, s);
+  // Two ranges of pairs push each body; the first one presses harder.
+  w.loads.resize(2 * kBodies);
+  w.load_lists.first = {0};
+  for (int i = 0; i < kBodies; ++i) {
+    for (const int range : {0, 1}) {
+      RangeLoad& load = w.loads[2 * i + range];
+      const Vec3 force = dice.vector(1), torque = dice.vector(1e-2);
+      load.force = {force.x(), force.y(), force.z(), 2.0 - range};
+      load.torque = {torque.x(), torque.y(), torque.z(), 0};
+      w.load_lists.loads.push_back(2 * i + range);
+    }
+    w.load_lists.first.push_back(2 * i + 2);
+  }
+  s.peak_normal_force.resize(kBodies, 1.5);
+  sum_loads_and_kick(model, w, s);
   for (int i = 0; i < kBodies; ++i) {
     SCOPED_TRACE(i);
     Vec3 velocity = before.motion[i].velocity, momentum = before.angular_momentum[i];
@@ -86,11 +100,11 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
       continue;
     }
     const RigidBody& body = w.rigid[model.particles[i].shape];
-    const auto kick_once = [&] {
-      half_kick(body, before.load[i].force, before.load[i].torque, model.gravity, model.timestep,
-                q.toRotationMatrix(), velocity, momentum);
+    const auto kick_once = [&](const BodyLoad& load) {
+      half_kick(body, load.force, load.torque, model.gravity, model.timestep, q.toRotationMatrix(),
+                velocity, momentum);
     };
-    kick_once();
+    kick_once(before.load[i]);
     rotate_free(body.inverse_inertia, model.timestep, q, momentum);
     const Vec3 spin = q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia);
     const double turned = spin.norm() * model.timestep;
@@ -102,7 +116,11 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(drifted.turn[i], turned);
     EXPECT_EQ(drifted.path[i],
               velocity.norm() * model.timestep + turned * w.reach[model.particles[i].shape]);
-    kick_once();
+    const RangeLoad &first = w.loads[2 * i], &second = w.loads[2 * i + 1];
+    EXPECT_EQ(s.load[i].force, eigen(plain(first.force) + plain(second.force)));
+    EXPECT_EQ(s.load[i].torque, eigen(plain(first.torque) + plain(second.torque)));
+    EXPECT_EQ(s.peak_normal_force[i], 2);
+    kick_once(s.load[i]);
     EXPECT_EQ(s.motion[i].velocity, velocity);
     EXPECT_EQ(s.angular_momentum[i], momentum);
     EXPECT_EQ(s.motion[i].spin, q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
@@ -164,10 +182,15 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     std::vector<Patch> patches;
     for (const Contact& c : wide) patches.push_back(c.patch);
     std::vector<Vec3> rolling(patches.size(), Vec3::Zero());
+    std::vector<ActivePair> pairs(wide.size());
+    for (int k = 0; k < count; ++k) {
+      pairs[k].a = 2 * k;
+      pairs[k].b = 2 * k + 1;
+    }
     PatchBlock block(patches.data(), rolling.data());
     for (int k = 0; k < count; ++k) {
       Contact& c = wide[k];
-      block.add(2 * k, 2 * k + 1, 0, c.law, patches[k], c.points.data(), c.motion);
+      block.add(pairs[k], c.law, patches[k], c.points.data(), c.motion);
     }
     block.advance(dt);
     for (int k = 0; k < count; ++k) {
