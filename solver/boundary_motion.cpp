@@ -47,10 +47,7 @@ void advance_boundaries(const Model& model, State& s) {
     motion.velocity = (d.position - motion.position) / dt;
     motion.spin = d.turned / dt;
     motion.position = d.position;
-    if (!d.turned.isZero(0)) {
-      s.orientation[body] = d.orientation.normalized();
-      s.rotation[body] = s.orientation[body].toRotationMatrix();
-    }
+    if (!d.turned.isZero(0)) s.orientation[body] = d.orientation.normalized();
   }
 }
 

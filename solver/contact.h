@@ -36,12 +36,12 @@ struct PairLaw {
 struct ContactPoint {
   Vec3 offset = Vec3::Zero();  // m, from the patch's reference point, world axes
   double gap = 0;              // m; negative: overlap
-  double share = 0;            // of K
   double force = 0;            // N, normal, never attractive
   double weight = 0;           // m^2, area it stands for
 };
 
-struct alignas(32) Patch {
+// Two lines of the processor's caches: a bed at rest does little but walk through these.
+struct alignas(64) Patch {
   // In fours, each one wide load (see PatchBlock).
   Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
   double torsion = 0;              // N m, about the normal, on a
@@ -50,15 +50,20 @@ struct alignas(32) Patch {
   Vec3 tangential = Vec3::Zero();  // N, friction force on a
   double normal_force = 0;         // N
 
-  Vec3 rolling = Vec3::Zero();  // N m, rolling moment on a
-  std::uint64_t parts_a = 0;    // bit i: part i (mod 64) of a takes part
+  double share_of_area = 0;   // 1/m^2: a point's share of K is this times its weight
+  std::uint64_t parts_a = 0;  // bit i: part i (mod 64) of a takes part
   std::uint64_t parts_b = 0;
   std::uint32_t first_point = 0;
-  std::uint32_t point_count = 0;
-  std::uint32_t sliding = 0;  // 1: dynamic friction applies
-  std::uint32_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
-  std::uint64_t unused = 0;   // no padding: every byte is part of a checkpoint
+  std::uint16_t point_count = 0;
+  std::uint8_t sliding = 0;  // 1: dynamic friction applies
+  std::uint8_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
 };
+static_assert(sizeof(Patch) == 128 && sizeof(ContactPoint) == 48);
+
+// The part of K that a point has.
+inline double share(const Patch& patch, const ContactPoint& point) {
+  return point.weight * patch.share_of_area;
+}
 
 // Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`
 // (m, positive: approaching) to `overlap`. Loading along K, unloading and reloading along K_u,
@@ -105,7 +110,7 @@ struct NormalLoad {
     const double ds = way.closing + dot(offset, way.tilt);
     if (!patch.fresh) p.gap -= ds;
     const double before = p.force;
-    const double k = law.stiffness * p.share;
+    const double k = law.stiffness * share(patch, p);
     p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
     out.force += p.force;
     out.offset_force = out.offset_force + p.force * offset;
@@ -179,25 +184,26 @@ inline double rolling_stiffness(const PairLaw& law) {
 }
 
 // Advances the rolling moment (on a) and returns the work that it takes, J.
-inline double advance_rolling(const PairLaw& law, Patch& patch, const Vec3& spin, double dt) {
+inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& rolling,
+                              const Vec3& spin, double dt) {
   const Vec3 across = spin - patch.normal * spin.dot(patch.normal);
-  const Vec3 before = patch.rolling;
-  patch.rolling -= (rolling_stiffness(law) * dt) * across;
+  const Vec3 before = rolling;
+  rolling -= (rolling_stiffness(law) * dt) * across;
   const double limit = law.rolling_limit * patch.normal_force;
-  const double m = patch.rolling.norm();
-  if (m > limit) patch.rolling *= limit / m;
-  return patch.normal_force > 0 ? -0.5 * dt * (before + patch.rolling).dot(across) : 0;
+  const double m = rolling.norm();
+  if (m > limit) rolling *= limit / m;
+  return patch.normal_force > 0 ? -0.5 * dt * (before + rolling).dot(across) : 0;
 }
 
 // Recoverable energy of the springs of a patch, J.
 struct StoredEnergy {
   double normal = 0, friction = 0;
 };
-inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch,
+inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const Vec3& rolling,
                                   const ContactPoint* points) {
   StoredEnergy e;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
+    const double ku = law.stiffness * share(patch, points[i]) * law.unloading_ratio;
     if (ku > 0) e.normal += 0.5 * points[i].force * points[i].force / ku;
   }
   const double kt = law.tangential_stiffness;
@@ -207,7 +213,7 @@ inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch,
     if (r > 0) e.friction += 0.5 * patch.torsion * patch.torsion / (kt * r * r);
   }
   if (law.rolling_limit > 0) {
-    e.friction += 0.5 * patch.rolling.squaredNorm() / rolling_stiffness(law);
+    e.friction += 0.5 * rolling.squaredNorm() / rolling_stiffness(law);
   }
   return e;
 }

@@ -1,5 +1,8 @@
 #include "solver/contacts.h"
 
+#include <algorithm>
+#include <tuple>
+
 namespace firn {
 
 namespace {
@@ -25,7 +28,7 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   Vec3 offset_force = Vec3::Zero();
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = s.points[patch.first_point + i];
-    c.spots.push_back({c.place + p.offset, p.gap, p.share, p.force, p.weight});
+    c.spots.push_back({c.place + p.offset, p.gap, share(patch, p), p.force, p.weight});
     c.gap = std::min(c.gap, p.gap);
     offset_force += p.force * p.offset;
   }
@@ -33,7 +36,7 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   if (!(patch.normal_force > 0)) return c;  // a patch that bears nothing does nothing
   c.friction = patch.tangential;
   c.torsion = patch.torsion;
-  c.rolling = patch.rolling;
+  c.rolling = s.rolling[pair.first_patch + static_cast<std::uint32_t>(number)];
   c.force = patch.tangential - patch.normal_force * patch.normal;
   // Normal forces act at their points: about the reference point, sum o x (-f n) = n x sum f o.
   const Vec3 moment = patch.normal.cross(offset_force) + patch.torsion * patch.normal + c.rolling;
@@ -51,6 +54,9 @@ std::vector<Contact> contacts_of(const Workspace& w, const State& s) {
       out.push_back(
           contact_of(s, w.laws[static_cast<std::size_t>(pair.law)], pair, static_cast<int>(k)));
   }
+  std::sort(out.begin(), out.end(), [](const Contact& c, const Contact& d) {
+    return std::tie(c.a, c.b, c.patch) < std::tie(d.a, d.b, d.patch);
+  });
   return out;
 }
 

@@ -91,6 +91,7 @@ class Looker {
   void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Look& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
+    const Mat3 rotation_a = rotation_of(s_, pair.a);
     std::optional<Sides> sides;
     if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
@@ -110,11 +111,12 @@ class Looker {
       used += p.touching;
     }
     PatchInput in{law,
-                  s_.rotation[pair.a],
+                  rotation_a,
                   {contacts_.data(), used},
                   shape_a.part_neighbours,
                   {},
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
+                  s_.rolling.data() + pair.first_patch,
                   s_.points.data()};
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
@@ -184,6 +186,7 @@ void store(const FoundPatches& f, Pair& pair, State& s) {
     patch = f.patches[k];
     patch.first_point += pair.first_point;
   }
+  std::copy(f.rolling.begin(), f.rolling.end(), s.rolling.begin() + pair.first_patch);
   std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
   pair.patch_count = patches;
 }
@@ -207,6 +210,7 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
     pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
     pair.patch_capacity = std::max(patches, 2u);
     s.patches.resize(s.patches.size() + pair.patch_capacity);
+    s.rolling.resize(s.patches.size(), Vec3::Zero());
   }
   if (points > pair.point_capacity) {
     pair.first_point = static_cast<std::uint32_t>(s.points.size());
@@ -235,24 +239,6 @@ void prefetch(const State& s, const std::vector<std::uint32_t>& due, std::size_t
   }
 }
 
-// The active pairs of a range after some have come into touch (now on) or out of it.
-void update_active(PairRange& range) {
-  if (range.changed.empty()) return;
-  std::vector<std::uint32_t>& merged = range.spare_active;
-  const std::vector<std::uint32_t>& changed = range.changed;
-  merged.clear();
-  std::size_t c = 0;
-  for (const std::uint32_t p : range.active) {
-    for (; c < changed.size() && changed[c] < p; ++c) merged.push_back(changed[c]);
-    if (c < changed.size() && changed[c] == p)
-      ++c;  // out of touch
-    else
-      merged.push_back(p);
-  }
-  merged.insert(merged.end(), changed.begin() + static_cast<std::ptrdiff_t>(c), changed.end());
-  std::swap(range.active, merged);
-}
-
 // Finds the pairs [begin, end) that are due.
 void find_due(const Workspace& w, const State& s, std::size_t begin, std::size_t end,
               std::vector<std::uint32_t>& due) {
@@ -265,7 +251,7 @@ void find_due(const Workspace& w, const State& s, std::size_t begin, std::size_t
 
 void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
                   std::size_t end, PairRange& range) {
-  range.changed.clear();
+  range.refreshed.clear();
   range.outgrown.clear();
   range.suspects.clear();
   range.queries = range.refreshes = range.deep_births = 0;
@@ -285,9 +271,9 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
       range.suspects.push_back({p, look.passed, look.buried});
     if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
     ++range.refreshes;
+    range.refreshed.push_back(p);
     range.more_patches += static_cast<std::int64_t>(look.found.patches.size()) - pair.patch_count;
     range.more_points += static_cast<std::int64_t>(look.found.points.size()) - points_of(pair, s);
-    if ((pair.patch_count == 0) != look.found.patches.empty()) range.changed.push_back(p);
     if (fits(look.found, pair)) {
       store(look.found, pair, s);
       continue;
@@ -297,13 +283,13 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
     if (range.found.size() == kept) range.found.emplace_back();
     std::swap(range.found[kept], look.found);
   }
-  update_active(range);
 }
 
 // Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
 // come to rest is walked through in every step: what lies close costs least.
 void close_holes(State& s) {
   std::vector<Patch> patches;
+  std::vector<Vec3> rolling;
   std::vector<ContactPoint> points;
   std::size_t many = 0, more = 0;
   for (const Pair& pair : s.pairs) {
@@ -311,6 +297,7 @@ void close_holes(State& s) {
     more += static_cast<std::size_t>(points_of(pair, s));
   }
   reserve_large(patches, many);
+  reserve_large(rolling, many);
   reserve_large(points, more);
   for (Pair& pair : s.pairs) {
     const std::uint32_t old = pair.first_patch;
@@ -320,6 +307,7 @@ void close_holes(State& s) {
     pair.first_point = static_cast<std::uint32_t>(points.size());
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
       patches.push_back(s.patches[old + k]);
+      rolling.push_back(s.rolling[old + k]);
       Patch& patch = patches.back();
       const auto from = s.points.begin() + patch.first_point;
       patch.first_point = static_cast<std::uint32_t>(points.size());
@@ -329,6 +317,7 @@ void close_holes(State& s) {
     pair.point_capacity = static_cast<std::uint32_t>(points.size()) - pair.first_point;
   }
   s.patches = std::move(patches);
+  s.rolling = std::move(rolling);
   s.points = std::move(points);
 }
 
@@ -338,6 +327,53 @@ bool has_holes(const Workspace& w, const State& s) {
          s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
 }
 
+// Numbers bodies in the order in which they come.
+class LocalBodies {
+ public:
+  explicit LocalBodies(std::vector<std::int32_t>& bodies) : bodies_(bodies) {
+    bodies_.clear();
+    slots_.fill(kNone);
+  }
+  std::uint16_t number(std::int32_t body) {
+    std::size_t at = static_cast<std::size_t>(body) * 2654435761u % slots_.size();
+    while (slots_[at] != kNone && bodies_[slots_[at]] != body) at = (at + 1) % slots_.size();
+    if (slots_[at] == kNone) {
+      slots_[at] = static_cast<std::uint16_t>(bodies_.size());
+      bodies_.push_back(body);
+    }
+    return slots_[at];
+  }
+
+ private:
+  static constexpr std::uint16_t kNone = 0xffff;
+  std::vector<std::int32_t>& bodies_;
+  std::array<std::uint16_t, 4 * kPairsOfRange> slots_;  // open addressing, at most half full
+};
+
+// Which loads of ranges make up that of each particle.
+void make_load_lists(std::size_t particles, Workspace& w) {
+  LoadLists& lists = w.load_lists;
+  std::size_t loads = 0;
+  lists.first.assign(particles + 1, 0);
+  for (PairRange& range : w.ranges) {
+    range.first_load = loads;
+    loads += range.bodies.size();
+    for (const std::int32_t i : range.bodies) {
+      if (static_cast<std::size_t>(i) < particles) ++lists.first[i + 1];
+    }
+  }
+  for (std::size_t i = 0; i < particles; ++i) lists.first[i + 1] += lists.first[i];
+  lists.loads.resize(lists.first.back());
+  std::vector<std::uint32_t> end(lists.first.begin(), lists.first.end() - 1);
+  for (const PairRange& range : w.ranges) {
+    for (std::size_t k = 0; k < range.bodies.size(); ++k) {
+      const auto i = static_cast<std::size_t>(range.bodies[k]);
+      if (i < particles) lists.loads[end[i]++] = static_cast<std::uint32_t>(range.first_load + k);
+    }
+  }
+  resize_large(w.loads, loads);
+}
+
 // Tables over a new neighbour list.
 void take_up_list(const Model& model, Workspace& w, const State& s) {
   const std::size_t pairs = s.pairs.size();
@@ -345,54 +381,25 @@ void take_up_list(const Model& model, Workspace& w, const State& s) {
   w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
   for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
     PairRange& range = w.ranges[begin / kPairsOfRange];
-    range.active.clear();
+    LocalBodies local(range.bodies);
+    range.locals.clear();
     for (std::size_t p = begin; p < end; ++p) {
       w.ends[p] = {s.pairs[p].a, s.pairs[p].b};
-      if (s.pairs[p].patch_count > 0) range.active.push_back(static_cast<std::uint32_t>(p));
+      const std::uint16_t a = local.number(s.pairs[p].a), b = local.number(s.pairs[p].b);
+      range.locals.push_back({a, b});
     }
+    range.active_is_stale = true;
   });
   w.patches = w.points = 0;
-  for (const PairRange& range : w.ranges) {
-    for (const std::uint32_t p : range.active) {
-      w.patches += s.pairs[p].patch_count;
-      w.points += points_of(s.pairs[p], s);
-    }
+  for (const Pair& pair : s.pairs) {
+    w.patches += pair.patch_count;
+    w.points += points_of(pair, s);
   }
-  if (model.numerics.threads > 1) w.touch.make(s.motion.size(), w.ends, w.ranges);
+  make_load_lists(model.particles.size(), w);
   w.list_is_new = false;
 }
 
 }  // namespace
-
-void TouchLists::make(std::size_t bodies, const std::vector<std::array<std::int32_t, 2>>& ends,
-                      const std::vector<PairRange>& ranges) {
-  first.assign(bodies + 1, 0);
-  for (const auto& both : ends) {
-    for (const std::int32_t body : both) ++first[body + 1];
-  }
-  for (std::size_t i = 0; i < bodies; ++i) first[i + 1] += first[i];
-  count.assign(bodies, 0);
-  pairs.resize(first.back());
-  for (const PairRange& range : ranges) {
-    for (const std::uint32_t p : range.active) {
-      for (const std::int32_t body : ends[p]) pairs[first[body] + count[body]++] = p;
-    }
-  }
-}
-
-void TouchLists::toggle(std::uint32_t pair, std::int32_t body) {
-  std::uint32_t* const begin = pairs.data() + first[body];
-  std::uint32_t* const end = begin + count[body];
-  std::uint32_t* const at = std::lower_bound(begin, end, pair);
-  if (at != end && *at == pair) {
-    std::copy(at + 1, end, at);
-    --count[body];
-  } else {
-    std::copy_backward(at, end, end + 1);
-    *at = pair;
-    ++count[body];
-  }
-}
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.list_is_new) take_up_list(model, w, s);
@@ -413,12 +420,11 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       make_room(range.found[k], pair, s);
       store(range.found[k], pair, s);
     }
-    if (model.numerics.threads <= 1) continue;
-    for (const std::uint32_t p : range.changed) {
-      for (const std::int32_t body : w.ends[p]) w.touch.toggle(p, body);
-    }
   }
-  if (has_holes(w, s)) close_holes(s);
+  if (has_holes(w, s)) {
+    close_holes(s);
+    for (PairRange& range : w.ranges) range.active_is_stale = true;
+  }
 }
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// Contact forces of all patches, summed per body in the order of the pairs, which is the same for
-// any number of threads.
+// Contact forces of all patches, summed per body: first within each range of pairs, then over the
+// ranges, in an order that is the same for any number of threads.
 #include <fmt/format.h>
 
 #include "solver/patch_block.h"
@@ -9,7 +9,14 @@ namespace firn {
 
 namespace {
 
-constexpr std::size_t kBodiesOfTask = 128;
+constexpr std::ptrdiff_t kAhead = 8;  // pairs, whose bodies are fetched
+
+// Two lines of the cache.
+template <class T>
+[[gnu::always_inline]] inline void prefetch(const T* from) {
+  __builtin_prefetch(from);
+  __builtin_prefetch(reinterpret_cast<const char*>(from) + 64);
+}
 
 // a x b; the fourth number is zero.
 [[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
@@ -39,62 +46,73 @@ constexpr std::size_t kBodiesOfTask = 128;
   put(spin_a - spin_b, &out.spin);
 }
 
-// What advancing reads, as plain pointers: vectors' own would be read again after every wide store,
-// which may be to anywhere as far as the compiler knows.
-struct Tables {
-  const Pair* pairs;
-  const BodyMotion* motion;
-  const BodyLoad* load;
-  Patch* patches;
-  ContactPoint* points;
-  const PairLaw* laws;
-  const std::array<std::int32_t, 2>* ends;
-  std::size_t particles;
+ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
+  const Pair& pair = s.pairs[p];
+  const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
+  return {p,
+          pair.first_patch,
+          pair.a,
+          pair.b,
+          local_a,
+          local_b,
+          static_cast<std::uint16_t>(pair.patch_count),
+          static_cast<std::uint16_t>(pair.law)};
+}
 
-  Tables(const Workspace& w, State& s)
-      : pairs(s.pairs.data()),
-        motion(s.motion.data()),
-        load(s.load.data()),
-        patches(s.patches.data()),
-        points(s.points.data()),
-        laws(w.laws.data()),
-        ends(w.ends.data()),
-        particles(s.load.size()) {}
-
-  // What lies scattered of a pair further down the list: its later body, somewhere in a large bed.
-  [[gnu::always_inline]] void prefetch(std::uint32_t p) const {
-    const std::int32_t b = ends[p][1];
-    const auto* place = reinterpret_cast<const char*>(motion + b);
-    __builtin_prefetch(pairs + p);
-    __builtin_prefetch(place);
-    __builtin_prefetch(place + 64);
-    __builtin_prefetch(load + (static_cast<std::size_t>(b) < particles ? b : 0), 1);
+// The active pairs of a range after some have been looked at.
+void update_active(const State& s, std::size_t begin, std::size_t end, PairRange& range) {
+  if (range.active_is_stale) {
+    range.active.clear();
+    for (std::size_t p = begin; p < end; ++p) {
+      if (s.pairs[p].patch_count > 0)
+        range.active.push_back(active_pair(range, s, static_cast<std::uint32_t>(p)));
+    }
+    range.active_is_stale = false;
+    return;
   }
-};
+  if (range.refreshed.empty()) return;
+  std::vector<ActivePair>& merged = range.spare_active;
+  merged.clear();
+  auto old = range.active.begin();
+  for (const std::uint32_t p : range.refreshed) {
+    for (; old != range.active.end() && old->pair < p; ++old) merged.push_back(*old);
+    if (old != range.active.end() && old->pair == p) ++old;
+    if (s.pairs[p].patch_count > 0) merged.push_back(active_pair(range, s, p));
+  }
+  merged.insert(merged.end(), old, range.active.end());
+  std::swap(range.active, merged);
+}
 
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
 // `take`.
 template <class Take>
 void advance_patches(const Model& model, const Workspace& w, State& s,
-                     const std::vector<std::uint32_t>& active, const Take& take) {
-  const Tables t(w, s);
-  const std::uint32_t* const list = active.data();
-  const std::size_t count = active.size();
-  PatchBlock block;
-  const auto flush = [&] {
+                     const std::vector<ActivePair>& active, const Take& take) {
+  // Plain pointers: vectors' own would be read again after every wide store, which may be to
+  // anywhere as far as the compiler knows.
+  const BodyMotion* const motions = s.motion.data();
+  const PairLaw* const laws = w.laws.data();
+  Patch* const patches = s.patches.data();
+  const ActivePair* const end = active.data() + active.size();
+  ContactPoint* const points = s.points.data();
+  PatchBlock block(patches, s.rolling.data());
+  // Not inlined, as it would push out of the registers what the loop needs.
+  const auto flush = [&]() __attribute__((noinline)) {
     block.advance(model.timestep);
     take(block);
     block.clear();
   };
-  for (std::size_t k = 0; k < count; ++k) {
-    if (k + 8 < count) t.prefetch(list[k + 8]);
-    const Pair& pair = t.pairs[list[k]];
+  for (const ActivePair* pair = active.data(); pair != end; ++pair) {
+    if (end - pair > kAhead) {
+      prefetch(motions + pair[kAhead].a);
+      prefetch(motions + pair[kAhead].b);
+      prefetch(patches + pair[kAhead].first_patch);
+    }
     PairMotion motion;
-    pair_motion(t.motion[pair.a], t.motion[pair.b], motion);
-    Patch* const end = t.patches + pair.first_patch + pair.patch_count;
-    for (Patch* patch = t.patches + pair.first_patch; patch != end; ++patch) {
-      block.add(pair.a, pair.b, pair.law, t.laws[pair.law], *patch, t.points + patch->first_point,
-                motion);
+    pair_motion(motions[pair->a], motions[pair->b], motion);
+    Patch* const last = patches + pair->first_patch + pair->patch_count;
+    for (Patch* patch = patches + pair->first_patch; patch != last; ++patch) {
+      block.add(*pair, laws[pair->law], *patch, points + patch->first_point, motion);
       if (block.full()) flush();
     }
   }
@@ -197,99 +215,47 @@ void add_up(const Model& model, const ContactAccounts& accounts, State& s) {
   }
 }
 
-// One thread adds each patch to its bodies as it comes.
-void forces_of_one_thread(const Model& model, Workspace& w, State& s) {
-  const int n = static_cast<int>(model.particles.size());
-  std::fill(s.load.begin(), s.load.end(), BodyLoad{});
-  BodyLoad* const load = s.load.data();
-  double* const peak = s.peak_normal_force.data();
-  const auto add = [n, load, peak](const PatchBlock& block, int k) {
-    const double normal = block.normal_force(k);
-    if (!(normal > 0)) return;
-    const int a = block.a(k), b = block.b(k);
+// Adds a force to that on a body, or takes it away; the fourth number keeps the largest normal
+// force. Written as a whole, as it is read again soon.
+template <int sign>
+[[gnu::always_inline]] inline void push(const Four& force, RangeLoad& load) {
+  Four so_far;
+  get(&load.force, so_far);
+  const Four sum = so_far + sign * force, largest = so_far < force ? force : so_far;
+  put(__builtin_shufflevector(sum, largest, 0, 1, 2, 7), &load.force);
+}
+
+// Adds what a block does to the loads of a range's bodies.
+void add_loads(const PatchBlock& block, RangeLoad* loads) {
+  for (int k = 0; k < block.size(); ++k) {
+    if (!(block.normal_force(k) > 0)) continue;
+    RangeLoad &a = loads[block.local_a(k)], &b = loads[block.local_b(k)];
     Four force, moment;
     get(&block.force(k), force);
+    push<1>(force, a);
+    push<-1>(force, b);
     get(&block.moment_a(k), moment);
-    add_to(&load[a].force, force);
-    add_to(&load[a].torque, moment);
-    peak[a] = std::max(peak[a], normal);
-    if (b >= n) return;
+    add_to(&a.torque, moment);
     get(&block.moment_b(k), moment);
-    add_to(&load[b].force, -force);
-    add_to(&load[b].torque, moment);
-    peak[b] = std::max(peak[b], normal);
-  };
-  for (PairRange& range : w.ranges) {
-    Bookkeeper books(model, w, s, range.accounts);
-    advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
-      books.note(block);
-      for (int k = 0; k < block.size(); ++k) add(block, k);
-    });
-  }
-}
-
-// Several threads keep what the patches do, each at the patch's place...
-void keep_loads(const Model& model, Workspace& w, State& s, PairRange& range) {
-  Bookkeeper books(model, w, s, range.accounts);
-  KeptLoad* const all = w.kept.data();
-  const Patch* const patches = s.patches.data();
-  advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
-    books.note(block);
-    for (int k = 0; k < block.size(); ++k) {
-      KeptLoad& kept = all[block.place(k, patches)];
-      copy_four(&block.force(k), &kept.force);
-      copy_four(&block.moment_a(k), &kept.moment_a);
-      copy_four(&block.moment_b(k), &kept.moment_b);
-      kept.force.w = block.normal_force(k);
-    }
-  });
-}
-
-// ... and then sum it up for each body, in the order in which one thread would.
-void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end) {
-  const Pair* const all = s.pairs.data();
-  for (std::size_t i = begin; i < end; ++i) {
-    Four force = {0, 0, 0, 0}, torque = force, push, moment;
-    double peak = s.peak_normal_force[i];
-    const std::uint32_t* const pairs = w.touch.pairs.data() + w.touch.first[i];
-    const std::uint32_t count = w.touch.count[i];
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const Pair& pair = all[pairs[k]];
-      const bool is_a = static_cast<std::size_t>(pair.a) == i;
-      const KeptLoad* kept = w.kept.data() + pair.first_patch;
-      for (const KeptLoad* const last = kept + pair.patch_count; kept != last; ++kept) {
-        const double normal = kept->force.w;
-        if (!(normal > 0)) continue;
-        get(&kept->force, push);
-        get(is_a ? &kept->moment_a : &kept->moment_b, moment);
-        if (is_a)
-          force += push;
-        else
-          force -= push;
-        torque += moment;
-        peak = std::max(peak, normal);
-      }
-    }
-    force[3] = torque[3] = 0;
-    put(force, &s.load[i].force);
-    put(torque, &s.load[i].torque);
-    s.peak_normal_force[i] = peak;
+    add_to(&b.torque, moment);
   }
 }
 
 }  // namespace
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
-  const int threads = model.numerics.threads;
-  if (threads <= 1) {
-    forces_of_one_thread(model, w, s);
-  } else {
-    w.kept.resize(std::max(w.kept.size(), s.patches.size()));
-    for_ranges(threads, w.ranges.size(), 1,
-               [&](std::size_t begin, std::size_t) { keep_loads(model, w, s, w.ranges[begin]); });
-    for_ranges(threads, s.load.size(), kBodiesOfTask,
-               [&](std::size_t begin, std::size_t end) { sum_loads(w, s, begin, end); });
-  }
+  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+             [&](std::size_t begin, std::size_t end) {
+               PairRange& range = w.ranges[begin / kPairsOfRange];
+               update_active(s, begin, end, range);
+               RangeLoad* const loads = w.loads.data() + range.first_load;
+               std::fill_n(loads, range.bodies.size(), RangeLoad{});
+               Bookkeeper books(model, w, s, range.accounts);
+               advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
+                 books.note(block);
+                 add_loads(block, loads);
+               });
+             });
   for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);
 }
 

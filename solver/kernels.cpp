@@ -7,7 +7,7 @@ namespace firn {
 
 const Kernels& FIRN_KERNELS() {
   static constexpr Kernels kernels{FIRN_KERNELS_NAME, kick_and_drift, refresh_neighbours,
-                                   find_contacts,     contact_forces, kick};
+                                   find_contacts,     contact_forces, sum_loads_and_kick};
   return kernels;
 }
 

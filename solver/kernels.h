@@ -17,7 +17,7 @@ struct Kernels {
   void (*refresh_neighbours)(const Model&, Workspace&, State&);
   void (*find_contacts)(const Model&, Workspace&, State&);
   void (*contact_forces)(const Model&, Workspace&, State&);
-  void (*kick)(const Model&, const Workspace&, State&);
+  void (*sum_loads_and_kick)(const Model&, const Workspace&, State&);
 };
 
 const Kernels& baseline_kernels();

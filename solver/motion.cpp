@@ -200,16 +200,6 @@ bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
   mover.store_momentum(crew, momentum);
   scatter(q, rows);
   for (int k = 0; k < crew.count; ++k) put(rows[k], s.orientation[crew.body[k]].coeffs().data());
-  // Column by column, as Eigen keeps them.
-  Columns4 first{r.at[0][0], r.at[1][0], r.at[2][0], r.at[0][1]};
-  Columns4 second{r.at[1][1], r.at[2][1], r.at[0][2], r.at[1][2]};
-  scatter(first, rows);
-  for (int k = 0; k < crew.count; ++k) put(rows[k], s.rotation[crew.body[k]].data());
-  scatter(second, rows);
-  for (int k = 0; k < crew.count; ++k) {
-    put(rows[k], s.rotation[crew.body[k]].data() + 4);
-    s.rotation[crew.body[k]].data()[8] = r.at[2][2][k];
-  }
   return leaves;
 }
 
@@ -225,6 +215,32 @@ void kick_crew(const Mover& mover, Crew& crew) {
   mover.spin_of(r, momentum, inverse, spin);
   mover.store_spin(crew, spin);
   mover.store_momentum(crew, momentum);
+}
+
+// Adds up what the ranges of pairs do to the bodies [begin, end).
+void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end) {
+  constexpr std::uint32_t kAhead = 16;  // loads of a body may be anywhere
+  const std::uint32_t* const first = w.load_lists.first.data();
+  const std::uint32_t* const list = w.load_lists.loads.data();
+  const std::uint32_t last = first[end];
+  const RangeLoad* const loads = w.loads.data();
+  for (std::size_t i = begin; i < end; ++i) {
+    Four force = {0, 0, 0, 0}, torque = force, more;
+    double peak = s.peak_normal_force[i];
+    for (std::uint32_t k = first[i]; k < first[i + 1]; ++k) {
+      if (k + kAhead < last) __builtin_prefetch(loads + list[k + kAhead]);
+      const RangeLoad& load = loads[list[k]];
+      peak = std::max(peak, load.force.w);
+      get(&load.force, more);
+      force += more;
+      get(&load.torque, more);
+      torque += more;
+    }
+    force[3] = 0;
+    put(force, &s.load[i].force);
+    put(torque, &s.load[i].torque);
+    s.peak_normal_force[i] = peak;
+  }
 }
 
 // Calls move(crew) for the present bodies of [begin, end).
@@ -271,10 +287,11 @@ void kick_and_drift(const Model& model, Workspace& w, State& s) {
   }
 }
 
-void kick(const Model& model, const Workspace& w, State& s) {
+void sum_loads_and_kick(const Model& model, const Workspace& w, State& s) {
   const Mover mover(model, w, s);
   for_ranges(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
+               sum_loads(w, s, begin, end);
                for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
              });
 }

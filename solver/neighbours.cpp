@@ -16,7 +16,7 @@ constexpr double kRounding = 1e-9;  // m: tests that save others let more throug
 
 // Places of the bounding spheres of all parts of the present particles.
 struct PartSpheres {
-  std::vector<int> particle;       // [present] ids, ascending
+  std::vector<int> particle;       // [present] ids, in the order of in_space()
   std::vector<std::size_t> first;  // [present] into centers
   std::vector<Vec3> centers;       // m, world
   std::vector<Box3> boxes;         // [present] m, world, with the margin around
@@ -48,12 +48,48 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
   }
 }
 
-PartSpheres place_spheres(const Model& model, const State& s) {
-  PartSpheres out;
-  std::size_t parts = 0;
+// The bits of x, 21 of them, with room for two more behind each.
+std::uint64_t spread_bits(std::uint64_t x) {
+  x = (x | x << 32) & 0x001f00000000ffff;
+  x = (x | x << 16) & 0x001f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  return (x | x << 2) & 0x1249249249249249;
+}
+
+// The present particles along a curve through space (Morton's, through cells of about their size):
+// neighbours on it are mostly neighbours in space. The list keeps this order, so that a step works
+// on bodies that it has just had in its hands, whatever their numbers.
+std::vector<int> in_space(const Model& model, const Workspace& w, const State& s) {
+  constexpr double kMost = (1 << 21) - 1;
+  std::vector<int> particles;
+  Vec3 lowest = Vec3::Constant(std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
     if (s.presence[i] != Presence::present) continue;
-    out.particle.push_back(static_cast<int>(i));
+    particles.push_back(static_cast<int>(i));
+    lowest = lowest.cwiseMin(s.motion[i].position);
+  }
+  const double cell = *std::max_element(w.reach.begin(), w.reach.begin() + w.shapes);
+  std::vector<std::pair<std::uint64_t, int>> keys;
+  keys.reserve(particles.size());
+  for (const int i : particles) {
+    std::uint64_t key = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double at = (s.motion[i].position[k] - lowest[k]) / cell;
+      key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
+    }
+    keys.emplace_back(key, i);
+  }
+  std::sort(keys.begin(), keys.end());
+  for (std::size_t k = 0; k < keys.size(); ++k) particles[k] = keys[k].second;
+  return particles;
+}
+
+PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s) {
+  PartSpheres out;
+  out.particle = in_space(model, w, s);
+  std::size_t parts = 0;
+  for (const int i : out.particle) {
     out.first.push_back(parts);
     parts += model.shapes[model.particles[i].shape].parts.size();
   }
@@ -68,10 +104,11 @@ PartSpheres place_spheres(const Model& model, const State& s) {
   const auto place = [&](std::size_t k) {
     const int i = out.particle[k];
     const Shape& shape = model.shapes[model.particles[i].shape];
+    const Mat3 rotation = rotation_of(s, i);
     Box3& box = out.boxes[k];
     for (std::size_t p = 0; p < shape.parts.size(); ++p) {
       const ConvexPart& part = shape.parts[p];
-      const Vec3 c = s.motion[i].position + s.rotation[i] * part.center;
+      const Vec3 c = s.motion[i].position + rotation * part.center;
       const Vec3 r = Vec3::Constant(part.bounding_radius + s.margin[i]);
       out.centers[out.first[k] + p] = c;
       box.lower = p == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
@@ -93,31 +130,57 @@ struct ListPiece {
   std::vector<PairWatch> watch;
   std::vector<PartPair> part_pairs;
   std::vector<Patch> patches;
+  std::vector<Vec3> rolling;
   std::vector<ContactPoint> points;
+};
+
+// Where the pairs of the present list are.
+class OldPairs {
+ public:
+  OldPairs(const std::vector<Pair>& pairs, std::size_t bodies) : first_(bodies + 1, 0) {
+    for (const Pair& p : pairs) ++first_[p.a + 1];
+    for (std::size_t i = 0; i < bodies; ++i) first_[i + 1] += first_[i];
+    partners_.resize(pairs.size());
+    std::vector<std::uint32_t> end(first_.begin(), first_.end() - 1);
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+      partners_[end[pairs[k].a]++] = {pairs[k].b, static_cast<std::uint32_t>(k)};
+  }
+  std::optional<std::uint32_t> find(int a, int b) const {
+    for (std::uint32_t k = first_[a]; k < first_[a + 1]; ++k) {
+      if (partners_[k].b == b) return partners_[k].pair;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  struct Partner {
+    std::int32_t b;
+    std::uint32_t pair;
+  };
+  std::vector<std::uint32_t> first_;  // [bodies + 1]
+  std::vector<Partner> partners_;
 };
 
 // Collects a piece, taking over what the old list knew.
 class ListMaker {
  public:
-  // `first_body`: the first a of the piece.
-  ListMaker(const Model& model, const Workspace& w, const State& s, int first_body,
+  ListMaker(const Model& model, const Workspace& w, const State& s, const OldPairs& old_pairs,
             ListPiece& piece)
       : model_(model),
         w_(w),
         s_(s),
         n_(static_cast<int>(model.particles.size())),
-        old_(static_cast<std::size_t>(
-            std::partition_point(s.pairs.begin(), s.pairs.end(),
-                                 [&](const Pair& p) { return p.a < first_body; }) -
-            s.pairs.begin())),
+        old_pairs_(old_pairs),
         pairs_(piece.pairs),
         wake_(piece.wake),
         watch_(piece.watch),
         part_pairs_(piece.part_pairs),
         patches_(piece.patches),
+        rolling_(piece.rolling),
         points_(piece.points) {}
 
   void add_particles(const PartSpheres& spheres, int i, int j) {
+    if (spheres.particle[i] > spheres.particle[j]) std::swap(i, j);
     const int a = spheres.particle[i], b = spheres.particle[j];
     const auto& pa = model_.shapes[model_.particles[a].shape].parts;
     const auto& pb = model_.shapes[model_.particles[b].shape].parts;
@@ -140,7 +203,7 @@ class ListMaker {
 
   void add_boundary(const PartSpheres& spheres, int i, int boundary) {
     const int a = spheres.particle[i], b = n_ + boundary;
-    const Pose pose{s_.rotation[b], s_.motion[b].position};
+    const Pose pose{rotation_of(s_, b), s_.motion[b].position};
     const auto& parts = model_.shapes[model_.particles[a].shape].parts;
     const double all_of_a =
         spheres.reach[model_.particles[a].shape] + s_.margin[a] + s_.margin[b] + kRounding;
@@ -169,18 +232,16 @@ class ListMaker {
   }
 
  private:
-  // Finds the pair in the old list; both lists are sorted.
+  // Finds the pair in the old list.
   void begin(int a, int b, int law) {
     pair_ = Pair{};
     pair_.a = a;
     pair_.b = b;
     pair_.law = law;
     pair_.first_part = static_cast<std::uint32_t>(part_pairs_.size());
-    while (old_ < s_.pairs.size() &&
-           (s_.pairs[old_].a < a || (s_.pairs[old_].a == a && s_.pairs[old_].b < b))) {
-      ++old_;
-    }
-    known_ = old_ < s_.pairs.size() && s_.pairs[old_].a == a && s_.pairs[old_].b == b;
+    const std::optional<std::uint32_t> old = old_pairs_.find(a, b);
+    known_ = old.has_value();
+    old_ = old.value_or(0);
     old_part_ = known_ ? s_.pairs[old_].first_part : 0;
     old_part_end_ = known_ ? old_part_ + s_.pairs[old_].part_count : 0;
     new_part_ = false;
@@ -241,6 +302,7 @@ class ListMaker {
       patch.first_point = static_cast<std::uint32_t>(points_.size());
       points_.insert(points_.end(), from, from + patch.point_count);
       patches_.push_back(patch);
+      rolling_.push_back(s_.rolling[old.first_patch + k]);
     }
     pair_.patch_capacity = old.patch_count;
     pair_.point_capacity = static_cast<std::uint32_t>(points_.size()) - pair_.first_point;
@@ -250,7 +312,8 @@ class ListMaker {
   const Workspace& w_;
   const State& s_;
   int n_;
-  std::size_t old_;
+  const OldPairs& old_pairs_;
+  std::uint32_t old_ = 0;
   bool known_ = false, new_part_ = false;
   std::uint32_t old_part_ = 0, old_part_end_ = 0;
   Pair pair_;
@@ -260,6 +323,7 @@ class ListMaker {
   std::vector<PairWatch>& watch_;
   std::vector<PartPair>& part_pairs_;
   std::vector<Patch>& patches_;
+  std::vector<Vec3>& rolling_;
   std::vector<ContactPoint>& points_;
 };
 
@@ -279,6 +343,7 @@ void join(std::vector<ListPiece>& pieces, int threads, State& s) {
   resize_large(s.watch, before.back().pairs);
   resize_large(s.part_pairs, before.back().parts);
   resize_large(s.patches, before.back().patches);
+  resize_large(s.rolling, before.back().patches);
   resize_large(s.points, before.back().points);
   for_ranges(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
     ListPiece& p = pieces[k];
@@ -295,6 +360,7 @@ void join(std::vector<ListPiece>& pieces, int threads, State& s) {
     std::copy(p.watch.begin(), p.watch.end(), s.watch.begin() + at.pairs);
     std::copy(p.part_pairs.begin(), p.part_pairs.end(), s.part_pairs.begin() + at.parts);
     std::copy(p.patches.begin(), p.patches.end(), s.patches.begin() + at.patches);
+    std::copy(p.rolling.begin(), p.rolling.end(), s.rolling.begin() + at.patches);
     std::copy(p.points.begin(), p.points.end(), s.points.begin() + at.points);
     p = {};
   });
@@ -317,13 +383,14 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   if (!must_rebuild(model, w, s)) return;
   check_step_lengths(model, w, s);
   set_margins(model, w, s);
-  const PartSpheres spheres = place_spheres(model, s);
+  const PartSpheres spheres = place_spheres(model, w, s);
   const int threads = model.numerics.threads;
   const BoxNeighbours near = box_neighbours(spheres.boxes, threads);
   const std::size_t present = spheres.particle.size();
+  const OldPairs old_pairs(s.pairs, s.motion.size());
   std::vector<ListPiece> pieces((present + kGrain - 1) / kGrain);
   for_ranges(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
-    ListMaker list(model, w, s, spheres.particle[begin], pieces[begin / kGrain]);
+    ListMaker list(model, w, s, old_pairs, pieces[begin / kGrain]);
     for (std::size_t i = begin; i < end; ++i) {
       for (const std::int32_t j : near.of(i)) list.add_particles(spheres, static_cast<int>(i), j);
       for (int b = 0; b < static_cast<int>(model.boundaries.size()); ++b) {

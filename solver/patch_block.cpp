@@ -85,7 +85,7 @@ void PatchBlock::rub_all(double dt) {
     torsion_[k] = step.state.torsion;
     sliding_[k] = step.state.sliding;
     work_friction_[k] = step.work;
-    push_.set(k, on_a.force, 0);
+    push_.set(k, on_a.force, pressing);
     moment_.set(k, moment, 0);
     counter_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
   }
@@ -99,8 +99,10 @@ void PatchBlock::store_all(double dt) {
     patch.sliding = sliding_[k] > 0;
     patch.fresh = 0;
     if (law_[k]->rolling_limit > 0) {
-      work_friction_[k] += advance_rolling(*law_[k], patch, eigen(plain(spin_rows_[k])), dt);
-      const Vec m = plain(patch.rolling);
+      Vec3& rolling = rolling_[patch_[k] - patches_];
+      work_friction_[k] +=
+          advance_rolling(*law_[k], patch, rolling, eigen(plain(spin_rows_[k])), dt);
+      const Vec m = plain(rolling);
       moment_a_[k] = {moment_a_[k].x + m.x, moment_a_[k].y + m.y, moment_a_[k].z + m.z, 0};
       moment_b_[k] = {moment_b_[k].x - m.x, moment_b_[k].y - m.y, moment_b_[k].z - m.z, 0};
     }

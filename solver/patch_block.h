@@ -8,11 +8,21 @@
 
 namespace firn {
 
-// What one patch adds to its two bodies in this step. The fourth numbers of the vectors are zero.
+// A pair with patches, as the force law walks through them.
+struct ActivePair {
+  std::uint32_t pair;  // its number
+  std::uint32_t first_patch;
+  std::int32_t a, b;               // bodies
+  std::uint16_t local_a, local_b;  // which of the bodies of a range of pairs these are
+  std::uint16_t patch_count;
+  std::uint16_t law;  // index into Workspace::laws
+};
+
+// What one patch adds to its two bodies in this step. The fourth numbers of the moments are zero.
 struct PatchLoad {
   std::int32_t a, b;   // bodies
   std::int32_t law;    // index into Workspace::laws
-  Quad force;          // N, on a; b feels the opposite
+  Quad force;          // N, on a; b feels the opposite; and the normal force
   Quad moment_a;       // N m, on a, about its centre
   Quad moment_b;       // N m, on b, about its centre (origin)
   double normal;       // N
@@ -32,14 +42,15 @@ class PatchBlock {
  public:
   static constexpr int room = 32;
 
-  // Adds a patch of bodies a and b; `law` is number `law_index`. Law, patch and points must stay
-  // until the block has advanced. Call while !full().
-  void add(std::int32_t a, std::int32_t b, std::int32_t law_index, const PairLaw& law, Patch& patch,
-           ContactPoint* points, const PairMotion& motion) {
+  // The arrays that patches come from: `rolling` has a moment for each of `patches`.
+  PatchBlock(Patch* patches, Vec3* rolling) : patches_(patches), rolling_(rolling) {}
+
+  // Adds a patch of a pair. Pair, law, patch and points must stay until the block has been read.
+  // Call while !full().
+  void add(const ActivePair& pair, const PairLaw& law, Patch& patch, ContactPoint* points,
+           const PairMotion& motion) {
     const int k = count_++;
-    a_[k] = a;
-    b_[k] = b;
-    law_index_[k] = law_index;
+    pair_[k] = &pair;
     law_[k] = &law;
     patch_[k] = &patch;
     points_[k] = points;
@@ -60,8 +71,9 @@ class PatchBlock {
   void advance(double dt);
 
   // What patch k does after that.
-  std::int32_t a(int k) const { return a_[k]; }
-  std::int32_t b(int k) const { return b_[k]; }
+  std::int32_t b(int k) const { return pair_[k]->b; }
+  std::uint16_t local_a(int k) const { return pair_[k]->local_a; }
+  std::uint16_t local_b(int k) const { return pair_[k]->local_b; }
   const Quad& force(int k) const { return force_[k]; }
   const Quad& moment_a(int k) const { return moment_a_[k]; }
   const Quad& moment_b(int k) const { return moment_b_[k]; }
@@ -69,12 +81,8 @@ class PatchBlock {
   double overlap(int k) const { return overlap_[k]; }
   double work_normal(int k) const { return work_normal_[k]; }
   double work_friction(int k) const { return work_friction_[k]; }
-  // Which one of the patches it was.
-  std::size_t place(int k, const Patch* patches) const {
-    return static_cast<std::size_t>(patch_[k] - patches);
-  }
   PatchLoad load(int k) const {
-    return {a_[k],        b_[k],         law_index_[k], force_[k],       moment_a_[k],
+    return {pair_[k]->a,  pair_[k]->b,   pair_[k]->law, force_[k],       moment_a_[k],
             moment_b_[k], pressed_.w[k], overlap_[k],   work_normal_[k], work_friction_[k]};
   }
 
@@ -97,8 +105,10 @@ class PatchBlock {
   void rub_all(double dt);
   void store_all(double dt);
 
+  Patch* patches_;
+  Vec3* rolling_;
   int count_ = 0;
-  std::int32_t a_[room], b_[room], law_index_[room];
+  const ActivePair* pair_[room];
   const PairLaw* law_[room];
   Patch* patch_[room];
   ContactPoint* points_[room];

@@ -114,7 +114,10 @@ void make_patch(const PatchInput& in, const PatchScratch& scratch, int g, FoundP
     }
     normal += depth * c.manifold.normal;
   }
-  patch.point_count = static_cast<std::uint32_t>(out.points.size()) - patch.first_point;
+  const std::size_t count = out.points.size() - patch.first_point;
+  if (count > std::numeric_limits<std::uint16_t>::max())
+    throw RunError("more than 65535 contact points between two bodies");
+  patch.point_count = static_cast<std::uint16_t>(count);
   ContactPoint* points = out.points.data() + patch.first_point;
 
   double sum = 0, square = 0, weight = 0;
@@ -127,15 +130,15 @@ void make_patch(const PatchInput& in, const PatchScratch& scratch, int g, FoundP
     center += points[i].weight * d * points[i].offset;
   }
   center /= sum;
-  const double scale = square / (sum * sum);
+  patch.share_of_area = square / (sum * sum);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    points[i].share = points[i].weight * scale;
     points[i].offset = in.rotation_a * (points[i].offset - center);
   }
   patch.normal = in.rotation_a * normal.normalized();
   patch.arm = in.rotation_a * center;
   patch.torsion_radius = region.torsion_radius();
   out.patches.push_back(patch);
+  out.rolling.push_back(Vec3::Zero());
 }
 
 // True when `old` lies where `fresh` is: same or neighbouring parts on both bodies, like normals.
@@ -189,7 +192,7 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
   }
   if (total <= 0) {  // nearest ones were idle: share by depth instead
     for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
-      density[i] = points[i].share * std::max(0.0, -points[i].gap);
+      density[i] = share(fresh, points[i]) * std::max(0.0, -points[i].gap);
       total += density[i];
     }
   }
@@ -199,7 +202,7 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
   double rest = force;
   for (std::uint32_t i = 0; i < fresh.point_count && known > 0; ++i) {
     if (!scratch.is_new[i]) continue;
-    const double bears = in.law.stiffness * points[i].share * std::max(0.0, -points[i].gap);
+    const double bears = in.law.stiffness * share(fresh, points[i]) * std::max(0.0, -points[i].gap);
     const double room = std::max(0.0, bears - points[i].force);
     const double f = std::min(density[i] * force / total, room);
     points[i].force += f;
@@ -223,7 +226,8 @@ Vec3 turned_into_plane(const Vec3& t, const Vec3& normal) {
 
 // Splits share what the old patch carried in proportion to their size; merges add.
 void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
-  for (const Patch& old : in.old_patches) {
+  for (std::size_t o = 0; o < in.old_patches.size(); ++o) {
+    const Patch& old = in.old_patches[o];
     if (old.normal_force <= 0) {
       // Near but idle: its place is known, so a touch there is no late detection.
       for (std::size_t i = 0; i < out.patches.size(); ++i) {
@@ -244,7 +248,7 @@ void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
                        scratch);
       fresh.normal_force += f * old.normal_force;
       fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
-      fresh.rolling += f * turned_into_plane(old.rolling, fresh.normal);
+      out.rolling[i] += f * turned_into_plane(in.old_rolling[o], fresh.normal);
       // A smaller patch has a shorter lever: what it cannot hold is lost as slip.
       const double lever =
           old.torsion_radius > 0 ? std::min(1.0, fresh.torsion_radius / old.torsion_radius) : 0;

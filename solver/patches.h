@@ -20,7 +20,8 @@ struct PatchInput {
   std::span<const PartContact> contacts;
   std::span<const std::uint64_t> neighbours_a;  // [parts of a] masks of touching parts
   std::span<const std::uint64_t> neighbours_b;  // empty: a boundary, all parts are connected
-  std::span<const Patch> old_patches;           // of the same pair; point indices into:
+  std::span<const Patch> old_patches;           // of the same pair
+  const Vec3* old_rolling = nullptr;            // of them; and their point indices go into:
   const ContactPoint* old_points = nullptr;
 };
 

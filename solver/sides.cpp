@@ -53,7 +53,7 @@ Pose Sides::pose_before(double seconds) const {
     const BodyMotion& m = s.motion[body];
     const Vec3 turned = -seconds * m.spin;
     const double angle = turned.norm();
-    Pose p{s.rotation[body], m.position - seconds * m.velocity};
+    Pose p{rotation_of(s, body), m.position - seconds * m.velocity};
     if (angle > 0) {
       p.rotation = Eigen::AngleAxisd(angle, turned / angle).toRotationMatrix() * p.rotation;
     }
@@ -76,7 +76,7 @@ const Patch* Sides::nearest_patch(const PartPair& parts, const Vec3& normal,
     mask_b = pair.b < n ? model.shapes[model.particles[pair.b].shape].part_neighbours[parts.b]
                         : ~std::uint64_t{0};
   }
-  const Vec3 wanted = s.rotation[pair.a] * normal;
+  const Vec3 wanted = rotation_of(s, pair.a) * normal;
   const Patch* best = nullptr;
   for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
     const Patch& patch = s.patches[k];
@@ -128,7 +128,7 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
   const auto& [model, w, s, pair] = in_;
   const ConvexPart& a = model.shapes[model.particles[pair.a].shape].parts[parts.a];
   const ConvexPart& b = part_b(parts.b);
-  const Mat3& axes = s.rotation[pair.a];
+  const Mat3 axes = rotation_of(s, pair.a);
   const double watched = watched_depth(a, b);
   const bool deep = -m.gap > watched;
   // Cores that overlap, and no contact: it went to the neighbour over a cut, by which the shortest

@@ -7,7 +7,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000002;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000003;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -96,7 +96,6 @@ void walk(Archive& ar, S& s) {
   ar.group("positions and velocities");
   ar.array(s.motion);
   ar.group("orientations");
-  ar.array(s.rotation);
   ar.array(s.orientation);
   ar.group("angular momenta");
   ar.array(s.angular_momentum);
@@ -125,6 +124,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.part_pairs);
   ar.group("patches");
   ar.array(s.patches);
+  ar.array(s.rolling);
   ar.group("contact points");
   ar.array(s.points);
   ar.group("energy accounts");

@@ -40,7 +40,6 @@ namespace {
 void resize(const Model& model, State& s) {
   const std::size_t n = model.particles.size(), b = model.boundaries.size();
   s.motion.resize(n + b);
-  s.rotation.resize(n + b, Mat3::Identity());
   s.orientation.resize(n + b, Quat::Identity());
   s.angular_momentum.resize(n, Vec3::Zero());
   s.load.resize(n);
@@ -57,7 +56,6 @@ void resize(const Model& model, State& s) {
   for (std::size_t k = 0; k < b; ++k) {
     s.motion[n + k].position = model.boundaries[k].origin;
     s.orientation[n + k] = model.boundaries[k].orientation;
-    s.rotation[n + k] = model.boundaries[k].orientation.toRotationMatrix();
   }
 }
 
@@ -88,7 +86,7 @@ void Solver::step() {
   i.timed(2, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed(3, "find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed(4, "contact forces", [&] { k.contact_forces(m, w, s); });
-  i.timed(5, "half kick", [&] { k.kick(m, w, s); });
+  i.timed(5, "half kick", [&] { k.sum_loads_and_kick(m, w, s); });
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
   i.timed(6, "check state", [&] { check_state(m, w, s); });
@@ -107,9 +105,8 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   m.velocity = velocity;
   m.spin = angular_velocity;
   s.orientation[particle] = (orientation * shape.shape_from_body).normalized();
-  s.rotation[particle] = s.orientation[particle].toRotationMatrix();
   s.angular_momentum[particle] =
-      shape.inertia.cwiseProduct(s.rotation[particle].transpose() * angular_velocity);
+      shape.inertia.cwiseProduct(rotation_of(s, particle).transpose() * angular_velocity);
   s.load[particle] = BodyLoad{};
   s.presence[particle] = Presence::present;
   s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle);
@@ -164,16 +161,17 @@ bool Solver::overlaps(int shape, const Vec3& center_of_mass, const Quat& orienta
     const Shape& other = model.shapes[model.particles[i].shape];
     const double reach = mine.bounding_radius + other.bounding_radius + clearance;
     if ((s.motion[i].position - center_of_mass).squaredNorm() > reach * reach) continue;
-    if (near(other.parts, s.rotation[i], s.motion[i].position)) return true;
+    if (near(other.parts, rotation_of(s, static_cast<int>(i)), s.motion[i].position)) return true;
   }
   const std::size_t n = model.particles.size();
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     if (!s.boundary_present[b]) continue;
+    const Mat3 axes = rotation_of(s, static_cast<int>(n + b));
     if (model.boundaries[b].kind == Boundary::Kind::solid) {
-      if (near(model.boundaries[b].parts, s.rotation[n + b], s.motion[n + b].position)) return true;
+      if (near(model.boundaries[b].parts, axes, s.motion[n + b].position)) return true;
       continue;
     }
-    const Vec3 normal = s.rotation[n + b].col(2);
+    const Vec3 normal = axes.col(2);
     for (const ConvexPart& part : mine.parts) {
       for (int k = 0; k < part.vertex_count; ++k) {
         const Vec3 p = center_of_mass + rotation * part.vertex(k);

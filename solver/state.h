@@ -68,8 +68,7 @@ struct State {
   std::uint64_t steps = 0;
   // Bodies
   std::vector<BodyMotion> motion;              // [M]
-  std::vector<Mat3> rotation;                  // [M] body axes -> world
-  std::vector<Quat> orientation;               // [M] the same
+  std::vector<Quat> orientation;               // [M] body axes -> world
   std::vector<Vec3> angular_momentum;          // [N] kg m^2/s, body axes
   std::vector<BodyLoad> load;                  // [N] by contacts, at `time`
   std::vector<double> path;                    // [M] m, bound on the way of any point of the body
@@ -85,11 +84,12 @@ struct State {
   std::vector<std::int32_t> extra_motion_boundary;
   // Contacts
   bool list_is_stale = true;
-  std::vector<Pair> pairs;       // [P] sorted by (a, b)
+  std::vector<Pair> pairs;       // [P] along a curve through space (neighbours.cpp)
   std::vector<double> wake;      // [P] look when path[a] + path[b] reaches this
   std::vector<PairWatch> watch;  // [P]
   std::vector<PartPair> part_pairs;
   std::vector<Patch> patches;        // with holes
+  std::vector<Vec3> rolling;         // N m, rolling moment on a, of each place of a patch
   std::vector<ContactPoint> points;  // with holes
   // Accounts
   double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
@@ -103,9 +103,11 @@ struct State {
 // A pair's patches and points as found at one refresh, before they are stored.
 struct FoundPatches {
   std::vector<Patch> patches;
+  std::vector<Vec3> rolling;  // [patches]
   std::vector<ContactPoint> points;
   void clear() {
     patches.clear();
+    rolling.clear();
     points.clear();
   }
 };

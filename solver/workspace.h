@@ -52,43 +52,41 @@ struct Suspect {
   double buried;  // m
 };
 
-// A range of kPairsOfRange listed pairs, which one task works on.
-inline constexpr std::size_t kPairsOfRange = 512;
+// What the patches of one range of pairs do to one of its bodies. In fours, each one wide load.
+struct alignas(64) RangeLoad {
+  Quad force{};   // N, and in the fourth place the largest normal force of a patch
+  Quad torque{};  // N m
+};
+
+// A range of kPairsOfRange listed pairs, which one task works on. As pairs lie along a curve
+// through space, they are pairs of few bodies.
+inline constexpr std::size_t kPairsOfRange = 1024;
 struct alignas(64) PairRange {
-  std::vector<std::uint32_t> active;  // pairs with patches, ascending
+  std::vector<std::int32_t> bodies;                  // in order of their first pair
+  std::vector<std::array<std::uint16_t, 2>> locals;  // [pairs of the range] into bodies
+  std::size_t first_load = 0;                        // of bodies, in Workspace::loads
+  std::vector<ActivePair> active;                    // ascending
+  bool active_is_stale = true;
   // Of the present step:
-  std::vector<std::uint32_t> due;       // pairs to look at
-  std::vector<std::uint32_t> changed;   // pairs that came into touch or out of it
-  std::vector<std::uint32_t> outgrown;  // pairs whose patches do not fit into their place,
-  std::vector<FoundPatches> found;      // and these patches; may be longer
+  std::vector<std::uint32_t> due;        // pairs to look at
+  std::vector<std::uint32_t> refreshed;  // pairs whose patches were made anew, ascending
+  std::vector<std::uint32_t> outgrown;   // pairs whose patches do not fit into their place,
+  std::vector<FoundPatches> found;       // and these patches; may be longer
   std::vector<Suspect> suspects;
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
   ContactAccounts accounts;
   // Scratch memory.
-  std::vector<std::uint32_t> spare_active;
+  std::vector<ActivePair> spare_active;
   std::vector<PartContact> contacts;
   PatchScratch scratch;
   Look look;
 };
 
-// The active pairs of each body in ascending order, as both partners see them.
-struct TouchLists {
-  std::vector<std::uint32_t> first;  // [bodies + 1] room of a body: its listed pairs
-  std::vector<std::uint32_t> count;  // [bodies]
-  std::vector<std::uint32_t> pairs;
-
-  void make(std::size_t bodies, const std::vector<std::array<std::int32_t, 2>>& ends,
-            const std::vector<PairRange>& ranges);
-  // A pair has come into touch, or out of it.
-  void toggle(std::uint32_t pair, std::int32_t body);
-};
-
-// What the forces of one patch do, kept until somebody sums them up for a body.
-struct KeptLoad {
-  Quad force;     // N, on a; and the normal force
-  Quad moment_a;  // N m
-  Quad moment_b;
+// The loads of a particle in all ranges that know it, in their order.
+struct LoadLists {
+  std::vector<std::uint32_t> first;  // [particles + 1] into:
+  std::vector<std::uint32_t> loads;  // into Workspace::loads
 };
 
 struct Workspace {
@@ -108,9 +106,9 @@ struct Workspace {
   std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan
   std::vector<PairRange> ranges;
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
-  TouchLists touch;                      // when there are threads to sum with
-  std::vector<KeptLoad> kept;            // [places of patches] likewise
-  std::vector<char> must_relist;         // [tasks] somebody has left its margin
+  std::vector<RangeLoad> loads;          // of all ranges, one behind the other
+  LoadLists load_lists;
+  std::vector<char> must_relist;  // [tasks] somebody has left its margin
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
@@ -125,7 +123,7 @@ void kick_and_drift(const Model& model, Workspace& workspace, State& state);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void contact_forces(const Model& model, Workspace& workspace, State& state);
-void kick(const Model& model, const Workspace& workspace, State& state);
+void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
 void check_state(const Model& model, const Workspace& workspace, State& state);
 
 // Energy of the present state, J.
@@ -137,11 +135,14 @@ double particle_energy(const Model& model, const Workspace& workspace, const Sta
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);
 
+// Body axes -> world. Made when somebody asks: few do, and every step would have to keep it.
+inline Mat3 rotation_of(const State& s, int body) { return s.orientation[body].toRotationMatrix(); }
+
 // The placement of b's axes in a's.
 inline Pose relative_pose(const State& s, int a, int b) {
   Pose p;
-  const Mat3 at = s.rotation[a].transpose();
-  p.rotation = at * s.rotation[b];
+  const Mat3 at = rotation_of(s, a).transpose();
+  p.rotation = at * rotation_of(s, b);
   p.translation = at * (s.motion[b].position - s.motion[a].position);
   return p;
 }

@@ -58,7 +58,6 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
   Workspace w(model);
   State s;
   s.motion.resize(kBodies);
-  s.rotation.resize(kBodies);
   s.load.resize(kBodies);
   s.path.resize(kBodies, 0);
   s.turn.resize(kBodies, 0);
@@ -71,12 +70,25 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     s.load[i].torque = dice.vector(1e-2);
     s.angular_momentum.push_back(dice.vector(1e-5));
     s.orientation.push_back(Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized());
-    s.rotation[i] = s.orientation[i].toRotationMatrix();
   }
   const State before = s;
   kick_and_drift(model, w, s);
   const State drifted = s;
-  kick(model, w, s);
+  // Two ranges of pairs push each body; the first one presses harder.
+  w.loads.resize(2 * kBodies);
+  w.load_lists.first = {0};
+  for (int i = 0; i < kBodies; ++i) {
+    for (const int range : {0, 1}) {
+      RangeLoad& load = w.loads[2 * i + range];
+      const Vec3 force = dice.vector(1), torque = dice.vector(1e-2);
+      load.force = {force.x(), force.y(), force.z(), 2.0 - range};
+      load.torque = {torque.x(), torque.y(), torque.z(), 0};
+      w.load_lists.loads.push_back(2 * i + range);
+    }
+    w.load_lists.first.push_back(2 * i + 2);
+  }
+  s.peak_normal_force.resize(kBodies, 1.5);
+  sum_loads_and_kick(model, w, s);
   for (int i = 0; i < kBodies; ++i) {
     SCOPED_TRACE(i);
     Vec3 velocity = before.motion[i].velocity, momentum = before.angular_momentum[i];
@@ -88,24 +100,27 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
       continue;
     }
     const RigidBody& body = w.rigid[model.particles[i].shape];
-    const auto kick_once = [&] {
-      half_kick(body, before.load[i].force, before.load[i].torque, model.gravity, model.timestep,
-                q.toRotationMatrix(), velocity, momentum);
+    const auto kick_once = [&](const BodyLoad& load) {
+      half_kick(body, load.force, load.torque, model.gravity, model.timestep, q.toRotationMatrix(),
+                velocity, momentum);
     };
-    kick_once();
+    kick_once(before.load[i]);
     rotate_free(body.inverse_inertia, model.timestep, q, momentum);
     const Vec3 spin = q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia);
     const double turned = spin.norm() * model.timestep;
     EXPECT_EQ(drifted.motion[i].velocity, velocity);
     EXPECT_EQ(drifted.motion[i].position, before.motion[i].position + model.timestep * velocity);
     EXPECT_EQ(drifted.orientation[i].coeffs(), q.coeffs());
-    EXPECT_EQ(drifted.rotation[i], q.toRotationMatrix());
     EXPECT_EQ(drifted.angular_momentum[i], momentum);
     EXPECT_EQ(drifted.motion[i].spin, spin);
     EXPECT_EQ(drifted.turn[i], turned);
     EXPECT_EQ(drifted.path[i],
               velocity.norm() * model.timestep + turned * w.reach[model.particles[i].shape]);
-    kick_once();
+    const RangeLoad &first = w.loads[2 * i], &second = w.loads[2 * i + 1];
+    EXPECT_EQ(s.load[i].force, eigen(plain(first.force) + plain(second.force)));
+    EXPECT_EQ(s.load[i].torque, eigen(plain(first.torque) + plain(second.torque)));
+    EXPECT_EQ(s.peak_normal_force[i], 2);
+    kick_once(s.load[i]);
     EXPECT_EQ(s.motion[i].velocity, velocity);
     EXPECT_EQ(s.angular_momentum[i], momentum);
     EXPECT_EQ(s.motion[i].spin, q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
@@ -139,12 +154,13 @@ Contact any_contact(Dice& dice) {
   p.torsion = p.torsion_radius > 0 ? dice(-1e-3, 1e-3) : 0;
   const Vec3 t = dice.vector(1);
   p.tangential = t - p.normal * p.normal.dot(t);
-  p.point_count = static_cast<std::uint32_t>(dice(1, 7));
+  p.point_count = static_cast<std::uint16_t>(dice(1, 7));
+  p.share_of_area = 1.0 / p.point_count;
   for (std::uint32_t i = 0; i < p.point_count; ++i) {
     ContactPoint point;
     point.offset = dice.vector(0.005);
     point.gap = dice(-2e-5, 1e-5);
-    point.share = 1.0 / p.point_count;
+    point.weight = 1;
     point.force = dice(-1, 1) > 0 && point.gap < 0 ? dice(0, 1) : 0;
     c.points.push_back(point);
   }
@@ -163,10 +179,18 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     std::vector<Contact> wide;
     for (int k = 0; k < count; ++k) wide.push_back(any_contact(dice));
     std::vector<Contact> plain_ones = wide;
-    PatchBlock block;
+    std::vector<Patch> patches;
+    for (const Contact& c : wide) patches.push_back(c.patch);
+    std::vector<Vec3> rolling(patches.size(), Vec3::Zero());
+    std::vector<ActivePair> pairs(wide.size());
+    for (int k = 0; k < count; ++k) {
+      pairs[k].a = 2 * k;
+      pairs[k].b = 2 * k + 1;
+    }
+    PatchBlock block(patches.data(), rolling.data());
     for (int k = 0; k < count; ++k) {
       Contact& c = wide[k];
-      block.add(2 * k, 2 * k + 1, 0, c.law, c.patch, c.points.data(), c.motion);
+      block.add(pairs[k], c.law, patches[k], c.points.data(), c.motion);
     }
     block.advance(dt);
     for (int k = 0; k < count; ++k) {
@@ -189,8 +213,8 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
       EXPECT_EQ(load.normal, pressed.force);
       EXPECT_EQ(load.overlap, pressed.overlap);
       EXPECT_EQ(load.work_normal, pressed.work);
-      EXPECT_EQ(wide[k].patch.torsion, rubbed.state.torsion);
-      EXPECT_EQ(wide[k].patch.sliding, rubbed.state.sliding > 0 ? 1u : 0u);
+      EXPECT_EQ(patches[k].torsion, rubbed.state.torsion);
+      EXPECT_EQ(patches[k].sliding, rubbed.state.sliding > 0 ? 1u : 0u);
       for (std::size_t i = 0; i < c.points.size(); ++i) {
         EXPECT_EQ(wide[k].points[i].force, c.points[i].force);
         EXPECT_EQ(wide[k].points[i].gap, c.points[i].gap);
