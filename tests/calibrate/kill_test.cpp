@@ -228,6 +228,33 @@ TEST_F(KillTestLong, OnADiskThatIsFullItStopsAndGoesOnLater) {
   EXPECT_EQ(results("disk/full"), results("whole"));
 }
 
+TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
+  const auto executor = local_executor({FIRN_PROGRAM, 1, nullptr});
+  const auto outcome = [&](const std::string& folder, double limit) {
+    Job job;
+    job.key = "k";
+    job.text = executor->resolve(folder_ / "balls.toml", {{"case.duration", "\"3 s\""}});
+    job.folder = folder_ / folder;
+    job.limits.time = limit;
+    JobResult result;
+    JobEvents events;
+    events.started = [](const Job&) {};
+    events.ended = [&](const Job&, const JobResult& r) { result = r; };
+    executor->run({job}, events);
+    return result;
+  };
+  const JobResult cut = outcome("cut", 0.3);
+  ASSERT_EQ(cut.status, JobStatus::timed_out) << cut.reason;
+  EXPECT_GE(cut.wall, 0.3);
+  EXPECT_LT(cut.simulated, 3);
+  const JobResult whole = outcome("whole", 0), resumed = outcome("cut", 100);
+  ASSERT_EQ(resumed.status, JobStatus::finished) << resumed.reason;
+  EXPECT_GT(resumed.wall, cut.wall);  // of all sessions
+  ASSERT_EQ(resumed.responses.size(), whole.responses.size());
+  for (std::size_t i = 0; i < whole.responses.size(); ++i)
+    EXPECT_EQ(resumed.responses[i].value, whole.responses[i].value) << whole.responses[i].name;
+}
+
 TEST_F(KillTest, AFolderThatCannotBeWrittenIsOneClearLine) {
   folder_.write("study.toml", study_text(3, 1, 0, 2));
   fs::create_directories(folder_ / "closed");
