@@ -245,7 +245,7 @@ TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
     const auto executor = local_executor({program, 1, nullptr});
     Job job;
     job.key = "k";
-    job.text = executor->resolve(folder_ / "balls.toml", {{"case.duration", "\"3 s\""}});
+    job.text = executor->resolve(folder_ / "balls.toml", {{"case.duration", "\"15 s\""}});
     job.folder = folder_ / folder;
     job.limits.time = limit;
     JobResult result;
@@ -255,10 +255,10 @@ TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
     executor->run({job}, events);
     return result;
   };
-  const JobResult cut = outcome("cut", 0.3);
+  const JobResult cut = outcome("cut", 0.2);
   ASSERT_EQ(cut.status, JobStatus::timed_out) << cut.reason;
-  EXPECT_GE(cut.wall, 0.3);
-  EXPECT_LT(cut.simulated, 3);
+  EXPECT_GE(cut.wall, 0.2);
+  EXPECT_LT(cut.simulated, 15);
   // What cannot be gone on with is no failure of the run: it is started afresh.
   fs::copy(folder_ / "cut", folder_ / "unusable");
   const std::string refuses = folder_.write("refuses", "#!/bin/sh\nexit 2\n");
