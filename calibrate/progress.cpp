@@ -85,9 +85,10 @@ void StudyProgress::count(const JobResult& result) {
 
 void StudyProgress::knowledge(const std::string& text, const std::string& json) {
   knowledge_ = text;
+  if (style_ == ProgressStyle::people && !terminal_) fmt::print(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
     fmt::print(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
-  draw(true);
+  if (terminal_) draw(true);
 }
 
 double StudyProgress::time_left() const {
@@ -122,7 +123,6 @@ void StudyProgress::draw(bool now) {
   drawn_ = true;
   if (!terminal_) {
     fmt::print(stderr, "{}\n", line());
-    if (now && !knowledge_.empty()) fmt::print(stderr, "{}\n", knowledge_);
   } else {
     std::istringstream text(line() + '\n' + knowledge_);
     for (std::string row; std::getline(text, row); ++lines_drawn_)

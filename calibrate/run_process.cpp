@@ -102,22 +102,21 @@ void require_writable(const std::string& folder) {
 
 RunProcess::RunProcess(const Job& job, const std::string& program)
     : job_(job), files_(job), start_(Clock::now()) {
-  bool go_on = false;
   if (fs::exists(files_.results)) {
     try {
       const Recording recording(files_.results);
-      go_on = recording.has_checkpoint() || recording.status() == "finished";
-      earlier_ = go_on ? recording.wall_time() : 0;
+      gone_on_ = recording.has_checkpoint() || recording.status() == "finished";
+      earlier_ = gone_on_ ? recording.wall_time() : 0;
     } catch (const InputError&) {
       // Cut short before anything was worth keeping.
     }
-    if (!go_on) fs::remove(files_.results);
+    if (!gone_on_) fs::remove(files_.results);
   }
   fs::create_directories(job_.folder);
   std::ofstream text(files_.case_file);
   if (!(text << job_.text).flush()) require_writable(job_.folder);
   std::vector<std::string> args = {program, "run"};
-  if (go_on)
+  if (gone_on_)
     args.insert(args.end(), {"--resume", files_.results});
   else
     args.insert(args.end(), {files_.case_file, "-o", files_.results});
@@ -209,6 +208,10 @@ JobResult RunProcess::result(int status) const {
   if (code == 126 || code == 127)
     trouble_around(fmt::format("exit status {}: the program cannot be started", code));
   if (signal != 0) return {JobStatus::crashed, killed, {}};
+  if (code == 2 && gone_on_) {  // what an earlier session left is of no use: from the start, then
+    fs::remove(files_.results);
+    return {JobStatus::lost, last, {}};
+  }
   // Status 2 is an answer: the case cannot be run. Any other without results is a death.
   return {code == 2 ? JobStatus::failed : JobStatus::crashed,
           fmt::format("exit status {}: {}", code, last),

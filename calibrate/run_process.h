@@ -53,7 +53,8 @@ class RunProcess {
 
   Job job_;
   JobFiles files_;
-  double earlier_ = 0;  // s of wall time in sessions before this
+  bool gone_on_ = false;  // from a checkpoint of an earlier session
+  double earlier_ = 0;    // s of wall time in sessions before this
   Clock::time_point start_;
   Over over_ = Over::nothing;
   Clock::time_point told_;  // to end, for taking too long

@@ -1,8 +1,10 @@
 // The real program, killed and starved at any moment: the study goes on to the same answer.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -116,6 +118,13 @@ class KillTest : public testing::Test {
     for (std::string line; std::getline(csv, line);) keys.insert(line.substr(0, line.find(',')));
     return keys;
   }
+  // Runs inherit the lock of their study, and give it back when they are gone.
+  void wait_until_nobody_writes(const std::string& directory) const {
+    const int lock = open((folder_ / (directory + "/lock")).c_str(), O_RDWR | O_CLOEXEC);
+    if (lock < 0) return;  // killed before there was one
+    flock(lock, LOCK_EX);
+    close(lock);
+  }
   // Results files of runs that have come to their end, and when they were written last.
   std::map<std::string, fs::file_time_type> finished(const std::string& directory) const {
     std::map<std::string, fs::file_time_type> files;
@@ -151,7 +160,9 @@ class KillTest : public testing::Test {
       ++killed;
       for (const auto& [file, written] : known)
         EXPECT_EQ(fs::last_write_time(file), written) << "a finished run was repeated: " << file;
-      if (killed % 2 == 1) known = finished("killed");  // nothing is writing now
+      if (killed % 2 == 0) continue;  // the next session meets what still saves its state
+      wait_until_nobody_writes("killed");
+      known = finished("killed");
     }
     EXPECT_GT(killed, kills / 2);
     ASSERT_EQ(run("killed"), 0) << err();
@@ -226,6 +237,40 @@ TEST_F(KillTestLong, OnADiskThatIsFullItStopsAndGoesOnLater) {
   mount("none", disk.c_str(), nullptr, MS_REMOUNT, "size=100m");
   ASSERT_EQ(run("disk/full"), 0) << err();
   EXPECT_EQ(results("disk/full"), results("whole"));
+}
+
+TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
+  const auto outcome = [&](const std::string& folder, double limit,
+                           const std::string& program = FIRN_PROGRAM) {
+    const auto executor = local_executor({program, 1, nullptr});
+    Job job;
+    job.key = "k";
+    job.text = executor->resolve(folder_ / "balls.toml", {{"case.duration", "\"15 s\""}});
+    job.folder = folder_ / folder;
+    job.limits.time = limit;
+    JobResult result;
+    JobEvents events;
+    events.started = [](const Job&) {};
+    events.ended = [&](const Job&, const JobResult& r) { result = r; };
+    executor->run({job}, events);
+    return result;
+  };
+  const JobResult cut = outcome("cut", 0.2);
+  ASSERT_EQ(cut.status, JobStatus::timed_out) << cut.reason;
+  EXPECT_GE(cut.wall, 0.2);
+  EXPECT_LT(cut.simulated, 15);
+  // What cannot be gone on with is no failure of the run: it is started afresh.
+  fs::copy(folder_ / "cut", folder_ / "unusable");
+  const std::string refuses = folder_.write("refuses", "#!/bin/sh\nexit 2\n");
+  chmod(refuses.c_str(), 0755);
+  EXPECT_EQ(outcome("unusable", 0, refuses).status, JobStatus::lost);
+  EXPECT_FALSE(fs::exists(folder_ / "unusable/k.h5"));
+  const JobResult whole = outcome("whole", 0), resumed = outcome("cut", 100);
+  ASSERT_EQ(resumed.status, JobStatus::finished) << resumed.reason;
+  EXPECT_GT(resumed.wall, cut.wall);  // of all sessions
+  ASSERT_EQ(resumed.responses.size(), whole.responses.size());
+  for (std::size_t i = 0; i < whole.responses.size(); ++i)
+    EXPECT_EQ(resumed.responses[i].value, whole.responses[i].value) << whole.responses[i].name;
 }
 
 TEST_F(KillTest, AFolderThatCannotBeWrittenIsOneClearLine) {
