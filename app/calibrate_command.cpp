@@ -113,13 +113,13 @@ int run_study(const Arguments& a) {
   const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
   draw_example(summary);
-  if (summary.record) save(*summary.record, *database);
   if (a.json) {
     fmt::print("{}\n", summary.json);
   } else {
     fmt::print("{}\n\n{}", summary.headline, summary.table);
     fmt::print(stderr, "Everything about this study is in {}\n", summary.directory);
   }
+  if (summary.record) save(*summary.record, *database);
   if (!summary.not_saved.empty()) {
     fmt::print(stderr, "firn: {}\n", summary.not_saved);
     return ExitStatus::failed;

@@ -103,8 +103,10 @@ class Application {
 
   void read(const TomlTable& t) {
     t.allow({"record", "sample", "anchor", "sha256", "sets"});
+    const std::string record = t.string("record");
+    const std::string hash = t.string("sha256", "");
     const MaterialChoice choice = t.at("record", [&] {
-      MaterialChoice c = parse_material_choice(t.string("record"));
+      MaterialChoice c = parse_material_choice(record);
       if ((t.has("sample") || t.has("anchor")) && !c.selection().empty())
         throw InputError("chooses already; expected no \"sample\" or \"anchor\" beside it");
       return c;
@@ -121,7 +123,7 @@ class Application {
     }
     const AppliedMaterial a = t.at("record", [&] {
       const StoredRecord stored = find(chosen);
-      if (t.has("sha256") && t.string("sha256") != stored.sha256)
+      if (!hash.empty() && hash != stored.sha256)
         throw InputError(fmt::format("\"{}\" has the hash {} here; expected the one beside it",
                                      stored.record.reference(), stored.sha256));
       return apply(chosen, stored, false);
