@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string file = folder.put("drained_repose/study.toml", fuzz::text_of(data, size));
   fuzz::accepts([&] {
     const Study study = read_study(file);
-    fuzz::require(study.largest_total()) > 0, "a study has runs");
+    fuzz::require(study.largest_total() > 0, "a study has runs");
     for (const Parameter& p : study.parameters) {
       fuzz::require(p.min < p.max && std::isfinite(p.max - p.min), "a range is finite");
       fuzz::require_one_line(p.name);
