@@ -49,14 +49,7 @@ template <class T>
 ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
-  return {p,
-          pair.first_patch,
-          pair.a,
-          pair.b,
-          local_a,
-          local_b,
-          static_cast<std::uint16_t>(pair.patch_count),
-          static_cast<std::uint16_t>(pair.law)};
+  return {p, pair.first_patch, pair.patch_count, pair.a, pair.b, pair.law, local_a, local_b};
 }
 
 // The active pairs of a range after some have been looked at.

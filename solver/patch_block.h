@@ -11,11 +11,10 @@ namespace firn {
 // A pair with patches, as the force law walks through them.
 struct ActivePair {
   std::uint32_t pair;  // its number
-  std::uint32_t first_patch;
+  std::uint32_t first_patch, patch_count;
   std::int32_t a, b;               // bodies
+  std::int32_t law;                // index into Workspace::laws
   std::uint16_t local_a, local_b;  // which of the bodies of a range of pairs these are
-  std::uint16_t patch_count;
-  std::uint16_t law;  // index into Workspace::laws
 };
 
 // What one patch adds to its two bodies in this step. The fourth numbers of the moments are zero.
