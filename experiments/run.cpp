@@ -30,7 +30,7 @@ std::vector<Response> tidy_finished(const std::string& results_file) {
   bool measured = false;
   {
     const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
-    measured = file.has_attribute("/", "measured");
+    measured = file.has_attribute("/", "measured") && file.contains("/responses");
     if (measured && !file.contains("/checkpoint")) return Recording(results_file).responses();
   }
   keep_copy(results_file);
