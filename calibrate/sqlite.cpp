@@ -8,62 +8,33 @@
 #include "solver/types.h"
 
 namespace firn {
-namespace {
 
-constexpr int busy_timeout = 30000;  // ms, while another process writes
-
-}  // namespace
-
-Database::Database(const std::string& file, const std::string& schema, int format) : file_(file) {
-  if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) {
-    const std::string why = sqlite3_errmsg(db_);
-    sqlite3_close(db_);
-    throw InputError(
-        fmt::format("{}: cannot be opened: {}; expected a folder that can be written", file, why));
-  }
+Database::Database(const std::string& file, const std::string& schema, int format)
+    : file_(file, sqlite::File::Access::write) {
   try {
     set_up(schema, format);
   } catch (const RunError& e) {
-    sqlite3_close(db_);
     throw InputError(
         fmt::format("{}; expected a folder that can be written, and no other file of "
                     "this name in it",
                     e.what()));
-  } catch (const InputError&) {
-    sqlite3_close(db_);
-    throw;
   }
 }
 
-Database::~Database() { sqlite3_close(db_); }
-
 void Database::set_up(const std::string& schema, int format) {
-  sqlite3_busy_timeout(db_, busy_timeout);
-  execute("PRAGMA journal_mode = WAL");
-  execute("PRAGMA synchronous = FULL");
   execute("PRAGMA foreign_keys = ON");
   Transaction transaction(*this);
-  Statement version(*this, "PRAGMA user_version");
-  version.next();
   Statement tables(*this, "SELECT count(*) FROM sqlite_master");
   tables.next();
   const bool fresh = tables.integer(0) == 0;
-  if (!fresh && version.integer(0) != format)
-    throw InputError(fmt::format(
-        "{}: is of another version of Firn, or no file of it; expected another folder", file_));
+  if (!fresh && sqlite::schema_version(file_) != format)
+    throw InputError(
+        fmt::format("{}: is of another version of Firn, or no file of it; expected another folder",
+                    file_.name()));
   if (!fresh) return;
   execute(schema);
   execute(fmt::format("PRAGMA user_version = {}", format));
   transaction.commit();
-}
-
-void Database::execute(const std::string& sql) {
-  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
-    fail("cannot be read or written");
-}
-
-void Database::fail(const std::string& what) const {
-  throw RunError(fmt::format("{}: {}: {}", file_, what, sqlite3_errmsg(db_)));
 }
 
 Statement::Statement(Database& db, const char* sql) : db_(db) {
@@ -111,15 +82,6 @@ bool Statement::null(int column) const {
 Statement& Statement::check(int rc) {
   if (rc != SQLITE_OK) db_.fail("cannot take a value");
   return *this;
-}
-
-Transaction::~Transaction() {
-  if (!done_) sqlite3_exec(db_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
-}
-
-void Transaction::commit() {
-  db_.execute("COMMIT");
-  done_ = true;
 }
 
 }  // namespace firn

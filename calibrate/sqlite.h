@@ -1,33 +1,31 @@
-// SQLite as this project uses it: safe against kill -9 and against several processes at once.
+// SQLite for journals and stores of runs: numbers, NaN among them, beside the texts of
+// experiments/sqlite_file.h.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
-struct sqlite3;
-struct sqlite3_stmt;
+#include "experiments/sqlite_file.h"
 
 namespace firn {
 
-// One file. Every failure of SQLite is a RunError that names the file; nothing is lost by it.
+// A database file with tables of one format. Every failure of SQLite is a RunError that names the
+// file; nothing is lost by it.
 class Database {
  public:
   // Opens or makes the file, with the given tables made where they are missing. Throws InputError
   // when it cannot be opened, is no database, or is of another format.
   Database(const std::string& file, const std::string& schema, int format);
-  ~Database();
-  Database(const Database&) = delete;
-  Database& operator=(const Database&) = delete;
 
-  void execute(const std::string& sql);
-  [[noreturn]] void fail(const std::string& what) const;
-  sqlite3* handle() const { return db_; }
+  void execute(const std::string& sql) { file_.execute(sql.c_str()); }
+  [[noreturn]] void fail(const std::string& what) const { file_.fail(what); }
+  sqlite3* handle() const { return file_.handle(); }
+  sqlite::File& file() { return file_; }
 
  private:
   void set_up(const std::string& schema, int format);
 
-  std::string file_;
-  sqlite3* db_ = nullptr;
+  sqlite::File file_;
 };
 
 // A prepared statement; parameters are bound in the order of its question marks.
@@ -57,15 +55,9 @@ class Statement {
 };
 
 // All or nothing.
-class Transaction {
+class Transaction : public sqlite::Transaction {
  public:
-  explicit Transaction(Database& db) : db_(db) { db_.execute("BEGIN IMMEDIATE"); }
-  ~Transaction();
-  void commit();
-
- private:
-  Database& db_;
-  bool done_ = false;
+  explicit Transaction(Database& db) : sqlite::Transaction(db.file()) {}
 };
 
 }  // namespace firn
