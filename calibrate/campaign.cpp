@@ -88,16 +88,17 @@ Point Campaign::point(const std::string& phase, int number, const std::vector<do
   return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}, {}, {}};
 }
 
-std::vector<Override> Campaign::overrides(const Point& point, const Experiment& experiment,
-                                          std::uint64_t seed) const {
+std::vector<Override> overrides_of(const Study& study, const Experiment& experiment,
+                                   const std::vector<double>& values, std::uint64_t seed,
+                                   const std::vector<Override>& of_the_point) {
   std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
   all.insert(all.end(), experiment.set.begin(), experiment.set.end());
-  all.insert(all.end(), point.set.begin(), point.set.end());
-  for (std::size_t i = 0; i < study_.parameters.size(); ++i) {
+  all.insert(all.end(), of_the_point.begin(), of_the_point.end());
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     if (!experiment.takes[i]) continue;
-    const Parameter& p = study_.parameters[i];
-    const std::string value = p.unit.empty() ? fmt::format("{}", point.values[i])
-                                             : fmt::format("\"{} {}\"", point.values[i], p.unit);
+    const Parameter& p = study.parameters[i];
+    const std::string value =
+        p.unit.empty() ? fmt::format("{}", values[i]) : fmt::format("\"{} {}\"", values[i], p.unit);
     for (const std::string& key : p.keys) all.emplace_back(key, value);
   }
   return all;
@@ -115,7 +116,7 @@ std::string Campaign::describe(const Point& point) const {
 
 Job Campaign::job(const Point& point, const Experiment& experiment, std::uint64_t seed) const {
   Job job;
-  job.overrides = overrides(point, experiment, seed);
+  job.overrides = overrides_of(study_, experiment, point.values, seed, point.set);
   job.case_file = experiment.case_file;
   job.text = executor_.resolve(job.case_file, job.overrides);
   job.key = run_key(job.text, program_);

@@ -52,6 +52,12 @@ struct Sample {
 };
 Sample sample(const std::vector<double>& values);
 
+// What a run sets over the experiment's case file: its seed, the experiment's own keys, those of
+// the point, and the parameters that the experiment takes. Later ones win.
+std::vector<Override> overrides_of(const Study& study, const Experiment& experiment,
+                                   const std::vector<double>& values, std::uint64_t seed,
+                                   const std::vector<Override>& of_the_point = {});
+
 // The user stopped the study; everything that was finished is in the journal.
 struct StudyInterrupted {};
 
@@ -72,8 +78,6 @@ class Campaign {
   bool asked_for(const std::string& key) const { return asked_.contains(key); }
 
  private:
-  std::vector<Override> overrides(const Point& point, const Experiment& experiment,
-                                  std::uint64_t seed) const;
   Job job(const Point& point, const Experiment& experiment, std::uint64_t seed) const;
   std::string describe(const Point& point) const;
   struct Wanted {

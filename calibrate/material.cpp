@@ -34,19 +34,6 @@ double rounded(const Parameter& p, double value) {
   return std::clamp(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr), p.min, p.max);
 }
 
-std::vector<Override> overrides_of(const Study& study, const Experiment& experiment,
-                                   const std::vector<double>& values, std::uint64_t seed) {
-  std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
-  all.insert(all.end(), experiment.set.begin(), experiment.set.end());
-  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-    if (!experiment.takes[i]) continue;
-    const Parameter& p = study.parameters[i];
-    for (const std::string& key : p.keys)
-      all.emplace_back(key, toml_value(values[i], p.unit.empty() ? "1" : p.unit));
-  }
-  return all;
-}
-
 std::string unit_of(const std::string& unit) { return unit.empty() ? "1" : unit; }
 
 const Experiment* experiment_of(const Study& study, const JournalRun& run) {
