@@ -89,9 +89,13 @@ void Calibration::explore() {
     numerics_.back().set = check.set;
     numerics_.back().only = check.only;
   }
+  // In one batch, so that nobody waits for the slowest of either.
+  const auto asked = static_cast<std::ptrdiff_t>(points.size());
+  points.insert(points.end(), numerics_.begin(), numerics_.end());
   progress_.phase("noise and numerics");
   campaign_.run(points);
-  campaign_.run(numerics_);
+  numerics_.assign(points.begin() + asked, points.end());
+  points.erase(points.begin() + asked, points.end());
   spread_design();
 }
 
