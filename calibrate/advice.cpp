@@ -93,9 +93,13 @@ std::vector<Advice> what_to_measure_next(const Study& study, const Knowledge& kn
   }
   const bool efforts =
       std::all_of(all.begin(), all.end(), [](const Advice& a) { return a.effort > 0; });
-  std::stable_sort(all.begin(), all.end(), [&](const Advice& a, const Advice& b) {
-    return a.information / (efforts ? a.effort : 1) > b.information / (efforts ? b.effort : 1);
-  });
+  // What is known already may be measured better and leave the valley as long as it was: the cut of
+  // the valley counts, by halvings.
+  const auto worth = [&](const Advice& a) {
+    return -std::log2(a.longest_left) / (efforts ? a.effort : 1);
+  };
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const Advice& a, const Advice& b) { return worth(a) > worth(b); });
   return all;
 }
 

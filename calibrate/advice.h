@@ -19,7 +19,8 @@ struct Advice {
 };
 
 // Every target, measured once more, and every observed response whose measurement the study
-// describes, the most information for its effort first (without efforts: the most information).
+// describes; first what shortens the posterior's longest direction most for its effort (without
+// efforts: what shortens it most).
 //
 // Information is the mutual information of the outcome and the parameters (Lindley 1956), by nested
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
