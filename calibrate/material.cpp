@@ -208,7 +208,7 @@ std::vector<RawData> raw_data_of(const Study& study, const std::string& director
   keep("study", study.source);
   for (const Experiment& e : study.experiments) keep("case", e.case_file);
   for (const Target& t : study.targets)
-    if (fs::is_regular_file(t.source)) keep("measurement", t.source);
+    if (!t.file.empty()) keep("measurement", t.file);
   keep("responses of every run", (fs::path(directory) / "runs.csv").string());
   return all;
 }
@@ -226,10 +226,10 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
   p.raw_data = raw_data_of(study, directory);
   for (const Target& t : study.targets) {
     UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, unit_of(t.unit), t.source};
-    if (fs::is_regular_file(t.source)) {
-      const Measurement read = read_measurement(t.source);
+    if (!t.file.empty()) {
+      const Measurement read = read_measurement(t.file);
       m.name = read.name;
-      m.source = fmt::format("{} ({})", read.source, t.source);
+      m.source = fmt::format("{} ({})", read.source, t.file);
     } else {
       m.source = fmt::format("{} ({})", t.source, study.source);
     }

@@ -205,7 +205,8 @@ Target measured_target(const TomlTable& t, const Study& study) {
           m.standard_uncertainty(),
           m.unit,
           m.sentence(),
-          read_effort(t)};
+          read_effort(t),
+          m.file};
 }
 
 // Given in place.

@@ -35,8 +35,9 @@ struct Target {
   double value = 0;        // in the response's unit
   double uncertainty = 0;  // one standard deviation of the measured value, same unit, > 0
   std::string unit;        // as the response spells it: "deg", "1", ...
-  std::string source;      // measurement file, or the study file for a value given in place
+  std::string source;      // in words: of the measurement, or that the study states it
   double effort = 0;       // s of work to measure it once more; 0: not said
+  std::string file{};      // of the measurement; empty for a value given in place
 };
 
 // A response that is modelled and reported beside the targets. With an uncertainty it is a
