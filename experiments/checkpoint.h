@@ -29,7 +29,7 @@ void remove_checkpoints(hdf5::File& file);
 // copy of the file as of the last checkpoint is kept beside it while a run is under way
 // (FILE.saved), whole at any moment; a run that ends by itself drops it, and one that goes on
 // starts from it.
-void keep_copy(const std::string& results_file);  // of a file just flushed
+void keep_copy(const std::string& results_file);         // of a file just flushed
 std::string kept_copy(const std::string& results_file);  // its name
 bool has_kept_copy(const std::string& results_file);
 void restore_kept_copy(const std::string& results_file);

@@ -260,9 +260,9 @@ TEST_F(ResultsFile, HalfWrittenCheckpointLeavesTheOlderOne) {
   EXPECT_TRUE(Recording(file).has_checkpoint());
 }
 
-// Writes frames and checkpoints as a run does, only as fast as it can, until killed. Payload: number
-// of frames so far.
-// A byte into the pipe after the second checkpoint, when 20 frames are safe.
+// Writes frames and checkpoints as a run does, only as fast as it can, until killed. Payload:
+// number of frames so far. A byte into the pipe after the second checkpoint, when 20 frames are
+// safe.
 [[noreturn]] void write_until_killed(const std::string& file, int particles, int pipe) {
   const Case c = case_of(particles);
   const std::vector<Column> columns = result_columns(c.model);
