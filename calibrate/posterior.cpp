@@ -45,6 +45,7 @@ double effective(const std::vector<double>& weight) {
 std::vector<double> tempered_weights(const std::vector<double>& cost, double step) {
   const double least = *std::min_element(cost.begin(), cost.end());
   std::vector<double> weight;
+  weight.reserve(cost.size());
   for (const double c : cost) weight.push_back(std::exp(-0.5 * step * (c - least)));
   return weight;
 }
