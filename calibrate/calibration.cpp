@@ -42,6 +42,7 @@ double standard_error(const Knowledge* knowledge, const ResponseId& response, co
 
 std::vector<std::uint64_t> seed_range(std::uint64_t first, int count) {
   std::vector<std::uint64_t> s;
+  s.reserve(static_cast<std::size_t>(std::max(count, 0)));
   for (int i = 0; i < count; ++i) s.push_back(first + static_cast<std::uint64_t>(i));
   return s;
 }
