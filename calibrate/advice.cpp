@@ -15,19 +15,6 @@ constexpr std::size_t hypotheses = 1024;  // each is the truth once
 constexpr std::array<std::array<double, 2>, 3> scatter = {
     {{0, 2.0 / 3}, {-1.7320508075688772, 1.0 / 6}, {1.7320508075688772, 1.0 / 6}}};
 
-// As dense as the posterior, equal weights.
-std::vector<VectorXd> resampled(const Posterior& p, std::size_t count) {
-  std::vector<VectorXd> chosen;
-  double sum = 0;
-  for (std::size_t s = 0; s < p.u.size(); ++s) {
-    sum += p.weight[s];
-    while (chosen.size() < count &&
-           sum > (static_cast<double>(chosen.size()) + 0.5) / static_cast<double>(count))
-      chosen.push_back(p.u[s]);
-  }
-  return chosen;
-}
-
 double log_normal_density(double y, double mean, double variance) {
   return -0.5 * ((y - mean) * (y - mean) / variance + std::log(2 * M_PI * variance));
 }

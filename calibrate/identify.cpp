@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 // better than that.
 const double uniform_sd = 1 / std::sqrt(12.0);
 constexpr int valley_members = 5;
-constexpr int candidates = 400;
+constexpr std::size_t candidates = 400;
 constexpr double keep_apart = 0.15;  // unit cube
 
 VarianceSplit split_variance(const Target& t, const Prediction& p, Against against) {
@@ -131,13 +131,7 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
 std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
                                        const Posterior& posterior, const VectorXd& answer,
                                        std::vector<VectorXd> taken, int count, int seeds) {
-  // Systematic resampling: candidates are as dense as the posterior.
-  std::vector<VectorXd> pool;
-  double sum = 0;
-  for (std::size_t s = 0; s < posterior.u.size(); ++s) {
-    sum += posterior.weight[s];
-    if (sum > (static_cast<double>(pool.size()) + 0.5) / candidates) pool.push_back(posterior.u[s]);
-  }
+  const std::vector<VectorXd> pool = resampled(posterior, candidates);
   std::vector<Surrogate> believed;
   for (const ResponseModel& m : knowledge.targets) believed.push_back(m.surrogate.best);
   std::vector<VectorXd> chosen;

@@ -2,16 +2,15 @@
 // through the answer for any other number. The script stays beside the pictures.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
+#include "calibrate/process.h"
 
 namespace firn {
 namespace {
@@ -37,13 +36,6 @@ std::string with_unit(const std::string& name, const std::string& unit) {
 std::string quoted(const std::filesystem::path& file) {
   std::string s;
   for (const char c : file.string()) s += c == '\'' ? "''" : std::string(1, c);
-  return "'" + s + "'";
-}
-
-// Inside a shell's single quotes.
-std::string shell_quoted(const std::filesystem::path& file) {
-  std::string s;
-  for (const char c : file.string()) s += c == '\'' ? "'\\''" : std::string(1, c);
   return "'" + s + "'";
 }
 
@@ -255,15 +247,9 @@ std::string draw_slices(const Scene& s) {
 
 // Empty when gnuplot ran through, else what it said.
 std::string run_gnuplot(const std::filesystem::path& script) {
-  std::FILE* pipe = popen(fmt::format("gnuplot {} 2>&1", shell_quoted(script)).c_str(), "r");
-  if (pipe == nullptr) return "no process";
-  std::string said;
-  char buffer[512];
-  while (std::fgets(buffer, sizeof buffer, pipe) != nullptr) said += buffer;
-  const int status = pclose(pipe);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
-  said.erase(said.find_last_not_of(" \n") + 1);
-  return said.substr(said.find_last_of('\n') + 1);
+  const CommandResult r = run_command({"gnuplot", script.string()});
+  if (r.status == 0) return "";
+  return r.status == 127 ? "gnuplot: not found" : last_line(r.err);
 }
 
 }  // namespace

@@ -266,6 +266,18 @@ Posterior sample_posterior(const Study& study, const Misfit& misfit) {
   return p;
 }
 
+std::vector<VectorXd> resampled(const Posterior& p, std::size_t count) {
+  std::vector<VectorXd> chosen;
+  double sum = 0;
+  for (std::size_t s = 0; s < p.u.size(); ++s) {
+    sum += p.weight[s];
+    while (chosen.size() < count &&
+           sum > (static_cast<double>(chosen.size()) + 0.5) / static_cast<double>(count))
+      chosen.push_back(p.u[s]);
+  }
+  return chosen;
+}
+
 std::vector<Profile> profile_likelihoods(const Study& study, const Misfit& misfit,
                                          const Posterior& posterior) {
   const Index d = static_cast<Index>(study.parameters.size());

@@ -46,6 +46,9 @@ Posterior sample_density(const std::function<double(const Eigen::VectorXd&)>& co
 // The posterior of a study, all of it filled in.
 Posterior sample_posterior(const Study& study, const Misfit& misfit);
 
+// `count` of its samples, as dense as it is, for use with equal weights (systematic resampling).
+std::vector<Eigen::VectorXd> resampled(const Posterior& posterior, std::size_t count);
+
 // The cost along one parameter when all others do their best to make up for it.
 struct Profile {
   std::vector<double> u;     // unit cube, equally spaced over the range
