@@ -8,10 +8,12 @@
 #include <iterator>
 
 #include "experiments/case_boundaries.h"
+#include "experiments/case_frames.h"
 #include "experiments/case_materials.h"
 #include "experiments/case_measures.h"
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
+#include "experiments/case_stages.h"
 #include "experiments/drained_repose_scene.h"
 #include "experiments/material_application.h"
 #include "experiments/sha256.h"
@@ -88,13 +90,17 @@ void check_names(const TomlTable& root, const std::vector<Boundary>& boundaries)
   }
 }
 
-void add_fill_particles(Case& c) {
-  for (const Fill& fill : c.fills) {
-    const auto shape = std::ranges::find(c.model.shapes, fill.shape, &Shape::name);
+// Those of fills, then those of sources.
+void add_coming_particles(Case& c) {
+  const auto add = [&](const std::string& shape_name, std::size_t count, int tag) {
+    const auto shape = std::ranges::find(c.model.shapes, shape_name, &Shape::name);
     const int index = static_cast<int>(shape - c.model.shapes.begin());
-    c.model.particles.insert(c.model.particles.end(), static_cast<std::size_t>(fill.count),
-                             Particle{index, fill.tag});
-  }
+    c.model.particles.insert(c.model.particles.end(), count, Particle{index, tag});
+  };
+  for (const Fill& fill : c.fills) add(fill.shape, static_cast<std::size_t>(fill.count), fill.tag);
+  for (const Source& source : c.sources)
+    add(source.shape, static_cast<std::size_t>(source.batches) * source.positions.size(),
+        source.tag);
 }
 
 // Every pair of materials that can meet must have a contact law.
@@ -148,12 +154,13 @@ Case read_case_text(const std::string& text, const std::string& source,
                     const std::string& directory, const std::vector<Override>& overrides,
                     const MaterialRequest& materials) {
   TomlDocument document(text, source);
+  document.include(directory);
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
   root.allow({"case", "material_records", "materials", "interactions", "shapes", "particles",
-              "boundaries", "fills", "outlets", "stages", "experiment", "measure", "numerics",
-              "output"});
+              "motion_frames", "boundaries", "fills", "sources", "tags", "gates", "switches",
+              "outlets", "stages", "experiment", "measure", "numerics", "output"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -165,17 +172,25 @@ Case read_case_text(const std::string& text, const std::string& source,
   InteractionTable interactions = read_interactions(root, model.materials);
   model.interactions = std::move(interactions.laws);
   model.shapes = read_shapes(root, model.materials, directory);
-  model.boundaries = read_boundaries(root, model.materials, directory);
+  model.frames = read_motion_frames(root);
+  model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
+  complete_free_bodies(root, model);
   c.placed = read_particles(root, model, c.seed);
   c.fills = read_fills(root, model.shapes);
+  c.sources = read_sources(root, model.shapes);
   c.outlets = read_outlets(root);
+  c.gates = read_gates(root);
+  c.tag_rules = read_tag_rules(root);
+  c.switches = read_switches(root, model.frames);
   read_experiment(root, c);
   check_names(root, model.boundaries);
-  if (!c.drained_repose) c.stages = read_stages(root, model.boundaries);
-  add_fill_particles(c);
+  if (!c.drained_repose) c.stages = read_stages(root, c);
+  check_stage_names(root, c);
+  add_coming_particles(c);
   c.measures = read_measures(root, model);
   if (model.particles.empty()) {
-    root.fail("particles", "the case has none; expected [[particles]], [[fills]] or [experiment]");
+    root.fail("particles",
+              "the case has none; expected [[particles]], [[fills]], [[sources]] or [experiment]");
   }
   check_interactions(root, model, interactions.given);
   if (c.automatic_timestep) {

@@ -1,6 +1,7 @@
 // A case as the user wrote it, read and checked once, in SI.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -23,6 +24,55 @@ struct Fill {
   int batch = 0;                 // particles per batch; 0: all
   Vec3 velocity = Vec3::Zero();  // m/s at placement
   bool random_orientation = true;
+  std::string stage;  // batches come while it is under way, times from its start; empty: always
+  bool tag_batches = false;  // the n-th batch carries tag + n
+};
+
+// Batches of bodies at given places, on a schedule: cubes in the cavities of a mold.
+struct Source {
+  std::string name, shape;
+  std::vector<Vec3> positions;  // m, centres of mass, world; one body each in every batch
+  Quat orientation = Quat::Identity();
+  Vec3 velocity = Vec3::Zero(), scatter = Vec3::Zero();  // m/s; m, half widths
+  double turn = 0;                                       // rad, half width about turn_axis
+  Vec3 turn_axis = Vec3::UnitZ();
+  bool random_orientation = false;
+  int tag = 0;
+  bool tag_batches = false;
+  double start = 0, interval = 0;  // s
+  int batches = 1;                 // at most
+  std::string stage;               // as for fills
+};
+
+// A region of space: a box, or the half-space that `normal` points into.
+struct Gate {
+  std::string name;
+  bool is_box = false;
+  Vec3 region_min = Vec3::Zero(), region_max = Vec3::Zero();  // m
+  Vec3 point = Vec3::Zero(), normal = Vec3::UnitZ();
+
+  bool holds(const Vec3& p) const {
+    if (is_box) return (p - region_min).minCoeff() >= 0 && (region_max - p).minCoeff() >= 0;
+    return (p - point).dot(normal) > 0;
+  }
+};
+
+// Gives particles in a region a tag by where they are when a stage begins.
+struct TagRule {
+  std::string stage;
+  int first = 1;                                              // tag of the first column
+  int columns = 1;                                            // of equal width
+  int axis = 0;                                               // 0 x, 1 y, 2 z
+  Vec3 region_min = Vec3::Zero(), region_max = Vec3::Zero();  // m
+};
+
+// Closes when a free frame's coordinate has been at or above `closes_at` for the hold time without
+// being driven, and opens below `opens_at`.
+struct Switch {
+  std::string name;
+  int frame = 0, axis = 0;
+  double closes_at = 0, opens_at = 0;  // m or rad
+  double hold = 0;                     // s
 };
 
 // Particles whose centre of mass enters this half-space leave the simulation and are counted.
@@ -34,17 +84,44 @@ struct Outlet {
 
 // A part of the run, ended by an event. On entry, boundaries are removed and motions started.
 struct Stage {
-  enum class Until { time, at_rest, empty };
+  enum class Until { time, at_rest, empty, switched, passed, stalled, torque };
   std::string name;
-  Until until = Until::time;
-  double max_duration = 0;  // s; a stage that has not ended by then ends anyway
-  double min_duration = 0;  // s, before which it does not end
+  std::vector<Until> until;  // whatever comes first; none: time
+  double max_duration = 0;   // s; a stage that has not ended by then ends anyway
+  double min_duration = 0;   // s, before which it does not end
   // Empty: everybody has come and left through an outlet.
   // At rest: every particle inside slower than this and none left, for the hold time.
-  double rest_kinetic_energy = 0;                             // J, mean per present particle
-  double rest_hold = 0;                                       // s
-  std::vector<std::string> remove;                            // boundaries
-  std::vector<std::pair<std::string, Motion>> start_motions;  // times relative to the stage
+  double rest_kinetic_energy = 0;  // J, mean per present particle
+  double rest_hold = 0;            // s
+  int closed_switch = 0;           // switched: this one is closed
+  // passed: so many particles, or so much mass, have been in a gate since the stage began.
+  int gate = 0;
+  int count = 0;    // 0: by mass
+  double mass = 0;  // kg
+  // stalled: a free frame's axis is driven, and has come less than a tenth of its way.
+  int stall_frame = 0, stall_axis = 0;
+  double stall_hold = 0;  // s
+  // torque: of all contacts on a frame, about its origin, without regard to direction.
+  int torque_frame = 0;
+  double torque = 0, torque_hold = 0;  // N m, s
+  std::vector<std::string> remove;     // boundaries
+  // On entry, times relative to the stage. Some end with it.
+  struct StartedMotion {
+    int boundary = -1, frame = -1;  // one of the two
+    Motion motion;
+    bool ends_with_stage = false;
+  };
+  struct StartedDrive {
+    int frame = 0, axis = 0;
+    Drive drive;
+    bool ends_with_stage = true;
+  };
+  std::vector<StartedMotion> motions;
+  std::vector<StartedDrive> drives;
+
+  bool ends_on(Until event) const {
+    return std::find(until.begin(), until.end(), event) != until.end();
+  }
 };
 
 // Parameters of the drained angle of repose experiment, as its responses need them again.
@@ -109,6 +186,10 @@ struct Case {
   };
   std::vector<Placed> placed;
   std::vector<Fill> fills;
+  std::vector<Source> sources;  // their particles follow those of the fills
+  std::vector<Gate> gates;
+  std::vector<TagRule> tag_rules;
+  std::vector<Switch> switches;
   std::vector<Outlet> outlets;
   std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;

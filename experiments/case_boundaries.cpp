@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "experiments/boundary_mesh.h"
+#include "experiments/case_frames.h"
 #include "experiments/case_materials.h"
 #include "experiments/case_shapes.h"
 
@@ -21,18 +22,19 @@ Quat shortest_rotation_from_z(const Vec3& n) {
 Boundary read_geometry(const TomlTable& t, const std::string& directory) {
   const std::string kind = t.choice("kind", {"plane", "box", "mesh"});
   if (kind == "plane") {
-    t.allow({"name", "material", "kind", "rigid", "stiffness", "motions", "point", "normal"});
+    t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions", "point",
+             "normal"});
     const Vec3 point = t.vector("point", dimension::length, "0 0 0 m");
     return plane_boundary("", 0, point, t.direction("normal"));
   }
   Boundary b;
   if (kind == "box") {
-    t.allow({"name", "material", "kind", "rigid", "stiffness", "motions", "position", "orientation",
-             "size"});
+    t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
+             "position", "orientation", "size"});
     b = box_boundary("", 0, t.sizes("size"), Vec3::Zero());
   } else {
-    t.allow({"name", "material", "kind", "rigid", "stiffness", "motions", "position", "orientation",
-             "file", "length_unit", "sha256", "thickness"});
+    t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
+             "position", "orientation", "file", "length_unit", "sha256", "thickness"});
     const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
     b.kind = Boundary::Kind::solid;
     b.mesh = read_mesh(t, directory);
@@ -46,6 +48,7 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
 }  // namespace
 
 std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<Material>& materials,
+                                      const std::vector<MotionFrame>& frames,
                                       const std::string& directory) {
   std::vector<Boundary> boundaries;
   for (const TomlTable& t : root.tables("boundaries")) {
@@ -67,36 +70,13 @@ std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<M
                                      "the boundary, or rigid = true",
                                      materials[b.material].name));
     }
+    b.frame = optional_frame(t, "motion_frame", frames);
     for (const TomlTable& motion : t.tables("motions")) {
-      b.motions.push_back(read_motion(motion, false));
+      b.motions.push_back(read_motion(motion));
     }
     boundaries.push_back(std::move(b));
   }
   return boundaries;
-}
-
-Motion read_motion(const TomlTable& t, bool in_stage) {
-  const std::string kind = t.choice("kind", {"translation", "rotation"});
-  const std::string_view boundary = in_stage ? "boundary" : "kind";
-  Motion m;
-  if (kind == "translation") {
-    t.allow({"kind", boundary, "start", "stop", "velocity"});
-    m.kind = Motion::Kind::translation;
-    m.velocity = t.vector("velocity", dimension::velocity);
-  } else {
-    t.allow({"kind", boundary, "start", "stop", "axis", "center", "angular_velocity"});
-    m.kind = Motion::Kind::rotation;
-    m.axis = t.direction("axis");
-    m.center = t.vector("center", dimension::length, "0 0 0 m");
-    m.angular_speed = t.quantity("angular_velocity", dimension::angular_velocity, Sign::any);
-  }
-  m.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
-  m.stop = t.optional_quantity("stop", dimension::time, Sign::positive).value_or(m.stop);
-  if (m.stop <= m.start) {
-    t.fail("stop", fmt::format("is {} s, not after the start at {} s; expected a later time",
-                               m.stop, m.start));
-  }
-  return m;
 }
 
 Boundary plane_boundary(const std::string& name, int material, const Vec3& point,

@@ -10,10 +10,8 @@
 namespace firn {
 
 std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<Material>& materials,
+                                      const std::vector<MotionFrame>& frames,
                                       const std::string& directory);
-
-// Keys of a prescribed motion; in a stage, `boundary` beside them.
-Motion read_motion(const TomlTable& table, bool in_stage);
 
 // The half-space behind the plane through `point` (m) with unit `normal` out of the wall.
 Boundary plane_boundary(const std::string& name, int material, const Vec3& point,

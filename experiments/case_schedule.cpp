@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "experiments/case_boundaries.h"
+#include "experiments/case_frames.h"
 #include "experiments/case_shapes.h"
 #include "experiments/placement.h"
 
@@ -81,6 +83,36 @@ void disturb(Case::Placed& p, const Chance& chance, std::uint64_t seed) {
   }
 }
 
+// By count, or by a mass that whole bodies make up to the nearest one.
+int read_amount(const TomlTable& t, const Shape& shape) {
+  if (!t.has("mass")) return read_count(t);
+  if (t.has("count")) t.fail("mass", "is given beside count; expected one of the two");
+  const double bodies = t.quantity("mass", dimension::mass, Sign::positive) / shape.mass;
+  if (bodies < 0.5 || bodies > kMostParticles)
+    t.fail("mass", fmt::format("makes {:.3g} bodies of {:.4g} kg; expected at least one", bodies,
+                               shape.mass));
+  return static_cast<int>(std::lround(bodies));
+}
+
+// The places of a grid, z first, then y, then x.
+std::vector<Vec3> grid_positions(const TomlTable& t) {
+  const Vec3 first = t.vector("position", dimension::length);
+  const Grid grid = read_grid(t);
+  std::vector<Vec3> positions;
+  for (int i = 0; i < grid.count[0]; ++i)
+    for (int j = 0; j < grid.count[1]; ++j)
+      for (int k = 0; k < grid.count[2]; ++k)
+        positions.push_back(first + Vec3(i, j, k).cwiseProduct(grid.spacing));
+  return positions;
+}
+
+void read_region(const TomlTable& t, Vec3& lower, Vec3& upper) {
+  lower = t.vector("region_min", dimension::length);
+  upper = t.vector("region_max", dimension::length);
+  if ((upper - lower).minCoeff() <= 0)
+    t.fail("region_max", "is not beyond region_min along every axis; expected a box");
+}
+
 }  // namespace
 
 std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, std::uint64_t seed) {
@@ -90,24 +122,19 @@ std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, st
              "spacing", "scatter", "turn", "turn_axis", "random_orientation"});
     const Particle particle{shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)};
     Case::Placed first;
-    first.position = t.vector("position", dimension::length);
+    const std::vector<Vec3> positions = grid_positions(t);
     first.orientation = t.orientation("orientation");
     first.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
     first.angular_velocity =
         t.vector("angular_velocity", dimension::angular_velocity, "0 0 0 rad/s");
-    const Grid grid = read_grid(t);
     const Chance chance = read_chance(t);
-    for (int i = 0; i < grid.count[0]; ++i) {
-      for (int j = 0; j < grid.count[1]; ++j) {
-        for (int k = 0; k < grid.count[2]; ++k) {
-          Case::Placed p = first;
-          p.particle = static_cast<int>(model.particles.size());
-          p.position += Vec3(i, j, k).cwiseProduct(grid.spacing);
-          disturb(p, chance, seed);
-          model.particles.push_back(particle);
-          placed.push_back(p);
-        }
-      }
+    for (const Vec3& position : positions) {
+      Case::Placed p = first;
+      p.particle = static_cast<int>(model.particles.size());
+      p.position = position;
+      disturb(p, chance, seed);
+      model.particles.push_back(particle);
+      placed.push_back(p);
     }
   }
   return placed;
@@ -116,18 +143,16 @@ std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, st
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes) {
   std::vector<Fill> fills;
   for (const TomlTable& t : root.tables("fills")) {
-    t.allow({"shape", "count", "tag", "region_min", "region_max", "start", "interval", "batch",
-             "velocity", "random_orientation"});
+    t.allow({"shape", "count", "mass", "tag", "tag_by", "region_min", "region_max", "start",
+             "interval", "batch", "velocity", "random_orientation", "stage"});
     Fill fill;
     const Shape& shape = shapes[shape_index(t, "shape", shapes)];
     fill.shape = shape.name;
-    fill.count = read_count(t);
+    fill.count = read_amount(t, shape);
     fill.tag = t.integer("tag", 0, 0);
-    fill.region_min = t.vector("region_min", dimension::length);
-    fill.region_max = t.vector("region_max", dimension::length);
-    if ((fill.region_max - fill.region_min).minCoeff() <= 0) {
-      t.fail("region_max", "is not beyond region_min along every axis; expected a box");
-    }
+    fill.tag_batches = t.choice("tag_by", {"fill", "batch"}, "fill") == "batch";
+    fill.stage = t.has("stage") ? t.string("stage") : "";
+    read_region(t, fill.region_min, fill.region_max);
     fill.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
     fill.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");
     fill.batch = t.integer("batch", 0, 0);
@@ -186,44 +211,111 @@ std::vector<Outlet> read_outlets(const TomlTable& root) {
   return outlets;
 }
 
-std::vector<Stage> read_stages(const TomlTable& root, const std::vector<Boundary>& boundaries) {
-  std::vector<Stage> stages;
-  for (const TomlTable& t : root.tables("stages")) {
-    t.allow({"name", "until", "max_duration", "min_duration", "rest_kinetic_energy", "rest_hold",
-             "remove", "motions"});
-    Stage stage;
-    stage.name = t.string("name");
-    if (std::ranges::count(stages, stage.name, &Stage::name)) {
-      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", stage.name));
-    }
-    stage.max_duration = t.quantity("max_duration", dimension::time, Sign::positive);
-    stage.min_duration = t.quantity("min_duration", dimension::time, Sign::non_negative, "0 s");
-    if (stage.max_duration < stage.min_duration) {
-      t.fail("min_duration", fmt::format("is {} s, above max_duration of {} s; expected less",
-                                         stage.min_duration, stage.max_duration));
-    }
-    const std::string until = t.choice("until", {"time", "at_rest", "empty"}, "time");
-    if (until == "empty") stage.until = Stage::Until::empty;
-    if (until == "at_rest") {
-      stage.until = Stage::Until::at_rest;
-      stage.rest_kinetic_energy =
-          t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");
-      stage.rest_hold = t.quantity("rest_hold", dimension::time, Sign::positive, "0.05 s");
+std::vector<Gate> read_gates(const TomlTable& root) {
+  std::vector<Gate> gates;
+  for (const TomlTable& t : root.tables("gates")) {
+    t.allow({"name", "region_min", "region_max", "point", "normal"});
+    Gate gate;
+    gate.name = t.string("name");
+    if (gate.name.empty() || gate.name.find('/') != std::string::npos)
+      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", gate.name));
+    if (std::ranges::count(gates, gate.name, &Gate::name))
+      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", gate.name));
+    gate.is_box = t.has("region_min");
+    if (gate.is_box == t.has("point"))
+      t.fail("point", "expected either region_min and region_max, or point and normal");
+    if (gate.is_box) {
+      read_region(t, gate.region_min, gate.region_max);
     } else {
-      for (const char* key : {"rest_kinetic_energy", "rest_hold"}) {
-        if (t.has(key)) t.fail(key, "has no meaning here; expected until = \"at_rest\" beside it");
-      }
+      gate.point = t.vector("point", dimension::length);
+      gate.normal = t.direction("normal");
     }
-    stage.remove = t.strings("remove");
-    for (const std::string& name : stage.remove) boundary_index(t, "remove", name, boundaries);
-    for (const TomlTable& m : t.tables("motions")) {
-      const std::string name = m.string("boundary");
-      boundary_index(m, "boundary", name, boundaries);
-      stage.start_motions.emplace_back(name, read_motion(m, true));
-    }
-    stages.push_back(std::move(stage));
+    gates.push_back(gate);
   }
-  return stages;
+  return gates;
+}
+
+std::vector<TagRule> read_tag_rules(const TomlTable& root) {
+  std::vector<TagRule> rules;
+  for (const TomlTable& t : root.tables("tags")) {
+    t.allow({"stage", "axis", "columns", "first", "region_min", "region_max"});
+    TagRule rule;
+    rule.stage = t.string("stage");
+    const std::string axis = t.choice("axis", {"x", "y", "z"}, "x");
+    rule.axis = axis[0] - 'x';
+    rule.columns = t.integer("columns", 1, 1);
+    rule.first = t.integer("first", 0, 1);
+    read_region(t, rule.region_min, rule.region_max);
+    rules.push_back(rule);
+  }
+  return rules;
+}
+
+std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames) {
+  std::vector<Switch> switches;
+  for (const TomlTable& t : root.tables("switches")) {
+    t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold"});
+    Switch s;
+    s.name = t.string("name");
+    if (std::ranges::count(switches, s.name, &Switch::name))
+      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", s.name));
+    s.frame = frame_index(t, "motion_frame", frames);
+    s.axis = t.integer("axis", 0, 0);
+    const std::optional<FreeBody>& free = frames[static_cast<std::size_t>(s.frame)].free;
+    if (!free || s.axis >= static_cast<int>(free->axes.size()))
+      t.fail("motion_frame", "has no such free axis; expected a free one");
+    const bool turns =
+        free->axes[static_cast<std::size_t>(s.axis)].kind == FreeAxis::Kind::rotation;
+    const Dimension& way = turns ? dimension::angle : dimension::length;
+    s.closes_at = t.quantity("closes_at", way, Sign::any);
+    s.opens_at =
+        s.closes_at - t.quantity("hysteresis", way, Sign::non_negative, turns ? "2 deg" : "0 m");
+    s.hold = t.quantity("hold", dimension::time, Sign::non_negative, "0 s");
+    switches.push_back(s);
+  }
+  return switches;
+}
+
+std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes) {
+  std::vector<Source> sources;
+  for (const TomlTable& t : root.tables("sources")) {
+    t.allow({"name", "shape", "position", "orientation", "grid", "spacing", "velocity", "scatter",
+             "turn", "turn_axis", "random_orientation", "tag", "tag_by", "start", "interval",
+             "batches", "stage"});
+    Source source;
+    source.name = t.string("name");
+    source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
+    source.positions = grid_positions(t);
+    source.orientation = t.orientation("orientation");
+    source.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    const Chance chance = read_chance(t);
+    source.scatter = chance.scatter;
+    source.turn = chance.turn;
+    source.turn_axis = chance.axis;
+    source.random_orientation = chance.any_orientation;
+    source.tag = t.integer("tag", 0, 0);
+    source.tag_batches = t.choice("tag_by", {"source", "batch"}, "source") == "batch";
+    source.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
+    source.batches = t.integer("batches", 1, 1);
+    source.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");
+    if (source.batches > 1 && source.interval == 0)
+      t.fail("interval", "is zero for several batches; expected the time between them");
+    source.stage = t.has("stage") ? t.string("stage") : "";
+    if (static_cast<double>(source.batches) * static_cast<double>(source.positions.size()) >
+        kMostParticles)
+      t.fail("batches", fmt::format("makes more than {} bodies; expected fewer", kMostParticles));
+    sources.push_back(source);
+  }
+  return sources;
+}
+
+SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed) {
+  Case::Placed p;
+  p.particle = particle;
+  p.position = source.positions[place];
+  p.orientation = source.orientation;
+  disturb(p, {source.scatter, source.turn, source.turn_axis, source.random_orientation}, seed);
+  return {p.position, p.orientation};
 }
 
 }  // namespace firn

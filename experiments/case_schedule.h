@@ -1,4 +1,5 @@
-// What enters and leaves a simulation and when: [[particles]], [[fills]], [[outlets]], [[stages]].
+// What enters and leaves a simulation and when, and what is noted on the way: [[particles]],
+// [[fills]], [[sources]], [[outlets]], [[gates]], [[tags]], [[switches]], [[stages]].
 #pragma once
 
 #include <vector>
@@ -11,8 +12,19 @@ namespace firn {
 // Adds the particles to the model as well. `seed` draws what a table leaves to chance.
 std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, std::uint64_t seed);
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes);
+std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Outlet> read_outlets(const TomlTable& root);
-std::vector<Stage> read_stages(const TomlTable& root, const std::vector<Boundary>& boundaries);
+std::vector<Gate> read_gates(const TomlTable& root);
+std::vector<TagRule> read_tag_rules(const TomlTable& root);
+std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames);
+
+// Where and how a particle of a source is put: place number `place` of a batch, and what chance
+// does to it. Each particle draws numbers of its own.
+struct SourcePose {
+  Vec3 position;     // m, centre of mass
+  Quat orientation;  // shape axes -> world
+};
+SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed);
 
 // `count` of a fill.
 int read_count(const TomlTable& table);

@@ -163,10 +163,12 @@ std::vector<Response> drained_repose_responses(const DrainedHeap& heap) {
 
 namespace {
 
-bool opens_door(const Stage& stage, const std::string& door) {
+bool opens_door(const Stage& stage, const Model& model, const std::string& door) {
   if (std::find(stage.remove.begin(), stage.remove.end(), door) != stage.remove.end()) return true;
-  return std::any_of(stage.start_motions.begin(), stage.start_motions.end(),
-                     [&](const auto& motion) { return motion.first == door; });
+  return std::any_of(stage.motions.begin(), stage.motions.end(), [&](const auto& start) {
+    return start.boundary >= 0 &&
+           model.boundaries[static_cast<std::size_t>(start.boundary)].name == door;
+  });
 }
 
 }  // namespace
@@ -209,7 +211,7 @@ double mean_particle_size(const Recording& recording, const Case& c) {
 std::optional<double> opening_time(const Recording& recording, const Case& c) {
   for (const StageRecord& record : recording.stages()) {
     for (const Stage& stage : c.stages) {
-      if (stage.name == record.name && opens_door(stage, c.drained_repose->door)) {
+      if (stage.name == record.name && opens_door(stage, c.model, c.drained_repose->door)) {
         return record.start;
       }
     }

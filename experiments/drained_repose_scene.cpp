@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "experiments/case_boundaries.h"
 #include "experiments/case_materials.h"
 #include "experiments/case_schedule.h"
@@ -109,7 +111,7 @@ Fill read_fill(const TomlTable& t, const DrainedRepose& d, const std::vector<Sha
 Stage read_rest(const TomlTable& t, const char* hold, const char* min_duration,
                 const char* max_duration) {
   Stage stage;
-  stage.until = Stage::Until::at_rest;
+  stage.until = {Stage::Until::at_rest};
   stage.rest_kinetic_energy =
       t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");
   stage.rest_hold = t.quantity("rest_hold", dimension::time, Sign::positive, hold);
@@ -125,7 +127,8 @@ Stage read_rest(const TomlTable& t, const char* hold, const char* min_duration,
   return stage;
 }
 
-void open_door(const Door& door, const DrainedRepose& d, Stage& drain) {
+void open_door(const Door& door, const DrainedRepose& d, const std::vector<Boundary>& boundaries,
+               Stage& drain) {
   if (door.opening == "vanish") {
     drain.remove = {d.door};
     return;
@@ -139,7 +142,10 @@ void open_door(const Door& door, const DrainedRepose& d, Stage& drain) {
     motion.velocity.y() = door.speed;
     motion.stop = (d.box.y() + 2 * d.floor_thickness) / door.speed;
   }
-  drain.start_motions = {{d.door, motion}};
+  Stage::StartedMotion& start = drain.motions.emplace_back();
+  start.boundary =
+      static_cast<int>(std::ranges::find(boundaries, d.door, &Boundary::name) - boundaries.begin());
+  start.motion = motion;
 }
 
 }  // namespace
@@ -168,7 +174,7 @@ void read_drained_repose(const TomlTable& t, Case& c) {
   // At the start of draining everything is at rest still.
   Stage draining = read_rest(drain, "0.2 s", "0.5 s", "6 s");
   draining.name = "drain";
-  open_door(door, d, draining);
+  open_door(door, d, c.model.boundaries, draining);
   c.stages = {filling, draining};
   c.outlets.push_back({"below the door", Vec3(0, 0, -d.drop_height), -Vec3::UnitZ()});
   c.drained_repose = d;

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "experiments/placement.h"
-
 namespace firn {
 namespace {
 
@@ -24,22 +22,14 @@ int find_boundary(const Model& model, const std::string& name, const std::string
   throw InputError(fmt::format("{}: stages: no boundary is named \"{}\"", source, name));
 }
 
-double kinetic_energy(const Shape& shape, const ParticleState& state, std::size_t i) {
-  const Vec3 w = state.orientation[i].conjugate() * state.angular_velocity[i];  // body axes
-  return 0.5 *
-         (shape.mass * state.velocity[i].squaredNorm() + shape.inertia.dot(w.cwiseProduct(w)));
-}
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-std::vector<std::byte> pack(const DriverState& state, const std::vector<std::byte>& solver) {
-  ByteWriter out;
+void put(ByteWriter& out, const DriverState& state) {
   out.put(state.frames);
   out.put(state.loads_cleared);
   out.put(state.stage_start);
-  out.put(state.rest_since);
   out.put<std::uint64_t>(state.stages.size());
   for (const StageRecord& stage : state.stages) {
     out.put(stage.name);
@@ -47,20 +37,12 @@ std::vector<std::byte> pack(const DriverState& state, const std::vector<std::byt
     out.put(stage.end);
     out.put(stage.ended_by);
   }
-  out.put(state.batches);
-  out.put(state.passages.exit_time);
-  out.put(state.passages.door_time);
-  out.put(solver);
-  return out.take();
 }
 
-DriverState unpack(const std::vector<std::byte>& payload, std::vector<std::byte>& solver) {
-  ByteReader in(payload);
-  DriverState state;
+void get(ByteReader& in, DriverState& state) {
   in.get(state.frames);
   in.get(state.loads_cleared);
   in.get(state.stage_start);
-  in.get(state.rest_since);
   std::uint64_t stages = 0;
   in.get(stages);
   for (std::uint64_t i = 0; i < stages; ++i) {
@@ -70,11 +52,25 @@ DriverState unpack(const std::vector<std::byte>& payload, std::vector<std::byte>
     in.get(stage.end);
     in.get(stage.ended_by);
   }
-  in.get(state.batches);
-  in.get(state.passages.exit_time);
-  in.get(state.passages.door_time);
-  in.get(solver);
-  return state;
+}
+
+// The same walk writes and reads.
+template <class Each, class T, class P>
+void walk(const Each& each, T& traffic, P& watch) {
+  each(traffic.fill_batches);
+  each(traffic.source_batches);
+  auto& p = traffic.passages;
+  for (auto* times : {&p.exit_time, &p.door_time, &p.insert_time}) each(*times);
+  for (auto* numbers : {&p.outlet, &p.batch, &p.tag}) each(*numbers);
+  for (auto& times : p.gate_time) each(times);
+  for (auto* since : {&watch.rest_since, &watch.torque_since, &watch.driven_since}) each(*since);
+  each(watch.driven_from);
+  each(watch.stalled);
+  each(watch.empty);
+  each(watch.passed);
+  each(watch.above_since);
+  each(watch.closed);
+  each(watch.changes);
 }
 
 Model with_threads(Model model, int threads) {
@@ -90,23 +86,44 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onl
       recorder_(recorder),
       onlooker_(std::move(onlooker)),
       solver_(with_threads(c.model, options.threads)),
-      stages_(stages_of(c)) {
-  const std::size_t particles = c.model.particles.size();
-  std::size_t next = particles;
-  for (const Fill& fill : c.fills) next -= index(fill.count);
-  for (const Fill& fill : c.fills) {
-    first_of_fill_.push_back(static_cast<int>(next));
-    next += index(fill.count);
-  }
+      stages_(stages_of(c)),
+      traffic_(c),
+      watch_(c) {
   last_step_ = to_steps(c.duration);
   // Without an interval, the first and the last frame alone.
   frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(c.frames_every))
                                     : std::max<std::uint64_t>(1, last_step_);
   if (recorder_ && c.states_every > 0)
     kept_steps_ = std::max<std::uint64_t>(1, to_steps(c.states_every));
-  const std::vector<double> never(particles, std::numeric_limits<double>::quiet_NaN());
-  state_.passages = {never, never};
-  state_.batches.assign(c.fills.size(), 0);
+}
+
+std::vector<std::byte> Driver::pack() const {
+  ByteWriter out;
+  put(out, state_);
+  walk([&](const auto& value) { out.put(value); }, traffic_.state, watch_.state);
+  out.put(solver_.save());
+  return out.take();
+}
+
+// Changes nothing when the bytes are no good.
+void Driver::unpack(const std::vector<std::byte>& payload) {
+  ByteReader in(payload);
+  DriverState state;
+  get(in, state);
+  TrafficState traffic = traffic_.state;
+  StageWatchState watch = watch_.state;
+  walk([&](auto& value) { in.get(value); }, traffic, watch);
+  std::vector<std::byte> bytes;
+  in.get(bytes);
+  if (traffic.passages.insert_time.size() != case_.model.particles.size() ||
+      watch.closed.size() != case_.switches.size())
+    throw RunError("checkpoint does not fit the case");
+  solver_.restore(bytes);
+  state_ = std::move(state);
+  traffic_.state = std::move(traffic);
+  watch_.state = std::move(watch);
+  resumed_ = true;
+  save_wanted_ = false;
 }
 
 void Driver::restore() {
@@ -118,14 +135,9 @@ void Driver::restore() {
   std::string why = "it has no whole checkpoint";
   for (const Checkpoint& checkpoint : checkpoints) {
     try {
-      std::vector<std::byte> bytes;
-      DriverState state = unpack(checkpoint.payload, bytes);
-      recorder_->truncate(state.frames);
-      solver_.restore(bytes);
-      state_ = std::move(state);
+      unpack(checkpoint.payload);
+      recorder_->truncate(state_.frames);
       checkpoints_ = checkpoint.sequence;
-      resumed_ = true;
-      save_wanted_ = false;
       return;
     } catch (const RunError& e) {
       why = e.what();
@@ -134,13 +146,7 @@ void Driver::restore() {
   throw InputError(fmt::format("{}: cannot be resumed: {}", options_.results_file, why));
 }
 
-void Driver::restore(const std::vector<std::byte>& payload) {
-  std::vector<std::byte> bytes;
-  state_ = unpack(payload, bytes);
-  solver_.restore(bytes);
-  resumed_ = true;
-  save_wanted_ = false;
-}
+void Driver::restore(const std::vector<std::byte>& payload) { unpack(payload); }
 
 RunSummary Driver::run() {
   RunSummary summary;
@@ -191,15 +197,18 @@ std::string Driver::simulate() {
     }
     if (save_wanted_) save();
     if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
-    place_due_batches();
+    if (const auto blocked = traffic_.place_due(solver_, stage_now())) {
+      end_stage(*blocked);
+      look(true);
+      return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked);
+    }
     if (solver_.steps() % kWatchInterval == 0) watch();
-    if (const std::optional<std::string> ended_by = stage_end()) {
-      state_.stages.back().end = now();
-      state_.stages.back().ended_by = *ended_by;
+    if (const auto by = watch_.ended_by(stage(), solver_, stage_now())) {
+      end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
       if (last || solver_.steps() >= last_step_) {
         look(true);
-        return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *ended_by);
+        return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *by);
       }
       enter_stage(state_.stages.size());
       save_wanted_ = true;
@@ -212,111 +221,48 @@ std::string Driver::simulate() {
 
 bool Driver::look(bool last) { return !onlooker_.step || onlooker_.step(solver_, last); }
 
-void Driver::place_due_batches() {
-  for (std::size_t i = 0; i < case_.fills.size(); ++i) {
-    const Fill& fill = case_.fills[i];
-    std::uint64_t& placed = state_.batches[i];
-    while (placed < batch_count(fill) &&
-           solver_.steps() >= to_steps(fill.start + static_cast<double>(placed) * fill.interval)) {
-      const int size = fill.batch > 0 ? fill.batch : fill.count;
-      const int before = static_cast<int>(placed) * size;
-      place_batch(solver_, case_, i, placed, first_of_fill_[i] + before,
-                  std::min(size, fill.count - before));
-      ++placed;
-    }
-  }
-}
-
 void Driver::watch() {
-  const bool left = let_out();
-  if (left || !is_quiet())
-    state_.rest_since = -1;
-  else if (state_.rest_since < 0)
-    state_.rest_since = static_cast<std::int64_t>(solver_.steps());
+  const bool left = traffic_.look(solver_);
+  watch_.look(stage(), solver_, traffic_, stage_now(), left);
   if (seconds_since(saved_) >= options_.checkpoint_every) save_wanted_ = true;
   if (options_.progress && seconds_since(reported_) >= kReportEvery) report();
-}
-
-// Notes passages through the door and removes what has passed an outlet; true when something has.
-bool Driver::let_out() {
-  const ParticleState& state = solver_.particles();
-  bool left = false;
-  for (std::size_t i = 0; i < state.presence.size(); ++i) {
-    if (state.presence[i] != Presence::present) continue;
-    const Vec3 position = state.position[i];
-    double& door_time = state_.passages.door_time[i];
-    if (case_.drained_repose && std::isnan(door_time) &&
-        position.z() < -case_.drained_repose->floor_thickness)
-      door_time = now();
-    for (const Outlet& outlet : case_.outlets) {
-      if ((position - outlet.point).dot(outlet.normal) <= 0) continue;
-      state_.passages.exit_time[i] = now();
-      solver_.remove_particle(static_cast<int>(i));
-      left = true;
-      break;
-    }
-  }
-  return left;
-}
-
-// Everybody that is to come has been there.
-bool Driver::all_placed() const {
-  for (std::size_t i = 0; i < case_.fills.size(); ++i)
-    if (state_.batches[i] < batch_count(case_.fills[i])) return false;
-  return true;
-}
-
-// Everybody that is to come is there, and the mean kinetic energy is below the stage's bound.
-bool Driver::is_quiet() const {
-  const Stage& stage = this->stage();
-  if (stage.until != Stage::Until::at_rest || !all_placed()) return false;
-  const Model& model = solver_.model();
-  const ParticleState& state = solver_.particles();
-  double total = 0;
-  std::size_t present = 0;
-  for (std::size_t i = 0; i < state.presence.size(); ++i) {
-    if (state.presence[i] != Presence::present) continue;
-    total += kinetic_energy(model.shapes[index(model.particles[i].shape)], state, i);
-    ++present;
-  }
-  return total <= stage.rest_kinetic_energy * static_cast<double>(present);
-}
-
-std::optional<std::string> Driver::stage_end() const {
-  const Stage& stage = this->stage();
-  const std::uint64_t step = solver_.steps();
-  const std::uint64_t in_stage = step - state_.stage_start;
-  if (step >= last_step_) return "end of the case";
-  if (stage.max_duration > 0 && in_stage >= to_steps(stage.max_duration))
-    return stage.until == Stage::Until::time ? "time" : "time limit";
-  if (stage.until == Stage::Until::at_rest && state_.rest_since >= 0 &&
-      in_stage >= to_steps(stage.min_duration) &&
-      step >= static_cast<std::uint64_t>(state_.rest_since) + to_steps(stage.rest_hold))
-    return "at rest";
-  if (stage.until == Stage::Until::empty && in_stage >= to_steps(stage.min_duration) &&
-      step % kWatchInterval == 0 && all_placed() &&
-      std::ranges::none_of(solver_.particles().presence,
-                           [](Presence p) { return p == Presence::present; }))
-    return "empty";
-  return std::nullopt;
 }
 
 const Stage& Driver::stage() const {
   return stages_[std::max<std::size_t>(1, state_.stages.size()) - 1];
 }
 
+Traffic::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
+
+void Driver::end_stage(const std::string& by) {
+  state_.stages.back().end = now();
+  state_.stages.back().ended_by = by;
+  solver_.end_started(state_.stages.size(), now());
+}
+
 void Driver::enter_stage(std::size_t number) {
   const Stage& stage = stages_[number];
   state_.stages.push_back({stage.name, now(), std::numeric_limits<double>::quiet_NaN(), ""});
   state_.stage_start = solver_.steps();
-  state_.rest_since = -1;
+  watch_.enter_stage();
+  traffic_.tag(stage.name, solver_);
   for (const std::string& name : stage.remove)
     solver_.remove_boundary(find_boundary(case_.model, name, case_.source));
-  for (const auto& [name, relative] : stage.start_motions) {
-    Motion motion = relative;
-    motion.start += now();
-    motion.stop += now();
-    solver_.add_motion(find_boundary(case_.model, name, case_.source), motion);
+  const auto begin = [&](Schedule& schedule, bool ends_with_stage) {
+    schedule.start += now();
+    schedule.stop += now();
+    return ends_with_stage ? static_cast<int>(number) + 1 : 0;
+  };
+  for (Stage::StartedMotion start : stage.motions) {
+    const int group = begin(start.motion, start.ends_with_stage);
+    if (start.frame >= 0)
+      solver_.add_frame_motion(start.frame, start.motion, group);
+    else
+      solver_.add_motion(start.boundary, start.motion, group);
+  }
+  for (Stage::StartedDrive start : stage.drives) {
+    const int group = begin(start.drive, start.ends_with_stage);
+    solver_.add_drive(start.frame, start.axis, start.drive, group);
   }
 }
 
@@ -337,11 +283,9 @@ void Driver::save() {
   save_wanted_ = false;
   saved_ = Clock::now();
   if (!recorder_) return;
-  const std::vector<std::byte> payload = pack(state_, solver_.save());
+  const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) {
-    write_particles(file, solver_.particles().peak_normal_force, state_.passages);
-    write_stages(file, stages_, state_.stages);
-    file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
+    write_progress(file);
     write_checkpoint(file, {++checkpoints_, payload});
     keep_copy(options_.results_file);
   });
@@ -351,7 +295,7 @@ void Driver::save() {
 // The same bytes whether or not the run was interrupted on its way: a resumed one writes some
 // again.
 void Driver::keep_state() {
-  const std::vector<std::byte> payload = pack(state_, solver_.save());
+  const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
 }
 
@@ -370,12 +314,17 @@ void Driver::report() {
   reported_ = Clock::now();
 }
 
+void Driver::write_progress(hdf5::File& file) {
+  write_particles(file, solver_.particles().peak_normal_force, traffic_.state.passages);
+  write_stages(file, stages_, state_.stages);
+  write_switches(file, case_, watch_.state.changes);
+  file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
+}
+
 void Driver::conclude(const std::string& status) {
   if (!recorder_) return;
   recorder_->with_file([&](hdf5::File& file) {
-    write_particles(file, solver_.particles().peak_normal_force, state_.passages);
-    write_stages(file, stages_, state_.stages);
-    file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
+    write_progress(file);
     file.flush();  // a full disk must not leave a run that says more than is there
     file.set_attribute("/", "status", status);
     file.flush();
@@ -386,11 +335,6 @@ void Driver::conclude(const std::string& status) {
 
 std::uint64_t Driver::to_steps(double seconds) const {
   return static_cast<std::uint64_t>(std::max(0LL, std::llround(seconds / case_.model.timestep)));
-}
-
-std::uint64_t Driver::batch_count(const Fill& fill) const {
-  return fill.batch > 0 ? static_cast<std::uint64_t>((fill.count + fill.batch - 1) / fill.batch)
-                        : 1;
 }
 
 }  // namespace firn

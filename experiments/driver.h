@@ -1,4 +1,4 @@
-// Takes a solver through the stages of a case: fills, outlets, doors, frames, checkpoints.
+// Takes a solver through the stages of a case: comings and goings, events, frames, checkpoints.
 #pragma once
 
 #include <chrono>
@@ -12,18 +12,17 @@
 #include "experiments/recorder.h"
 #include "experiments/results_layout.h"
 #include "experiments/run.h"
+#include "experiments/stage_watch.h"
+#include "experiments/traffic.h"
 
 namespace firn {
 
 // Everything beside the solver that the rest of a run depends on.
 struct DriverState {
-  std::uint64_t frames = 0;            // recorded so far
-  std::uint64_t loads_cleared = 0;     // step at which the boundary loads were
-  std::uint64_t stage_start = 0;       // step
-  std::int64_t rest_since = -1;        // step; -1: somebody moves
-  std::vector<StageRecord> stages;     // entered so far; the last one is under way
-  std::vector<std::uint64_t> batches;  // placed so far, per fill
-  Passages passages;
+  std::uint64_t frames = 0;         // recorded so far
+  std::uint64_t loads_cleared = 0;  // step at which the boundary loads were
+  std::uint64_t stage_start = 0;    // step
+  std::vector<StageRecord> stages;  // entered so far; the last one is under way
 };
 
 // Throws InputError for a case that no solver can take.
@@ -62,24 +61,23 @@ class Driver {
   using Clock = std::chrono::steady_clock;
 
   std::string simulate();  // returns what ended the run; empty: interrupted
-  void place_due_batches();
   void watch();
-  bool let_out();
-  bool all_placed() const;
-  bool is_quiet() const;
-  std::optional<std::string> stage_end() const;
   const Stage& stage() const;  // under way, or the first
+  Traffic::Now stage_now() const;
   void enter_stage(std::size_t number);
+  void end_stage(const std::string& by);
   void record_frame();
   bool look(bool last);  // false: the onlooker has seen enough
   void save();
   void keep_state();
   void report();
   void conclude(const std::string& status);
+  void write_progress(hdf5::File& file);
+  std::vector<std::byte> pack() const;
+  void unpack(const std::vector<std::byte>& payload);
 
   std::uint64_t to_steps(double seconds) const;
   double now() const { return solver_.time(); }
-  std::uint64_t batch_count(const Fill& fill) const;
 
   const Case& case_;
   const RunOptions& options_;
@@ -87,7 +85,8 @@ class Driver {
   Onlooker onlooker_;
   Solver solver_;
   const std::vector<Stage> stages_;
-  std::vector<int> first_of_fill_;  // particle ids
+  Traffic traffic_;
+  StageWatch watch_;
   std::uint64_t frame_steps_ = 1;
   std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
   std::uint64_t last_step_ = 0;   // of the case

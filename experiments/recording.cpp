@@ -45,7 +45,7 @@ constexpr FrameTable kFrameTables[] = {{"/frames/time", 0},
                                        {"/frames/angular_velocity", 3}};
 
 bool is_series(const std::string& path) {
-  for (const char* group : {"/energy/", "/boundaries/", "/health/"})
+  for (const char* group : {"/energy/", "/boundaries/", "/motion_frames/", "/health/"})
     if (path.starts_with(group)) return true;
   return false;
 }
@@ -208,6 +208,23 @@ std::vector<double> Recording::exit_time() const {
 }
 std::vector<double> Recording::door_time() const {
   return impl_->read<double>("/particles/door_time");
+}
+
+std::vector<double> Recording::insert_time() const {
+  return impl_->read<double>("/particles/insert_time");
+}
+std::vector<int> Recording::batch() const { return impl_->read<int>("/particles/batch"); }
+std::vector<int> Recording::outlet() const { return impl_->read<int>("/particles/outlet"); }
+
+std::vector<double> Recording::gate_time(const std::string& gate) const {
+  const std::vector<std::string> names =
+      impl_->guarded([&] { return impl_->file.read_strings("/gates/name"); });
+  const auto found = std::ranges::find(names, gate);
+  if (found == names.end()) throw InputError(fmt::format("{}: has no gate \"{}\"", file(), gate));
+  const std::vector<double> all = impl_->read<double>("/particles/gate_time");
+  const auto first =
+      all.begin() + (found - names.begin()) * static_cast<std::ptrdiff_t>(particle_count());
+  return {first, first + static_cast<std::ptrdiff_t>(particle_count())};
 }
 
 std::vector<double> Recording::frame_times() const {

@@ -66,6 +66,11 @@ class Recording {
   std::vector<double> exit_time() const;          // [N] s; NaN: never left through an outlet
   std::vector<double> door_time()
       const;  // [N] s, centre of mass first below the floor's underside; NaN
+  std::vector<double> insert_time() const;  // [N] s; NaN: has not come
+  std::vector<int> batch() const;           // [N] of its fill or source, from 0; -1: none
+  std::vector<int> outlet() const;          // [N] index of the case's outlets; -1: none
+  // [N] s, first inside that gate of the case; NaN: never. Throws InputError for another name.
+  std::vector<double> gate_time(const std::string& gate) const;
   std::vector<double> frame_times() const;  // [T] s
   Frame frame(std::size_t i) const;
   std::vector<StageRecord> stages() const;

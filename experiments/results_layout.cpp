@@ -45,6 +45,19 @@ void add_particles(Row& row, const Solver& solver) {
   each(3, at(state.angular_velocity));
 }
 
+// Loads are means over the interval, s.
+void add_frame(Row& row, const FrameState& frame, double interval) {
+  const double per_time = interval > 0 ? 1 / interval : 0;
+  row.add(frame.position);
+  row.add(frame.orientation);
+  row.add(Vec3(frame.impulse * per_time));
+  row.add(Vec3(frame.angular_impulse * per_time));
+  for (const FrameState::Axis& axis : frame.axes) row.add(axis.coordinate);
+  for (const FrameState::Axis& axis : frame.axes) row.add(axis.rate);
+  for (const FrameState::Axis& axis : frame.axes) row.add(axis.drive_impulse * per_time);
+  for (const FrameState::Axis& axis : frame.axes) row.add(axis.stop_impulse * per_time);
+}
+
 void add_boundary(Row& row, const BoundaryState& b, double interval) {
   const double per_time = interval > 0 ? 1 / interval : 0;
   row.add(Vec3(b.impulse * per_time));
@@ -82,6 +95,17 @@ std::vector<Column> result_columns(const Model& model) {
     columns.push_back({group + "/position", "m", {3}});
     columns.push_back({group + "/orientation", "1", {4}});
   }
+  for (const MotionFrame& frame : model.frames) {
+    const std::string group = "/motion_frames/" + frame.name;
+    columns.push_back({group + "/position", "m", {3}});
+    columns.push_back({group + "/orientation", "1", {4}});
+    columns.push_back({group + "/force", "N", {3}});
+    columns.push_back({group + "/torque", "N m", {3}});
+    if (!frame.free || frame.free->axes.empty()) continue;
+    const std::size_t axes = frame.free->axes.size();
+    for (const char* name : {"coordinate", "rate", "drive", "stop"})
+      columns.push_back({group + "/" + name, "SI", {axes}});
+  }
   for (const char* name : {"kinetic", "gravitational", "elastic", "dissipated", "dissipated_normal",
                            "dissipated_friction", "dissipated_walls", "boundary_work", "removed"})
     columns.push_back({std::string("/energy/") + name, "J", {}});
@@ -99,6 +123,7 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   row.add(solver.time());
   add_particles(row, solver);
   for (const BoundaryState& boundary : solver.boundaries()) add_boundary(row, boundary, interval);
+  for (const FrameState& frame : solver.frames()) add_frame(row, frame, interval);
   const Energy e = solver.energy();
   for (double value :
        {e.kinetic, e.gravitational, e.elastic, e.dissipated_normal + e.dissipated_friction,
@@ -124,18 +149,16 @@ void write_header(hdf5::File& file, const Case& c) {
   file.set_attribute("/", "timestep", model.timestep);
   file.set_attribute("/", "status", std::string("running"));
   file.set_attribute("/", "wall_time", 0.0);
-  std::vector<int> id, shape, tag;
+  std::vector<int> id, shape;
   std::vector<double> mass;
   for (const Particle& particle : model.particles) {
     id.push_back(static_cast<int>(id.size()));
     shape.push_back(particle.shape);
-    tag.push_back(particle.tag);
     mass.push_back(model.shapes[static_cast<std::size_t>(particle.shape)].mass);
   }
   const hdf5::Shape all{id.size()};
   file.write<int>("/particles/id", all, id);
   file.write<int>("/particles/shape", all, shape);
-  file.write<int>("/particles/tag", all, tag);
   file.write<double>("/particles/mass", all, mass);
   file.set_attribute("/particles/mass", "unit", std::string("kg"));
   std::vector<std::string> shapes;
@@ -150,11 +173,15 @@ void write_header(hdf5::File& file, const Case& c) {
   file.write<double>("/shapes/volume", {shapes.size()}, shape_volume);
   file.set_attribute("/shapes/mass", "unit", std::string("kg"));
   file.set_attribute("/shapes/volume", "unit", std::string("m^3"));
-  const std::vector<double> never(id.size(), kNaN);
-  write_particles(file, std::vector<double>(id.size(), 0), {never, never});
+  std::vector<std::string> gates, outlets;
+  for (const Gate& gate : c.gates) gates.push_back(gate.name);
+  for (const Outlet& outlet : c.outlets) outlets.push_back(outlet.name);
+  file.write_strings("/gates/name", gates);
+  file.write_strings("/outlets/name", outlets);
+  write_particles(file, std::vector<double>(id.size(), 0), Passages(c));
   file.set_attribute("/particles/peak_normal_force", "unit", std::string("N"));
-  file.set_attribute("/particles/exit_time", "unit", std::string("s"));
-  file.set_attribute("/particles/door_time", "unit", std::string("s"));
+  for (const char* time : {"exit_time", "door_time", "insert_time", "gate_time"})
+    file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
 }
 
@@ -164,6 +191,41 @@ void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_fo
   file.write<double>("/particles/peak_normal_force", all, peak_normal_force);
   file.write<double>("/particles/exit_time", all, passages.exit_time);
   file.write<double>("/particles/door_time", all, passages.door_time);
+  file.write<double>("/particles/insert_time", all, passages.insert_time);
+  file.write<int>("/particles/outlet", all, passages.outlet);
+  file.write<int>("/particles/batch", all, passages.batch);
+  file.write<int>("/particles/tag", all, passages.tag);
+  std::vector<double> gates;
+  for (const std::vector<double>& times : passages.gate_time)
+    gates.insert(gates.end(), times.begin(), times.end());
+  file.write<double>("/particles/gate_time", {passages.gate_time.size(), all[0]}, gates);
+}
+
+Passages::Passages(const Case& c) {
+  const std::size_t n = c.model.particles.size();
+  exit_time = door_time = insert_time = std::vector<double>(n, kNaN);
+  outlet = batch = std::vector<int>(n, -1);
+  for (const Particle& p : c.model.particles) tag.push_back(p.tag);
+  for (const Case::Placed& p : c.placed) insert_time[static_cast<std::size_t>(p.particle)] = 0;
+  gate_time.assign(c.gates.size(), std::vector<double>(n, kNaN));
+}
+
+void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes) {
+  if (c.switches.empty()) return;
+  std::vector<std::string> names;
+  std::vector<double> times;
+  std::vector<int> closed;
+  for (const SwitchChange& change : changes) {
+    names.push_back(c.switches[static_cast<std::size_t>(change.index)].name);
+    times.push_back(change.time);
+    closed.push_back(static_cast<int>(change.closed));
+  }
+  for (const char* old : {"/switches/name", "/switches/time", "/switches/closed"})
+    if (file.contains(old)) file.remove(old);
+  file.write_strings("/switches/name", names);
+  file.write<double>("/switches/time", {times.size()}, times);
+  file.write<int>("/switches/closed", {closed.size()}, closed);
+  file.set_attribute("/switches/time", "unit", std::string("s"));
 }
 
 std::vector<Stage> stages_of(const Case& c) {

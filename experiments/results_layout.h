@@ -1,6 +1,7 @@
 // What a results file holds and under which name: docs/results.md, kept in one place.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,28 @@ std::vector<double> result_row(const Solver& solver, double interval);
 // Attributes of the file and what never changes.
 void write_header(hdf5::File& file, const Case& c);
 
-// Per particle, s; NaN: not yet.
+// Per particle; times in s, NaN: not yet.
 struct Passages {
-  std::vector<double> exit_time;  // removed by an outlet
-  std::vector<double> door_time;  // centre of mass first below the floor's underside
+  Passages() = default;
+  explicit Passages(const Case& c);  // before anything has happened
+
+  std::vector<double> exit_time;               // removed by an outlet
+  std::vector<double> door_time;               // centre of mass first below the floor's underside
+  std::vector<double> insert_time;             // 0 for [[particles]]
+  std::vector<int> outlet;                     // index, -1: none
+  std::vector<int> batch;                      // of its fill or source, from 0; -1: [[particles]]
+  std::vector<int> tag;                        // now
+  std::vector<std::vector<double>> gate_time;  // [gates][particles], first inside
 };
+
+// A switch has closed or opened.
+struct SwitchChange {
+  std::int64_t index = 0;  // of the case's switches
+  double time = 0;         // s
+  std::uint64_t closed = 0;
+};
+void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes);
+
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
                      const Passages& passages);
 

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <sstream>
 
 namespace firn {
@@ -97,7 +100,123 @@ std::string elements(const toml::array& array) {
   return comma_list(names);
 }
 
+std::optional<std::string> name_of(const toml::node& node) {
+  const toml::table* t = node.as_table();
+  return t ? (*t)["name"].value<std::string>() : std::nullopt;
+}
+
+// Joins `base` below what `top` says. Nodes are moved: copies would lose their place.
+void join(toml::table& top, toml::table&& base) {
+  for (auto&& [key, value] : base) {
+    toml::node* mine = top.get(key.str());
+    if (mine == nullptr) {
+      top.insert(key, std::move(value));
+    } else if (mine->is_table() && value.is_table()) {
+      join(*mine->as_table(), std::move(*value.as_table()));
+    } else if (mine->is_array_of_tables() && value.is_array_of_tables()) {
+      toml::array joined = std::move(*value.as_array());
+      for (toml::node& element : *mine->as_array()) {
+        const auto same = std::ranges::find_if(joined, [&](const toml::node& n) {
+          return name_of(n) && name_of(n) == name_of(element);
+        });
+        if (same == joined.end()) {
+          joined.push_back(std::move(*element.as_table()));
+          continue;
+        }
+        toml::table changed = std::move(*element.as_table());
+        join(changed, std::move(*(*same).as_table()));
+        joined.replace(joined.cbegin() + (same - joined.begin()), std::move(changed));
+      }
+      *mine->as_array() = std::move(joined);
+    }
+  }
+}
+
+// Relative paths under `file` keys, made to start at `directory`.
+void lead_files(toml::node& node, const std::filesystem::path& directory) {
+  if (toml::array* array = node.as_array()) {
+    for (toml::node& element : *array) lead_files(element, directory);
+  } else if (toml::table* table = node.as_table()) {
+    for (auto&& [key, value] : *table) {
+      toml::value<std::string>* text = value.as_string();
+      if (key.str() == "file" && text != nullptr)
+        *text = (directory / text->get()).lexically_normal().string();
+      else
+        lead_files(value, directory);
+    }
+  }
+}
+
+std::string read_included(const std::filesystem::path& file, const std::string& by) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in.is_open() || std::filesystem::is_directory(file)) {
+    throw InputError(
+        fmt::format("{}: include: \"{}\" cannot be opened; expected a case file, "
+                    "relative to this one",
+                    by, file.string()));
+  }
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// `by`: FILE:LINE for messages; `depth` ends circles.
+void include_files(toml::table& table, const std::filesystem::path& directory,
+                   const std::string& source, int depth) {
+  constexpr int kDeepest = 8;
+  toml::node* names = table.get("include");
+  if (names == nullptr) return;
+  const std::string by = fmt::format("{}:{}", source, std::max(line_of(*names), 1u));
+  if (depth > kDeepest)
+    throw InputError(by + ": include: goes more than 8 files deep; expected no circle");
+  toml::array list;
+  if (names->is_string())
+    list.push_back(*names->value<std::string>());
+  else if (names->is_array())
+    list = *names->as_array();
+  for (const toml::node& one : list) {
+    if (!one.is_string()) list.clear();
+  }
+  if (list.empty())
+    throw InputError(
+        fmt::format("{}: include: is {}; expected the name of a file, or a list of "
+                    "them",
+                    by, describe(*names)));
+  table.erase("include");
+  // The last one goes before the others, as what is nearer to the file that asks.
+  for (auto one = list.end(); one-- != list.begin();) {
+    const std::filesystem::path name = *one->value<std::string>(), file = directory / name;
+    toml::table included = parse(read_included(file, by), file.string());
+    include_files(included, file.parent_path(), file.string(), depth + 1);
+    lead_files(included, name.parent_path());
+    join(table, std::move(included));
+  }
+}
+
 }  // namespace
+
+void TomlDocument::include(const std::string& directory) {
+  include_files(root_, directory, source_, 1);
+}
+
+std::string TomlDocument::source_of(const std::string& path) const {
+  const toml::node* node = &root_;
+  std::string file = source_;
+  for (std::size_t from = 0; node != nullptr && from <= path.size();) {
+    const std::size_t end = std::min(path.find('.', from), path.size());
+    const std::string key = path.substr(from, end - from);
+    if (const toml::table* table = node->as_table()) {
+      node = table->get(key);
+    } else if (const toml::array* array = node->as_array()) {
+      std::size_t index = array->size();
+      std::from_chars(key.data(), key.data() + key.size(), index);
+      node = array->get(index);
+    } else {
+      node = nullptr;
+    }
+    if (node != nullptr && node->source().path) file = *node->source().path;
+    from = end + 1;
+  }
+  return file;
+}
 
 TomlDocument::TomlDocument(std::string_view text, std::string source)
     : source_(std::move(source)), root_(parse(text, source_)) {}
@@ -132,7 +251,7 @@ std::string TomlDocument::text() const {
 }
 
 void TomlDocument::fail(const std::string& path, unsigned line, const std::string& message) const {
-  std::string place = fmt::format("{}:{}", source_, std::max(line, 1u));
+  std::string place = fmt::format("{}:{}", source_of(path), std::max(line, 1u));
   // An override accounts for its own value, and for tables that exist only because of it.
   const std::string table = path.substr(0, path.rfind('.'));
   for (const auto& [set_path, label] : set_by_) {
@@ -193,6 +312,10 @@ TomlTable TomlTable::root(TomlDocument& document) {
 }
 
 void TomlTable::allow(std::initializer_list<std::string_view> keys) const {
+  allow(std::vector<std::string_view>(keys));
+}
+
+void TomlTable::allow(const std::vector<std::string_view>& keys) const {
   for (const auto& [key, value] : *table_) {
     if (std::ranges::find(keys, key.str()) != keys.end()) continue;
     document_->fail(
@@ -202,6 +325,11 @@ void TomlTable::allow(std::initializer_list<std::string_view> keys) const {
 }
 
 bool TomlTable::has(std::string_view key) const { return table_->contains(key); }
+
+bool TomlTable::is_list(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  return node != nullptr && node->is_array();
+}
 
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> names;
@@ -315,6 +443,14 @@ double TomlTable::quantity(std::string_view key, const Dimension& dimension, Sig
   return value;
 }
 
+std::vector<double> TomlTable::quantities(std::string_view key, const Dimension& dimension) const {
+  std::vector<double> values;
+  for (const std::string& one : strings(key))
+    values.push_back(at(key, [&] { return parse_quantity(one, dimension); }));
+  if (values.empty())
+    fail(key, fmt::format("is missing; expected a list of {}", example(dimension)));
+  return values;
+}
 std::optional<double> TomlTable::optional_quantity(std::string_view key, const Dimension& dimension,
                                                    Sign sign) const {
   if (!has(key)) return std::nullopt;

@@ -25,6 +25,12 @@ class TomlDocument {
   // Throws InputError `SOURCE:LINE: TOML: ...` for text that is no TOML.
   TomlDocument(std::string_view text, std::string source);
 
+  // Takes in the files that the key `include` names, relative to `directory`, and files that those
+  // include. What stands in this document goes before what it includes; tables are joined, and so
+  // are arrays of tables: those included come first, one of the same `name` is changed instead.
+  // `file` keys of included files are made to lead on from `directory`. Before anything else.
+  void include(const std::string& directory);
+
   // Sets values before anything is read. Each is a TOML path (elements of arrays by index or by
   // their `name`) and a TOML value; a text that is no TOML value stands for itself as a string.
   // Throws InputError `--set PATH=VALUE: ...` for a path that leads nowhere.
@@ -37,6 +43,9 @@ class TomlDocument {
   toml::table& root() { return root_; }
   const std::string& source() const { return source_; }
   std::string text() const;  // the tree as it stands now
+
+  // The file that a key came from, as far as it is known.
+  std::string source_of(const std::string& path) const;
 
   // Throws InputError `SOURCE:LINE: PATH: MESSAGE`, or `--set PATH=VALUE: PATH: MESSAGE` for what
   // an override brought in. One line always. A line of 0 means unknown.
@@ -59,8 +68,10 @@ class TomlTable {
 
   // Throws for a key that is none of these, naming the nearest one. Call it before any getter.
   void allow(std::initializer_list<std::string_view> keys) const;
+  void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const;
+  bool is_list(std::string_view key) const;
   std::vector<std::string> keys() const;  // sorted
   const std::string& path() const { return path_; }
   TomlDocument& document() const { return *document_; }
@@ -83,6 +94,7 @@ class TomlTable {
                   std::string_view fallback = {}) const;
   std::optional<double> optional_quantity(std::string_view key, const Dimension& dimension,
                                           Sign sign) const;
+  std::vector<double> quantities(std::string_view key, const Dimension& dimension) const;  // a list
   Vec3 vector(std::string_view key, const Dimension& dimension,
               std::string_view fallback = {}) const;
   Vec3 sizes(std::string_view key) const;  // three lengths above zero

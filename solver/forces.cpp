@@ -2,6 +2,8 @@
 // ranges, in an order that is the same for any number of threads.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "solver/patch_block.h"
 #include "solver/workspace.h"
 
@@ -205,6 +207,8 @@ void add_up(const Model& model, const ContactAccounts& accounts, State& s) {
     s.boundary_impulse[b] += wall.impulse;
     s.boundary_angular_impulse[b] += wall.angular_impulse;
     s.boundary_peak[b] = std::max(s.boundary_peak[b], wall.peak);
+    s.boundary_load[b].force += wall.impulse / model.timestep;
+    s.boundary_load[b].torque += wall.angular_impulse / model.timestep;
   }
 }
 
@@ -249,6 +253,7 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
                  add_loads(block, loads);
                });
              });
+  std::ranges::fill(s.boundary_load, BodyLoad{});
   for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);
 }
 

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "solver/free_body.h"
 
 namespace firn {
 
@@ -58,6 +61,61 @@ std::vector<char> used_shapes(const Model& model) {
   return used;
 }
 
+// How easily a boundary on a free body gives way where it is lightest, 1/kg; 0: it does not.
+double greatest_mobility(const Model& model, const Boundary& b) {
+  for (int f = b.frame; f >= 0; f = model.frames[static_cast<std::size_t>(f)].parent) {
+    const MotionFrame& frame = model.frames[static_cast<std::size_t>(f)];
+    if (!frame.free) continue;
+    double least = kForever;
+    const auto meet = [&](const Vec3& at) {
+      const Vec3 arm = b.origin + b.orientation * at - frame.origin;
+      least = std::min(least, least_apparent_mass(*frame.free, frame.origin, arm));
+    };
+    for (const Vec3& v : b.mesh.vertices) meet(v);
+    if (b.mesh.vertices.empty()) meet(Vec3::Zero());
+    return 1 / least;
+  }
+  return 0;
+}
+
+void check_free_body(const MotionFrame& frame) {
+  const auto fail = [&](const std::string& what) {
+    throw InputError("motion_frames." + frame.name + ": " + what);
+  };
+  const FreeBody& body = *frame.free;
+  const auto rotations = std::ranges::count(body.axes, FreeAxis::Kind::rotation, &FreeAxis::kind);
+  if (body.axes.empty() && !body.turns_freely) fail("is free, but has no axis to move along");
+  if (rotations + (body.turns_freely ? 1 : 0) > 1)
+    fail("turns about more than one axis; expected one rotation, or free turning about all");
+  if (body.axes.size() + (body.turns_freely ? 3 : 0) > kMostAxes)
+    fail(fmt::format("has {} axes; expected at most {}", body.axes.size(),
+                     kMostAxes - (body.turns_freely ? 3 : 0)));
+  if (!(body.mass > 0) || !body.inertia.allFinite()) fail("is free, but has no mass or inertia");
+  if (!(least_apparent_mass(body, frame.origin, body.center - frame.origin) > 0))
+    fail(
+        "cannot be moved along its axes by finite forces: two of them are the same, or mass or "
+        "inertia is zero there");
+  if (!frame.motions.empty())
+    fail("is free and has motions; expected one of the two, or drives of its axes");
+}
+
+void check_frames(const Model& model) {
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const MotionFrame& frame = model.frames[f];
+    if (frame.parent >= static_cast<int>(f))
+      throw InputError("motion_frames." + frame.name + ": hangs on a later one");
+    if (frame.free) check_free_body(frame);
+    for (int p = frame.parent; p >= 0; p = model.frames[static_cast<std::size_t>(p)].parent) {
+      const MotionFrame& above = model.frames[static_cast<std::size_t>(p)];
+      if (above.free && (frame.free || !frame.motions.empty()))
+        throw InputError(fmt::format(
+            "motion_frames.{}: moves on its own on the free frame \"{}\"; expected it to be fixed "
+            "there",
+            frame.name, above.name));
+    }
+  }
+}
+
 }  // namespace
 
 double particle_pair_stiffness(const Shape& a, const Shape& b) {
@@ -74,6 +132,8 @@ double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundar
 
 TimestepAdvice advise_timestep(const Model& model, double steps) {
   const std::vector<char> used = used_shapes(model);
+  std::vector<double> mobility;
+  for (const Boundary& b : model.boundaries) mobility.push_back(greatest_mobility(model, b));
   std::vector<Spring> springs;
   for (std::size_t i = 0; i < model.shapes.size(); ++i) {
     if (!used[i]) continue;
@@ -85,9 +145,11 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
                                model.interaction(a.material, b.material),
                                a.mass * b.mass / (a.mass + b.mass)));
     }
-    for (const Boundary& b : model.boundaries) {
+    for (std::size_t k = 0; k < model.boundaries.size(); ++k) {
+      const Boundary& b = model.boundaries[k];
       springs.push_back(spring(a.name + " on " + b.name, boundary_pair_stiffness(model, a, b),
-                               model.interaction(a.material, b.material), a.mass));
+                               model.interaction(a.material, b.material),
+                               1 / (1 / a.mass + mobility[k])));
     }
   }
   if (springs.empty()) {
@@ -123,6 +185,7 @@ void validate(const Model& model) {
     if (!(s.stiffness > 0)) throw InputError("shapes." + s.name + ": stiffness is not positive");
     if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
   }
+  check_frames(model);
   const std::vector<char> used = used_shapes(model);
   for (std::size_t i = 0; i < model.shapes.size(); ++i) {
     if (!used[i]) continue;

@@ -1,10 +1,10 @@
 // The constant model of a simulation: what never changes while it runs.
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "solver/motions.h"
 #include "solver/shape.h"
 
 namespace firn {
@@ -32,19 +32,6 @@ struct Particle {
   int tag = 0;
 };
 
-// Prescribed motion of a boundary, active from start to stop; later motions act on top of earlier
-// ones, each in the world frame.
-struct Motion {
-  enum class Kind { translation, rotation };
-  Kind kind = Kind::translation;
-  double start = 0;                                       // s
-  double stop = std::numeric_limits<double>::infinity();  // s
-  Vec3 velocity = Vec3::Zero();                           // m/s (translation)
-  Vec3 axis = Vec3::UnitZ();                              // unit (rotation)
-  Vec3 center = Vec3::Zero();                             // m, a point on the axis, world, at start
-  double angular_speed = 0;                               // rad/s about the axis
-};
-
 struct Boundary {
   enum class Kind { plane, solid };
   std::string name;
@@ -57,7 +44,8 @@ struct Boundary {
   Quat orientation = Quat::Identity();  // boundary axes -> world, at t = 0
   std::vector<ConvexPart> parts;        // m, boundary axes (solids)
   TriangleMesh mesh;                    // m, boundary axes, for drawing
-  std::vector<Motion> motions;
+  std::vector<Motion> motions;          // on top of those of its frame
+  int frame = -1;                       // motion frame that carries it; -1: the world
 };
 
 struct Numerics {
@@ -82,6 +70,7 @@ struct Model {
   std::vector<Shape> shapes;
   std::vector<Particle> particles;  // all that will ever exist, in order of their ids
   std::vector<Boundary> boundaries;
+  std::vector<MotionFrame> frames;
   Numerics numerics;
 
   const Interaction& interaction(int material_a, int material_b) const {

@@ -1,13 +1,16 @@
 #include "solver/snapshot.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
+#include <type_traits>
 
 namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000003;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000004;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -114,6 +117,13 @@ void walk(Archive& ar, S& s) {
   ar.array(s.boundary_impulse);
   ar.array(s.boundary_angular_impulse);
   ar.array(s.boundary_peak);
+  ar.array(s.boundary_load);
+  ar.group("motion frames");
+  ar.array(s.frames);
+  ar.array(s.frame_position);
+  ar.array(s.frame_orientation);
+  ar.array(s.boundary_position);
+  ar.array(s.boundary_orientation);
   ar.group("neighbour list");
   ar.value(s.list_is_stale);
   ar.array(s.pairs);
@@ -145,19 +155,50 @@ void walk(Archive& ar, S& s) {
   ar.value(s.health.queries);
   ar.value(s.health.refreshes);
   ar.group("started motions");
-  ar.array(s.extra_motion_boundary);
+  ar.array(s.extra_motion_mover);
+  ar.array(s.extra_motion_group);
+  ar.array(s.extra_drive_axis);
+  ar.array(s.extra_drive_group);
 }
 
-// Motions have padding, so their fields go one by one.
+// Motions and drives have padding, so their fields go one by one.
+template <class Archive, class S>
+void walk_schedule(Archive& ar, S& s) {
+  ar.value(s.start);
+  ar.value(s.stop);
+  ar.value(s.period);
+  ar.value(s.end);
+}
 template <class Archive, class M>
 void walk_motion(Archive& ar, M& m) {
+  walk_schedule(ar, m);
   ar.value(m.kind);
-  ar.value(m.start);
-  ar.value(m.stop);
+  ar.value(m.course);
   ar.value(m.velocity);
   ar.value(m.axis);
   ar.value(m.center);
   ar.value(m.angular_speed);
+  for (auto* v : {&m.rate, &m.end_rate, &m.ramp_time, &m.amplitude, &m.frequency, &m.phase})
+    ar.value(*v);
+  ar.array(m.times);
+  ar.array(m.ways);
+}
+template <class Archive, class D>
+void walk_drive(Archive& ar, D& d) {
+  walk_schedule(ar, d);
+  ar.value(d.speed);
+  ar.value(d.limit);
+  double target = d.target.value_or(std::numeric_limits<double>::quiet_NaN());
+  ar.value(target);
+  if constexpr (!std::is_const_v<D>) {
+    d.target.reset();
+    if (!std::isnan(target)) d.target = target;
+  }
+}
+template <class Archive, class S>
+void walk_started(Archive& ar, S& s) {
+  for (auto& m : s.extra_motions) walk_motion(ar, m);
+  for (auto& d : s.extra_drives) walk_drive(ar, d);
 }
 
 // What must agree between the model that made a state and the one that takes it up.
@@ -168,6 +209,7 @@ std::vector<double> fingerprint(const Model& model) {
                            model.gravity.z(),
                            double(model.particles.size()),
                            double(model.boundaries.size()),
+                           double(model.frames.size()),
                            model.numerics.contact_shell,
                            model.numerics.shell_limit,
                            model.numerics.refresh_fraction,
@@ -190,14 +232,14 @@ std::vector<std::byte> pack(const Model& model, const State& state) {
   w.value(kMagic);
   w.array(fingerprint(model));
   walk(w, state);
-  for (const Motion& m : state.extra_motions) walk_motion(w, m);
+  walk_started(w, state);
   return std::move(w.bytes);
 }
 
 std::vector<GroupHash> hash_groups(const State& state) {
   Hasher hasher;
   walk(hasher, state);
-  for (const Motion& m : state.extra_motions) walk_motion(hasher, m);
+  walk_started(hasher, state);
   return std::move(hasher.groups);
 }
 
@@ -220,10 +262,12 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   if (theirs != fingerprint(model)) throw RunError("checkpoint belongs to another case");
   State fresh;
   walk(r, fresh);
-  fresh.extra_motions.resize(fresh.extra_motion_boundary.size());
-  for (Motion& m : fresh.extra_motions) walk_motion(r, m);
+  fresh.extra_motions.resize(fresh.extra_motion_mover.size());
+  fresh.extra_drives.resize(fresh.extra_drive_axis.size());
+  walk_started(r, fresh);
   if (!r.done() || fresh.presence.size() != model.particles.size() ||
-      fresh.boundary_present.size() != model.boundaries.size()) {
+      fresh.boundary_present.size() != model.boundaries.size() ||
+      fresh.frames.size() != model.frames.size()) {
     throw RunError("checkpoint does not fit the case");
   }
   state = std::move(fresh);

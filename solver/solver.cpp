@@ -53,10 +53,8 @@ void resize(const Model& model, State& s) {
   s.boundary_impulse.resize(b, Vec3::Zero());
   s.boundary_angular_impulse.resize(b, Vec3::Zero());
   s.boundary_peak.resize(b, 0);
-  for (std::size_t k = 0; k < b; ++k) {
-    s.motion[n + k].position = model.boundaries[k].origin;
-    s.orientation[n + k] = model.boundaries[k].orientation;
-  }
+  s.boundary_load.resize(b);
+  place_boundaries(model, s);
 }
 
 Model checked(Model model) {
@@ -86,7 +84,10 @@ void Solver::step() {
   i.timed(2, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed(3, "find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed(4, "contact forces", [&] { k.contact_forces(m, w, s); });
-  i.timed(5, "half kick", [&] { k.sum_loads_and_kick(m, w, s); });
+  i.timed(5, "half kick", [&] {
+    k.sum_loads_and_kick(m, w, s);
+    finish_frames(m, s);
+  });
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
   i.timed(6, "check state", [&] { check_state(m, w, s); });
@@ -131,13 +132,37 @@ void Solver::remove_boundary(int boundary) {
   impl_->changed();
 }
 
-void Solver::add_motion(int boundary, const Motion& motion) {
+void Solver::add_motion(int boundary, const Motion& motion, int group) {
   impl_->state.extra_motions.push_back(motion);
-  impl_->state.extra_motion_boundary.push_back(boundary);
+  impl_->state.extra_motion_mover.push_back(boundary);
+  impl_->state.extra_motion_group.push_back(group);
+}
+
+void Solver::add_frame_motion(int frame, const Motion& motion, int group) {
+  add_motion(static_cast<int>(impl_->model.boundaries.size()) + frame, motion, group);
+}
+
+void Solver::add_drive(int frame, int axis, const Drive& drive, int group) {
+  impl_->state.extra_drives.push_back(drive);
+  impl_->state.extra_drive_axis.push_back(frame * kMostAxes + axis);
+  impl_->state.extra_drive_group.push_back(group);
+}
+
+void Solver::end_started(int group, double time) {
+  State& s = impl_->state;
+  for (std::size_t i = 0; i < s.extra_motions.size(); ++i)
+    if (s.extra_motion_group[i] == group) s.extra_motions[i].end = time;
+  for (std::size_t i = 0; i < s.extra_drives.size(); ++i)
+    if (s.extra_drive_group[i] == group) s.extra_drives[i].end = time;
 }
 
 bool Solver::overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
                       double clearance) const {
+  return obstacle(shape, center_of_mass, orientation, clearance).has_value();
+}
+
+std::optional<int> Solver::obstacle(int shape, const Vec3& center_of_mass, const Quat& orientation,
+                                    double clearance) const {
   const Model& model = impl_->model;
   const State& s = impl_->state;
   const Shape& mine = model.shapes[shape];
@@ -161,25 +186,28 @@ bool Solver::overlaps(int shape, const Vec3& center_of_mass, const Quat& orienta
     const Shape& other = model.shapes[model.particles[i].shape];
     const double reach = mine.bounding_radius + other.bounding_radius + clearance;
     if ((s.motion[i].position - center_of_mass).squaredNorm() > reach * reach) continue;
-    if (near(other.parts, rotation_of(s, static_cast<int>(i)), s.motion[i].position)) return true;
+    if (near(other.parts, rotation_of(s, static_cast<int>(i)), s.motion[i].position))
+      return static_cast<int>(i);
   }
   const std::size_t n = model.particles.size();
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     if (!s.boundary_present[b]) continue;
     const Mat3 axes = rotation_of(s, static_cast<int>(n + b));
     if (model.boundaries[b].kind == Boundary::Kind::solid) {
-      if (near(model.boundaries[b].parts, axes, s.motion[n + b].position)) return true;
+      if (near(model.boundaries[b].parts, axes, s.motion[n + b].position))
+        return static_cast<int>(n + b);
       continue;
     }
     const Vec3 normal = axes.col(2);
     for (const ConvexPart& part : mine.parts) {
       for (int k = 0; k < part.vertex_count; ++k) {
         const Vec3 p = center_of_mass + rotation * part.vertex(k);
-        if (normal.dot(p - s.motion[n + b].position) - part.radius < clearance) return true;
+        if (normal.dot(p - s.motion[n + b].position) - part.radius < clearance)
+          return static_cast<int>(n + b);
       }
     }
   }
-  return false;
+  return std::nullopt;
 }
 
 double Solver::time() const { return impl_->state.time; }
@@ -230,8 +258,35 @@ const std::vector<BoundaryState>& Solver::boundaries() const {
   return i.walls;
 }
 
+std::vector<FrameState> Solver::frames() const {
+  const Impl& i = *impl_;
+  std::vector<FrameState> out;
+  for (std::size_t f = 0; f < i.state.frames.size(); ++f) {
+    const FrameMotion& m = i.state.frames[f];
+    FrameState& one = out.emplace_back();
+    one.position = m.position;
+    one.orientation = Quat(Mat3(Eigen::Map<const Mat3>(m.rotation))).normalized();
+    one.velocity = m.velocity;
+    one.angular_velocity = m.spin;
+    one.driven = m.driven != 0;
+    one.impulse = m.impulse;
+    one.angular_impulse = m.angular_impulse;
+    const std::optional<FreeBody>& free = i.model.frames[f].free;
+    if (!free) continue;
+    for (std::size_t k = 0; k < free->axes.size(); ++k) {
+      one.axes.push_back({m.coordinate[k], m.rate[k], m.drive_impulse[k], m.stop_impulse[k]});
+    }
+  }
+  return out;
+}
+
 void Solver::clear_boundary_loads() {
   State& s = impl_->state;
+  for (FrameMotion& frame : s.frames) {
+    frame.impulse = frame.angular_impulse = Vec3::Zero();
+    std::fill_n(frame.drive_impulse, kMostAxes, 0.0);
+    std::fill_n(frame.stop_impulse, kMostAxes, 0.0);
+  }
   std::fill(s.boundary_impulse.begin(), s.boundary_impulse.end(), Vec3::Zero());
   std::fill(s.boundary_angular_impulse.begin(), s.boundary_angular_impulse.end(), Vec3::Zero());
   std::fill(s.boundary_peak.begin(), s.boundary_peak.end(), 0.0);
@@ -274,6 +329,11 @@ std::vector<Contact> Solver::contacts() const {
 
 Solver::Load Solver::load(int particle) const {
   const BodyLoad& load = impl_->state.load.at(static_cast<std::size_t>(particle));
+  return {load.force, load.torque};
+}
+
+Solver::Load Solver::frame_load(int frame) const {
+  const BodyLoad load = load_on_frame(impl_->model, impl_->state, frame);
   return {load.force, load.torque};
 }
 

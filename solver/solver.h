@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,22 @@ struct BoundaryState {
   Vec3 impulse = Vec3::Zero();          // N s, on the boundary
   Vec3 angular_impulse = Vec3::Zero();  // N m s, about the moving origin
   double peak_normal_force = 0;         // N, largest single patch
+};
+
+// A motion frame, at the end of a step.
+struct FrameState {
+  Vec3 position = Vec3::Zero();          // m, of its origin, world
+  Quat orientation = Quat::Identity();   // its axes -> world
+  Vec3 velocity = Vec3::Zero();          // m/s, of the origin
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  bool driven = false;                   // a drive acted in the last step
+  // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
+  Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
+  struct Axis {
+    double coordinate = 0, rate = 0;  // m or rad, m/s or rad/s
+    double drive_impulse = 0, stop_impulse = 0;
+  };
+  std::vector<Axis> axes;  // of a free one
 };
 
 struct Energy {  // J
@@ -113,6 +130,10 @@ std::string instruction_set();
 
 class Solver {
  public:
+  struct Load {
+    Vec3 force, moment;  // N, N m about the centre of mass (frames: the origin), world
+  };
+
   // Keeps its own copy of the model. Particles start waiting, boundaries present.
   // Throws InputError when validate(model) does.
   explicit Solver(Model model);
@@ -127,13 +148,20 @@ class Solver {
               const Vec3& velocity, const Vec3& angular_velocity);
   void remove_particle(int particle);
   void remove_boundary(int boundary);
-  // Starts an extra motion now or later (stages that begin on events).
-  void add_motion(int boundary, const Motion& motion);
+  // Starts an extra motion or drive now or later (stages that begin on events). Those of a group
+  // above 0 end together.
+  void add_motion(int boundary, const Motion& motion, int group = 0);
+  void add_frame_motion(int frame, const Motion& motion, int group = 0);
+  void add_drive(int frame, int axis, const Drive& drive, int group = 0);
+  void end_started(int group, double time);
 
   // True when a body of this shape placed there would touch a present particle or boundary, or
   // come nearer than `clearance` (m). For placement; does not change the state.
   bool overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
                 double clearance) const;
+  // What it would touch first: a particle, or number of particles + boundary; none: nothing.
+  std::optional<int> obstacle(int shape, const Vec3& center_of_mass, const Quat& orientation,
+                              double clearance) const;
 
   // Advances by one time step. Throws RunError (non-finite state, runaway energy, overlap beyond
   // the limit) naming the particle and the time.
@@ -146,7 +174,10 @@ class Solver {
   // Orientation as the results file wants it: shape axes -> world.
   Quat shape_orientation(int particle) const;
   const std::vector<BoundaryState>& boundaries() const;
-  void clear_boundary_loads();  // after they were recorded
+  std::vector<FrameState> frames() const;
+  // Contacts' force and moment, about its origin, on all that a frame carries, at this step.
+  Load frame_load(int frame) const;
+  void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
   const Health& health() const;
   // Overlap of the deepest point of every patch that bears a force now, m.
@@ -156,9 +187,6 @@ class Solver {
   // still has its last contacts.
   std::vector<Contact> contacts() const;
   // Force and moment of all contacts on a particle at the end of the step, as the motion uses them.
-  struct Load {
-    Vec3 force, moment;  // N, N m about the centre of mass, world
-  };
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 

@@ -28,6 +28,24 @@ struct alignas(32) BodyLoad {
   double zero_1 = 0;
 };
 
+// Where a frame is and how it moves; of a free one, its coordinates. All of equal alignment.
+struct FrameMotion {
+  Vec3 position = Vec3::Zero();                      // m, of the origin, world
+  double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // frame -> world, column by column
+  Vec3 velocity = Vec3::Zero();                      // m/s, of the origin, over the last step
+  Vec3 spin = Vec3::Zero();                          // rad/s, world
+  Vec3 velocity_change = Vec3::Zero();               // of both, from the step before
+  Vec3 spin_change = Vec3::Zero();
+  Vec3 impulse = Vec3::Zero();           // N s, by contacts since it was cleared
+  Vec3 angular_impulse = Vec3::Zero();   // N m s, about the moving origin
+  double coordinate[kMostAxes] = {};     // m or rad, of the axes
+  double rate[kMostAxes] = {};           // m/s or rad/s; the last three of a body that turns
+                                         // freely: its spin against the parent, world axes
+  double drive_impulse[kMostAxes] = {};  // N s or N m s, by drives
+  double stop_impulse[kMostAxes] = {};   // and by hard stops, both since they were cleared
+  double driven = 0;                     // 1: a drive acted in the last step
+};
+
 // Two bodies that may come to touch before the neighbour list is made again.
 struct Pair {
   std::int32_t a = 0, b = 0;     // bodies, a < b
@@ -80,8 +98,19 @@ struct State {
   std::vector<std::uint8_t> boundary_present;  // [B]
   std::vector<Vec3> boundary_impulse, boundary_angular_impulse;  // [B] N s, N m s
   std::vector<double> boundary_peak;                             // [B] N
-  std::vector<Motion> extra_motions;                             // started by stages
-  std::vector<std::int32_t> extra_motion_boundary;
+  std::vector<BodyLoad> boundary_load;                           // [B] by contacts, at `time`,
+                                                                 // torque about the origin
+  // Motion frames. Local poses are those in the parent's axes, from the parent's origin.
+  std::vector<FrameMotion> frames;         // [F]
+  std::vector<Vec3> frame_position;        // [F] m, local
+  std::vector<Quat> frame_orientation;     // [F] local
+  std::vector<Vec3> boundary_position;     // [B] m, local; of those that a frame carries
+  std::vector<Quat> boundary_orientation;  // [B]
+  // Started by stages.
+  std::vector<Motion> extra_motions;
+  std::vector<std::int32_t> extra_motion_mover, extra_motion_group;  // a boundary, or B + frame
+  std::vector<Drive> extra_drives;
+  std::vector<std::int32_t> extra_drive_axis, extra_drive_group;  // frame * kMostAxes + axis
   // Contacts
   bool list_is_stale = true;
   std::vector<Pair> pairs;       // [P] along a curve through space (neighbours.cpp)

@@ -118,13 +118,19 @@ struct Workspace {
 };
 
 // The phases of a step, in order (see Solver::step).
-void advance_boundaries(const Model& model, State& state);
+void advance_boundaries(const Model& model, State& state);  // and first half kick of free bodies
 void kick_and_drift(const Model& model, Workspace& workspace, State& state);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void contact_forces(const Model& model, Workspace& workspace, State& state);
 void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
+void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
 void check_state(const Model& model, const Workspace& workspace, State& state);
+
+// Contacts' force and torque about the frame's origin, on all that it carries, at this step.
+BodyLoad load_on_frame(const Model& model, const State& state, int frame);
+// Boundaries and frames where they are at t = 0.
+void place_boundaries(const Model& model, State& state);
 
 // Energy of the present state, J.
 Energy energy_of(const Model& model, const Workspace& workspace, const State& state);

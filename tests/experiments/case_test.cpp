@@ -154,10 +154,10 @@ TEST(Case, ReadsEverySection) {
   EXPECT_DOUBLE_EQ(c.placed[1].orientation.y(), 0.8);
   EXPECT_EQ(c.model.particles[1].tag, 3);
   ASSERT_EQ(c.stages.size(), 2u);
-  EXPECT_EQ(c.stages[0].until, Stage::Until::at_rest);
+  EXPECT_TRUE(c.stages[0].ends_on(Stage::Until::at_rest));
   EXPECT_EQ(c.stages[1].remove, std::vector<std::string>{"lid"});
-  ASSERT_EQ(c.stages[1].start_motions.size(), 1u);
-  EXPECT_EQ(c.stages[1].start_motions[0].first, "floor");
+  ASSERT_EQ(c.stages[1].motions.size(), 1u);
+  EXPECT_EQ(c.model.boundaries.at(c.stages[1].motions[0].boundary).name, "floor");
   ASSERT_EQ(c.outlets.size(), 1u);
   EXPECT_EQ(c.outlets[0].normal, Vec3::UnitX());
 }
@@ -442,8 +442,8 @@ TEST(Case, UnknownReferencesAreNamed) {
   };
   for (const BadInput& b : bad) EXPECT_EQ(error_of(with(b.from, b.to)), b.message);
   EXPECT_EQ(error_of("[case]\nduration = \"1 s\"\n[materials.ice]\n"),
-            "c.toml:1: particles: the case has none; expected [[particles]], [[fills]] or "
-            "[experiment]");
+            "c.toml:1: particles: the case has none; expected [[particles]], [[fills]], "
+            "[[sources]] or [experiment]");
   EXPECT_EQ(error_of(kTwoCubes + "[shapes.a]\nkind = \"compound\"\nmaterial = \"ice\"\n"
                                  "components = [{shape = \"a\"}]\n"),
             "c.toml:87: shapes.a.components.0.shape: \"a\" contains itself; expected another "
@@ -597,18 +597,18 @@ TEST_F(DrainedReposeCase, BuildsTheBox) {
 }
 
 TEST_F(DrainedReposeCase, DoorsThatMove) {
-  const auto drain = [](const std::string& opening) {
+  const auto opened = [](const std::string& opening) {
     return read(shipped(),
-                {{"experiment.door_opening", opening}, {"experiment.door_speed", "2 m/s"}})
-        .stages.at(1);
+                {{"experiment.door_opening", opening}, {"experiment.door_speed", "2 m/s"}});
   };
-  const Stage drop = drain("drop"), slide = drain("slide");
+  const Case dropped = opened("drop");
+  const Stage drop = dropped.stages.at(1), slide = opened("slide").stages.at(1);
   EXPECT_TRUE(drop.remove.empty());
-  EXPECT_EQ(drop.start_motions.at(0).first, "door");
-  EXPECT_EQ(drop.start_motions.at(0).second.velocity, Vec3(0, 0, -2));
+  EXPECT_EQ(dropped.model.boundaries.at(drop.motions.at(0).boundary).name, "door");
+  EXPECT_EQ(drop.motions.at(0).motion.velocity, Vec3(0, 0, -2));
   // A sliding door stops once it is out of the box: depth and overhangs of the floor at 2 m/s.
-  EXPECT_EQ(slide.start_motions.at(0).second.velocity, Vec3(0, 2, 0));
-  EXPECT_NEAR(slide.start_motions.at(0).second.stop, (5.5 * 0.0254 + 0.02) / 2, 1e-12);
+  EXPECT_EQ(slide.motions.at(0).motion.velocity, Vec3(0, 2, 0));
+  EXPECT_NEAR(slide.motions.at(0).motion.stop, (5.5 * 0.0254 + 0.02) / 2, 1e-12);
   EXPECT_EQ(error_of_set("experiment.door_speed=1 m/s"),
             "--set experiment.door_speed=1 m/s: experiment.door_speed: has no meaning for a door "
             "that vanishes; expected door_opening = \"drop\" or \"slide\" beside it");

@@ -1,0 +1,132 @@
+#include "experiments/scene_responses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "experiments/recording.h"
+
+namespace firn {
+namespace {
+
+std::string plain(std::string name) {
+  std::ranges::replace(name, ' ', '_');
+  return name;
+}
+
+struct Out {
+  std::vector<Response> responses;
+  void add(const std::string& name, std::vector<double> value, const char* unit,
+           const char* method) {
+    responses.push_back({plain(name), std::move(value), {}, unit, method, 1});
+  }
+};
+
+// Of the values by key: the mean and the number of each, keys ascending from the first to the last.
+struct Grouped {
+  std::vector<double> count, mean;
+};
+Grouped grouped(const std::vector<int>& keys, const std::vector<double>& values) {
+  std::map<int, std::pair<double, double>> sums;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    auto& [count, sum] = sums[keys[i]];
+    if (std::isnan(values[i])) continue;
+    count += 1;
+    sum += values[i];
+  }
+  Grouped g;
+  for (const auto& [key, one] : sums) {
+    g.count.push_back(one.first);
+    g.mean.push_back(one.second / one.first);  // NaN: none yet
+  }
+  return g;
+}
+
+void add_gate(const Recording& recording, const Gate& gate, Out& out) {
+  const std::vector<double> passed = recording.gate_time(gate.name),
+                            inserted = recording.insert_time(), mass = recording.mass();
+  std::vector<int> batch = recording.batch(), tag = recording.tag();
+  std::vector<double> times, residence;
+  std::vector<int> batches, tags;
+  double total = 0;
+  for (std::size_t i = 0; i < passed.size(); ++i) {
+    if (std::isnan(inserted[i])) continue;
+    batches.push_back(batch[i]);
+    tags.push_back(tag[i]);
+    residence.push_back(passed[i] - inserted[i]);
+    if (std::isnan(passed[i])) continue;
+    times.push_back(passed[i]);
+    total += mass[i];
+  }
+  const std::string name = gate.name + "_";
+  out.add(name + "count", {static_cast<double>(times.size())}, "1",
+          "particles whose centre has been in the gate");
+  out.add(name + "mass", {total}, "kg", "their mass");
+  if (times.empty()) return;
+  const auto [first, last] = std::ranges::minmax(times);
+  out.add(name + "first_time", {first}, "s", "first passage");
+  out.add(name + "last_time", {last}, "s", "last passage");
+  double sum = 0;
+  for (double r : residence) sum += std::isnan(r) ? 0 : r;
+  out.add(name + "residence_time", {sum / static_cast<double>(times.size())}, "s",
+          "from insertion to the gate; mean of those that have passed");
+  const Grouped by_batch = grouped(batches, residence), by_tag = grouped(tags, residence);
+  const char* const rows = "one value for each number that occurs, ascending";
+  out.add(name + "count_by_batch", by_batch.count, "1", rows);
+  out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
+  out.add(name + "count_by_tag", by_tag.count, "1", rows);
+}
+
+void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
+  const std::string group = "/motion_frames/" + frame.name + "/", name = frame.name + "_";
+  const auto largest = [&](const std::string& path) {
+    const std::vector<double> v = recording.series(group + path);
+    double most = 0;
+    for (std::size_t i = 0; i + 2 < v.size(); i += 3)
+      most = std::max(most, Vec3(v[i], v[i + 1], v[i + 2]).norm());
+    return most;
+  };
+  const char* const of_frames = "largest magnitude of the means over output frames";
+  out.add(name + "largest_force", {largest("force")}, "N", of_frames);
+  out.add(name + "largest_torque", {largest("torque")}, "N m", of_frames);
+  if (!frame.free || frame.free->axes.empty()) return;
+  const std::size_t axes = frame.free->axes.size();
+  const std::vector<double> at = recording.series(group + "coordinate"),
+                            drive = recording.series(group + "drive");
+  if (at.size() < axes) return;
+  const bool turns = frame.free->axes[0].kind == FreeAxis::Kind::rotation;
+  out.add(name + "coordinate_end", {at[at.size() - axes]}, turns ? "rad" : "m",
+          "of its first axis in the last frame");
+  double most = 0;
+  for (std::size_t i = 0; i < drive.size(); i += axes) most = std::max(most, std::abs(drive[i]));
+  out.add(name + "largest_drive", {most}, turns ? "N m" : "N",
+          "of its first axis; largest mean over an output frame");
+}
+
+}  // namespace
+
+std::vector<Response> scene_responses(const Recording& recording, const Case& c) {
+  Out out;
+  if (c.gates.empty() && c.switches.empty() && c.sources.empty() && c.model.frames.empty())
+    return {};
+  for (const StageRecord& stage : recording.stages()) {
+    if (std::isfinite(stage.end))
+      out.add("duration_" + stage.name, {stage.end - stage.start}, "s", "of the stage");
+  }
+  const std::vector<double> inserted = recording.insert_time();
+  std::size_t coming = inserted.size();
+  for (const Source& s : c.sources)
+    coming -= static_cast<std::size_t>(s.batches) * s.positions.size();
+  for (const Source& s : c.sources) {
+    double batches = 0;
+    for (int b = 0; b < s.batches; ++b, coming += s.positions.size())
+      batches += std::isnan(inserted[coming]) ? 0 : 1;
+    out.add(s.name + "_batches", {batches}, "1", "that came");
+  }
+  for (const Gate& gate : c.gates) add_gate(recording, gate, out);
+  for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
+  return out.responses;
+}
+
+}  // namespace firn

@@ -1,0 +1,230 @@
+// Motion frames and the boundaries that they carry.
+#include <vector>
+
+#include "solver/free_body.h"
+#include "solver/workspace.h"
+
+namespace firn {
+
+namespace {
+
+struct Place {
+  Vec3 position;
+  Quat orientation;
+  Vec3 turned = Vec3::Zero();  // rad, sum of the rotation vectors
+};
+
+// `center` of a rotation counts from `origin`.
+void apply(const Motion& m, const Vec3& origin, double t, double dt, Place& place) {
+  const double way = m.way(t, dt);
+  if (way == 0) return;
+  if (m.kind == Motion::Kind::translation) {
+    place.position += (m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+    return;
+  }
+  const Quat turn(Eigen::AngleAxisd(way, m.axis));
+  const Vec3 center = m.center - origin;
+  place.position = center + turn * (place.position - center);
+  place.orientation = turn * place.orientation;
+  place.turned += m.axis * way;
+}
+
+// All motions of a boundary or frame (`mover` as in State::extra_motion_mover).
+void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3& origin,
+               const State& s, double dt, Place& place) {
+  for (const Motion& m : motions) apply(m, origin, s.time, dt, place);
+  for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
+    if (s.extra_motion_mover[k] == static_cast<int>(mover))
+      apply(s.extra_motions[k], origin, s.time, dt, place);
+  }
+  if (!place.turned.isZero(0)) place.orientation.normalize();
+}
+
+using RotationMap = Eigen::Map<const Mat3>;
+
+Vec3 origin_of(const Model& model, int frame) {
+  return frame < 0 ? Vec3(Vec3::Zero()) : model.frames[static_cast<std::size_t>(frame)].origin;
+}
+
+bool hangs_on(const Model& model, int frame, int above) {
+  for (; frame >= 0; frame = model.frames[static_cast<std::size_t>(frame)].parent)
+    if (frame == above) return true;
+  return false;
+}
+
+FreeBodyScene scene_of(const Model& model, const State& s, std::size_t f) {
+  const MotionFrame& frame = model.frames[f];
+  const FrameMotion& motion = s.frames[f];
+  const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+  FreeBodyScene scene;
+  scene.rotation = RotationMap(motion.rotation);
+  scene.force = load.force;
+  scene.torque = load.torque;
+  scene.gravity = model.gravity;
+  if (frame.parent >= 0) {
+    const FrameMotion& parent = s.frames[static_cast<std::size_t>(frame.parent)];
+    scene.parent = RotationMap(parent.rotation);
+    scene.offset = motion.position - parent.position;
+    scene.parent_spin = parent.spin;
+    scene.parent_velocity_change = parent.velocity_change;
+    scene.parent_spin_change = parent.spin_change;
+  }
+  return scene;
+}
+
+FreeBodyMotion coordinates(FrameMotion& m) {
+  return {m.coordinate, m.rate, m.drive_impulse, m.stop_impulse};
+}
+
+void kick(const Model& model, State& s, std::size_t f, bool first_half) {
+  const MotionFrame& frame = model.frames[f];
+  std::vector<const Drive*> drives[kMostAxes];
+  for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
+    for (const Drive& d : frame.free->axes[k].drives) drives[k].push_back(&d);
+    for (std::size_t e = 0; e < s.extra_drives.size(); ++e) {
+      if (s.extra_drive_axis[e] == static_cast<int>(f * kMostAxes + k))
+        drives[k].push_back(&s.extra_drives[e]);
+    }
+  }
+  FrameMotion& motion = s.frames[f];
+  const FreeBodyScene scene = scene_of(model, s, f);
+  const bool driven = kick_free_body(*frame.free, frame.origin, drives, scene, s.time,
+                                     0.5 * model.timestep, first_half, coordinates(motion));
+  motion.driven = driven ? 1 : 0;
+  meet_stops(*frame.free, frame.origin, scene, first_half ? model.timestep : 0,
+             coordinates(motion));
+}
+
+// The free body's place in its parent's axes after dt.
+Place moved(const FreeBody& body, const Vec3& rest, const Mat3& parent, double dt,
+            FrameMotion& motion, const Quat& orientation) {
+  Place place{rest, orientation};
+  for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    const FreeAxis& axis = body.axes[k];
+    motion.coordinate[k] += motion.rate[k] * dt;
+    if (axis.kind == FreeAxis::Kind::translation) {
+      place.position += axis.direction * motion.coordinate[k];
+    } else {
+      place.orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
+      place.turned += axis.direction * (motion.rate[k] * dt);
+    }
+  }
+  if (body.turns_freely) {
+    const double* spin = motion.rate + body.axes.size();
+    const Vec3 turned = parent.transpose() * Vec3(spin[0], spin[1], spin[2]) * dt;
+    const double angle = turned.norm();
+    if (angle > 0)
+      place.orientation =
+          (Quat(Eigen::AngleAxisd(angle, turned / angle)) * orientation).normalized();
+    place.turned += turned;
+  }
+  return place;
+}
+
+void advance_frame(const Model& model, State& s, std::size_t f) {
+  const MotionFrame& frame = model.frames[f];
+  FrameMotion& motion = s.frames[f];
+  const FrameMotion world;
+  const FrameMotion& parent =
+      frame.parent < 0 ? world : s.frames[static_cast<std::size_t>(frame.parent)];
+  const Mat3 axes = RotationMap(parent.rotation);
+  const double dt = model.timestep;
+  const Vec3 parent_origin = origin_of(model, frame.parent);
+  Place place{s.frame_position[f], s.frame_orientation[f]};
+  if (frame.free) {
+    kick(model, s, f, true);
+    place = moved(*frame.free, frame.origin - parent_origin, axes, dt, motion, place.orientation);
+  } else {
+    apply_all(frame.motions, model.boundaries.size() + f, parent_origin, s, dt, place);
+  }
+  s.frame_position[f] = place.position;
+  s.frame_orientation[f] = place.orientation;
+  const Vec3 position = parent.position + axes * place.position;
+  const Vec3 velocity = (position - motion.position) / dt;
+  const Vec3 spin = parent.spin + axes * place.turned / dt;
+  motion.velocity_change = velocity - motion.velocity;
+  motion.spin_change = spin - motion.spin;
+  motion.velocity = velocity;
+  motion.spin = spin;
+  motion.position = position;
+  Eigen::Map<Mat3>(motion.rotation) = axes * place.orientation.toRotationMatrix();
+}
+
+void advance_boundary(const Model& model, State& s, std::size_t b) {
+  const Boundary& boundary = model.boundaries[b];
+  const std::size_t body = model.particles.size() + b;
+  const double dt = model.timestep;
+  BodyMotion& motion = s.motion[body];
+  if (boundary.frame < 0) {
+    Place place{motion.position, s.orientation[body]};
+    apply_all(boundary.motions, b, Vec3::Zero(), s, dt, place);
+    motion.velocity = (place.position - motion.position) / dt;
+    motion.spin = place.turned / dt;
+    motion.position = place.position;
+    s.orientation[body] = place.orientation;
+    return;
+  }
+  Place place{s.boundary_position[b], s.boundary_orientation[b]};
+  apply_all(boundary.motions, b, origin_of(model, boundary.frame), s, dt, place);
+  s.boundary_position[b] = place.position;
+  s.boundary_orientation[b] = place.orientation;
+  const FrameMotion& frame = s.frames[static_cast<std::size_t>(boundary.frame)];
+  const Mat3 axes = RotationMap(frame.rotation);
+  const Vec3 position = frame.position + axes * place.position;
+  motion.velocity = (position - motion.position) / dt;
+  motion.spin = frame.spin + axes * place.turned / dt;
+  motion.position = position;
+  if (!motion.spin.isZero(0)) s.orientation[body] = (Quat(axes) * place.orientation).normalized();
+}
+
+}  // namespace
+
+void advance_boundaries(const Model& model, State& s) {
+  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, f);
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b);
+}
+
+BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
+  BodyLoad sum;
+  const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    if (!hangs_on(model, model.boundaries[b].frame, frame)) continue;
+    const BodyLoad& load = s.boundary_load[b];
+    const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
+    sum.force += load.force;
+    sum.torque += load.torque + arm.cross(load.force);
+  }
+  return sum;
+}
+
+void finish_frames(const Model& model, State& s) {
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    if (model.frames[f].free) kick(model, s, f, false);
+    const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+    s.frames[f].impulse += load.force * model.timestep;
+    s.frames[f].angular_impulse += load.torque * model.timestep;
+  }
+}
+
+void place_boundaries(const Model& model, State& s) {
+  const std::size_t n = model.particles.size();
+  s.frames.resize(model.frames.size());
+  s.frame_position.resize(model.frames.size());
+  s.frame_orientation.resize(model.frames.size(), Quat::Identity());
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const MotionFrame& frame = model.frames[f];
+    s.frames[f].position = frame.origin;
+    s.frame_position[f] = frame.origin - origin_of(model, frame.parent);
+  }
+  s.boundary_position.resize(model.boundaries.size());
+  s.boundary_orientation.resize(model.boundaries.size());
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const Boundary& boundary = model.boundaries[b];
+    s.motion[n + b].position = boundary.origin;
+    s.orientation[n + b] = boundary.orientation;
+    s.boundary_position[b] = boundary.origin - origin_of(model, boundary.frame);
+    s.boundary_orientation[b] = boundary.orientation;
+  }
+}
+
+}  // namespace firn
