@@ -8,6 +8,7 @@
 #include "experiments/case_frames.h"
 #include "experiments/case_materials.h"
 #include "experiments/case_shapes.h"
+#include "experiments/machine/read_part.h"
 
 namespace firn {
 namespace {
@@ -19,8 +20,19 @@ Quat shortest_rotation_from_z(const Vec3& n) {
   return Quat(1 + n.z(), -n.y(), n.x(), 0).normalized();
 }
 
+// Keys of every solid, whatever its kind.
+constexpr std::string_view kSolidKeys[] = {"name",    "material",  "kind",
+                                           "rigid",   "stiffness", "motion_frame",
+                                           "motions", "position",  "orientation"};
+
+std::vector<std::string_view> all_kinds() {
+  std::vector<std::string_view> kinds = {"plane", "box", "mesh"};
+  kinds.insert(kinds.end(), machine_kinds().begin(), machine_kinds().end());
+  return kinds;
+}
+
 Boundary read_geometry(const TomlTable& t, const std::string& directory) {
-  const std::string kind = t.choice("kind", {"plane", "box", "mesh"});
+  const std::string kind = t.choice("kind", all_kinds());
   if (kind == "plane") {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions", "point",
              "normal"});
@@ -32,6 +44,11 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
              "position", "orientation", "size"});
     b = box_boundary("", 0, t.sizes("size"), Vec3::Zero());
+  } else if (kind != "mesh") {
+    Solid part = read_machine_part(t, kind, kSolidKeys);
+    b.kind = Boundary::Kind::solid;
+    b.mesh = std::move(part.mesh);
+    b.parts = std::move(part.parts);
   } else {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
              "position", "orientation", "file", "length_unit", "sha256", "thickness"});

@@ -94,39 +94,12 @@ class ShapeReader {
     t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "variant",
              "chord", "thickness", "depth", "tip", "dish", "draft", "facets", "parts",
              "arc_segments"});
-    const std::string variant =
-        t.choice("variant", {"mass-matched", "table1", "table1-heavy", "custom"}, "mass-matched");
-    const bool custom = variant == "custom";
     ShapeOptions o = options(t, name);
-    CrescentParameters p;
-    const auto length = [&](std::string_view key, double fallback, Sign sign) {
-      return t.quantity(key, dimension::length, sign, si_text(fallback, dimension::length));
-    };
-    for (const auto& [key, value] : {std::pair<std::string_view, double*>{"chord", &p.chord},
-                                     {"thickness", &p.width},
-                                     {"depth", &p.depth}}) {
-      if (custom) *value = length(key, *value, Sign::positive);
-      if (!custom && t.has(key)) {
-        t.fail(key,
-               fmt::format("is fixed by variant = \"{}\"; expected variant = \"custom\" beside "
-                           "it",
-                           variant));
-      }
-    }
-    p.tip = length("tip", p.tip, Sign::positive);
-    p.dish = length("dish", p.dish, Sign::non_negative);
-    p.draft = t.quantity("draft", dimension::angle, Sign::non_negative, "3 deg");
-    p.facets = t.integer("facets", 4, p.facets);
+    auto [p, mass] = read_crescent(t);
     p.parts = t.integer("parts", 1, p.parts);
     p.arc_segments = t.integer("arc_segments", 1, p.arc_segments);
-    return t.at("", [&] {
-      if (!custom) {
-        const NamedCrescent named = named_crescent(variant, p);
-        p = named.parameters;
-        if (o.mass == 0) o.mass = named.mass;
-      }
-      return make_crescent(p, o);
-    });
+    if (o.mass == 0) o.mass = mass;
+    return t.at("", [&, &parameters = p] { return make_crescent(parameters, o); });
   }
 
   Shape convex(const TomlTable& t, const std::string& name) {
@@ -194,6 +167,32 @@ class ShapeReader {
 std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material>& materials,
                                const std::string& directory) {
   return ShapeReader(root, materials, directory).read();
+}
+
+NamedCrescent read_crescent(const TomlTable& t) {
+  const std::string variant =
+      t.choice("variant", {"mass-matched", "table1", "table1-heavy", "custom"}, "mass-matched");
+  const bool custom = variant == "custom";
+  CrescentParameters p;
+  const auto length = [&](std::string_view key, double fallback, Sign sign) {
+    return t.quantity(key, dimension::length, sign, si_text(fallback, dimension::length));
+  };
+  for (const auto& [key, value] : {std::pair<std::string_view, double*>{"chord", &p.chord},
+                                   {"thickness", &p.width},
+                                   {"depth", &p.depth}}) {
+    if (custom) *value = length(key, *value, Sign::positive);
+    if (!custom && t.has(key)) {
+      t.fail(key,
+             fmt::format("is fixed by variant = \"{}\"; expected variant = \"custom\" beside it",
+                         variant));
+    }
+  }
+  p.tip = length("tip", p.tip, Sign::positive);
+  p.dish = length("dish", p.dish, Sign::non_negative);
+  p.draft = t.quantity("draft", dimension::angle, Sign::non_negative, "3 deg");
+  p.facets = t.integer("facets", 4, p.facets);
+  if (custom) return {p, 0};
+  return t.at("", [&] { return named_crescent(variant, p); });
 }
 
 TriangleMesh read_mesh(const TomlTable& table, const std::string& directory) {

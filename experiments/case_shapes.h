@@ -13,6 +13,9 @@ namespace firn {
 std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material>& materials,
                                const std::string& directory);
 
+// The keys variant, chord, thickness, depth, tip, dish, draft and facets of a crescent.
+NamedCrescent read_crescent(const TomlTable& table);
+
 // The mesh named by the keys `file` and `length_unit`. Writes the absolute path and the hash of
 // the content back into the table; throws when a hash stands there already and differs.
 TriangleMesh read_mesh(const TomlTable& table, const std::string& directory);

@@ -311,17 +311,17 @@ TomlTable TomlTable::root(TomlDocument& document) {
   return TomlTable(document, document.root(), "", 1);
 }
 
-void TomlTable::allow(std::initializer_list<std::string_view> keys) const {
-  allow(std::vector<std::string_view>(keys));
-}
-
-void TomlTable::allow(const std::vector<std::string_view>& keys) const {
+void TomlTable::allow(std::span<const std::string_view> keys) const {
   for (const auto& [key, value] : *table_) {
     if (std::ranges::find(keys, key.str()) != keys.end()) continue;
-    document_->fail(
-        path_of(key.str()), key.source().begin.line,
-        fmt::format("unknown key; the nearest known one is \"{}\"", nearest(key.str(), keys)));
+    document_->fail(path_of(key.str()), key.source().begin.line,
+                    fmt::format("unknown key; the nearest known one is \"{}\"",
+                                nearest(key.str(), {keys.begin(), keys.end()})));
   }
+}
+
+void TomlTable::allow(std::initializer_list<std::string_view> keys) const {
+  allow(std::span(keys.begin(), keys.size()));
 }
 
 bool TomlTable::has(std::string_view key) const { return table_->contains(key); }
@@ -415,7 +415,7 @@ double TomlTable::number(std::string_view key, double fallback) const {
   return number(key);
 }
 
-std::string TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> words,
+std::string TomlTable::choice(std::string_view key, std::span<const std::string_view> words,
                               std::string_view fallback) const {
   const std::string wanted = "one of " + comma_list(words);
   if (!has(key) && !fallback.empty()) set(key, std::string(fallback));
@@ -424,6 +424,11 @@ std::string TomlTable::choice(std::string_view key, std::initializer_list<std::s
     fail(key, fmt::format("is \"{}\"; expected {}", word, wanted));
   }
   return word;
+}
+
+std::string TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> words,
+                              std::string_view fallback) const {
+  return choice(key, std::span(words.begin(), words.size()), fallback);
 }
 
 void TomlTable::check_sign(std::string_view key, double value, const Dimension& dimension,

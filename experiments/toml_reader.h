@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -67,8 +68,8 @@ class TomlTable {
   static TomlTable root(TomlDocument& document);
 
   // Throws for a key that is none of these, naming the nearest one. Call it before any getter.
+  void allow(std::span<const std::string_view> keys) const;
   void allow(std::initializer_list<std::string_view> keys) const;
-  void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const;
   bool is_list(std::string_view key) const;
@@ -86,6 +87,8 @@ class TomlTable {
   double number(std::string_view key) const;
   double number(std::string_view key, double fallback) const;
   // One of a few words.
+  std::string choice(std::string_view key, std::span<const std::string_view> words,
+                     std::string_view fallback = {}) const;
   std::string choice(std::string_view key, std::initializer_list<std::string_view> words,
                      std::string_view fallback = {}) const;
 
