@@ -195,7 +195,7 @@ LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
     if (jacobian != nullptr) jacobian->setZero();
     for (Index k = 0; k < targets; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const Prediction p = knowledge_.targets[i].surrogate.best.predict(u);
+      const Prediction p = knowledge_.targets[i].surrogate.best.predict_with_gradients(u);
       r[k] = (p.mean - study_.targets[i].value) / sd[k];
       if (jacobian != nullptr) jacobian->row(k) = p.mean_gradient.transpose() / sd[k];
     }
