@@ -46,6 +46,10 @@ std::string toml(const std::vector<Override>& set) {
 
 }  // namespace
 
+std::string SimulatedProblem::Unknown::text(double value) const {
+  return unit.empty() ? fmt::format("{}", value) : fmt::format("\"{} {}\"", value, unit);
+}
+
 const std::vector<SimulatedProblem>& simulated_problems() {
   const SimulatedProblem::Unknown ice{
       "ice_ice",
@@ -64,6 +68,16 @@ const std::vector<SimulatedProblem>& simulated_problems() {
   static const std::vector<SimulatedProblem> problems = {
       {"count", small, {ice, wall}, {count}, 7, {}, "runs = 36\n", 10, false},
       {"count and height", small, {ice, wall}, {count, height}, 7, {}, "runs = 36\n", 10, false},
+      // Soft contacts end at the limit of overlap, high friction bridges the door.
+      {"gaps",
+       "tests/calibration_proof/narrow_door.toml",
+       {{"young_modulus", {"materials.ice.young_modulus"}, 0.06, 0.5, "MPa"}, ice},
+       {count, {"peak_normal_force", "N", 0.1, 0}},
+       7,
+       {{"numerics.overlap_limit", "0.17"}},
+       "runs = 40\n",
+       10,
+       false},
       {"full size",
        "experiments/drained_repose/case.toml",
        {full_ice, wall},
@@ -106,7 +120,7 @@ std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint
     job.overrides = {{"case.seed", std::to_string(seed)}};
     for (std::size_t i = 0; i < values.size(); ++i)
       for (const std::string& key : problem_.unknowns[i].keys)
-        job.overrides.emplace_back(key, fmt::format("{}", values[i]));
+        job.overrides.emplace_back(key, problem_.unknowns[i].text(values[i]));
     job.case_file = case_file;
     job.text = executor_->resolve(job.case_file, job.overrides);
     job.key = run_key(job.text, firn_program());
@@ -169,8 +183,8 @@ std::string SimulatedStudies::study_text(const Values& truth, std::uint64_t seed
     const SimulatedProblem::Unknown& p = problem_.unknowns[i];
     text += fmt::format(
         "[[parameters]]\nname = \"{}\"\nkeys = [\"{}\"]\nmin = {}\nmax = {}\nscale = \"log\"\n",
-        p.name, fmt::join(p.keys, "\", \""), p.min, p.max);
-    names.push_back(fmt::format("{} = {}", p.name, truth[i]));
+        p.name, fmt::join(p.keys, "\", \""), p.text(p.min), p.text(p.max));
+    names.push_back(fmt::format("{} = {}", p.name, p.text(truth[i])));
   }
   for (const SimulatedProblem::Measured& m : problem_.measured)
     text += fmt::format("[[targets]]\nmeasurement = \"{}.toml\"\n", m.response);

@@ -19,7 +19,9 @@ struct SimulatedProblem {
   struct Unknown {
     std::string name;
     std::vector<std::string> keys;
-    double min = 0, max = 0;  // on a logarithmic scale
+    double min = 0, max = 0;               // on a logarithmic scale
+    std::string unit{};                    // empty: a bare number
+    std::string text(double value) const;  // as a case or a study takes it
   };
   std::vector<Unknown> unknowns;
   struct Measured {
