@@ -23,7 +23,8 @@ constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
 // spread, and shapes as wide as most of the range. Keeps a handful of points from choosing wonders.
 constexpr double departure_guess = 0.1, departure_spread = 1.2;  // of ln(sd)
 constexpr double length_guess = 0.8, length_spread = 0.6;        // of ln(length)
-constexpr double least_departure = 1e-4, most_departure = 3, least_length = 0.1, most_length = 5;
+constexpr double least_departure = 1e-4, most_departure = 3, most_noise = 10;
+constexpr double least_length = 0.1, most_length = 5;
 constexpr double jitter = 1e-10;
 // Members of the mixture, and the walk that finds them: sweeps over all hyperparameters between two
 // members, and the longest step in a logarithm.
@@ -119,7 +120,8 @@ MatrixXd Surrogate::basis_gradient(const VectorXd& u) const {
 Surrogate::Member Surrogate::member(const VectorXd& p) const {
   Member m;
   m.departure_variance = std::exp(2 * p[0]);
-  m.lengths = p.tail(p.size() - 1).array().exp();
+  m.lengths = p.segment(1, form_.matern ? data_.u.cols() : 0).array().exp();
+  if (data_.noise_freedom > 0) m.noise_factor = std::exp(2 * p[p.size() - 1]);
   return m;
 }
 
@@ -133,7 +135,7 @@ Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
       k.row(i).head(i) +=
           m.departure_variance * matern(scaled_norms(apart, m.lengths)).matrix().transpose();
     }
-  k.diagonal().array() += m.departure_variance + z_noise_.array() + jitter;
+  k.diagonal().array() += m.departure_variance + m.noise_factor * z_noise_.array() + jitter;
   return Eigen::LDLT<MatrixXd>(k);  // sees the lower triangle alone
 }
 
@@ -144,21 +146,29 @@ void Surrogate::factorize(Member& m) const {
   m.precision = m.covariance.solve(MatrixXd::Identity(n, n)).diagonal();
 }
 
-// Minus the logarithm of likelihood times belief, for ln(departure sd) and ln(lengths).
+// Minus the logarithm of likelihood times belief, for the logarithms of departure sd, lengths and,
+// unless it is known, noise sd over the stated one.
 double Surrogate::objective(const VectorXd& p) const {
   double penalty = log_normal_penalty(p[0], departure_guess, departure_spread);
-  for (Index i = 1; i < p.size(); ++i)
-    penalty += log_normal_penalty(p[i], length_guess, length_spread);
-  const auto factors = covariance(member(p));
+  const Member m = member(p);
+  for (Index i = 0; i < m.lengths.size(); ++i)
+    penalty += log_normal_penalty(p[1 + i], length_guess, length_spread);
+  // Scaled inverse chi squared: what a variance may be that was estimated so.
+  penalty += 0.5 * data_.noise_freedom * (std::log(m.noise_factor) + 1 / m.noise_factor);
+  const auto factors = covariance(m);
   return 0.5 * z_.dot(factors.solve(z_)) + 0.5 * factors.vectorD().array().log().sum() + penalty;
 }
 
 void Surrogate::fit() {
-  const Index count = 1 + (form_.matern ? data_.u.cols() : 0);
-  VectorXd lower = VectorXd::Constant(count, std::log(least_length));
-  VectorXd upper = VectorXd::Constant(count, std::log(most_length));
+  const Index lengths = form_.matern ? data_.u.cols() : 0;
+  const Index count = 1 + lengths + (data_.noise_freedom > 0 ? 1 : 0);
+  VectorXd lower(count), upper(count);
+  lower.setConstant(-std::log(most_noise));
+  upper.setConstant(std::log(most_noise));
   lower[0] = std::log(least_departure);
   upper[0] = std::log(most_departure);
+  lower.segment(1, lengths).setConstant(std::log(least_length));
+  upper.segment(1, lengths).setConstant(std::log(most_length));
   const Minimum best = minimize([this](const VectorXd& p) { return objective(p); }, lower, upper,
                                 60 * static_cast<int>(count));
   most_likely_ = member(best.x);
@@ -217,7 +227,7 @@ Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
     mean += share * its_mean;
     square += share * its_mean * its_mean;
     variance += share * std::max(0.0, h.dot(bh) + m.departure_variance - explained);
-    noise += share * w.cwiseAbs2().dot(z_noise_);
+    noise += share * m.noise_factor * w.cwiseAbs2().dot(z_noise_);
     if (!gradients) continue;
     MatrixXd dk = trend_gradient;
     if (form_.matern)

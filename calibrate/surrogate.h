@@ -6,12 +6,12 @@
 // The trend is a linear or quadratic polynomial with a Gaussian belief on its coefficients (wide
 // for the linear part, a ridge for the quadratic part, so that eight points can carry it). The
 // departure is either independent at every point (plain regression with lack of fit) or a Gaussian
-// process with a Matern 5/2 kernel and one length for each parameter. The noise is known: the
-// variance between seeds over the number of seeds. T is the identity or the logarithm. How large
-// the departure is and how long the lengths are, a few points hardly tell: the model is a mixture
-// of equally believable members, drawn from the posterior of these hyperparameters, because the
-// most likely set alone believes too much. Equations: Rasmussen and Williams, Gaussian Processes
-// for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
+// process with a Matern 5/2 kernel and one length for each parameter. The noise is that between
+// seeds, known as well as its degrees of freedom allow. T is the identity or the logarithm. How
+// large the departure is and how long the lengths are, a few points hardly tell: the model is a
+// mixture of equally believable members, drawn from the posterior of these hyperparameters, because
+// the most likely set alone believes too much. Equations: Rasmussen and Williams, Gaussian
+// Processes for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,6 +24,8 @@ struct SurrogateData {
   Eigen::MatrixXd u;               // [points, parameters], unit cube
   Eigen::VectorXd y;               // [points], mean over the seeds
   Eigen::VectorXd noise_variance;  // [points], of that mean
+  // On how many degrees of freedom the noise was estimated; 0: it is known.
+  int noise_freedom = 0;
 };
 
 struct SurrogateForm {
@@ -68,6 +70,7 @@ class Surrogate {
   // One set of hyperparameters, and what follows from it and the data.
   struct Member {
     double departure_variance = 0;  // standardised
+    double noise_factor = 1;        // true variance of the noise over the stated one
     Eigen::VectorXd lengths;
     Eigen::LDLT<Eigen::MatrixXd> covariance;  // [points, points]
     Eigen::VectorXd precision;                // diagonal of its inverse
