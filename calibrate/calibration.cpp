@@ -24,6 +24,12 @@ constexpr double agreement = 2;
 
 constexpr int sobol_samples = 2048;
 
+double wall_of(const std::vector<Point>& points) {
+  double sum = 0;
+  for (const Point& p : points) sum += p.wall();
+  return sum;
+}
+
 // The pooled noise and this sample's own spread, each with its degrees of freedom.
 double standard_error(const Knowledge* knowledge, const ResponseId& response, const Sample& s) {
   if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
@@ -189,13 +195,6 @@ void Calibration::tell_knowledge() const {
       j.dump());
 }
 
-double Calibration::time_spent() const {
-  double sum = 0;
-  for (const auto* points : {&a_.points, &numerics_})
-    for (const Point& p : *points) sum += p.wall();
-  return sum;
-}
-
 // Decides, and says why not: from the runs alone, so that a study that goes on decides alike.
 bool Calibration::worth_refining() {
   const Budget& b = study_.budget;
@@ -216,7 +215,9 @@ bool Calibration::worth_refining() {
   if (b.time > 0) {
     int runs = 0;
     for (const Point& p : a_.points) runs += static_cast<int>(p.seeds.size());
-    const double spent = time_spent(), each = spent / std::max(runs, 1);
+    // Runs with other numerics count in what was spent, but cost something else than those to come.
+    const double spent = wall_of(a_.points) + wall_of(numerics_);
+    const double each = wall_of(a_.points) / std::max(runs, 1);
     const int next = b.refine_points * b.runs_per_point + b.confirm_runs + 2 * b.anchor_runs;
     if (spent + each * next > b.time) {
       a_.stopped = fmt::format("the budget's time is used; further runs {}", could);

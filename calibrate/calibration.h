@@ -48,7 +48,6 @@ class Calibration {
   Answer finish();
 
   void compare_numerics();
-  double time_spent() const;
   CheckedSet checked(const std::string& name, const Point& point) const;
   bool agrees(const CheckedSet& set) const;
   std::string range_text() const;

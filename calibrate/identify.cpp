@@ -44,7 +44,7 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
   std::vector<VarianceSplit> splits;
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const Prediction p = knowledge.targets[i].surrogate.best.predict(u);
+    const Prediction p = knowledge.targets[i].surrogate.best.predict_with_gradients(u);
     splits.push_back(split_variance(study.targets[i], p, against));
     jacobian.row(k) = p.mean_gradient.transpose() / std::sqrt(splits.back().total());
   }

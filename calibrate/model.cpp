@@ -51,14 +51,14 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
   const auto noise = pool_noise(all);
   const Index d = points.empty() ? 0 : points.front().u.size(), n = static_cast<Index>(used.size());
   if (!noise || n < d + 2) return std::nullopt;
-  SurrogateData data{MatrixXd(n, d), VectorXd(n), VectorXd(n)};
+  SurrogateData data{MatrixXd(n, d), VectorXd(n), VectorXd(n), 0};
   for (Index i = 0; i < n; ++i) {
     const Sample& s = samples[static_cast<std::size_t>(i)];
     data.u.row(i) = used[static_cast<std::size_t>(i)]->u.transpose();
     data.y[i] = s.mean;
-    data.noise_variance[i] =
-        widened(std::pow(noise->at(s.mean), 2), noise->degrees_of_freedom) / s.count;
+    data.noise_variance[i] = std::pow(noise->at(s.mean), 2) / s.count;
   }
+  data.noise_freedom = noise->degrees_of_freedom;
   ResponseModel m{
       response,          unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(),
       data.y.maxCoeff(), 0};
@@ -195,7 +195,7 @@ LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
     if (jacobian != nullptr) jacobian->setZero();
     for (Index k = 0; k < targets; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const Prediction p = knowledge_.targets[i].surrogate.best.predict(u);
+      const Prediction p = knowledge_.targets[i].surrogate.best.predict_with_gradients(u);
       r[k] = (p.mean - study_.targets[i].value) / sd[k];
       if (jacobian != nullptr) jacobian->row(k) = p.mean_gradient.transpose() / sd[k];
     }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "calibrate/design.h"
+#include "calibrate/random.h"
 
 namespace firn {
 namespace {
@@ -19,11 +20,6 @@ constexpr int cloud_size = 4096;
 constexpr int moves = 6;  // Metropolis steps of every sample at each temperature
 constexpr int profile_points = 25;
 constexpr double wilks_95 = 3.841;  // quantile of chi squared with one degree of freedom
-
-// Uniform in (0, 1), the same on every machine.
-double uniform(std::mt19937_64& random) {
-  return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53;
-}
 
 VectorXd normal_vector(std::mt19937_64& random, Index d) {
   VectorXd v(d);

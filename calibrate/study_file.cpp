@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "calibrate/budget.h"
+#include "calibrate/model.h"
 #include "experiments/bench_tests.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
@@ -192,6 +193,22 @@ double read_effort(const TomlTable& t) {
   return t.optional_quantity("effort", dimension::time, Sign::positive).value_or(0);
 }
 
+// Standard deviation of a mean whose scatter was estimated from the repeats themselves: few of them
+// hardly tell it, and the mean is then uncertain as Student's distribution is (GUM supplement 1,
+// 6.4.9.4).
+double believed_uncertainty(const Measurement& m) {
+  if (m.scatter == ScatterKind::not_stated || m.repeats < 2) return m.standard_uncertainty();
+  const double variance = m.standard_deviation * m.standard_deviation / m.repeats;
+  return std::hypot(std::sqrt(widened(variance, m.repeats - 1)), m.reading_uncertainty);
+}
+
+std::string source_of(const Measurement& m) {
+  const double plain = m.standard_uncertainty(), believed = believed_uncertainty(m);
+  if (believed == plain) return m.sentence();
+  return fmt::format("{}; taken as +- {:.2g} {}, since {} repeats hardly tell their scatter",
+                     m.sentence(), believed, m.unit, m.repeats);
+}
+
 // From a measurement file, relative to the study.
 Target measured_target(const TomlTable& t, const Study& study) {
   t.allow({"measurement", "response", "experiment", "effort"});
@@ -202,9 +219,9 @@ Target measured_target(const TomlTable& t, const Study& study) {
   // Another response may stand for the same measurement: another estimator of the same thing.
   return {response_id(t, study, t.string("response", m.response)),
           m.value,
-          m.standard_uncertainty(),
+          believed_uncertainty(m),
           m.unit,
-          m.sentence(),
+          source_of(m),
           read_effort(t),
           m.file};
 }

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <optional>
+#include <random>
 
 #include "calibrate/optimize.h"
+#include "calibrate/random.h"
 
 namespace firn {
 namespace {
 
+using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -21,16 +23,27 @@ constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
 // spread, and shapes as wide as most of the range. Keeps a handful of points from choosing wonders.
 constexpr double departure_guess = 0.1, departure_spread = 1.2;  // of ln(sd)
 constexpr double length_guess = 0.8, length_spread = 0.6;        // of ln(length)
+constexpr double least_departure = 1e-4, most_departure = 3, most_noise = 10;
+constexpr double least_length = 0.1, most_length = 5;
 constexpr double jitter = 1e-10;
+// Members of the mixture, and the walk that finds them: sweeps over all hyperparameters between two
+// members, and the longest step in a logarithm.
+constexpr int members = 8, sweeps = 25;
+constexpr double longest_step = 1.2;
 
 // Matern 5/2 correlation as a function of the scaled distance, and its derivative over r^2 / 2.
-double matern(double r) {
-  const double a = std::sqrt(5.0) * r;
-  return (1 + a + a * a / 3) * std::exp(-a);
+ArrayXd matern(const ArrayXd& r) {
+  const ArrayXd a = std::sqrt(5.0) * r;
+  return (1 + a + a.square() / 3) * (-a).exp();
 }
-double matern_slope(double r) {
-  const double a = std::sqrt(5.0) * r;
-  return -5.0 / 3 * (1 + a) * std::exp(-a);
+ArrayXd matern_slope(const ArrayXd& r) {
+  const ArrayXd a = std::sqrt(5.0) * r;
+  return -5.0 / 3 * (1 + a) * (-a).exp();
+}
+
+// Length of each row of `apart` with its columns in units of `lengths`.
+ArrayXd scaled_norms(const MatrixXd& apart, const VectorXd& lengths) {
+  return (apart * lengths.cwiseInverse().asDiagonal()).rowwise().norm();
 }
 
 double log_normal_penalty(double log_value, double guess, double spread) {
@@ -64,7 +77,6 @@ Surrogate::Surrogate(const SurrogateData& data, const SurrogateForm& form)
   belief_ = VectorXd::Constant(h_.cols(), curvature_belief * curvature_belief);
   belief_.head(d + 1).setConstant(slope_belief * slope_belief);
   belief_[0] = level_belief * level_belief;
-  lengths_ = VectorXd::Constant(form_.matern ? d : 0, length_guess);
   fit();
 }
 
@@ -73,7 +85,11 @@ double Surrogate::transform(double y) const {
   return form_.logarithm ? std::log(y) : y;
 }
 
-double Surrogate::departure_sd() const { return std::sqrt(departure_variance_) * scale_; }
+double Surrogate::departure_sd() const {
+  return std::sqrt(most_likely_.departure_variance) * scale_;
+}
+
+const VectorXd& Surrogate::lengths() const { return most_likely_.lengths; }
 
 VectorXd Surrogate::basis(const VectorXd& u) const {
   const Index d = u.size();
@@ -101,99 +117,174 @@ MatrixXd Surrogate::basis_gradient(const VectorXd& u) const {
   return g;
 }
 
-// Of the departure between two different places; independent departures share nothing.
-double Surrogate::kernel(const VectorXd& a, const VectorXd& b) const {
-  if (!form_.matern) return 0;
-  return departure_variance_ * matern(((a - b).array() / lengths_.array()).matrix().norm());
+Surrogate::Member Surrogate::member(const VectorXd& p) const {
+  Member m;
+  m.departure_variance = std::exp(2 * p[0]);
+  m.lengths = p.segment(1, form_.matern ? data_.u.cols() : 0).array().exp();
+  if (data_.noise_freedom > 0) m.noise_factor = std::exp(2 * p[p.size() - 1]);
+  return m;
 }
 
-VectorXd Surrogate::kernel_gradient(const VectorXd& a, const VectorXd& b) const {
-  if (!form_.matern) return VectorXd::Zero(a.size());
-  const double r = ((a - b).array() / lengths_.array()).matrix().norm();
-  return departure_variance_ * matern_slope(r) *
-         ((a - b).array() / lengths_.array().square()).matrix();
-}
-
-void Surrogate::factorize() {
+Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
   const Index n = z_.size();
   MatrixXd k = h_ * belief_.asDiagonal() * h_.transpose();
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j < i; ++j) {
-      const double c = kernel(data_.u.row(i).transpose(), data_.u.row(j).transpose());
-      k(i, j) += c;
-      k(j, i) += c;
+  // Independent departures share nothing between places.
+  if (form_.matern)
+    for (Index i = 1; i < n; ++i) {
+      const MatrixXd apart = data_.u.topRows(i).rowwise() - data_.u.row(i);
+      k.row(i).head(i) +=
+          m.departure_variance * matern(scaled_norms(apart, m.lengths)).matrix().transpose();
     }
-    k(i, i) += departure_variance_ + z_noise_[i] + jitter;
-  }
-  covariance_.compute(k);
-  weights_ = covariance_.solve(z_);
+  k.diagonal().array() += m.departure_variance + m.noise_factor * z_noise_.array() + jitter;
+  return Eigen::LDLT<MatrixXd>(k);  // sees the lower triangle alone
 }
 
-// Minus the logarithm of likelihood times belief, for ln(departure sd) and ln(lengths).
-double Surrogate::objective(const VectorXd& p) {
-  departure_variance_ = std::exp(2 * p[0]);
+void Surrogate::factorize(Member& m) const {
+  const Index n = z_.size();
+  m.covariance = covariance(m);
+  m.weights = m.covariance.solve(z_);
+  m.precision = m.covariance.solve(MatrixXd::Identity(n, n)).diagonal();
+}
+
+// Minus the logarithm of likelihood times belief, for the logarithms of departure sd, lengths and,
+// unless it is known, noise sd over the stated one.
+double Surrogate::objective(const VectorXd& p) const {
   double penalty = log_normal_penalty(p[0], departure_guess, departure_spread);
-  for (Index i = 0; i < lengths_.size(); ++i) {
-    lengths_[i] = std::exp(p[1 + i]);
+  const Member m = member(p);
+  for (Index i = 0; i < m.lengths.size(); ++i)
     penalty += log_normal_penalty(p[1 + i], length_guess, length_spread);
-  }
-  factorize();
-  return 0.5 * z_.dot(weights_) + 0.5 * covariance_.vectorD().array().log().sum() + penalty;
+  // Scaled inverse chi squared: what a variance may be that was estimated so.
+  penalty += 0.5 * data_.noise_freedom * (std::log(m.noise_factor) + 1 / m.noise_factor);
+  const auto factors = covariance(m);
+  return 0.5 * z_.dot(factors.solve(z_)) + 0.5 * factors.vectorD().array().log().sum() + penalty;
 }
 
 void Surrogate::fit() {
-  const Index count = 1 + lengths_.size();
-  VectorXd lower = VectorXd::Constant(count, std::log(0.1));
-  VectorXd upper = VectorXd::Constant(count, std::log(5.0));
-  lower[0] = std::log(1e-4);
-  upper[0] = std::log(3.0);
+  const Index lengths = form_.matern ? data_.u.cols() : 0;
+  const Index count = 1 + lengths + (data_.noise_freedom > 0 ? 1 : 0);
+  VectorXd lower(count), upper(count);
+  lower.setConstant(-std::log(most_noise));
+  upper.setConstant(std::log(most_noise));
+  lower[0] = std::log(least_departure);
+  upper[0] = std::log(most_departure);
+  lower.segment(1, lengths).setConstant(std::log(least_length));
+  upper.segment(1, lengths).setConstant(std::log(most_length));
   const Minimum best = minimize([this](const VectorXd& p) { return objective(p); }, lower, upper,
                                 60 * static_cast<int>(count));
-  objective(best.x);
-  inverse_ = covariance_.solve(MatrixXd::Identity(z_.size(), z_.size()));
+  most_likely_ = member(best.x);
+  // Metropolis's walk through the posterior, one hyperparameter at a time.
+  std::mt19937_64 random(5489);
+  VectorXd p = best.x;
+  double here = objective(p);
+  for (int i = 1; i <= members * sweeps; ++i) {
+    for (Index k = 0; k < count; ++k) {
+      VectorXd next = p;
+      next[k] += longest_step * (2 * uniform(random) - 1);
+      const double chance = uniform(random);
+      if (next[k] < lower[k] || next[k] > upper[k]) continue;
+      const double there = objective(next);
+      if (!(there - here < -std::log(chance))) continue;
+      p = next;
+      here = there;
+    }
+    if (i % sweeps != 0) continue;
+    members_.push_back(member(p));
+    factorize(members_.back());
+  }
   // Where its own points, left out, contradict the form by more than it believes, it believes less.
   inflation_ = std::max(1.0, leave_one_out_z().squaredNorm() / double(z_.size()));
 }
 
-Prediction Surrogate::predict(const VectorXd& u) const {
-  const Index n = z_.size(), d = u.size();
-  const VectorXd h = basis(u), bh = belief_.asDiagonal() * h;
-  const MatrixXd dh = basis_gradient(u);
-  VectorXd k = h_ * bh;
-  MatrixXd dk = h_ * (belief_.asDiagonal() * dh);  // [points, parameters]
-  for (Index i = 0; i < n; ++i) {
-    k[i] += kernel(u, data_.u.row(i).transpose());
-    dk.row(i) += kernel_gradient(u, data_.u.row(i).transpose()).transpose();
+Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
+  const Index d = u.size();
+  const double share = 1 / static_cast<double>(members_.size());
+  const VectorXd h = basis(u), bh = belief_.asDiagonal() * h, trend = h_ * bh;
+  const MatrixXd apart = (-data_.u).rowwise() + u.transpose();
+  MatrixXd dh, trend_gradient;  // [points, parameters]
+  if (gradients) {
+    dh = basis_gradient(u);
+    trend_gradient = h_ * (belief_.asDiagonal() * dh);
   }
-  const VectorXd w = inverse_ * k;
-  const double variance = inflation_ * std::max(0.0, h.dot(bh) + departure_variance_ - k.dot(w));
-  const double noise = std::min(variance, w.cwiseAbs2().dot(z_noise_));
-  const VectorXd mean_gradient = dk.transpose() * weights_;
-  const VectorXd variance_gradient = 2 * inflation_ * (dh.transpose() * bh - dk.transpose() * w);
+  // Moments of the mixture, standardised: of each member's mean and square, and its variance.
+  double mean = 0, square = 0, variance = 0, noise = 0;
+  VectorXd mean_gradient = VectorXd::Zero(d), square_gradient = VectorXd::Zero(d),
+           variance_gradient = VectorXd::Zero(d);
+  for (const Member& m : members_) {
+    VectorXd k = trend;
+    ArrayXd r;
+    if (form_.matern) {
+      r = scaled_norms(apart, m.lengths);
+      k.array() += m.departure_variance * matern(r);
+    }
+    // The half solution squared, not k . w: it loses no digits to the wide belief in the trend.
+    VectorXd half = m.covariance.transpositionsP() * k;
+    m.covariance.matrixL().solveInPlace(half);
+    VectorXd w = half.cwiseQuotient(m.covariance.vectorD());
+    const double explained = half.dot(w);
+    m.covariance.matrixU().solveInPlace(w);
+    w = m.covariance.transpositionsP().transpose() * w;
+    const double its_mean = k.dot(m.weights);
+    mean += share * its_mean;
+    square += share * its_mean * its_mean;
+    variance += share * std::max(0.0, h.dot(bh) + m.departure_variance - explained);
+    noise += share * m.noise_factor * w.cwiseAbs2().dot(z_noise_);
+    if (!gradients) continue;
+    MatrixXd dk = trend_gradient;
+    if (form_.matern)
+      dk += (m.departure_variance * matern_slope(r)).matrix().asDiagonal() * apart *
+            m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
+    const VectorXd its_gradient = dk.transpose() * m.weights;
+    mean_gradient += share * its_gradient;
+    square_gradient += share * 2 * its_mean * its_gradient;
+    variance_gradient += share * 2 * (dh.transpose() * bh - dk.transpose() * w);
+  }
+  // What members disagree by is uncertain as well.
+  variance = inflation_ * (variance + std::max(0.0, square - mean * mean));
+  variance_gradient = inflation_ * (variance_gradient + square_gradient - 2 * mean * mean_gradient);
 
   Prediction p;
-  const double t = shift_ + scale_ * k.dot(weights_), s2 = scale_ * scale_;
+  const double t = shift_ + scale_ * mean, s2 = scale_ * scale_;
   p.mean = form_.logarithm ? std::exp(t) : t;
   // dy/dt of the transformation carries spread and slope back to the response.
   const double f = form_.logarithm ? p.mean : 1;
-  p.mean_gradient = f * scale_ * mean_gradient;
   p.variance = f * f * s2 * variance;
-  p.noise_variance = f * f * s2 * noise;
+  p.noise_variance = f * f * s2 * std::min(variance, noise);
+  if (!gradients) return p;
+  p.mean_gradient = f * scale_ * mean_gradient;
   p.variance_gradient = f * f * s2 * variance_gradient;
   if (form_.logarithm) p.variance_gradient += 2 * p.variance / f * p.mean_gradient;
-  assert(p.mean_gradient.size() == d);
   return p;
 }
 
+// The members' hyperparameters were drawn with this point in sight: without it, they are believed
+// the less, the better they explain it (importance sampling; Gelfand, Dey and Chang 1992).
+Surrogate::LeftOut Surrogate::left_out(Index point) const {
+  double sum = 0, error = 0, square = 0;
+  for (const Member& m : members_) {
+    const double variance = 1 / m.precision[point], e = m.weights[point] * variance;
+    const double belief = std::sqrt(variance) * std::exp(0.5 * e * e / variance);
+    sum += belief;
+    error += belief * e;
+    square += belief * (e * e + variance);
+  }
+  error /= sum;
+  return {error, square / sum - error * error,
+          std::log(static_cast<double>(members_.size()) / sum)};
+}
+
 VectorXd Surrogate::leave_one_out_z() const {
-  return weights_.array() / inverse_.diagonal().array().sqrt();
+  VectorXd z(z_.size());
+  for (Index i = 0; i < z.size(); ++i) {
+    const LeftOut l = left_out(i);
+    z[i] = l.error / std::sqrt(l.variance);
+  }
+  return z;
 }
 
 double Surrogate::leave_one_out_score() const {
-  const VectorXd z = leave_one_out_z();
   double score = 0;
-  for (Index i = 0; i < z.size(); ++i) {
-    score += 0.5 * std::log(inverse_(i, i)) - 0.5 * z[i] * z[i] - std::log(scale_);
+  for (Index i = 0; i < z_.size(); ++i) {
+    score += left_out(i).log_density - std::log(scale_);
     if (form_.logarithm) score -= std::log(data_.y[i]);
   }
   return score;
@@ -215,8 +306,7 @@ Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_varianc
   s.z_noise_[n] = noise_variance / (scale_ * scale_) / (form_.logarithm ? y * y : 1);
   s.h_.conservativeResize(n + 1, Eigen::NoChange);
   s.h_.row(n) = basis(u).transpose();
-  s.factorize();
-  s.inverse_ = s.covariance_.solve(MatrixXd::Identity(n + 1, n + 1));
+  for (Member& m : s.members_) s.factorize(m);
   return s;
 }
 

@@ -6,9 +6,12 @@
 // The trend is a linear or quadratic polynomial with a Gaussian belief on its coefficients (wide
 // for the linear part, a ridge for the quadratic part, so that eight points can carry it). The
 // departure is either independent at every point (plain regression with lack of fit) or a Gaussian
-// process with a Matern 5/2 kernel and one length for each parameter. The noise is known: the
-// variance between seeds over the number of seeds. T is the identity or the logarithm. Equations:
-// Rasmussen and Williams, Gaussian Processes for Machine Learning, sections 2.2, 2.7 and 5.4.2.
+// process with a Matern 5/2 kernel and one length for each parameter. The noise is that between
+// seeds, known as well as its degrees of freedom allow. T is the identity or the logarithm. How
+// large the departure is and how long the lengths are, a few points hardly tell: the model is a
+// mixture of equally believable members, drawn from the posterior of these hyperparameters, because
+// the most likely set alone believes too much. Equations: Rasmussen and Williams, Gaussian
+// Processes for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
 #pragma once
 
 #include <Eigen/Dense>
@@ -21,6 +24,8 @@ struct SurrogateData {
   Eigen::MatrixXd u;               // [points, parameters], unit cube
   Eigen::VectorXd y;               // [points], mean over the seeds
   Eigen::VectorXd noise_variance;  // [points], of that mean
+  // On how many degrees of freedom the noise was estimated; 0: it is known.
+  int noise_freedom = 0;
 };
 
 struct SurrogateForm {
@@ -35,52 +40,66 @@ struct Prediction {
   double mean = 0;                // in the response's unit (the median, for a logarithm)
   double variance = 0;            // of the mean response; the seed noise of one run not included
   double noise_variance = 0;      // the part of it that more seeds at the same points would remove
-  Eigen::VectorXd mean_gradient;  // over the unit cube
+  Eigen::VectorXd mean_gradient;  // over the unit cube; empty unless asked for
   Eigen::VectorXd variance_gradient;
 };
 
 class Surrogate {
  public:
-  // Fits the hyperparameters of this form by maximum penalised likelihood. y must be positive for a
-  // logarithm. At least two points.
+  // Draws the hyperparameters of this form from their posterior. y must be positive for a
+  // logarithm. At least two points. Deterministic.
   Surrogate(const SurrogateData& data, const SurrogateForm& form);
 
-  Prediction predict(const Eigen::VectorXd& u) const;
+  Prediction predict(const Eigen::VectorXd& u) const { return predict(u, false); }
+  Prediction predict_with_gradients(const Eigen::VectorXd& u) const { return predict(u, true); }
   // Leave-one-out errors over their standard deviations, [points], and the sum of the logarithms of
   // the predictive densities (response's own unit, so that forms can be compared).
   Eigen::VectorXd leave_one_out_z() const;
   double leave_one_out_score() const;
 
   const SurrogateForm& form() const { return form_; }
-  double departure_sd() const;                                 // of the transformed response
-  const Eigen::VectorXd& lengths() const { return lengths_; }  // Matern only, unit cube
+  // Of the most likely hyperparameters.
+  double departure_sd() const;             // of the transformed response
+  const Eigen::VectorXd& lengths() const;  // Matern only, unit cube
 
   // The same model, hyperparameters kept, after one more point were it to fall where predicted:
   // how much would a run there teach?
   Surrogate with_believed_point(const Eigen::VectorXd& u, double noise_variance) const;
 
  private:
+  // One set of hyperparameters, and what follows from it and the data.
+  struct Member {
+    double departure_variance = 0;  // standardised
+    double noise_factor = 1;        // true variance of the noise over the stated one
+    Eigen::VectorXd lengths;
+    Eigen::LDLT<Eigen::MatrixXd> covariance;  // [points, points]
+    Eigen::VectorXd precision;                // diagonal of its inverse
+    Eigen::VectorXd weights;                  // its inverse times z
+  };
+  // A point left out, as all others see it; standardised.
+  struct LeftOut {
+    double error = 0, variance = 0, log_density = 0;
+  };
+  Prediction predict(const Eigen::VectorXd& u, bool gradients) const;
   void fit();
-  void factorize();
-  double objective(const Eigen::VectorXd& log_parameters);
+  void factorize(Member& member) const;
+  Eigen::LDLT<Eigen::MatrixXd> covariance(const Member& member) const;
+  Member member(const Eigen::VectorXd& log_parameters) const;
+  double objective(const Eigen::VectorXd& log_parameters) const;
   Eigen::VectorXd basis(const Eigen::VectorXd& u) const;
   Eigen::MatrixXd basis_gradient(const Eigen::VectorXd& u) const;  // [basis, parameters]
-  double kernel(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
-  Eigen::VectorXd kernel_gradient(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
+  LeftOut left_out(Eigen::Index point) const;
   double transform(double y) const;
 
   SurrogateData data_;
   SurrogateForm form_;
-  double shift_ = 0, scale_ = 1;      // z = (T(y) - shift) / scale
-  Eigen::VectorXd z_, z_noise_;       // standardised data and noise variance
-  Eigen::MatrixXd h_;                 // [points, basis]
-  Eigen::VectorXd belief_;            // prior variance of each coefficient
-  double departure_variance_ = 0.01;  // standardised
-  Eigen::VectorXd lengths_;
+  double shift_ = 0, scale_ = 1;  // z = (T(y) - shift) / scale
+  Eigen::VectorXd z_, z_noise_;   // standardised data and noise variance
+  Eigen::MatrixXd h_;             // [points, basis]
+  Eigen::VectorXd belief_;        // prior variance of each coefficient
+  Member most_likely_;            // not factorised
+  std::vector<Member> members_;   // equally believable
   double inflation_ = 1;  // of the predicted variance: mean square of the leave-one-out errors
-  Eigen::LDLT<Eigen::MatrixXd> covariance_;
-  Eigen::MatrixXd inverse_;
-  Eigen::VectorXd weights_;  // inverse covariance times z
 };
 
 // The form among those that the number of points allows with the best leave-one-out score; the

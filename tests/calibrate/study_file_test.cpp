@@ -59,7 +59,32 @@ TEST(StudyFile, TakesTheTargetFromAMeasurement) {
   const Study s = read_study(
       folder.write("study.toml", friction_study("[[targets]]\nmeasurement = \"angle.toml\"\n")));
   EXPECT_EQ(s.targets[0].response.name, "aor");
-  EXPECT_DOUBLE_EQ(s.targets[0].uncertainty, 1.5);  // 3 / sqrt(4)
+  EXPECT_DOUBLE_EQ(s.targets[0].uncertainty, 1.5 * std::sqrt(3));  // 3 / sqrt(4), widened
+}
+
+TEST(StudyFile, AScatterOfFewRepeatsIsItselfUncertain) {
+  const Folder folder("repeats");
+  const auto uncertainty = [&](const std::string& more) {
+    folder.write("angle.toml",
+                 "name = \"angle\"\nresponse = \"angle\"\nstatus = \"measured\"\nsource = \"\"\n" +
+                     more + "[reading]\nuncertainty = \"0.6 deg\"\nbecause = \"level\"\n");
+    return read_study(folder.write("study.toml",
+                                   friction_study("[[targets]]\nmeasurement = \"angle.toml\"\n")))
+        .targets[0]
+        .uncertainty;
+  };
+  // Seven repeats with a standard deviation of 2: Student's distribution with six degrees of
+  // freedom has 6 / 4 of the variance.
+  const std::string seven = "value = \"10 deg\"\nrepeats = 7\n[scatter]\n";
+  EXPECT_NEAR(
+      uncertainty(seven + "kind = \"standard deviation\"\nstandard_deviation = \"2 deg\"\n"),
+      std::sqrt(4 / 7.0 * 6 / 4 + 0.36), 1e-12);
+  EXPECT_NEAR(uncertainty("values = [\"8 deg\", \"10 deg\", \"10 deg\", \"10 deg\", \"12 deg\"]\n"),
+              std::sqrt(2 / 5.0 * 4 / 2 + 0.36), 1e-12);
+  // What is assumed is meant as it stands.
+  EXPECT_NEAR(uncertainty(seven + "kind = \"not stated\"\nassumed_standard_deviation = \"2 deg\"\n"
+                                  "assumed_because = \"a guess\"\n"),
+              std::sqrt(4 / 7.0 + 0.36), 1e-12);
 }
 
 TEST(StudyFile, DimensionalParametersKeepTheirUnit) {

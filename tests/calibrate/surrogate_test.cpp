@@ -57,7 +57,7 @@ TEST(Surrogate, DerivativesMatchCeresForEveryForm) {
     LeastSquaresProblem mean_and_variance;
     mean_and_variance.residuals = 2;
     mean_and_variance.evaluate = [&](const VectorXd& u, VectorXd& r, MatrixXd* jacobian) {
-      const Prediction p = s.predict(u);
+      const Prediction p = s.predict_with_gradients(u);
       r << p.mean, p.variance;
       if (jacobian != nullptr) {
         jacobian->row(0) = p.mean_gradient.transpose();
@@ -78,7 +78,7 @@ TEST(Surrogate, APowerLawIsLinearInItsLogarithm) {
   const SurrogateChoice choice = choose_surrogate(data);
   EXPECT_TRUE(choice.best.form().logarithm);
   EXPECT_FALSE(choice.best.form().quadratic);
-  const Prediction p = choice.best.predict(Eigen::Vector2d(0.3, 0.6));
+  const Prediction p = choice.best.predict_with_gradients(Eigen::Vector2d(0.3, 0.6));
   EXPECT_NEAR(p.mean, law(Eigen::Vector2d(0.3, 0.6)), 0.02);
   EXPECT_NEAR(p.mean_gradient[0] / p.mean, 1.5, 0.01);
   EXPECT_NEAR(p.mean_gradient[1] / p.mean, -0.7, 0.01);
@@ -117,13 +117,14 @@ TEST(Surrogate, NoiseIsAPartOfTheVarianceAndShrinksWithSeeds) {
   }
 }
 
-TEST(Surrogate, ABelievedPointLowersTheVarianceThereAndKeepsTheMean) {
+TEST(Surrogate, ABelievedPointLowersTheVarianceThereAndHardlyMovesTheMean) {
   const VectorXd u = Eigen::Vector2d(0.95, 0.05);
   for (const SurrogateForm& form : forms) {
     const Surrogate s(sampled(10, wavy, 0.1), form);
     const Prediction before = s.predict(u), after = s.with_believed_point(u, 0.01).predict(u);
     EXPECT_LT(after.variance, before.variance);
-    EXPECT_NEAR(after.mean, before.mean, 1e-6 * before.mean);
+    // The members, which differ, are drawn to their mean, each as far as it is unsure.
+    EXPECT_NEAR(after.mean, before.mean, 0.1 * std::sqrt(before.variance));
   }
 }
 

@@ -1,0 +1,262 @@
+#include "tests/calibration_proof/simulated.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "calibrate/calibration.h"
+#include "calibrate/campaign.h"
+#include "calibrate/model.h"
+#include "experiments/version.h"
+#include "tests/calibrate/fake_experiment.h"
+
+namespace firn::proof {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// Seeds of a study lie this far apart from those of the next; those of its truth, and those that
+// judge its answer, are out of its own reach.
+constexpr std::uint64_t study_stride = 10000, truth_seeds = 6000, fresh_seeds = 7000;
+
+std::vector<double> values_of(const std::vector<JobResult>& runs, const std::string& name) {
+  std::vector<double> values;
+  for (const JobResult& run : runs)
+    for (const Response& r : run.responses)
+      if (run.status == JobStatus::finished && r.name == name) values.push_back(r.value.at(0));
+  return values;
+}
+
+std::string with_unit(double value, const std::string& unit) {
+  return unit == "1" ? fmt::format("\"{}\"", value) : fmt::format("\"{} {}\"", value, unit);
+}
+
+std::string toml(const std::vector<Override>& set) {
+  std::vector<std::string> parts;
+  for (const auto& [key, value] : set) parts.push_back(fmt::format("\"{}\" = {}", key, value));
+  return fmt::format("{{ {} }}", fmt::join(parts, ", "));
+}
+
+}  // namespace
+
+std::string SimulatedProblem::Unknown::text(double value) const {
+  return unit.empty() ? fmt::format("{}", value) : fmt::format("\"{} {}\"", value, unit);
+}
+
+const std::vector<SimulatedProblem>& simulated_problems() {
+  const SimulatedProblem::Unknown ice{
+      "ice_ice",
+      {"interactions.ice-ice.static_friction", "interactions.ice-ice.dynamic_friction"},
+      0.05,
+      0.5};
+  const SimulatedProblem::Unknown wall{
+      "ice_plastic",
+      {"interactions.ice-plastic.static_friction", "interactions.ice-plastic.dynamic_friction"},
+      0.05,
+      0.4};
+  const SimulatedProblem::Unknown full_ice{ice.name, ice.keys, 0.02, 0.2};
+  const SimulatedProblem::Measured count{"remaining_count", "1", 0.5, 0};
+  const SimulatedProblem::Measured height{"fill_height", "m", 0.0003, 0};
+  const std::string small = "tests/calibration_proof/small_box.toml";
+  static const std::vector<SimulatedProblem> problems = {
+      {"count", small, {ice, wall}, {count}, 7, {}, "runs = 36\n", 10, false},
+      {"count and height", small, {ice, wall}, {count, height}, 7, {}, "runs = 36\n", 10, false},
+      // Soft contacts end at the limit of overlap, high friction bridges the door.
+      {"gaps",
+       "tests/calibration_proof/narrow_door.toml",
+       {{"young_modulus", {"materials.ice.young_modulus"}, 0.06, 0.5, "MPa"},
+        {ice.name, ice.keys, 0.05, 0.3}},
+       {count, {"peak_normal_force", "N", 0.1, 0}},
+       7,
+       {{"numerics.overlap_limit", "0.17"}},
+       "runs = 40\n",
+       10,
+       false},
+      {"full size",
+       "experiments/drained_repose/case.toml",
+       {full_ice, wall},
+       {{"angle_of_repose", "deg", 0.6,
+         3}},  // 3 deg: of the full study, docs/drained-repose-answer.md
+       3,
+       {},
+       "centre_runs = 2\ndesign_points = 8\nruns_per_point = 2\nrefine_rounds = 1\n"
+       "refine_points = 2\nconfirm_runs = 3\n",
+       0,
+       true},
+  };
+  return problems;
+}
+
+SimulatedStudies::SimulatedStudies(const SimulatedProblem& problem, const std::string& folder,
+                                   const std::string& store, const std::string& program, int jobs)
+    : problem_(problem),
+      folder_(folder),
+      store_file_(store),
+      program_(program),
+      store_(store),
+      jobs_(jobs) {
+  LocalExecutorOptions options;
+  options.program = program_;
+  options.jobs = jobs;
+  executor_ = local_executor(options);
+  fs::create_directories(folder_);
+}
+
+// Runs outside of any study: without its limits.
+std::vector<JobResult> SimulatedStudies::runs_at(const Values& values, std::uint64_t first_seed,
+                                                 int count) {
+  std::vector<Job> jobs;
+  std::map<std::string, JobResult> results;
+  std::vector<std::string> keys;
+  const std::string case_file = (fs::path(FIRN_SOURCE_DIR) / problem_.case_file).string();
+  for (const std::uint64_t seed : seed_range(first_seed, count)) {
+    Job job;
+    job.overrides = {{"case.seed", std::to_string(seed)}};
+    for (std::size_t i = 0; i < values.size(); ++i)
+      for (const std::string& key : problem_.unknowns[i].keys)
+        job.overrides.emplace_back(key, problem_.unknowns[i].text(values[i]));
+    job.case_file = case_file;
+    job.text = executor_->resolve(job.case_file, job.overrides);
+    job.key = run_key(job.text, firn_program());
+    job.folder = (fs::path(folder_) / "runs").string();
+    keys.push_back(job.key);
+    if (const auto known = store_.find(job.key))
+      results[job.key] = *known;
+    else
+      jobs.push_back(job);
+  }
+  JobEvents events;
+  events.started = [](const Job&) {};
+  events.ended = [&](const Job& job, const JobResult& result) {
+    results[job.key] = result;
+    store_.add({job.key, job.text, firn_program(), {}}, result);
+  };
+  executor_->run(jobs, events);
+  fs::remove_all(fs::path(folder_) / "runs");
+  std::vector<JobResult> in_order;
+  for (const std::string& key : keys) in_order.push_back(results.at(key));
+  return in_order;
+}
+
+// As a laboratory would hand them in: the repeats, or their mean and what is assumed of the
+// scatter.
+void SimulatedStudies::write_measurements(const std::vector<JobResult>& runs, int number) const {
+  std::mt19937_64 random(static_cast<std::uint64_t>(7919 * number + 13));
+  for (const SimulatedProblem::Measured& m : problem_.measured) {
+    const double offset = m.reading * normal(random);
+    std::vector<double> values = values_of(runs, m.response);
+    for (double& v : values) v += offset;
+    std::string text = fmt::format(
+        "name = \"simulated\"\nresponse = \"{}\"\nstatus = \"measured\"\nsource = \"a run\"\n",
+        m.response);
+    if (m.assumed_sd > 0) {
+      text += fmt::format("value = {}\nrepeats = {}\n[scatter]\nkind = \"not stated\"\n",
+                          with_unit(sample(values).mean, m.unit), values.size());
+      text += fmt::format("assumed_standard_deviation = {}\nassumed_because = \"of other seeds\"\n",
+                          with_unit(m.assumed_sd, m.unit));
+    } else {
+      std::vector<std::string> texts;
+      for (const double v : values) texts.push_back(with_unit(v, m.unit));
+      text += fmt::format("values = [{}]\n", fmt::join(texts, ", "));
+    }
+    text += fmt::format("[reading]\nuncertainty = {}\nbecause = \"drawn\"\n",
+                        with_unit(m.reading, m.unit));
+    std::ofstream(fs::path(folder_) / (m.response + ".toml")) << text;
+  }
+}
+
+std::string SimulatedStudies::study_text(const Values& truth, std::uint64_t seed) const {
+  std::string text = fmt::format(
+      "[study]\nname = \"hidden\"\nseed = {}\n[budget]\n{}compare_runs = 0\n"
+      "[[experiments]]\nname = \"box\"\ncase = \"{}\"\n",
+      seed, problem_.budget,
+      fs::relative(fs::path(FIRN_SOURCE_DIR) / problem_.case_file, folder_).string());
+  if (!problem_.limits.empty()) text += fmt::format("set = {}\n", toml(problem_.limits));
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const SimulatedProblem::Unknown& p = problem_.unknowns[i];
+    text += fmt::format(
+        "[[parameters]]\nname = \"{}\"\nkeys = [\"{}\"]\nmin = {}\nmax = {}\nscale = \"log\"\n",
+        p.name, fmt::join(p.keys, "\", \""), p.text(p.min), p.text(p.max));
+    names.push_back(fmt::format("{} = {}", p.name, p.text(truth[i])));
+  }
+  for (const SimulatedProblem::Measured& m : problem_.measured)
+    text += fmt::format("[[targets]]\nmeasurement = \"{}.toml\"\n", m.response);
+  return text +
+         fmt::format("[[compare]]\nname = \"truth\"\nvalues = {{ {} }}\n", fmt::join(names, ", "));
+}
+
+std::optional<Verdict> SimulatedStudies::study(int number) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(104729 * number + 1));
+  Verdict v;
+  for (const SimulatedProblem::Unknown& p : problem_.unknowns) {
+    const double share = (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53;
+    v.truth.push_back(p.min * std::pow(p.max / p.min, share));
+  }
+  const std::uint64_t own = study_stride * static_cast<std::uint64_t>(number + 1);
+  const std::uint64_t seed = problem_.same_design ? 1 : own;
+  std::vector<JobResult> measured;
+  for (int i = 0; i < problem_.repeats; ++i) {
+    const auto repeat = static_cast<std::uint64_t>(i);
+    measured.push_back(runs_at(v.truth, own + truth_seeds + repeat, 1).front());
+    if (measured.back().status != JobStatus::finished) return std::nullopt;
+  }
+  write_measurements(measured, number);
+  const std::string file = (fs::path(folder_) / "study.toml").string();
+  std::ofstream(file) << study_text(v.truth, seed);
+  StudyOptions options;
+  options.study_file = file;
+  options.directory = (fs::path(folder_) / fmt::format("study-{}", number)).string();
+  fs::remove_all(options.directory);  // the store knows what was run
+  options.jobs = jobs_;
+  options.program = program_;
+  options.store = store_file_;
+  options.show_progress = false;
+  options.plot = false;
+  const json j = json::parse(calibrate(options).json);
+  fs::remove_all(fs::path(options.directory) / "runs");
+
+  v.verdict = j["verdict"];
+  v.runs = j["runs"]["total"];
+  v.arched = j["runs"]["arched"];
+  v.failed = j["runs"]["failed"];
+  v.wall = j["wall_seconds"];
+  const json& truth = j["compare"][0];
+  if (!truth.contains("posterior_denser_than_here")) return v;
+  v.denser = truth["posterior_denser_than_here"];
+  for (std::size_t i = 0; i < v.truth.size(); ++i) {
+    const json& interval = j["parameters"][i]["interval_95"];
+    v.intervals += interval[0] <= v.truth[i] && v.truth[i] <= interval[1];
+  }
+  if (!j["combinations"].empty() && j["combinations"][0]["identified"]) {
+    const json& c = j["combinations"][0];
+    double at_truth = 0;
+    for (std::size_t i = 0; i < v.truth.size(); ++i)
+      at_truth += c["terms"][i]["coefficient"].get<double>() * std::log(v.truth[i]);
+    v.combination_z = (at_truth - c["value"].get<double>()) / c["uncertainty"].get<double>();
+  }
+  if (problem_.fresh == 0 || !j.contains("answer") || !j["answer"].contains("simulated")) return v;
+  Values answer;
+  for (const SimulatedProblem::Unknown& p : problem_.unknowns)
+    answer.push_back(j["answer"]["parameters"][p.name]);
+  const auto runs = runs_at(answer, own + fresh_seeds, problem_.fresh);
+  for (const SimulatedProblem::Measured& m : problem_.measured) {
+    const json& stated = j["answer"]["simulated"][m.response];
+    const Sample fresh = sample(values_of(runs, m.response));
+    if (fresh.count < 2 || stated["value"].is_null()) continue;
+    const double variance =
+        widened(fresh.sum_of_squares / (fresh.count - 1), fresh.count - 1) / fresh.count;
+    v.reported_z.push_back((stated["value"].get<double>() - fresh.mean) /
+                           std::hypot(stated["standard_error"].get<double>(), std::sqrt(variance)));
+  }
+  return v;
+}
+
+}  // namespace firn::proof
