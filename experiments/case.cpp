@@ -12,6 +12,7 @@
 #include "experiments/case_measures.h"
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
+#include "experiments/case_statistics.h"
 #include "experiments/drained_repose_scene.h"
 #include "experiments/material_application.h"
 #include "experiments/sha256.h"
@@ -153,7 +154,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   const TomlTable root = TomlTable::root(document);
   root.allow({"case", "material_records", "materials", "interactions", "shapes", "particles",
               "boundaries", "fills", "outlets", "stages", "experiment", "measure", "numerics",
-              "output"});
+              "output", "statistics"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -166,6 +167,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.interactions = std::move(interactions.laws);
   model.shapes = read_shapes(root, model.materials, directory);
   model.boundaries = read_boundaries(root, model.materials, directory);
+  model.statistics = read_statistics(root);
   c.placed = read_particles(root, model, c.seed);
   c.fills = read_fills(root, model.shapes);
   c.outlets = read_outlets(root);

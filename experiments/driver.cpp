@@ -50,6 +50,7 @@ std::vector<std::byte> pack(const DriverState& state, const std::vector<std::byt
   out.put(state.batches);
   out.put(state.passages.exit_time);
   out.put(state.passages.door_time);
+  out.put(state.statistics);
   out.put(solver);
   return out.take();
 }
@@ -73,6 +74,7 @@ DriverState unpack(const std::vector<std::byte>& payload, std::vector<std::byte>
   in.get(state.batches);
   in.get(state.passages.exit_time);
   in.get(state.passages.door_time);
+  in.get(state.statistics);
   in.get(solver);
   return state;
 }
@@ -121,6 +123,8 @@ void Driver::restore() {
       std::vector<std::byte> bytes;
       DriverState state = unpack(checkpoint.payload, bytes);
       recorder_->truncate(state.frames);
+      recorder_->with_file(
+          [&](hdf5::File& file) { truncate_statistics(file, case_.model, state.statistics); });
       solver_.restore(bytes);
       state_ = std::move(state);
       checkpoints_ = checkpoint.sequence;
@@ -336,6 +340,7 @@ void Driver::record_frame() {
 void Driver::save() {
   save_wanted_ = false;
   saved_ = Clock::now();
+  hand_over_statistics(false);
   if (!recorder_) return;
   const std::vector<std::byte> payload = pack(state_, solver_.save());
   recorder_->with_file([&](hdf5::File& file) {
@@ -351,8 +356,21 @@ void Driver::save() {
 // The same bytes whether or not the run was interrupted on its way: a resumed one writes some
 // again.
 void Driver::keep_state() {
+  hand_over_statistics(false);
   const std::vector<std::byte> payload = pack(state_, solver_.save());
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
+}
+
+// What the solver has finished goes into the file before its state does, or nowhere: whoever looks
+// on has no use for it.
+void Driver::hand_over_statistics(bool at_end) {
+  if (!case_.model.statistics.any()) return;
+  if (!recorder_) {
+    solver_.take_events();
+    return;
+  }
+  recorder_->with_file(
+      [&](hdf5::File& file) { append_statistics(file, solver_, at_end, state_.statistics); });
 }
 
 void Driver::report() {
@@ -372,6 +390,7 @@ void Driver::report() {
 
 void Driver::conclude(const std::string& status) {
   if (!recorder_) return;
+  if (status != to_string(RunStatus::interrupted)) hand_over_statistics(true);
   recorder_->with_file([&](hdf5::File& file) {
     write_particles(file, solver_.particles().peak_normal_force, state_.passages);
     write_stages(file, stages_, state_.stages);

@@ -12,6 +12,7 @@
 #include "experiments/recorder.h"
 #include "experiments/results_layout.h"
 #include "experiments/run.h"
+#include "experiments/statistics_tables.h"
 
 namespace firn {
 
@@ -24,6 +25,7 @@ struct DriverState {
   std::vector<StageRecord> stages;     // entered so far; the last one is under way
   std::vector<std::uint64_t> batches;  // placed so far, per fill
   Passages passages;
+  StatisticsRows statistics;
 };
 
 // Throws InputError for a case that no solver can take.
@@ -74,6 +76,7 @@ class Driver {
   bool look(bool last);  // false: the onlooker has seen enough
   void save();
   void keep_state();
+  void hand_over_statistics(bool at_end);
   void report();
   void conclude(const std::string& status);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/statistics_tables.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -156,6 +157,7 @@ void write_header(hdf5::File& file, const Case& c) {
   file.set_attribute("/particles/exit_time", "unit", std::string("s"));
   file.set_attribute("/particles/door_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
+  create_statistics(file, model);
 }
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/shape.h"
+#include "solver/statistics.h"
 
 namespace firn {
 
@@ -83,6 +84,7 @@ struct Model {
   std::vector<Particle> particles;  // all that will ever exist, in order of their ids
   std::vector<Boundary> boundaries;
   Numerics numerics;
+  StatisticsOptions statistics;
 
   const Interaction& interaction(int material_a, int material_b) const {
     return interactions[static_cast<std::size_t>(material_a) * materials.size() + material_b];

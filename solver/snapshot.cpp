@@ -7,7 +7,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000003;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000004;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -144,8 +144,22 @@ void walk(Archive& ar, S& s) {
   ar.value(s.health.rebuilds);
   ar.value(s.health.queries);
   ar.value(s.health.refreshes);
+  ar.group("statistics");
+  ar.value(s.statistics.list);
+  ar.array(s.statistics.open_of_pair);
+  ar.array(s.statistics.open);
+  ar.array(s.statistics.sums);
+  ar.array(s.statistics.parted);
+  ar.value(s.statistics.free_places);
   ar.group("started motions");
   ar.array(s.extra_motion_boundary);
+}
+
+// What has been finished and not been taken yet. No part of the hash: it depends on when the taker
+// comes, and nothing comes of it.
+template <class Archive, class S>
+void walk_finished(Archive& ar, S& s) {
+  ar.array(s.statistics.finished);
 }
 
 // Motions have padding, so their fields go one by one.
@@ -190,6 +204,7 @@ std::vector<std::byte> pack(const Model& model, const State& state) {
   w.value(kMagic);
   w.array(fingerprint(model));
   walk(w, state);
+  walk_finished(w, state);
   for (const Motion& m : state.extra_motions) walk_motion(w, m);
   return std::move(w.bytes);
 }
@@ -220,6 +235,7 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   if (theirs != fingerprint(model)) throw RunError("checkpoint belongs to another case");
   State fresh;
   walk(r, fresh);
+  walk_finished(r, fresh);
   fresh.extra_motions.resize(fresh.extra_motion_boundary.size());
   for (Motion& m : fresh.extra_motions) walk_motion(r, m);
   if (!r.done() || fresh.presence.size() != model.particles.size() ||
