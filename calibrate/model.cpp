@@ -68,11 +68,6 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
 
 }  // namespace
 
-double widened(double variance, double degrees_of_freedom) {
-  const double freedom = std::max(degrees_of_freedom, 3.0);
-  return variance * freedom / (freedom - 2);
-}
-
 double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }
 
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {

@@ -9,13 +9,10 @@
 
 #include "calibrate/campaign.h"
 #include "calibrate/optimize.h"
+#include "calibrate/small_samples.h"
 #include "calibrate/surrogate.h"
 
 namespace firn {
-
-// A variance estimated with few degrees of freedom, widened to that of Student's distribution
-// (which has none below three: taken as at three).
-double widened(double variance, double degrees_of_freedom);
 
 // Standard deviation of one run about the mean over seeds, pooled over all points that have
 // several.

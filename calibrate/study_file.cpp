@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "calibrate/budget.h"
-#include "calibrate/model.h"
+#include "calibrate/small_samples.h"
 #include "experiments/bench_tests.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"

@@ -14,6 +14,7 @@
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
 #include "experiments/case_stages.h"
+#include "experiments/case_statistics.h"
 #include "experiments/drained_repose_scene.h"
 #include "experiments/material_application.h"
 #include "experiments/sha256.h"
@@ -158,9 +159,11 @@ Case read_case_text(const std::string& text, const std::string& source,
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"case", "material_records", "materials", "interactions", "shapes", "particles",
-              "motion_frames", "boundaries", "fills", "sources", "tags", "gates", "switches",
-              "outlets", "stages", "experiment", "measure", "numerics", "output"});
+  root.allow({"case",     "material_records", "materials",     "interactions",
+              "shapes",   "particles",        "motion_frames", "boundaries",
+              "fills",    "sources",          "tags",          "gates",
+              "switches", "outlets",          "stages",        "experiment",
+              "measure",  "numerics",         "output",        "statistics"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -175,6 +178,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.frames = read_motion_frames(root);
   model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
   complete_free_bodies(root, model);
+  model.statistics = read_statistics(root);
   c.placed = read_particles(root, model, c.seed);
   c.fills = read_fills(root, model.shapes);
   c.sources = read_sources(root, model.shapes);

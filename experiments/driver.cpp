@@ -37,6 +37,7 @@ void put(ByteWriter& out, const DriverState& state) {
     out.put(stage.end);
     out.put(stage.ended_by);
   }
+  out.put(state.statistics);
 }
 
 void get(ByteReader& in, DriverState& state) {
@@ -52,6 +53,7 @@ void get(ByteReader& in, DriverState& state) {
     in.get(stage.end);
     in.get(stage.ended_by);
   }
+  in.get(state.statistics);
 }
 
 // The same walk writes and reads.
@@ -137,6 +139,8 @@ void Driver::restore() {
     try {
       unpack(checkpoint.payload);
       recorder_->truncate(state_.frames);
+      recorder_->with_file(
+          [&](hdf5::File& file) { truncate_statistics(file, case_.model, state_.statistics); });
       checkpoints_ = checkpoint.sequence;
       return;
     } catch (const RunError& e) {
@@ -282,6 +286,7 @@ void Driver::record_frame() {
 void Driver::save() {
   save_wanted_ = false;
   saved_ = Clock::now();
+  hand_over_statistics(false);
   if (!recorder_) return;
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) {
@@ -295,8 +300,21 @@ void Driver::save() {
 // The same bytes whether or not the run was interrupted on its way: a resumed one writes some
 // again.
 void Driver::keep_state() {
+  hand_over_statistics(false);
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
+}
+
+// What the solver has finished goes into the file before its state does, or nowhere: whoever looks
+// on has no use for it.
+void Driver::hand_over_statistics(bool at_end) {
+  if (!case_.model.statistics.any()) return;
+  if (!recorder_) {
+    solver_.take_events();
+    return;
+  }
+  recorder_->with_file(
+      [&](hdf5::File& file) { append_statistics(file, solver_, at_end, state_.statistics); });
 }
 
 void Driver::report() {
@@ -323,6 +341,7 @@ void Driver::write_progress(hdf5::File& file) {
 
 void Driver::conclude(const std::string& status) {
   if (!recorder_) return;
+  if (status != to_string(RunStatus::interrupted)) hand_over_statistics(true);
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
     file.flush();  // a full disk must not leave a run that says more than is there

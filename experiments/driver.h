@@ -13,6 +13,7 @@
 #include "experiments/results_layout.h"
 #include "experiments/run.h"
 #include "experiments/stage_watch.h"
+#include "experiments/statistics_tables.h"
 #include "experiments/traffic.h"
 
 namespace firn {
@@ -23,6 +24,7 @@ struct DriverState {
   std::uint64_t loads_cleared = 0;  // step at which the boundary loads were
   std::uint64_t stage_start = 0;    // step
   std::vector<StageRecord> stages;  // entered so far; the last one is under way
+  StatisticsRows statistics;
 };
 
 // Throws InputError for a case that no solver can take.
@@ -70,6 +72,7 @@ class Driver {
   bool look(bool last);  // false: the onlooker has seen enough
   void save();
   void keep_state();
+  void hand_over_statistics(bool at_end);
   void report();
   void conclude(const std::string& status);
   void write_progress(hdf5::File& file);

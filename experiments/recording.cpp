@@ -315,6 +315,16 @@ BoundaryFrame Recording::boundary(const std::string& name, std::size_t frame) co
   return result;
 }
 
+bool Recording::contains(const std::string& path) const { return impl_->file.contains(path); }
+
+std::vector<double> Recording::values(const std::string& path) const {
+  return impl_->read<double>(path.c_str());
+}
+
+std::vector<std::string> Recording::strings(const std::string& path) const {
+  return impl_->guarded([&] { return impl_->file.read_strings(path); });
+}
+
 bool Recording::measured() const {
   return impl_->guarded([&] { return impl_->file.has_attribute("/", "measured"); });
 }

@@ -80,6 +80,10 @@ class Recording {
   std::vector<double> series(const std::string& path) const;
   std::vector<Series> series_list() const;  // all of them, in alphabetical order
   BoundaryFrame boundary(const std::string& name, std::size_t frame) const;
+  // Datasets that are no series: whether there is one of this path, and all its values.
+  bool contains(const std::string& path) const;
+  std::vector<double> values(const std::string& path) const;
+  std::vector<std::string> strings(const std::string& path) const;
   bool has_checkpoint() const;
   double wall_time() const;  // s, all sessions, up to the last checkpoint or the end
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/statistics_tables.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -183,6 +184,7 @@ void write_header(hdf5::File& file, const Case& c) {
   for (const char* time : {"exit_time", "door_time", "insert_time", "gate_time"})
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
+  create_statistics(file, model);
 }
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,

@@ -114,6 +114,12 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
   if (block.size() > 0) flush();
 }
 
+// Patches come in the order of the active pairs.
+void note_work(const PatchBlock& block, std::vector<PatchWork>& work) {
+  for (int k = 0; k < block.size(); ++k)
+    work.push_back({block.work_normal(k), block.work_friction(k)});
+}
+
 // The accounts of one range of pairs: what patches do beside pushing their bodies.
 class Bookkeeper {
  public:
@@ -241,9 +247,11 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 }  // namespace
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
+  const bool noted = model.statistics.any();
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t end) {
                PairRange& range = w.ranges[begin / kPairsOfRange];
+               range.notes.work.clear();
                update_active(s, begin, end, range);
                RangeLoad* const loads = w.loads.data() + range.first_load;
                std::fill_n(loads, range.bodies.size(), RangeLoad{});
@@ -251,6 +259,7 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
                advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
                  books.note(block);
                  add_loads(block, loads);
+                 if (noted) note_work(block, range.notes.work);
                });
              });
   std::ranges::fill(s.boundary_load, BodyLoad{});

@@ -6,6 +6,7 @@
 
 #include "solver/motions.h"
 #include "solver/shape.h"
+#include "solver/statistics.h"
 
 namespace firn {
 
@@ -72,6 +73,7 @@ struct Model {
   std::vector<Boundary> boundaries;
   std::vector<MotionFrame> frames;
   Numerics numerics;
+  StatisticsOptions statistics;
 
   const Interaction& interaction(int material_a, int material_b) const {
     return interactions[static_cast<std::size_t>(material_a) * materials.size() + material_b];

@@ -154,11 +154,25 @@ void walk(Archive& ar, S& s) {
   ar.value(s.health.rebuilds);
   ar.value(s.health.queries);
   ar.value(s.health.refreshes);
+  ar.group("statistics");
+  ar.value(s.statistics.list);
+  ar.array(s.statistics.open_of_pair);
+  ar.array(s.statistics.open);
+  ar.array(s.statistics.sums);
+  ar.array(s.statistics.parted);
+  ar.value(s.statistics.free_places);
   ar.group("started motions");
   ar.array(s.extra_motion_mover);
   ar.array(s.extra_motion_group);
   ar.array(s.extra_drive_axis);
   ar.array(s.extra_drive_group);
+}
+
+// What has been finished and not been taken yet. No part of the hash: it depends on when the taker
+// comes, and nothing comes of it.
+template <class Archive, class S>
+void walk_finished(Archive& ar, S& s) {
+  ar.array(s.statistics.finished);
 }
 
 // Motions and drives have padding, so their fields go one by one.
@@ -232,6 +246,7 @@ std::vector<std::byte> pack(const Model& model, const State& state) {
   w.value(kMagic);
   w.array(fingerprint(model));
   walk(w, state);
+  walk_finished(w, state);
   walk_started(w, state);
   return std::move(w.bytes);
 }
@@ -262,6 +277,7 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   if (theirs != fingerprint(model)) throw RunError("checkpoint belongs to another case");
   State fresh;
   walk(r, fresh);
+  walk_finished(r, fresh);
   fresh.extra_motions.resize(fresh.extra_motion_mover.size());
   fresh.extra_drives.resize(fresh.extra_drive_axis.size());
   walk_started(r, fresh);

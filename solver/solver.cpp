@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <utility>
 
 #include "solver/contacts.h"
 #include "solver/kernels.h"
@@ -79,18 +80,20 @@ void Solver::step() {
   Workspace& w = i.workspace;
   State& s = i.state;
   const Kernels& k = i.kernels;
-  i.timed(0, "advance boundaries", [&] { advance_boundaries(m, s); });
-  i.timed(1, "half kick and drift", [&] { k.kick_and_drift(m, w, s); });
-  i.timed(2, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
-  i.timed(3, "find contacts", [&] { k.find_contacts(m, w, s); });
-  i.timed(4, "contact forces", [&] { k.contact_forces(m, w, s); });
-  i.timed(5, "half kick", [&] {
+  std::size_t n = 0;
+  i.timed(n++, "advance boundaries", [&] { advance_boundaries(m, s); });
+  i.timed(n++, "half kick and drift", [&] { k.kick_and_drift(m, w, s); });
+  i.timed(n++, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
+  i.timed(n++, "find contacts", [&] { k.find_contacts(m, w, s); });
+  i.timed(n++, "contact forces", [&] { k.contact_forces(m, w, s); });
+  if (m.statistics.any()) i.timed(n++, "statistics", [&] { keep_statistics(m, w, s); });
+  i.timed(n++, "half kick", [&] {
     k.sum_loads_and_kick(m, w, s);
     finish_frames(m, s);
   });
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
-  i.timed(6, "check state", [&] { check_state(m, w, s); });
+  i.timed(n++, "check state", [&] { check_state(m, w, s); });
 }
 
 void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
@@ -325,6 +328,14 @@ std::vector<double> Solver::contact_overlaps() const {
 
 std::vector<Contact> Solver::contacts() const {
   return contacts_of(impl_->workspace, impl_->state);
+}
+
+std::vector<ContactEvent> Solver::take_events() {
+  return std::exchange(impl_->state.statistics.finished, {});
+}
+
+std::vector<ContactEvent> Solver::open_events() const {
+  return firn::open_events(impl_->model, impl_->state);
 }
 
 Solver::Load Solver::load(int particle) const {

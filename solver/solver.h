@@ -186,6 +186,10 @@ class Solver {
   // of forces is what the next half kick reads. A particle or boundary removed since the last step
   // still has its last contacts.
   std::vector<Contact> contacts() const;
+  // Contacts that have ended since the last call, in order of their ends, and those under way, in
+  // order of their starts, whatever their force. None unless the model's statistics ask for them.
+  std::vector<ContactEvent> take_events();
+  std::vector<ContactEvent> open_events() const;
   // Force and moment of all contacts on a particle at the end of the step, as the motion uses them.
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far

@@ -9,6 +9,7 @@
 #include "solver/collide.h"
 #include "solver/contact.h"
 #include "solver/solver.h"
+#include "solver/statistics_state.h"
 
 namespace firn {
 
@@ -127,6 +128,7 @@ struct State {
   double lowest_energy = 0, largest_kinetic = 0;  // J
   bool energy_known = false;
   Health health;
+  StatisticsState statistics;  // empty unless asked for
 };
 
 // A pair's patches and points as found at one refresh, before they are stored.

@@ -28,6 +28,23 @@ struct Look {
   FoundPatches found;
 };
 
+// Work taken from the bodies by one patch in this step, J: stored, or lost.
+struct PatchWork {
+  double normal = 0, friction = 0;
+};
+
+struct BegunContact {
+  OpenContact contact;
+  ContactSums sums;
+};
+
+// What statistics want of the present step in one range of pairs.
+struct RangeNotes {
+  std::vector<PatchWork> work;       // [patches of the active pairs]
+  std::vector<BegunContact> begun;   // contacts, in order of their pairs
+  std::vector<std::int32_t> parted;  // open contacts that bear nothing any more
+};
+
 // What a step sums up over the contacts of one range of pairs. The ranges are the same for any
 // number of threads, and are added up in their order, so the sums are the same bits.
 struct ContactAccounts {
@@ -76,6 +93,7 @@ struct alignas(64) PairRange {
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
   ContactAccounts accounts;
+  RangeNotes notes;  // empty without statistics
   // Scratch memory.
   std::vector<ActivePair> spare_active;
   std::vector<PartContact> contacts;
@@ -123,6 +141,7 @@ void kick_and_drift(const Model& model, Workspace& workspace, State& state);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void contact_forces(const Model& model, Workspace& workspace, State& state);
+void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
 void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
 void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
 void check_state(const Model& model, const Workspace& workspace, State& state);
@@ -137,6 +156,9 @@ Energy energy_of(const Model& model, const Workspace& workspace, const State& st
 // Kinetic plus gravitational energy of one particle, J.
 double particle_energy(const Model& model, const Workspace& workspace, const State& state,
                        int particle);
+
+// Contacts under way, in order of their start and bodies.
+std::vector<ContactEvent> open_events(const Model& model, const State& state);
 
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);

@@ -1,4 +1,5 @@
-// A case with everything that happens in a run: batches, stages, an outlet, a moving boundary.
+// A case with everything that happens in a run: batches, stages, an outlet, a moving boundary,
+// statistics.
 #pragma once
 
 #include "experiments/case.h"
@@ -85,6 +86,10 @@ stop = "0.15 s"
 
 [output]
 frames_every = "10 ms"
+
+[statistics.events]
+threshold = "0.05 N"
+merge = "0.1 ms"
 )";
 
 inline Case tray(const std::vector<Override>& overrides = {}) {
