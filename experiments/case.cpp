@@ -167,7 +167,6 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.interactions = std::move(interactions.laws);
   model.shapes = read_shapes(root, model.materials, directory);
   model.boundaries = read_boundaries(root, model.materials, directory);
-  model.statistics = read_statistics(root);
   c.placed = read_particles(root, model, c.seed);
   c.fills = read_fills(root, model.shapes);
   c.outlets = read_outlets(root);
@@ -176,6 +175,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   if (!c.drained_repose) c.stages = read_stages(root, model.boundaries);
   add_fill_particles(c);
   c.measures = read_measures(root, model);
+  model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
     root.fail("particles", "the case has none; expected [[particles]], [[fills]] or [experiment]");
   }

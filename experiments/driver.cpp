@@ -124,7 +124,7 @@ void Driver::restore() {
       DriverState state = unpack(checkpoint.payload, bytes);
       recorder_->truncate(state.frames);
       recorder_->with_file(
-          [&](hdf5::File& file) { truncate_statistics(file, case_.model, state.statistics); });
+          [&](hdf5::File& file) { truncate_statistics(file, case_, state.statistics); });
       solver_.restore(bytes);
       state_ = std::move(state);
       checkpoints_ = checkpoint.sequence;
@@ -367,10 +367,11 @@ void Driver::hand_over_statistics(bool at_end) {
   if (!case_.model.statistics.any()) return;
   if (!recorder_) {
     solver_.take_events();
+    solver_.take_load_intervals();
     return;
   }
   recorder_->with_file(
-      [&](hdf5::File& file) { append_statistics(file, solver_, at_end, state_.statistics); });
+      [&](hdf5::File& file) { append_statistics(file, case_, solver_, at_end, state_.statistics); });
 }
 
 void Driver::report() {

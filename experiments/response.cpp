@@ -10,6 +10,7 @@
 #include "experiments/body_responses.h"
 #include "experiments/drained_repose_responses.h"
 #include "experiments/recording.h"
+#include "experiments/statistics_responses.h"
 
 namespace firn {
 namespace {
@@ -90,6 +91,7 @@ std::vector<Response> measure(const Recording& recording) {
   if (c.drained_repose) append(drained_repose_responses(drained_heap(recording, c)));
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
+  append(statistics_responses(recording, c));
   return responses;
 }
 

@@ -157,7 +157,7 @@ void write_header(hdf5::File& file, const Case& c) {
   file.set_attribute("/particles/exit_time", "unit", std::string("s"));
   file.set_attribute("/particles/door_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
-  create_statistics(file, model);
+  create_statistics(file, c);
 }
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,

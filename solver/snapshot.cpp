@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "solver/statistics_workspace.h"
+
 namespace firn {
 
 namespace {
@@ -151,6 +153,11 @@ void walk(Archive& ar, S& s) {
   ar.array(s.statistics.sums);
   ar.array(s.statistics.parted);
   ar.value(s.statistics.free_places);
+  ar.array(s.statistics.surfaces);
+  ar.array(s.statistics.energies);
+  ar.array(s.statistics.opposed);
+  ar.array(s.statistics.triangles);
+  ar.value(s.statistics.interval_start);
   ar.group("started motions");
   ar.array(s.extra_motion_boundary);
 }
@@ -160,6 +167,8 @@ void walk(Archive& ar, S& s) {
 template <class Archive, class S>
 void walk_finished(Archive& ar, S& s) {
   ar.array(s.statistics.finished);
+  ar.array(s.statistics.finished_intervals);
+  ar.array(s.statistics.finished_triangles);
 }
 
 // Motions have padding, so their fields go one by one.
@@ -195,6 +204,16 @@ std::vector<double> fingerprint(const Model& model) {
     f.insert(f.end(), {s.mass, s.volume, s.stiffness, s.rounding, double(s.parts.size())});
   }
   return f;
+}
+
+bool fits(const StatisticsState& stats, const Model& model) {
+  const StatisticsState expected = empty_statistics(model);
+  return stats.surfaces.size() == expected.surfaces.size() &&
+         stats.energies.size() == expected.energies.size() &&
+         stats.opposed.size() == expected.opposed.size() &&
+         stats.triangles.size() == expected.triangles.size() &&
+         stats.finished_triangles.size() ==
+             stats.finished_intervals.size() / 2 * expected.triangles.size();
 }
 
 }  // namespace
@@ -238,7 +257,8 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   walk_finished(r, fresh);
   fresh.extra_motions.resize(fresh.extra_motion_boundary.size());
   for (Motion& m : fresh.extra_motions) walk_motion(r, m);
-  if (!r.done() || fresh.presence.size() != model.particles.size() ||
+  if (!r.done() || !fits(fresh.statistics, model) ||
+      fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size()) {
     throw RunError("checkpoint does not fit the case");
   }
