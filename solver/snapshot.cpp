@@ -206,6 +206,17 @@ std::vector<double> fingerprint(const Model& model) {
   return f;
 }
 
+// A state that was kept without statistics, or with some that nobody wants any more, can be gone on
+// with: they start then.
+void start_missing(const Model& model, State& state) {
+  StatisticsState& stats = state.statistics;
+  const bool has_none = stats.list == 0 && stats.surfaces.empty() && stats.energies.empty() &&
+                        stats.opposed.empty() && stats.triangles.empty();
+  if (!has_none && model.statistics.any()) return;
+  stats = empty_statistics(model);
+  if (model.statistics.any()) stats.interval_start = state.steps;
+}
+
 bool fits(const StatisticsState& stats, const Model& model) {
   const StatisticsState expected = empty_statistics(model);
   return stats.surfaces.size() == expected.surfaces.size() &&
@@ -257,6 +268,7 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   walk_finished(r, fresh);
   fresh.extra_motions.resize(fresh.extra_motion_boundary.size());
   for (Motion& m : fresh.extra_motions) walk_motion(r, m);
+  start_missing(model, fresh);
   if (!r.done() || !fits(fresh.statistics, model) ||
       fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size()) {

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <map>
 
+#include "experiments/export.h"
 #include "experiments/run.h"
 #include "experiments/statistics_tables.h"
 #include "tests/experiments/tray.h"
@@ -237,6 +240,41 @@ TEST_F(StatisticsFile, SumsAreThoseOfTheContacts) {
   EXPECT_GT(responses.at("wear_volume_on_floor"), 0);
   EXPECT_GT(responses.at("peak_stress_on_floor"), 0);
   EXPECT_GE(responses.at("largest_opposed_load"), responses.at("opposed_load_median"));
+}
+
+std::vector<std::string> lines_of(const fs::path& file) {
+  std::ifstream in(file);
+  EXPECT_TRUE(in.is_open()) << file;
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+TEST_F(StatisticsFile, IsExported) {
+  const Recording recording = recorded(tray());
+  export_csv(recording, (directory_ / "csv").string());
+  const std::vector<ContactEvent> events = contact_events(recording);
+  const auto contacts = lines_of(directory_ / "csv" / "contacts.csv");
+  ASSERT_EQ(contacts.size(), events.size() + 1);
+  EXPECT_EQ(std::ranges::count(contacts[0], ','), std::ranges::count(contacts[1], ','));
+  const auto on_floor = std::ranges::find(events, 13, &ContactEvent::b);
+  ASSERT_NE(on_floor, events.end());
+  EXPECT_THAT(contacts[1 + (on_floor - events.begin())], HasSubstr(",floor,"));
+  EXPECT_EQ(lines_of(directory_ / "csv" / "opposed_loads.csv").size(), 14u);
+  const BoundaryLoads floor = boundary_loads(recording).at(0);
+  const auto triangles = lines_of(directory_ / "csv" / "boundary_triangles.csv");
+  EXPECT_EQ(triangles.size(), 1 + floor.end.size() * floor.area.size());
+  EXPECT_THAT(triangles[0], HasSubstr("wear_depth [m]"));
+  EXPECT_EQ(lines_of(directory_ / "csv" / "surface_triangles.csv").size(),
+            1 + surface_loads(recording).at(0).mesh.triangles.size());
+  EXPECT_EQ(lines_of(directory_ / "csv" / "energies.csv").size(), 1u + 3 * 42);
+
+  export_vtk(recording, (directory_ / "vtk").string(), {1000, false});
+  EXPECT_EQ(lines_of(directory_ / "vtk" / "boundary_loads.pvd").size(), floor.end.size() + 5);
+  const auto surface = lines_of(directory_ / "vtk" / "surface_cube.vtp");
+  EXPECT_TRUE(std::ranges::any_of(surface, [](const std::string& line) {
+    return line.find("Name=\"peak_normal_force\"") != line.npos;
+  }));
 }
 
 }  // namespace

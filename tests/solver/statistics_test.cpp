@@ -219,6 +219,23 @@ TEST(Events, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   EXPECT_TRUE(same(whole.open_events(), resumed.open_events()));
 }
 
+// They start where they are asked for, and end where they are not, in a state that goes on.
+TEST(Events, StartInAStateThatWasKeptWithoutThem) {
+  Model model = small_box(10);
+  Solver plain = filled(model);
+  scenes::run(plain, 0.3);
+  model.statistics.events = true;
+  Solver counted(model);
+  counted.restore(plain.save());
+  EXPECT_TRUE(counted.open_events().empty());
+  counted.step();
+  ASSERT_FALSE(counted.open_events().empty());
+  for (const ContactEvent& e : counted.open_events()) EXPECT_EQ(e.start, counted.time());
+  plain.restore(counted.save());
+  plain.step();
+  EXPECT_TRUE(plain.open_events().empty());
+}
+
 // A body that is taken away ends its contacts.
 TEST(Events, EndWhenABodyIsRemoved) {
   Model model = small_box(10);
