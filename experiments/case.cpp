@@ -178,7 +178,6 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.frames = read_motion_frames(root);
   model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
   complete_free_bodies(root, model);
-  model.statistics = read_statistics(root);
   c.placed = read_particles(root, model, c.seed);
   c.fills = read_fills(root, model.shapes);
   c.sources = read_sources(root, model.shapes);
@@ -192,6 +191,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   check_stage_names(root, c);
   add_coming_particles(c);
   c.measures = read_measures(root, model);
+  model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
     root.fail("particles",
               "the case has none; expected [[particles]], [[fills]], [[sources]] or [experiment]");

@@ -194,6 +194,7 @@ struct Case {
   std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;
   std::vector<Measure> measures;
+  double wear_rate = 0;     // 1/Pa, of boundaries: Archard's k / H; 0: not asked for
   double frames_every = 0;  // s
   double states_every = 0;  // s; 0: no states are kept in the results file
   std::vector<AppliedMaterial> material_records;

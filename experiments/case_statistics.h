@@ -6,6 +6,8 @@
 
 namespace firn {
 
-StatisticsOptions read_statistics(const TomlTable& root);
+// The model must have its shapes and boundaries. `wear_rate` (1/Pa) is the wear coefficient over
+// the hardness; 0 where the case gives none.
+StatisticsOptions read_statistics(const TomlTable& root, const Model& model, double& wear_rate);
 
 }  // namespace firn

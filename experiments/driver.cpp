@@ -140,7 +140,7 @@ void Driver::restore() {
       unpack(checkpoint.payload);
       recorder_->truncate(state_.frames);
       recorder_->with_file(
-          [&](hdf5::File& file) { truncate_statistics(file, case_.model, state_.statistics); });
+          [&](hdf5::File& file) { truncate_statistics(file, case_, state_.statistics); });
       checkpoints_ = checkpoint.sequence;
       return;
     } catch (const RunError& e) {
@@ -311,10 +311,12 @@ void Driver::hand_over_statistics(bool at_end) {
   if (!case_.model.statistics.any()) return;
   if (!recorder_) {
     solver_.take_events();
+    solver_.take_load_intervals();
     return;
   }
-  recorder_->with_file(
-      [&](hdf5::File& file) { append_statistics(file, solver_, at_end, state_.statistics); });
+  recorder_->with_file([&](hdf5::File& file) {
+    append_statistics(file, case_, solver_, at_end, state_.statistics);
+  });
 }
 
 void Driver::report() {

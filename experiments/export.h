@@ -28,4 +28,12 @@ void export_vtk(const Recording& recording, const std::string& directory,
 // Throws InputError when the directory cannot be written.
 void export_csv(const Recording& recording, const std::string& directory);
 
+// The same for what the case keeps of its contacts (docs/statistics.md); nothing where it asks for
+// none. Both are part of the two above.
+// boundary_loads.pvd: the triangles of the watched boundaries at the end of each interval, in world
+// axes; surface_SHAPE.vtp: each shape as drawn. Values on the triangles, in SI.
+void export_statistics_vtk(const Recording& recording, const std::string& directory);
+// contacts.csv, opposed_loads.csv, boundary_triangles.csv, surface_triangles.csv, energies.csv.
+void export_statistics_csv(const Recording& recording, const std::string& directory);
+
 }  // namespace firn

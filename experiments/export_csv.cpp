@@ -1,50 +1,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <span>
 
+#include "experiments/csv_file.h"
 #include "experiments/export.h"
 
 namespace firn {
 namespace {
-
-namespace fs = std::filesystem;
-
-// Fields that hold a separator or a quote go in quotes (RFC 4180).
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string result(1, '"');
-  for (char c : text) result.append(c == '"' ? 2 : 1, c);
-  result.push_back('"');
-  return result;
-}
-
-void append(std::string& line, std::span<const double> values) {
-  for (double value : values) line += fmt::format(",{}", value);
-}
-
-// A file of lines; says so when the disk is full.
-class CsvFile {
- public:
-  CsvFile(const std::string& directory, const std::string& name)
-      : path_((fs::path(directory) / name).string()) {
-    std::error_code error;
-    fs::create_directories(directory, error);
-    stream_.open(path_);
-    if (!stream_) throw InputError(path_ + ": cannot be written");
-  }
-  void line(const std::string& text) { stream_ << text << '\n'; }
-  void close() {
-    stream_.close();
-    if (!stream_) throw InputError(path_ + ": cannot be written");
-  }
-
- private:
-  std::string path_;
-  std::ofstream stream_;
-};
 
 void export_frames(const Recording& recording, const std::string& directory) {
   CsvFile csv(directory, "frames.csv");
@@ -133,6 +96,7 @@ void export_csv(const Recording& recording, const std::string& directory) {
   export_particles(recording, directory);
   export_series(recording, directory);
   export_responses(recording, directory);
+  export_statistics_csv(recording, directory);
 }
 
 }  // namespace firn

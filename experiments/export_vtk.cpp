@@ -1,33 +1,11 @@
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-#include <span>
 
 #include "experiments/export.h"
+#include "experiments/vtk_file.h"
 
 namespace firn {
 namespace {
-
-namespace fs = std::filesystem;
-
-// Polygons with values at their points, as VTK wants them.
-struct Surface {
-  struct Field {
-    std::string name;
-    std::size_t width = 1;
-    std::vector<float> values;  // [points * width]
-  };
-  std::vector<float> points;               // [points * 3] m
-  std::vector<std::int32_t> connectivity;  // corners of all polygons
-  std::vector<std::int32_t> offsets;       // end of each polygon in it
-  std::vector<Field> fields;
-
-  std::size_t point_count() const { return points.size() / 3; }
-};
 
 // A body's polygons in its own axes.
 struct Body {
@@ -70,7 +48,7 @@ Body square(double reach) {
   return body;
 }
 
-void append(Surface& surface, const Body& body, const Vec3& position, const Quat& orientation,
+void append(VtkSurface& surface, const Body& body, const Vec3& position, const Quat& orientation,
             std::initializer_list<float> values) {
   const auto base = static_cast<std::int32_t>(surface.point_count());
   const auto corners = static_cast<std::int32_t>(surface.connectivity.size());
@@ -82,92 +60,12 @@ void append(Surface& surface, const Body& body, const Vec3& position, const Quat
   for (std::int32_t i : body.connectivity) surface.connectivity.push_back(base + i);
   for (std::int32_t end : body.offsets) surface.offsets.push_back(corners + end);
   const float* value = values.begin();
-  for (Surface::Field& field : surface.fields) {
+  for (VtkSurface::Field& field : surface.fields) {
     for (std::size_t i = 0; i < body.points.size(); ++i)
       field.values.insert(field.values.end(), value, value + field.width);
     value += field.width;
   }
 }
-
-// One VTK XML PolyData file. Arrays follow the XML as raw blocks, each after its size in bytes.
-class VtpFile {
- public:
-  explicit VtpFile(const Surface& surface) {
-    xml_ = fmt::format(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
-        "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<Piece "
-        "NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
-        "NumberOfPolys=\"{}\">\n<Points>\n",
-        surface.point_count(), surface.offsets.size());
-    add("points", "Float32", 3, std::as_bytes(std::span(surface.points)));
-    xml_ += "</Points>\n<Polys>\n";
-    add("connectivity", "Int32", 1, std::as_bytes(std::span(surface.connectivity)));
-    add("offsets", "Int32", 1, std::as_bytes(std::span(surface.offsets)));
-    xml_ += "</Polys>\n<PointData>\n";
-    for (const Surface::Field& field : surface.fields)
-      add(field.name, "Float32", field.width, std::as_bytes(std::span(field.values)));
-    xml_ += "</PointData>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
-  }
-
-  void save(const fs::path& path) const {
-    std::ofstream out(path, std::ios::binary);
-    out << xml_;
-    for (const std::span<const std::byte>& block : blocks_) {
-      const std::uint64_t size = block.size();
-      out.write(reinterpret_cast<const char*>(&size), sizeof(size));
-      out.write(reinterpret_cast<const char*>(block.data()), static_cast<std::streamsize>(size));
-    }
-    out << "\n</AppendedData>\n</VTKFile>\n";
-    if (!out.flush()) throw InputError(path.string() + ": cannot be written");
-  }
-
- private:
-  void add(const std::string& name, const char* type, std::size_t width,
-           std::span<const std::byte> block) {
-    xml_ += fmt::format(
-        "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
-        "offset=\"{}\"/>\n",
-        type, name, width, offset_);
-    offset_ += sizeof(std::uint64_t) + block.size();
-    blocks_.push_back(block);
-  }
-
-  std::string xml_;
-  std::size_t offset_ = 0;
-  std::vector<std::span<const std::byte>> blocks_;
-};
-
-// The .pvd index of a time series and its folder of frames.
-class TimeSeries {
- public:
-  TimeSeries(const fs::path& directory, const std::string& name)
-      : directory_(directory), name_(name) {
-    std::error_code error;
-    fs::create_directories(directory / name, error);
-    if (error)
-      throw InputError(
-          fmt::format("{}: cannot be made: {}", (directory / name).string(), error.message()));
-  }
-
-  void add(double time, std::size_t frame, const Surface& surface) {
-    const std::string file = fmt::format("{0}/{0}_{1:06}.vtp", name_, frame);
-    VtpFile(surface).save(directory_ / file);
-    entries_ += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, file);
-  }
-
-  void save() const {
-    const fs::path path = directory_ / (name_ + ".pvd");
-    std::ofstream out(path);
-    out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
-           "byte_order=\"LittleEndian\">\n<Collection>\n"
-        << entries_ << "</Collection>\n</VTKFile>\n";
-    if (!out.flush()) throw InputError(path.string() + ": cannot be written");
-  }
-
- private:
-  fs::path directory_;
-  std::string name_, entries_;
-};
 
 std::vector<Body> particle_bodies(const Model& model, bool contact_parts) {
   std::vector<Body> bodies;
@@ -198,9 +96,9 @@ double largest_reach(const Recording& recording, const Model& model, std::size_t
   return 1.5 * (centre + size);
 }
 
-Surface particle_surface(const Frame& frame, const Model& model, const std::vector<Body>& bodies,
-                         const std::vector<double>& peak_normal_force) {
-  Surface surface;
+VtkSurface particle_surface(const Frame& frame, const Model& model, const std::vector<Body>& bodies,
+                            const std::vector<double>& peak_normal_force) {
+  VtkSurface surface;
   surface.fields = {{"id", 1, {}},
                     {"tag", 1, {}},
                     {"velocity", 3, {}},
@@ -219,9 +117,9 @@ Surface particle_surface(const Frame& frame, const Model& model, const std::vect
   return surface;
 }
 
-Surface boundary_surface(const Recording& recording, std::size_t frame, const Model& model,
-                         const std::vector<Body>& bodies) {
-  Surface surface;
+VtkSurface boundary_surface(const Recording& recording, std::size_t frame, const Model& model,
+                            const std::vector<Body>& bodies) {
+  VtkSurface surface;
   surface.fields = {{"index", 1, {}}, {"force", 3, {}}, {"peak_normal_force", 1, {}}};
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const BoundaryFrame state = recording.boundary(model.boundaries[b].name, frame);
@@ -248,13 +146,14 @@ void export_vtk(const Recording& recording, const std::string& directory,
   const std::vector<Body> bodies = particle_bodies(c.model, options.contact_parts);
   const std::vector<Body> walls =
       boundary_bodies(c.model, largest_reach(recording, c.model, every));
-  TimeSeries particles(directory, "particles"), boundaries(directory, "boundaries");
+  VtkTimeSeries particles(directory, "particles"), boundaries(directory, "boundaries");
   for (std::size_t i = 0; i < times.size(); i += every) {
     particles.add(times[i], i, particle_surface(recording.frame(i), c.model, bodies, peaks));
     boundaries.add(times[i], i, boundary_surface(recording, i, c.model, walls));
   }
   particles.save();
   boundaries.save();
+  export_statistics_vtk(recording, directory);
 }
 
 }  // namespace firn

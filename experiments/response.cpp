@@ -11,6 +11,7 @@
 #include "experiments/drained_repose_responses.h"
 #include "experiments/recording.h"
 #include "experiments/scene_responses.h"
+#include "experiments/statistics_responses.h"
 
 namespace firn {
 namespace {
@@ -92,6 +93,7 @@ std::vector<Response> measure(const Recording& recording) {
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
   append(scene_responses(recording, c));
+  append(statistics_responses(recording, c));
   return responses;
 }
 

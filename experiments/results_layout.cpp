@@ -184,7 +184,7 @@ void write_header(hdf5::File& file, const Case& c) {
   for (const char* time : {"exit_time", "door_time", "insert_time", "gate_time"})
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
-  create_statistics(file, model);
+  create_statistics(file, c);
 }
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,

@@ -6,6 +6,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "solver/statistics_workspace.h"
+
 namespace firn {
 
 namespace {
@@ -161,6 +163,11 @@ void walk(Archive& ar, S& s) {
   ar.array(s.statistics.sums);
   ar.array(s.statistics.parted);
   ar.value(s.statistics.free_places);
+  ar.array(s.statistics.surfaces);
+  ar.array(s.statistics.energies);
+  ar.array(s.statistics.opposed);
+  ar.array(s.statistics.triangles);
+  ar.value(s.statistics.interval_start);
   ar.group("started motions");
   ar.array(s.extra_motion_mover);
   ar.array(s.extra_motion_group);
@@ -173,6 +180,8 @@ void walk(Archive& ar, S& s) {
 template <class Archive, class S>
 void walk_finished(Archive& ar, S& s) {
   ar.array(s.statistics.finished);
+  ar.array(s.statistics.finished_intervals);
+  ar.array(s.statistics.finished_triangles);
 }
 
 // Motions and drives have padding, so their fields go one by one.
@@ -239,6 +248,27 @@ std::vector<double> fingerprint(const Model& model) {
   return f;
 }
 
+// A state that was kept without statistics, or with some that nobody wants any more, can be gone on
+// with: they start then.
+void start_missing(const Model& model, State& state) {
+  StatisticsState& stats = state.statistics;
+  const bool has_none = stats.list == 0 && stats.surfaces.empty() && stats.energies.empty() &&
+                        stats.opposed.empty() && stats.triangles.empty();
+  if (!has_none && model.statistics.any()) return;
+  stats = empty_statistics(model);
+  if (model.statistics.any()) stats.interval_start = state.steps;
+}
+
+bool fits(const StatisticsState& stats, const Model& model) {
+  const StatisticsState expected = empty_statistics(model);
+  return stats.surfaces.size() == expected.surfaces.size() &&
+         stats.energies.size() == expected.energies.size() &&
+         stats.opposed.size() == expected.opposed.size() &&
+         stats.triangles.size() == expected.triangles.size() &&
+         stats.finished_triangles.size() ==
+             stats.finished_intervals.size() / 2 * expected.triangles.size();
+}
+
 }  // namespace
 
 std::vector<std::byte> pack(const Model& model, const State& state) {
@@ -281,7 +311,9 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   fresh.extra_motions.resize(fresh.extra_motion_mover.size());
   fresh.extra_drives.resize(fresh.extra_drive_axis.size());
   walk_started(r, fresh);
-  if (!r.done() || fresh.presence.size() != model.particles.size() ||
+  start_missing(model, fresh);
+  if (!r.done() || !fits(fresh.statistics, model) ||
+      fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size() ||
       fresh.frames.size() != model.frames.size()) {
     throw RunError("checkpoint does not fit the case");

@@ -56,6 +56,7 @@ void resize(const Model& model, State& s) {
   s.boundary_peak.resize(b, 0);
   s.boundary_load.resize(b);
   place_boundaries(model, s);
+  s.statistics = empty_statistics(model);
 }
 
 Model checked(Model model) {
@@ -336,6 +337,34 @@ std::vector<ContactEvent> Solver::take_events() {
 
 std::vector<ContactEvent> Solver::open_events() const {
   return firn::open_events(impl_->model, impl_->state);
+}
+
+std::vector<LoadInterval> Solver::take_load_intervals(bool up_to_now) {
+  StatisticsState& stats = impl_->state.statistics;
+  if (stats.triangles.empty()) return {};
+  if (up_to_now && impl_->state.steps > stats.interval_start)
+    end_load_interval(impl_->model, impl_->state.steps, stats);
+  std::vector<LoadInterval> intervals(stats.finished_intervals.size() / 2);
+  auto next = stats.finished_triangles.begin();
+  for (std::size_t k = 0; k < intervals.size(); ++k) {
+    const auto end = next + static_cast<std::ptrdiff_t>(stats.triangles.size());
+    intervals[k] = {
+        stats.finished_intervals[2 * k], stats.finished_intervals[2 * k + 1], {next, end}};
+    next = end;
+  }
+  stats.finished_intervals.clear();
+  stats.finished_triangles.clear();
+  return intervals;
+}
+
+const std::vector<OpposedLoad>& Solver::opposed_loads() const {
+  return impl_->state.statistics.opposed;
+}
+const std::vector<SurfaceSums>& Solver::surface_sums() const {
+  return impl_->state.statistics.surfaces;
+}
+const std::vector<EnergySums>& Solver::energy_sums() const {
+  return impl_->state.statistics.energies;
 }
 
 Solver::Load Solver::load(int particle) const {

@@ -190,6 +190,14 @@ class Solver {
   // order of their starts, whatever their force. None unless the model's statistics ask for them.
   std::vector<ContactEvent> take_events();
   std::vector<ContactEvent> open_events() const;
+  // Loads on the triangles of watched boundaries over the intervals that have ended since the last
+  // call; `up_to_now`: ends the one under way first, if a step has been taken in it.
+  std::vector<LoadInterval> take_load_intervals(bool up_to_now = false);
+  // Since the start, empty unless asked for: [particles]; [triangles of all shapes, one behind the
+  // other]; [1 + boundaries][classes], pairs of particles first.
+  const std::vector<OpposedLoad>& opposed_loads() const;
+  const std::vector<SurfaceSums>& surface_sums() const;
+  const std::vector<EnergySums>& energy_sums() const;
   // Force and moment of all contacts on a particle at the end of the step, as the motion uses them.
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far

@@ -27,13 +27,23 @@ struct OpenContact {
 };
 
 struct StatisticsState {
+  // Contacts
   std::uint64_t list = 0;                  // number of the neighbour list that pairs refer to
   std::vector<std::int32_t> open_of_pair;  // [pairs] its open contact; -1: none
   std::vector<OpenContact> open;           // with free places
   std::vector<ContactSums> sums;           // [open]
   std::vector<std::int32_t> parted;        // open contacts that bear nothing now
   std::uint64_t free_places = 0;           // in open
-  std::vector<ContactEvent> finished;      // and not taken yet
+  std::vector<SurfaceSums> surfaces;       // [triangles of all shapes]
+  std::vector<EnergySums> energies;        // [1 + boundaries][classes]; particles' own pairs first
+  // Loads
+  std::vector<OpposedLoad> opposed;     // [particles]
+  std::vector<TriangleSums> triangles;  // of all watched boundaries, since:
+  std::uint64_t interval_start = 0;     // step
+  // Finished, and not taken yet.
+  std::vector<ContactEvent> finished;
+  std::vector<double> finished_intervals;        // s, start and end of each
+  std::vector<TriangleSums> finished_triangles;  // of each, one behind the other
 };
 
 }  // namespace firn

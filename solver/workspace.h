@@ -14,6 +14,7 @@
 #include "solver/patch_block.h"
 #include "solver/patches.h"
 #include "solver/state.h"
+#include "solver/statistics_workspace.h"
 
 namespace firn {
 
@@ -26,23 +27,6 @@ struct Look {
   double buried = 0;    // m, overlap of bodies that were placed into each other
   double wake = 0;      // m
   FoundPatches found;
-};
-
-// Work taken from the bodies by one patch in this step, J: stored, or lost.
-struct PatchWork {
-  double normal = 0, friction = 0;
-};
-
-struct BegunContact {
-  OpenContact contact;
-  ContactSums sums;
-};
-
-// What statistics want of the present step in one range of pairs.
-struct RangeNotes {
-  std::vector<PatchWork> work;       // [patches of the active pairs]
-  std::vector<BegunContact> begun;   // contacts, in order of their pairs
-  std::vector<std::int32_t> parted;  // open contacts that bear nothing any more
 };
 
 // What a step sums up over the contacts of one range of pairs. The ranges are the same for any
@@ -128,6 +112,8 @@ struct Workspace {
   LoadLists load_lists;
   std::vector<char> must_relist;  // [tasks] somebody has left its margin
 
+  StatisticsWorkspace statistics;
+
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
     return shape_a * columns + shapes + boundary;
@@ -156,9 +142,6 @@ Energy energy_of(const Model& model, const Workspace& workspace, const State& st
 // Kinetic plus gravitational energy of one particle, J.
 double particle_energy(const Model& model, const Workspace& workspace, const State& state,
                        int particle);
-
-// Contacts under way, in order of their start and bodies.
-std::vector<ContactEvent> open_events(const Model& model, const State& state);
 
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);

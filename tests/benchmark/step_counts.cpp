@@ -1,7 +1,8 @@
 // Two fixed scenes of 200 crescents for counting instructions (see `guard` beside this file):
 //   step_counts make FOLDER    lets them fall, and keeps the states at 0.2 s (falling) and at 1 s
 //                              (settled)
-//   step_counts SCENE FOLDER   100 steps of one of them; prints what ran
+//   step_counts SCENE FOLDER [STATISTICS]   100 steps of one of them; prints what ran. STATISTICS:
+//                              events, opposed, triangles or all
 #include <fmt/format.h>
 
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "solver/triangle_index.h"
 #include "validation/verification/scenes.h"
 
 namespace firn {
@@ -42,8 +44,26 @@ void make(const std::filesystem::path& folder) {
   keep(solver, folder / "settled.state");
 }
 
-void step(const std::string& scene, const std::filesystem::path& folder) {
-  Solver solver(scenes::repose_box(kCubes).model);
+// False for a word that is none of them.
+bool ask_for(const std::string& what, Model& model) {
+  StatisticsOptions& options = model.statistics;
+  const bool all = what == "all";
+  options.events = options.opposed_loads = all;
+  if (what == "events") options.events = true;
+  if (what == "opposed") options.opposed_loads = true;
+  if (all) options.energies = {1e-9, 5, 8};
+  if (all || what == "triangles") {
+    for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+      if (model.boundaries[b].parts.empty()) continue;
+      options.watched.push_back(
+          {static_cast<int>(b), refined(surface_mesh(model.boundaries[b].parts[0]), 0.02)});
+    }
+  }
+  return what.empty() || options.any();
+}
+
+void step(const std::string& scene, const std::filesystem::path& folder, const Model& model) {
+  Solver solver(model);
   solver.restore(kept(folder / (scene + ".state")));
   const Health before = solver.health();
   for (int i = 0; i < kSteps; ++i) solver.step();
@@ -57,13 +77,15 @@ void step(const std::string& scene, const std::filesystem::path& folder) {
 }  // namespace firn
 
 int main(int argc, char** argv) {
-  const std::string what = argc == 3 ? argv[1] : "";
-  if (what == "make") {
+  const std::string what = argc >= 3 && argc <= 4 ? argv[1] : "";
+  firn::Model model = firn::scenes::repose_box(firn::kCubes).model;
+  if (what == "make" && argc == 3) {
     firn::make(argv[2]);
-  } else if (what == "falling" || what == "settled") {
-    firn::step(what, argv[2]);
+  } else if ((what == "falling" || what == "settled") &&
+             firn::ask_for(argc == 4 ? argv[3] : "", model)) {
+    firn::step(what, argv[2], model);
   } else {
-    std::cerr << "usage: step_counts make|falling|settled FOLDER\n";
+    std::cerr << "usage: step_counts make|falling|settled FOLDER [events|opposed|triangles|all]\n";
     return 2;
   }
 }

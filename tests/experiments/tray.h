@@ -87,9 +87,20 @@ stop = "0.15 s"
 [output]
 frames_every = "10 ms"
 
+[statistics]
+merge = "0.1 ms"
+opposed_loads = true
 [statistics.events]
 threshold = "0.05 N"
-merge = "0.1 ms"
+[statistics.triangles]
+boundaries = ["floor"]
+edge = "0.1 m"
+interval = "0.04 s"
+specific_wear_rate = "1e-13 m^2/N"
+[statistics.surfaces]
+edge = "10 mm"
+[statistics.energies]
+lowest = "1e-9 J"
 )";
 
 inline Case tray(const std::vector<Override>& overrides = {}) {

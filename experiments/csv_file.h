@@ -1,0 +1,49 @@
+// Tables for spreadsheets: one line of text a row, fields between commas (RFC 4180).
+#pragma once
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+
+#include "solver/types.h"
+
+namespace firn {
+
+// Fields that hold a separator or a quote go in quotes (RFC 4180).
+inline std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string result(1, '"');
+  for (char c : text) result.append(c == '"' ? 2 : 1, c);
+  result.push_back('"');
+  return result;
+}
+
+inline void append(std::string& line, std::span<const double> values) {
+  for (double value : values) line += fmt::format(",{}", value);
+}
+
+// A file of lines; says so when the disk is full.
+class CsvFile {
+ public:
+  CsvFile(const std::string& directory, const std::string& name)
+      : path_((std::filesystem::path(directory) / name).string()) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    stream_.open(path_);
+    if (!stream_) throw InputError(path_ + ": cannot be written");
+  }
+  void line(const std::string& text) { stream_ << text << '\n'; }
+  void close() {
+    stream_.close();
+    if (!stream_) throw InputError(path_ + ": cannot be written");
+  }
+
+ private:
+  std::string path_;
+  std::ofstream stream_;
+};
+
+}  // namespace firn

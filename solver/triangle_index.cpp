@@ -1,0 +1,121 @@
+#include "solver/triangle_index.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <unsupported/Eigen/BVH>
+
+namespace firn {
+
+namespace {
+
+using AlignedBox = Eigen::AlignedBox3d;
+
+struct Triangle {
+  int index;
+  Vec3 corner[3];
+  Vec3 normal;  // unit
+};
+// Found by argument-dependent lookup from Eigen's tree.
+AlignedBox bounding_box(const Triangle& t) {
+  AlignedBox box(t.corner[0]);
+  box.extend(t.corner[1]);
+  box.extend(t.corner[2]);
+  return box;
+}
+
+double squared_distance(const Vec3& p, const Triangle& t) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &a = t.corner[k], ab = t.corner[(k + 1) % 3] - a;
+    if (t.normal.cross(ab).dot(p - a) >= 0) continue;  // inside of this edge
+    const double along = std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (p - a - along * ab).squaredNorm());
+  }
+  if (nearest < std::numeric_limits<double>::infinity()) return nearest;
+  const double height = t.normal.dot(p - t.corner[0]);
+  return height * height;
+}
+
+struct NearestTriangle {
+  using Scalar = double;
+  Vec3 place, out;
+  int index = -1;
+  double distance = std::numeric_limits<double>::infinity();  // m^2
+
+  double minimumOnVolume(const AlignedBox& box) const { return box.squaredExteriorDistance(place); }
+  double minimumOnObject(const Triangle& t) {
+    if (t.normal.dot(out) < 0) return std::numeric_limits<double>::infinity();
+    const double d = squared_distance(place, t);
+    if (d < distance || (d == distance && t.index < index)) {
+      distance = d;
+      index = t.index;
+    }
+    return d;
+  }
+};
+
+}  // namespace
+
+struct TriangleIndex::Impl {
+  Eigen::KdBVH<double, 3, Triangle> tree;
+};
+
+TriangleIndex::TriangleIndex(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    Triangle t{static_cast<int>(i), {}, area_normal(mesh, i).normalized()};
+    for (int k = 0; k < 3; ++k) t.corner[k] = mesh.vertices[mesh.triangles[i][k]];
+    triangles.push_back(t);
+  }
+  impl_->tree.init(triangles.begin(), triangles.end());
+}
+TriangleIndex::~TriangleIndex() = default;
+TriangleIndex::TriangleIndex(TriangleIndex&&) noexcept = default;
+TriangleIndex& TriangleIndex::operator=(TriangleIndex&&) noexcept = default;
+
+int TriangleIndex::nearest(const Vec3& place, const Vec3& out) const {
+  NearestTriangle query{place, out};
+  Eigen::BVMinimize(impl_->tree, query);
+  return query.index >= 0 ? query.index : nearest(place);
+}
+
+int TriangleIndex::nearest(const Vec3& place) const {
+  NearestTriangle query{place, Vec3::Zero()};
+  Eigen::BVMinimize(impl_->tree, query);
+  return query.index;
+}
+
+Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  const Vec3& a = mesh.vertices[t[0]];
+  return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+}
+
+TriangleMesh refined(const TriangleMesh& mesh, double edge) {
+  TriangleMesh out;
+  out.vertices = mesh.vertices;
+  std::map<std::pair<int, int>, int> middles;
+  const auto length = [&](int a, int b) { return (out.vertices[b] - out.vertices[a]).norm(); };
+  // The longest edge is cut first, the one of lower vertices among equals: both of its triangles
+  // cut it there.
+  const auto cut = [&](auto&& self, int a, int b, int c) -> void {
+    const double bc = length(b, c), ca = length(c, a), ab = length(a, b);
+    const double longest = std::max({ab, bc, ca});
+    if (longest <= edge) {
+      out.triangles.push_back({a, b, c});
+      return;
+    }
+    if (ab < longest) return bc == longest ? self(self, b, c, a) : self(self, c, a, b);
+    const auto [middle, is_new] =
+        middles.try_emplace(std::minmax(a, b), static_cast<int>(out.vertices.size()));
+    if (is_new) out.vertices.push_back(0.5 * (out.vertices[a] + out.vertices[b]));
+    const int m = middle->second;
+    self(self, a, m, c);
+    self(self, m, b, c);
+  };
+  for (const auto& [a, b, c] : mesh.triangles) cut(cut, a, b, c);
+  return out;
+}
+
+}  // namespace firn

@@ -1,0 +1,36 @@
+// Which triangle of a mesh lies nearest to a place: where on a surface something happened.
+#pragma once
+
+#include <memory>
+
+#include "solver/mesh.h"
+
+namespace firn {
+
+class TriangleIndex {
+ public:
+  // Of a mesh with at least one triangle.
+  explicit TriangleIndex(const TriangleMesh& mesh);
+  ~TriangleIndex();
+  TriangleIndex(TriangleIndex&&) noexcept;
+  TriangleIndex& operator=(TriangleIndex&&) noexcept;
+
+  // The number of the triangle nearest to a place (m, axes of the mesh) among those that face
+  // `out` (outward normal within 90 degrees); of all where none does. On an edge, always the same
+  // one of its neighbours.
+  int nearest(const Vec3& place, const Vec3& out) const;
+  int nearest(const Vec3& place) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Outward, as long as twice the triangle's area: m^2.
+Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle);
+
+// The same surface in triangles whose edges are no longer than `edge` (m): each longer one is cut
+// at its middle, in both triangles that share it. The triangles of one stay together, in its order.
+TriangleMesh refined(const TriangleMesh& mesh, double edge);
+
+}  // namespace firn

@@ -1,0 +1,112 @@
+// Loads on the triangles of boundaries, over every step (see TriangleSums).
+#include "solver/workspace.h"
+
+namespace firn {
+
+namespace {
+
+class BoundaryReader {
+ public:
+  BoundaryReader(const Model& model, const Workspace& w, const State& s)
+      : w_(w.statistics), s_(s), particles_(static_cast<int>(model.particles.size())) {}
+
+  void read(const PairRange& range, RangeNotes& notes) const {
+    notes.triangle_loads.clear();
+    const PatchWork* work = notes.work.data();
+    for (const ActivePair& pair : range.active) {
+      const int watched = pair.b < particles_ ? -1 : w_.watched[pair.b - particles_];
+      if (watched >= 0) {
+        for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
+          const Patch& patch = s_.patches[pair.first_patch + k];
+          if (patch.normal_force > 0)
+            add(pair, patch, work[k].friction, watched, notes.triangle_loads);
+        }
+      }
+      work += pair.patch_count;
+    }
+  }
+
+ private:
+  void add(const ActivePair& pair, const Patch& patch, double friction_work, int watched,
+           std::vector<TriangleLoad>& loads) const {
+    const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
+    const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
+    const Vec3 place = a.position + patch.arm, out = to_boundary * -patch.normal;
+    const Vec3 friction = to_boundary * -patch.tangential;  // on the boundary
+    double speed = 0;
+    if (patch.sliding) {
+      const Vec3 velocity =
+          a.velocity + a.spin.cross(patch.arm) - b.velocity - b.spin.cross(place - b.position);
+      speed = (velocity - velocity.dot(patch.normal) * patch.normal).norm();
+    }
+    for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+      const ContactPoint& point = s_.points[patch.first_point + i];
+      if (!(point.force > 0)) continue;
+      const double part = point.force / patch.normal_force;
+      const Vec3 local = to_boundary * (place + point.offset - b.position);
+      TriangleLoad& load = loads.emplace_back();
+      load.triangle = w_.first_of_watched[watched] +
+                      static_cast<std::uint32_t>(w_.watched_index[watched].nearest(local, out));
+      load.normal_force = point.force;
+      load.friction = part * friction.norm();
+      load.force = part * friction - point.force * out;
+      load.sliding_speed = part * speed;
+      load.sliding_power = point.force * speed;
+      load.friction_work = part * friction_work;
+    }
+  }
+
+  const StatisticsWorkspace& w_;
+  const State& s_;
+  int particles_;
+};
+
+void add_up(const std::vector<TriangleLoad>& loads, double dt, StatisticsWorkspace& w,
+            std::vector<TriangleSums>& sums) {
+  for (const TriangleLoad& load : loads) {
+    TriangleSums& sum = sums[load.triangle];
+    sum.normal_impulse += dt * load.normal_force;
+    sum.tangential_impulse += dt * load.friction;
+    sum.impulse += dt * load.force;
+    sum.sliding_distance += dt * load.sliding_speed;
+    sum.sliding_work += dt * load.sliding_power;
+    sum.friction_work += load.friction_work;
+    if (w.force[load.triangle] == 0) w.touched.push_back(load.triangle);
+    w.force[load.triangle] += load.normal_force;
+  }
+}
+
+}  // namespace
+
+void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
+  const BoundaryReader reader(model, w, s);
+  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+             [&](std::size_t begin, std::size_t) {
+               PairRange& range = w.ranges[begin / kPairsOfRange];
+               reader.read(range, range.notes);
+             });
+  StatisticsState& stats = s.statistics;
+  StatisticsWorkspace& scratch = w.statistics;
+  scratch.touched.clear();
+  for (const PairRange& range : w.ranges)
+    add_up(range.notes.triangle_loads, model.timestep, scratch, stats.triangles);
+  for (const std::uint32_t t : scratch.touched) {
+    stats.triangles[t].peak = std::max(stats.triangles[t].peak, scratch.force[t]);
+    scratch.force[t] = 0;
+  }
+  if (model.statistics.interval <= 0) return;
+  const auto steps = std::max(1LL, std::llround(model.statistics.interval / model.timestep));
+  if (s.steps + 1 >= stats.interval_start + static_cast<std::uint64_t>(steps))
+    end_load_interval(model, s.steps + 1, stats);
+}
+
+void end_load_interval(const Model& model, std::uint64_t step, StatisticsState& stats) {
+  for (const std::uint64_t at : {stats.interval_start, step})
+    stats.finished_intervals.push_back(static_cast<double>(at) * model.timestep);
+  stats.finished_triangles.insert(stats.finished_triangles.end(), stats.triangles.begin(),
+                                  stats.triangles.end());
+  stats.triangles.assign(stats.triangles.size(), {});
+  stats.interval_start = step;
+}
+
+}  // namespace firn
