@@ -84,7 +84,7 @@ struct Outlet {
 
 // A part of the run, ended by an event. On entry, boundaries are removed and motions started.
 struct Stage {
-  enum class Until { time, at_rest, empty, switched, passed, stalled, torque };
+  enum class Until { time, at_rest, empty, switched, passed, stalled, force, torque };
   std::string name;
   std::vector<Until> until;  // whatever comes first; none: time
   double max_duration = 0;   // s; a stage that has not ended by then ends anyway
@@ -101,7 +101,9 @@ struct Stage {
   // stalled: a free frame's axis is driven, and has come less than a tenth of its way.
   int stall_frame = 0, stall_axis = 0;
   double stall_hold = 0;  // s
-  // torque: of all contacts on a frame, about its origin, without regard to direction.
+  // force, torque: of all contacts on a frame, about its origin, whatever their direction.
+  int force_frame = 0;
+  double force = 0, force_hold = 0;  // N, s
   int torque_frame = 0;
   double torque = 0, torque_hold = 0;  // N m, s
   std::vector<std::string> remove;     // boundaries

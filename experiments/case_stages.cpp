@@ -30,6 +30,7 @@ const std::initializer_list<Word> kWords = {
     {"switch", Until::switched, {"switch"}},
     {"passed", Until::passed, {"gate", "count", "mass"}},
     {"stalled", Until::stalled, {"stall_frame", "stall_axis", "stall_hold"}},
+    {"force", Until::force, {"force_frame", "force", "force_hold"}},
     {"torque", Until::torque, {"torque_frame", "torque", "torque_hold"}}};
 
 std::vector<Until> read_until(const TomlTable& t) {
@@ -90,6 +91,12 @@ void read_stall(const TomlTable& t, const Case& c, Stage& stage) {
   stage.stall_hold = t.quantity("stall_hold", dimension::time, Sign::positive, "0.5 s");
 }
 
+void read_force(const TomlTable& t, const Case& c, Stage& stage) {
+  stage.force_frame = frame_index(t, "force_frame", c.model.frames);
+  stage.force = t.quantity("force", dimension::force, Sign::positive);
+  stage.force_hold = t.quantity("force_hold", dimension::time, Sign::non_negative, "0 s");
+}
+
 void read_torque(const TomlTable& t, const Case& c, Stage& stage) {
   stage.torque_frame = frame_index(t, "torque_frame", c.model.frames);
   stage.torque = t.quantity("torque", kTorque, Sign::positive);
@@ -148,6 +155,7 @@ Stage read_stage(const TomlTable& t, const Case& c) {
     stage.closed_switch = named(t, "switch", c.switches, "switch");
   if (stage.ends_on(Until::passed)) read_passed(t, c, stage);
   if (stage.ends_on(Until::stalled)) read_stall(t, c, stage);
+  if (stage.ends_on(Until::force)) read_force(t, c, stage);
   if (stage.ends_on(Until::torque)) read_torque(t, c, stage);
   stage.remove = t.strings("remove");
   for (const std::string& name : stage.remove)

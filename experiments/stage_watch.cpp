@@ -27,9 +27,6 @@ void keep_since(bool holds, const Solver& solver, std::int64_t& since) {
     since = static_cast<std::int64_t>(solver.steps());
 }
 
-// Contacts' torque about a frame's origin now.
-double torque_on(const Solver& solver, int frame) { return solver.frame_load(frame).moment.norm(); }
-
 // The greatest speed that drives of the axis ask for now; 0: none acts.
 double driven_speed(const Case& c, const Stage& stage, const Solver& solver, int frame, int axis,
                     double stage_time) {
@@ -55,7 +52,7 @@ std::uint64_t StageWatch::to_steps(double seconds) const {
 }
 
 void StageWatch::enter_stage() {
-  state.rest_since = state.torque_since = state.driven_since = -1;
+  state.rest_since = state.force_since = state.torque_since = state.driven_since = -1;
   state.empty = state.passed = state.stalled = 0;
 }
 
@@ -137,8 +134,12 @@ void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& t
                        ? traffic.passed(stage.gate, from) >= static_cast<std::size_t>(stage.count)
                        : traffic.passed_mass(stage.gate, from) >= stage.mass;
   }
+  if (stage.ends_on(Until::force))
+    keep_since(solver.frame_load(stage.force_frame).force.norm() > stage.force, solver,
+               state.force_since);
   if (stage.ends_on(Until::torque))
-    keep_since(torque_on(solver, stage.torque_frame) > stage.torque, solver, state.torque_since);
+    keep_since(solver.frame_load(stage.torque_frame).moment.norm() > stage.torque, solver,
+               state.torque_since);
 }
 
 std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver& solver,
@@ -159,6 +160,7 @@ std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver
     return fmt::format("stalled: {}", describe_jam(case_, solver, stage.stall_frame));
   if (state.empty) return "empty";
   if (state.passed) return fmt::format("passed \"{}\"", case_.gates[index(stage.gate)].name);
+  if (held(Until::force, state.force_since, stage.force_hold)) return "force";
   if (held(Until::torque, state.torque_since, stage.torque_hold)) return "torque";
   if (stage.ends_on(Until::switched) && state.closed[index(stage.closed_switch)])
     return fmt::format("switch \"{}\"", case_.switches[index(stage.closed_switch)].name);

@@ -15,7 +15,7 @@ namespace firn {
 // What a checkpoint keeps of it. Steps since when something has held without a break; -1: it does
 // not hold.
 struct StageWatchState {
-  std::int64_t rest_since = -1, torque_since = -1;
+  std::int64_t rest_since = -1, force_since = -1, torque_since = -1;
   std::int64_t driven_since = -1;  // or since the last look at how far the drive had come
   double driven_from = 0;          // m or rad, the coordinate then
   std::uint8_t empty = 0, passed = 0, stalled = 0;  // at the last look
