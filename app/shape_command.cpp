@@ -1,4 +1,4 @@
-// firn shape: facts of a mesh file, or of every shape of a case.
+// firn shape: facts of a mesh file, or of every shape and boundary of a case.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/boundary_facts.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/shape_facts.h"
 #include "experiments/case.h"
 #include "experiments/mesh_file.h"
 #include "experiments/units.h"
+#include "reports/scene_picture.h"
 
 namespace firn {
 namespace {
@@ -23,6 +25,7 @@ struct Arguments {
   std::string young_modulus = "0.01 GPa";
   std::string rounding;
   std::vector<std::string> settings;
+  std::string picture;
   bool json = false;
 };
 
@@ -60,6 +63,9 @@ int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects
 }
 
 int tell_mesh(const Arguments& a) {
+  if (!a.picture.empty()) {
+    throw InputError("--picture: draws the scene of a case; expected a case file (*.toml)");
+  }
   const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
   ShapeOptions options;
   options.name = std::filesystem::path(a.file).stem().string();
@@ -88,12 +94,20 @@ int tell_case(const Arguments& a) {
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   const Case c = read_case(a.file, overrides);
+  const std::vector<BoundaryFacts> walls = boundary_facts(c);
   if (a.json) {
-    Json shapes = Json::array();
+    Json shapes = Json::array(), boundaries = Json::array();
     for (const Shape& shape : c.model.shapes) shapes.push_back(shape_json(shape));
-    print_json({{"file", a.file}, {"case", c.name}, {"shapes", shapes}});
+    for (const BoundaryFacts& wall : walls) boundaries.push_back(boundary_json(wall));
+    print_json(
+        {{"file", a.file}, {"case", c.name}, {"shapes", shapes}, {"boundaries", boundaries}});
   } else {
     for (const Shape& shape : c.model.shapes) fmt::print("{}\n{}", shape.name, shape_table(shape));
+    for (const BoundaryFacts& wall : walls) fmt::print("{}\n{}", wall.name, boundary_table(wall));
+  }
+  if (!a.picture.empty()) {
+    draw_scene(c, a.picture);
+    fmt::print(stderr, "drawn in {}\n", a.picture);
   }
   return ExitStatus::done;
 }
@@ -102,7 +116,8 @@ int tell_case(const Arguments& a) {
 
 void add_shape_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("shape", "Tell the facts of a mesh or of a case's shapes");
+  CLI::App* command =
+      app.add_subcommand("shape", "Tell the facts of a mesh, or of a case's shapes and boundaries");
   command->add_option("FILE", a->file, "An STL mesh, or a case file (*.toml)")
       ->required()
       ->type_name("");
@@ -123,6 +138,12 @@ void add_shape_command(CLI::App& app, int& status) {
   command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--picture", a->picture,
+          "Draw the case's boundaries and placed bodies: an overview,\nfrom above, and two "
+          "sections. FILE.png or FILE.svg")
+      ->type_name("FILE");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->footer(
       "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");

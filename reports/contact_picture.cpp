@@ -235,13 +235,6 @@ class ContactScene {
   std::vector<RenderedBody> arrows_, body_, outer_;
 };
 
-void write_image(const Image& image, const std::filesystem::path& file) {
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(image.pixels.data()),
-               static_cast<std::streamsize>(3 * image.pixels.size()));
-  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
-}
-
 std::string title_script(const std::string& title, const std::string& subtitle, double height) {
   return fmt::format(
       "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb '#1d2733' noenhanced\n"
@@ -295,8 +288,7 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   for (int panel : {0, 1}) {
     const View view = scene.view(directions[panel]);
     const Image image = images[panel].get();
-    const std::filesystem::path data = gnuplot.data_file(fmt::format("panel{}", panel));
-    write_image(image, data);
+    const std::string source = gnuplot.image(fmt::format("panel{}", panel), image);
     script += fmt::format(
         "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {:.6f}\nset "
         "bmargin at screen {:.6f}\n",
@@ -309,10 +301,8 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
           number++, Gnuplot::quoted(label.text), label.x * image.width, label.y * image.height);
     }
     script += fmt::format(
-        "set xrange [-0.5:{0}.5]\nset yrange [-0.5:{1}.5]\nplot {2} binary array=({3},{4}) "
-        "format='%uchar%uchar%uchar' with rgbimage\nunset label\n",
-        image.width - 1, image.height - 1, Gnuplot::quoted(data.string()), image.width,
-        image.height);
+        "set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage\nunset label\n",
+        image.width - 1, image.height - 1, source);
   }
   gnuplot.run(script + "unset multiplot\n");
 }

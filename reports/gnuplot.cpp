@@ -33,6 +33,17 @@ Gnuplot::~Gnuplot() {
   std::filesystem::remove_all(folder_, ignored);
 }
 
+std::string Gnuplot::image(const std::string& name, const Image& image) const {
+  const std::filesystem::path file = data_file(name);
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(image.pixels.data()),
+               static_cast<std::streamsize>(3 * image.pixels.size()));
+  stream.close();
+  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
+  return fmt::format("{} binary array=({},{}) format='%uchar%uchar%uchar'", quoted(file.string()),
+                     image.width, image.height);
+}
+
 void Gnuplot::run(const std::string& script) const {
   const std::filesystem::path file = data_file("script.gp");
   std::ofstream stream(file);

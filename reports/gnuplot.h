@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "reports/mesh_renderer.h"
+
 namespace firn {
 
 // One folder of data files and the scripts that draw them. The folder goes when this goes.
@@ -16,6 +18,10 @@ class Gnuplot {
 
   // Path of a data file to be written for the script.
   std::filesystem::path data_file(const std::string& name) const { return folder_ / name; }
+
+  // Writes an image as a data file; returns what a plot command names it by, to be drawn
+  // "with rgbimage". Throws RunError when it cannot be written.
+  std::string image(const std::string& name, const Image& image) const;
 
   // Throws InputError when gnuplot is not installed, RunError with its message when it fails.
   void run(const std::string& script) const;

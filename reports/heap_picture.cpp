@@ -104,13 +104,6 @@ View overview(const HeapPicture& picture, double height) {
   return View::perspective(eye, middle, Vec3::UnitZ(), 1.06 * width, 1.06 * tall);
 }
 
-void write_image(const Image& image, const std::filesystem::path& file) {
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(image.pixels.data()),
-               static_cast<std::streamsize>(3 * image.pixels.size()));
-  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
-}
-
 // gnuplot's lines for one ledge: the mean surface as a data block, the fitted line, its angle.
 std::string slope_script(const HeapSlope& slope, const DrainedRepose& setup, Side side,
                          double label_height) {
@@ -157,11 +150,6 @@ std::string slopes_script(const HeapPicture& picture, double label_height) {
   return text;
 }
 
-std::string image_source(const Image& image, const std::filesystem::path& file) {
-  return fmt::format("{} binary array=({},{}) format='%uchar%uchar%uchar'",
-                     Gnuplot::quoted(file.string()), image.width, image.height);
-}
-
 // One rectangle of the canvas, pixels from the top.
 std::string frame_script(double left, double right, double top, double bottom, double height) {
   return fmt::format(
@@ -193,8 +181,8 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
   const double canvas_height = split + front_image.height + kAxis;
 
   const Gnuplot gnuplot;
-  write_image(top_image, gnuplot.data_file("top"));
-  write_image(front_image, gnuplot.data_file("front"));
+  const std::string top_source = gnuplot.image("top", top_image);
+  const std::string front_source = gnuplot.image("front", front_image);
   std::string script = "set encoding utf8\n" +
                        Gnuplot::output(file, picture.width, static_cast<int>(canvas_height)) +
                        "set multiplot\nunset key\nunset border\nunset tics\n";
@@ -205,8 +193,7 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
       1 - 58 / canvas_height);
   script += frame_script(0, 1, kTitle, kTitle + top_image.height, canvas_height);
   script += fmt::format("set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage\n",
-                        top_image.width - 1, top_image.height - 1,
-                        image_source(top_image, gnuplot.data_file("top")));
+                        top_image.width - 1, top_image.height - 1, top_source);
 
   script += "unset label\n" +
             frame_script(kLeft, kRight, split, split + front_image.height, canvas_height);
@@ -219,9 +206,8 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
       "ylabel 'z / mm'\n"
       "set xrange [{:.4f}:{:.4f}]\nset yrange [{:.4f}:{:.4f}]\n"
       "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage{}\n",
-      left, -left, bottom, bottom + step * front_image.height,
-      image_source(front_image, gnuplot.data_file("front")), left + step / 2, bottom + step / 2,
-      step, step,
+      left, -left, bottom, bottom + step * front_image.height, front_source, left + step / 2,
+      bottom + step / 2, step, step,
       picture.door_open
           ? ", $left with lines lw 2 lc rgb '#123a63', $right with lines lw 2 lc rgb '#123a63'"
           : "");

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "solver/gjk.h"
 
 namespace firn {
@@ -64,26 +66,56 @@ Pose Sides::pose_before(double seconds) const {
           a.rotation.transpose() * (b.translation - a.translation)};
 }
 
-// The patch of the last look whose normal is nearest to `normal` (axes of body a), among those of
-// the same parts, or of their neighbours; null without one. Only what bears a force was a contact.
-const Patch* Sides::nearest_patch(const PartPair& parts, const Vec3& normal,
-                                  bool neighbours) const {
+// The masks of a patch repeat after 64 parts, as many as a boundary with more may have. True when a
+// patch that may be of this part lies on it: one of its points is within the part, but for half the
+// gap there and the way of a step.
+bool Sides::lies_on(const Patch& patch, const ConvexPart& b) const {
+  const State& s = in_.state;
+  const Mat3 axes = rotation_of(s, in_.pair.b);
+  const Vec3 place = s.motion[in_.pair.a].position + patch.arm - s.motion[in_.pair.b].position;
+  const double shell = in_.workspace.laws[in_.pair.law].shell;
+  for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
+    const ContactPoint& point = s.points[i];
+    const Vec3 at = axes.transpose() * (place + point.offset);
+    const double near = 0.5 * std::abs(point.gap) + shell + motion_;
+    if (std::ranges::all_of(b.faces, [&](const ConvexPart::Face& face) {
+          return face.normal.dot(at) - face.offset <= near;
+        })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// The patches of the last look that bear a force on the same parts, or on their neighbours too.
+std::vector<const Patch*> Sides::patches_of(const PartPair& parts, bool neighbours) const {
   const auto& [model, w, s, pair] = in_;
   const int n = static_cast<int>(model.particles.size());
   std::uint64_t mask_a = bit(parts.a), mask_b = bit(parts.b);
+  bool ambiguous = pair.b >= n && model.boundaries[pair.b - n].parts.size() > 64;
   if (neighbours) {
     mask_a = model.shapes[model.particles[pair.a].shape].part_neighbours[parts.a];
     mask_b = pair.b < n ? model.shapes[model.particles[pair.b].shape].part_neighbours[parts.b]
                         : ~std::uint64_t{0};
+    ambiguous = false;
   }
-  const Vec3 wanted = rotation_of(s, pair.a) * normal;
-  const Patch* best = nullptr;
+  std::vector<const Patch*> found;
   for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
     const Patch& patch = s.patches[k];
     if (!(patch.normal_force > 0) || !(patch.parts_a & mask_a) || !(patch.parts_b & mask_b)) {
       continue;
     }
-    if (!best || patch.normal.dot(wanted) > best->normal.dot(wanted)) best = &patch;
+    if (!ambiguous || lies_on(patch, part_b(parts.b))) found.push_back(&patch);
+  }
+  return found;
+}
+
+// The one of these patches whose normal is nearest to `normal` (axes of body a); null without any.
+const Patch* Sides::nearest(const std::vector<const Patch*>& patches, const Vec3& normal) const {
+  const Vec3 wanted = rotation_of(in_.state, in_.pair.a) * normal;
+  const Patch* best = nullptr;
+  for (const Patch* patch : patches) {
+    if (!best || patch->normal.dot(wanted) > best->normal.dot(wanted)) best = patch;
   }
   return best;
 }
@@ -134,7 +166,7 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
   // Cores that overlap, and no contact: it went to the neighbour over a cut, by which the shortest
   // way out leads. The neighbour may say the same of this part.
   const bool dropped = m.points.empty() && -m.gap > a.radius + b.radius;
-  if (const Patch* own = nearest_patch(parts, m.normal, false)) {
+  if (const Patch* own = nearest(patches_of(parts, false), m.normal)) {
     const Vec3 side = axes.transpose() * own->normal;
     const double cosine = side.dot(m.normal);
     if (!dropped && (cosine > kSameSide || (cosine > 0 && !deep))) return true;
@@ -153,10 +185,24 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
     return true;
   }
   if (!deep && !dropped) return true;
-  if (const Patch* near = nearest_patch(parts, m.normal, true)) {
-    side = axes.transpose() * near->normal;
-    if (dropped || side.dot(m.normal) < kSameSide) collide_from(a, b, b_in_a, side, shell, m);
+  const std::vector<const Patch*> around = patches_of(parts, true);
+  const Patch* like = nearest(around, m.normal);
+  if (!like || (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide)) {
+    return true;
   }
+  // A patch near by tells the side; where several do, as in a corner, the one by which it is the
+  // shortest way out. A side by which this part is far deeper than that patch is not its side.
+  Manifold best, tried;
+  for (const Patch* patch : around) {
+    double depth = watched;
+    for (std::uint32_t i = patch->first_point; i < patch->first_point + patch->point_count; ++i) {
+      depth = std::max(depth, watched - s.points[i].gap);
+    }
+    collide_from(a, b, b_in_a, axes.transpose() * patch->normal, shell, tried);
+    if (-tried.gap <= depth && (best.points.empty() || tried.gap > best.gap))
+      std::swap(best, tried);
+  }
+  if (!best.points.empty()) m = std::move(best);
   return true;
 }
 

@@ -34,7 +34,9 @@ class Sides {
  private:
   const ConvexPart& part_b(std::uint32_t index) const;
   Pose pose_before(double seconds) const;
-  const Patch* nearest_patch(const PartPair& parts, const Vec3& normal, bool neighbours) const;
+  bool lies_on(const Patch& patch, const ConvexPart& b) const;
+  std::vector<const Patch*> patches_of(const PartPair& parts, bool neighbours) const;
+  const Patch* nearest(const std::vector<const Patch*>& patches, const Vec3& normal) const;
   bool entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const;
   bool deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from, double deep) const;
 

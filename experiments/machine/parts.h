@@ -88,7 +88,7 @@ Solid make_bucket(const Bucket& bucket);
 // to +x; its flats are sheets of `blade_thickness` along x.
 struct Auger {
   double outer_diameter = 95e-3;
-  double shaft_diameter = 10e-3;
+  double shaft_diameter = 30e-3;
   double pitch = 55e-3;
   double turns = 5;  // in steps of 1/48
   double blade_thickness = 3e-3;

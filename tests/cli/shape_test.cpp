@@ -126,5 +126,68 @@ TEST(ShapeCommand, ShapesOfACase) {
   EXPECT_NEAR(facts["shapes"][0]["mass"], 916.7 * 8e-6, 1e-9);
 }
 
+// A case with a cup of water-thick walls in it: facts of every boundary, and a picture.
+std::string case_with_cup(const std::string& keys) {
+  std::string text = two_boxes;
+  text.replace(text.find("young_modulus = \"2 GPa\""), 0, "density = \"1000 kg/m^3\"\n");
+  return text +
+         "\n[[boundaries]]\nname = \"cup\"\nmaterial = \"plastic\"\nkind = \"container\"\n"
+         "position = \"100 0 10 mm\"\nsection = \"rectangular\"\n" +
+         keys;
+}
+
+TEST(ShapeCommand, BoundariesOfACase) {
+  const Folder folder;
+  const std::string text = case_with_cup("wall = \"5 mm\"\nfloor = \"10 mm\"\n");
+  const Outcome o = folder.firn({"shape", folder.write("case.toml", text), "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json facts = json::parse(o.out)["boundaries"];
+  ASSERT_EQ(facts.size(), 2U);
+  EXPECT_EQ(facts[0], (json{{"name", "floor"}, {"kind", "plane"}}));
+  EXPECT_EQ(facts[1]["kind"], "container");
+  EXPECT_EQ(facts[1]["closed"], true);
+  // 95 x 95 x 130 mm around 85 x 85 x 120 mm.
+  const double volume = 95e-3 * 95e-3 * 130e-3 - 85e-3 * 85e-3 * 120e-3;
+  EXPECT_NEAR(facts[1]["volume"], volume, 1e-12);
+  EXPECT_NEAR(facts[1]["mass"], 1000 * volume, 1e-9);
+  EXPECT_NEAR(facts[1]["at_start"]["min"][0], 52.5e-3, 1e-9);
+  EXPECT_NEAR(facts[1]["at_start"]["min"][2], 0, 1e-9);
+  const Outcome told = folder.firn({"shape", "case.toml"});
+  EXPECT_THAT(told.out, HasSubstr("cup\n  kind                  container\n"));
+  EXPECT_THAT(told.out, HasSubstr("closed"));
+}
+
+TEST(ShapePictureLong, PictureOfACase) {
+  const Folder folder;
+  const Outcome o = folder.firn(
+      {"shape", folder.write("case.toml", case_with_cup("")), "--picture", "scene.svg"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const std::string drawn = read_text(folder.path() / "scene.svg");
+  EXPECT_THAT(drawn, HasSubstr("cup"));
+  EXPECT_THAT(drawn, HasSubstr("2 of 2 bodies"));
+  const Outcome wrong = folder.firn({"shape", "case.toml", "--picture", "scene.bmp"});
+  EXPECT_EQ(wrong.status, 2);
+  const Outcome mesh =
+      folder.firn({"shape", folder.write("box.stl", stl(box(1, 1, 1))), "--picture", "scene.svg"});
+  EXPECT_EQ(mesh.status, 2);
+  EXPECT_THAT(mesh.err, HasSubstr("--picture"));
+}
+
+TEST(ShapeCommand, ImpossibleMachinePartsAreRefusedByFileLineAndKey) {
+  const Folder folder;
+  folder.write("case.toml", case_with_cup("walls = \"5 mm\"\n"));
+  const Outcome unknown = folder.firn({"shape", "case.toml"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("unknown key; the nearest known one is \"wall\""));
+  std::string text = case_with_cup("");
+  text.replace(text.find("container"), 9, "auger");
+  text.replace(text.find("section = \"rectangular\""), 23, "shaft_diameter = \"0.1 m\"");
+  folder.write("case.toml", text);
+  const Outcome o = folder.firn({"shape", "case.toml"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_EQ(lines(o.err), 1U) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("case.toml:49: boundaries.1.shaft_diameter: is 100 mm; expected"));
+}
+
 }  // namespace
 }  // namespace firn::cli

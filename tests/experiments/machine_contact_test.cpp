@@ -1,6 +1,7 @@
 // What bodies feel of machine parts: nothing of seams, and thin walls that hold under load.
 #include <gtest/gtest.h>
 
+#include "experiments/boundary_mesh.h"
 #include "experiments/machine/parts.h"
 #include "validation/verification/scenes.h"
 
@@ -136,6 +137,31 @@ TEST(MachineContact, AugerLetsNothingThrough) {
     solver.insert(i, turn * Vec3(x, 0.1, 0), turn, turn * Vec3(0.2, -2, 0.3), Vec3(3, 5, 2));
   }
   EXPECT_NO_THROW(scenes::run(solver, 0.15));
+}
+
+// The masks of patches repeat after 64 parts: a cube that leans on the 65th part of a boundary when
+// it comes to lie on the first one does not take the side of the one for that of the other.
+TEST(MachineContact, PartsBeyondTheSixtyFourthAreNotMistakenForEarlierOnes) {
+  const auto block = [](const Vec3& lower, const Vec3& upper) {
+    std::vector<HalfSpace> faces = box_half_spaces(upper - lower);
+    for (HalfSpace& face : faces) face.offset += face.normal.dot(0.5 * (lower + upper));
+    return convex_part(faces, 0);
+  };
+  Solid solid;
+  solid.parts.push_back(block({-0.15, -0.05, -0.02}, {0.15, 0.05, 0}));  // a long floor
+  for (int i = 1; i < 64; ++i) {
+    solid.parts.push_back(block({0.01 * i, 1, 0}, {0.01 * i + 0.005, 1.01, 0.01}));
+  }
+  solid.parts.push_back(block({0.01, -0.05, 0}, {0.03, 0.05, 0.1}));  // and a wall on it
+  Model model = cube_and(std::move(solid), 0);
+  model.gravity = {3, 0, -scenes::kGravity};  // leans on the wall
+  Solver solver(model);
+  solver.insert(0, {0, 0, 10.2e-3}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
+  scenes::run(solver, 0.1);
+  const Vec3 place = solver.particles().position[0];
+  EXPECT_NEAR(place.x(), 0, 0.05e-3);
+  EXPECT_NEAR(place.z(), 10e-3, 0.05e-3);
+  EXPECT_LT(solver.health().largest_overlap, 0.2e-3);
 }
 
 }  // namespace

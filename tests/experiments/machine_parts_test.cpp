@@ -247,7 +247,7 @@ TEST(MachineParts, BladeFollowsTheHelix) {
       worst = std::max(worst, std::abs(along - a.pitch * std::round(along / a.pitch)));
     }
     EXPECT_GT(worst, 0);
-    EXPECT_LT(worst, 0.5e-3);  // as docs/machine-parts.md states for a pitch of 55 mm
+    EXPECT_LT(worst, 0.2e-3);  // as docs/machine-parts.md states
   }
 }
 

@@ -1,0 +1,100 @@
+#include "app/boundary_facts.h"
+
+#include <fmt/core.h>
+
+#include <map>
+
+#include "app/shape_facts.h"
+#include "experiments/toml_reader.h"
+
+namespace firn {
+namespace {
+
+// The kinds that the case names; what an experiment has built is not in the file.
+std::map<std::string, std::string> named_kinds(const Case& c) {
+  TomlDocument document(c.resolved, c.source);
+  std::map<std::string, std::string> kinds;
+  for (const TomlTable& t : TomlTable::root(document).tables("boundaries")) {
+    kinds[t.string("name")] = t.string("kind");
+  }
+  return kinds;
+}
+
+TriangleMesh placed(const Boundary& b) {
+  TriangleMesh mesh = b.mesh;
+  for (Vec3& v : mesh.vertices) v = b.orientation * v + b.origin;
+  return mesh;
+}
+
+Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+std::string from_to(const Vec3& lower, const Vec3& upper) {
+  std::string text;
+  for (int k = 0; k < 3; ++k) {
+    text += fmt::format("{}{} {:.2f} ... {:.2f}", k == 0 ? "" : ", ", "xyz"[k], 1e3 * lower[k],
+                        1e3 * upper[k]);
+  }
+  return text + " mm";
+}
+
+}  // namespace
+
+std::vector<BoundaryFacts> boundary_facts(const Case& c) {
+  const std::map<std::string, std::string> kinds = named_kinds(c);
+  std::vector<BoundaryFacts> all;
+  for (const Boundary& b : c.model.boundaries) {
+    BoundaryFacts& facts = all.emplace_back();
+    facts.name = b.name;
+    const auto kind = kinds.find(b.name);
+    facts.kind = kind != kinds.end()               ? kind->second
+                 : b.kind == Boundary::Kind::plane ? "plane"
+                                                   : "box";
+    facts.parts = b.parts.size();
+    facts.triangles = b.mesh.triangles.size();
+    if (facts.triangles == 0) continue;
+    facts.defects = inspect(b.mesh);
+    std::tie(facts.lower, facts.upper) =
+        std::pair(bounding_box(b.mesh)[0], bounding_box(b.mesh)[1]);
+    const auto [low, high] = bounding_box(placed(b));
+    facts.world_lower = low;
+    facts.world_upper = high;
+    if (!facts.defects.sound()) continue;
+    facts.volume = mass_properties(b.mesh).volume;
+    const double density = c.model.materials[b.material].density;
+    if (density > 0) facts.mass = density * *facts.volume;
+  }
+  return all;
+}
+
+std::string boundary_table(const BoundaryFacts& facts) {
+  const auto row = [](const char* name, const std::string& text) {
+    return fmt::format("  {:<22}{}\n", name, text);
+  };
+  std::string table = row("kind", facts.kind);
+  if (facts.triangles == 0) return table;
+  table += row("triangles", std::to_string(facts.triangles));
+  table += row("surface", facts.defects.sound() ? "closed" : facts.defects.sentence());
+  table += row("bounding box", mm_text(facts.upper - facts.lower));
+  table += row("at the start", from_to(facts.world_lower, facts.world_upper));
+  table += row("convex parts", std::to_string(facts.parts));
+  if (facts.volume) table += row("volume", fmt::format("{:.6g} cm^3", *facts.volume * 1e6));
+  if (facts.mass) table += row("mass", fmt::format("{:.6g} g", *facts.mass * 1e3));
+  return table;
+}
+
+Json boundary_json(const BoundaryFacts& facts) {
+  Json json = {{"name", facts.name}, {"kind", facts.kind}};
+  if (facts.triangles == 0) return json;
+  json["triangles"] = facts.triangles;
+  json["convex_parts"] = facts.parts;
+  json["closed"] = facts.defects.sound();
+  json["defects"] = defects_json(facts.defects);
+  json["bounding_box"] = {{"min", vector_json(facts.lower)}, {"max", vector_json(facts.upper)}};
+  json["at_start"] = {{"min", vector_json(facts.world_lower)},
+                      {"max", vector_json(facts.world_upper)}};
+  if (facts.volume) json["volume"] = *facts.volume;
+  if (facts.mass) json["mass"] = *facts.mass;
+  return json;
+}
+
+}  // namespace firn

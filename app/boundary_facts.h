@@ -1,0 +1,31 @@
+// Facts of boundaries, as the user is told them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/report_text.h"
+#include "experiments/case.h"
+
+namespace firn {
+
+struct BoundaryFacts {
+  std::string name;
+  std::string kind;  // as the case file calls it
+  std::size_t triangles = 0, parts = 0;
+  MeshDefects defects;                                          // none: a closed surface
+  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();              // m, own axes
+  Vec3 world_lower = Vec3::Zero(), world_upper = Vec3::Zero();  // m, where it is at the start
+  std::optional<double> volume;                                 // m^3, of a closed one
+  std::optional<double> mass;  // kg, when its material has a density, too
+};
+
+// In order of the model. A half-space has its kind alone.
+std::vector<BoundaryFacts> boundary_facts(const Case& c);
+
+// A paragraph, one fact a line.
+std::string boundary_table(const BoundaryFacts& facts);
+Json boundary_json(const BoundaryFacts& facts);
+
+}  // namespace firn
