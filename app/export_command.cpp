@@ -56,7 +56,8 @@ void add_export_command(CLI::App& app, int& status) {
   command
       ->add_option("--to", a->format,
                    "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView;\n"
-                   "csv: particles, frames, series and responses as tables;\n"
+                   "csv: particles, frames, series and responses as tables; both also the\n"
+                   "statistics of contacts that the case keeps;\n"
                    "png: a picture of the drained heap in the last frame")
       ->check(CLI::IsMember({"vtk", "csv", "png"}))
       ->required();

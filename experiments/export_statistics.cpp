@@ -88,12 +88,13 @@ void export_opposed(const Recording& recording, const std::vector<OpposedLoad>& 
                     const std::string& directory) {
   const std::vector<std::string> boundaries = recording.strings("/statistics/boundary_name");
   CsvFile csv(directory, "opposed_loads.csv");
-  csv.line("particle,load [N],time [s],by,and");
+  csv.line("particle,load [N],time [s],by,and_by");
+  const std::size_t particles = recording.particle_count();
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const OpposedLoad& o = loads[i];
     csv.line(fmt::format("{},{},{},{},{}", i, o.load, o.load > 0 ? fmt::format("{}", o.time) : "",
-                         body_name(o.by[0], loads.size(), boundaries),
-                         body_name(o.by[1], loads.size(), boundaries)));
+                         body_name(o.by[0], particles, boundaries),
+                         body_name(o.by[1], particles, boundaries)));
   }
   csv.close();
 }
@@ -161,6 +162,7 @@ void export_statistics_vtk(const Recording& recording, const std::string& direct
     for (std::size_t i = 0; i < all[0].end.size(); ++i) {
       VtkSurface surface;
       for (const BoundaryLoads& loads : all) {
+        if (i >= loads.end.size()) continue;  // its last rows never arrived
         const auto place = place_at(recording, loads.boundary, times, loads.end[i]);
         if (!place) continue;
         const std::size_t count =

@@ -9,7 +9,9 @@ namespace {
 
 void add(std::vector<Response>& out, const std::string& name, double value, const std::string& unit,
          const std::string& method) {
-  out.push_back({name, {value}, {}, unit, method, 1});
+  std::string plain = name;
+  std::ranges::replace(plain, ' ', '_');
+  out.push_back({plain, {value}, {}, unit, method, 1});
 }
 
 void add_contacts(const Recording& recording, std::vector<Response>& out) {

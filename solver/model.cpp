@@ -168,6 +168,26 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
   return advice;
 }
 
+namespace {
+
+// What read them has seen to the rest.
+void check_statistics(const Model& model) {
+  const StatisticsOptions& options = model.statistics;
+  for (const WatchedBoundary& watched : options.watched) {
+    if (watched.boundary < 0 || watched.boundary >= static_cast<int>(model.boundaries.size()) ||
+        watched.mesh.triangles.empty())
+      throw InputError("statistics: a watched boundary has no triangles, or does not exist");
+  }
+  if (!options.surfaces.empty() && options.surfaces.size() != model.shapes.size())
+    throw InputError("statistics: expected a surface for every shape, or none");
+  for (const TriangleMesh& surface : options.surfaces)
+    if (surface.triangles.empty()) throw InputError("statistics: a surface has no triangles");
+  if (options.energies.count() > 0 && !(options.energies.lowest > 0))
+    throw InputError("statistics: the lowest energy is not positive");
+}
+
+}  // namespace
+
 void validate(const Model& model) {
   const std::size_t m = model.materials.size();
   if (model.interactions.size() != m * m) {
@@ -186,6 +206,7 @@ void validate(const Model& model) {
     if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
   }
   check_frames(model);
+  check_statistics(model);
   const std::vector<char> used = used_shapes(model);
   for (std::size_t i = 0; i < model.shapes.size(); ++i) {
     if (!used[i]) continue;
