@@ -30,6 +30,8 @@ std::string schema() {
          "tasks TEXT NOT NULL) WITHOUT ROWID;";                                  // keys, by index
 }
 
+}  // namespace
+
 std::string journal_file(const std::string& directory, bool must_exist) {
   namespace fs = std::filesystem;
   const fs::path file = fs::path(directory) / "study.db";
@@ -45,8 +47,6 @@ std::string journal_file(const std::string& directory, bool must_exist) {
                                  directory, error.message()));
   return file.string();
 }
-
-}  // namespace
 
 std::string run_key(const std::string& case_text, const std::string& program) {
   return sha256(program + '\n' + case_text).substr(0, 16);

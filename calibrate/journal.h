@@ -50,6 +50,10 @@ struct Submission {
   std::vector<std::string> keys;  // by task index
 };
 
+// DIR/study.db; makes the directory. Throws InputError where that cannot be, or where the file must
+// exist and does not.
+std::string journal_file(const std::string& directory, bool must_exist);
+
 class Journal {
  public:
   // Opens or makes DIR/study.db. Throws InputError when the directory cannot be written, holds

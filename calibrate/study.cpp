@@ -174,8 +174,9 @@ StudySummary calibrate(const StudyOptions& options) {
   if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
   if (!options.save.name.empty()) require_material(study);
+  journal_file(directory, options.resume);  // the directory is there
+  const DirectoryLock lock(directory);      // before the journal, which a study at work may hold
   Journal journal(directory, study_identity(study.text, study.source), options.resume);
-  const DirectoryLock lock(directory);
   std::optional<RunStore> store;
   if (!options.store.empty()) store.emplace(options.store);
   std::unique_ptr<Executor> own;
