@@ -190,7 +190,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
-  c.measures = read_measures(root, model);
+  c.measures = read_measures(root, model, c.frames_every);
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
     root.fail("particles",

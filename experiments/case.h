@@ -139,7 +139,7 @@ struct DrainedRepose {
 
 // What the case asks to be measured beside the responses of every case.
 struct Measure {
-  enum class Kind { slip, slide, rebound, heap };
+  enum class Kind { slip, slide, rebound, heap, accelerometer };
   Kind kind = Kind::slip;
   std::string name;        // stands before the names of its responses; may be empty
   std::optional<int> tag;  // only particles that carry it; none: all
@@ -153,6 +153,9 @@ struct Measure {
   Vec3 region_min = Vec3::Zero(), region_max = Vec3::Zero();  // m
   double peak = 0;                                            // m, world x
   double peak_margin = 0, end_margin = 0;                     // m: the fit window leaves them out
+  // accelerometer: on a free motion frame.
+  int frame = 0, axis = 0;
+  double cfc = 0;  // Hz, channel frequency class
 };
 
 // What a material record brought into a case.

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
+#include "experiments/accelerometer.h"
 #include "experiments/case_boundaries.h"
+#include "experiments/case_frames.h"
 
 namespace firn {
 namespace {
@@ -52,12 +54,31 @@ void read_heap(const TomlTable& t, Measure& m) {
   }
 }
 
+void read_accelerometer(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+  t.allow({"kind", "name", "motion_frame", "axis", "cfc"});
+  m.frame = frame_index(t, "motion_frame", model.frames);
+  m.axis = t.integer("axis", 0, 0);
+  const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
+  const bool moves =
+      free && m.axis < static_cast<int>(free->axes.size()) &&
+      free->axes[static_cast<std::size_t>(m.axis)].kind == FreeAxis::Kind::translation;
+  if (!moves) t.fail("axis", "is no translation of a free motion frame; expected one");
+  constexpr Dimension kFrequency{0, 0, -1, 0};
+  m.cfc = t.quantity("cfc", kFrequency, Sign::positive, "1000 Hz");
+  if (!(frames_every * kSamplesPerClass * m.cfc <= 1 + 1e-9)) {
+    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
+                              "apart; expected shorter output.frames_every",
+                              m.cfc, 1e3 / (kSamplesPerClass * m.cfc), 1e3 * frames_every));
+  }
+}
+
 }  // namespace
 
-std::vector<Measure> read_measures(const TomlTable& root, const Model& model) {
+std::vector<Measure> read_measures(const TomlTable& root, const Model& model, double frames_every) {
   std::vector<Measure> measures;
   for (const TomlTable& t : root.tables("measure")) {
-    const std::string kind = t.choice("kind", {"slip", "slide", "rebound", "heap"});
+    const std::string kind =
+        t.choice("kind", {"slip", "slide", "rebound", "heap", "accelerometer"});
     Measure m;
     if (kind == "slip") {
       m.kind = Measure::Kind::slip;
@@ -68,6 +89,9 @@ std::vector<Measure> read_measures(const TomlTable& root, const Model& model) {
     } else if (kind == "rebound") {
       m.kind = Measure::Kind::rebound;
       t.allow({"kind", "name", "tag"});
+    } else if (kind == "accelerometer") {
+      m.kind = Measure::Kind::accelerometer;
+      read_accelerometer(t, model, frames_every, m);
     } else {
       m.kind = Measure::Kind::heap;
       read_heap(t, m);

@@ -9,6 +9,7 @@
 namespace firn {
 
 // The model must have its particles and boundaries.
-std::vector<Measure> read_measures(const TomlTable& root, const Model& model);
+// `frames_every` (s): of [output], which samples must suit.
+std::vector<Measure> read_measures(const TomlTable& root, const Model& model, double frames_every);
 
 }  // namespace firn

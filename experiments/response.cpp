@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/accelerometer.h"
 #include "experiments/bin_heap_responses.h"
 #include "experiments/body_responses.h"
 #include "experiments/drained_repose_responses.h"
@@ -93,6 +94,7 @@ std::vector<Response> measure(const Recording& recording) {
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
   append(scene_responses(recording, c));
+  append(accelerometer_responses(recording, c));
   append(statistics_responses(recording, c));
   return responses;
 }

@@ -1,0 +1,93 @@
+#include "experiments/accelerometer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "experiments/recording.h"
+
+namespace firn {
+namespace {
+
+// One pass, from rest at the first value.
+void filter_forwards(std::vector<double>& x, double w) {
+  const double scale = 1 + std::numbers::sqrt2 * w + w * w;
+  const double a0 = w * w / scale, b1 = -2 * (w * w - 1) / scale,
+               b2 = (-1 + std::numbers::sqrt2 * w - w * w) / scale;
+  double x1 = x[0], x2 = x[0], y1 = x[0], y2 = x[0];
+  for (double& value : x) {
+    const double y = a0 * (value + 2 * x1 + x2) + b1 * y1 + b2 * y2;
+    x2 = x1;
+    x1 = value;
+    y2 = y1;
+    y1 = y;
+    value = y;
+  }
+}
+
+double largest(const std::vector<double>& values) {
+  double most = 0;
+  for (double v : values) most = std::max(most, std::abs(v));
+  return most;
+}
+
+}  // namespace
+
+std::vector<double> channel_filter(const std::vector<double>& samples, double interval,
+                                   double cfc) {
+  std::vector<double> x = samples;
+  if (x.empty()) return x;
+  const double w = std::tan(std::numbers::pi * cfc * 2.0775 * interval);
+  for (int pass = 0; pass < 2; ++pass) {
+    filter_forwards(x, w);
+    std::ranges::reverse(x);
+  }
+  return x;
+}
+
+std::vector<Response> accelerometer_responses(const Recording& recording, const Case& c) {
+  std::vector<Response> out;
+  for (const Measure& m : c.measures) {
+    if (m.kind != Measure::Kind::accelerometer) continue;
+    const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(m.frame)];
+    const std::string group = "/motion_frames/" + frame.name + "/";
+    const std::vector<double> times = recording.frame_times(),
+                              rate = recording.series(group + "rate"),
+                              force = recording.series(group + "force");
+    const std::size_t axes = frame.free->axes.size();
+    const Vec3& direction = frame.free->axes[static_cast<std::size_t>(m.axis)].direction;
+    std::vector<double> acceleration, along;
+    for (std::size_t i = 1; i < times.size(); ++i) {
+      const double interval = times[i] - times[i - 1];
+      // The last frame may follow the one before it sooner.
+      if (interval < 0.5 * c.frames_every) continue;
+      const std::size_t at = i * axes + static_cast<std::size_t>(m.axis);
+      acceleration.push_back((rate[at] - rate[at - axes]) / interval);
+      along.push_back(Vec3(force[3 * i], force[3 * i + 1], force[3 * i + 2]).dot(direction));
+    }
+    if (acceleration.size() < 3) continue;
+    const std::string name = m.name.empty() ? "" : m.name + "_";
+    const std::string method = fmt::format("largest magnitude, CFC {:g} of SAE J211-1", m.cfc);
+    const double peak = largest(channel_filter(acceleration, c.frames_every, m.cfc));
+    const double contact = largest(channel_filter(along, c.frames_every, m.cfc));
+    out.push_back({name + "acceleration_peak", {peak}, {}, "m/s^2", method, 1});
+    out.push_back({name + "contact_force_peak",
+                   {contact},
+                   {},
+                   "N",
+                   method + "; of all contacts, along the axis",
+                   1});
+    const Shape& shape = c.model.shapes[static_cast<std::size_t>(c.model.particles[0].shape)];
+    out.push_back({name + "particle_mass_times_acceleration",
+                   {shape.mass * peak},
+                   {},
+                   "N",
+                   "mass of the first particle times acceleration_peak: no force on anything",
+                   1});
+  }
+  return out;
+}
+
+}  // namespace firn
