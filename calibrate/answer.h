@@ -68,7 +68,7 @@ struct Answer {
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
   std::vector<CheckedSet> compare;
-  std::vector<Point> points;           // of the fit: compare, centre, design, refinements
+  std::vector<Point> points;           // of the fit: all but those with other numerics
   std::optional<Knowledge> knowledge;  // the rest is empty without it
   std::vector<ReachedRange> reach;     // in order of the targets
   CheckedSet best;                     // confirmed by fresh seeds, where the verdict allows

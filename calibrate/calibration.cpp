@@ -243,29 +243,47 @@ void Calibration::refine() {
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
 }
 
-void Calibration::describe_fit() {
-  const Misfit misfit(study_, *a_.knowledge);
+// Before its confirmation, whose runs must not have a say in it.
+void Calibration::choose_answer() {
   const std::vector<double> values = tidy_values(study_.parameters, best_);
   best_ = to_unit(study_.parameters, values);
   a_.best = checked("answer", campaign_.point("confirm", 0, values, {}));
-  for (std::size_t k = 0; k < study_.targets.size(); ++k) {
-    const ResponseModel& m = a_.knowledge->targets[k];
-    const Prediction& p = a_.best.predicted[k];
+  for (const ResponseModel& m : a_.knowledge->targets)
     a_.cross_check.push_back(m.surrogate.other.predict(best_).mean);
-    a_.split.push_back({std::pow(study_.targets[k].uncertainty, 2), p.noise_variance,
-                        p.variance - p.noise_variance});
-  }
   a_.combinations = combinations(study_, *a_.knowledge, best_);
-  a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
-  a_.advice = what_to_measure_next(study_, *a_.knowledge, *a_.posterior);
-  a_.cut_short_share = a_.knowledge->cut_short_probability(best_);
+  decide_whether_determined();
+}
+
+void Calibration::decide_whether_determined() {
   const bool all_identified = std::all_of(a_.combinations.begin(), a_.combinations.end(),
                                           [](const Combination& c) { return c.identified; });
   a_.verdict = all_identified ? StudyVerdict::calibrated : StudyVerdict::undetermined;
-  if (all_identified) return;
+  if (all_identified) a_.valley.clear();
+  if (all_identified || !a_.valley.empty()) return;
+  const Misfit misfit(study_, *a_.knowledge);
   for (const ValleyMember& member : valley(study_, misfit, *a_.posterior))
     a_.valley.push_back(checked(fmt::format("member {}", a_.valley.size() + 1),
                                 campaign_.point("valley", 0, member.values, {})));
+}
+
+// What is known in the end: from all runs, those with fresh seeds among them. They are several at
+// one place, and tell of the noise where it matters.
+void Calibration::describe_knowledge() {
+  a_.knowledge = learn(study_, a_.points);
+  const Misfit misfit(study_, *a_.knowledge);
+  a_.posterior = sample_posterior(study_, misfit);
+  a_.combinations = combinations(study_, *a_.knowledge, best_);
+  spread_over(*a_.posterior, study_, a_.combinations);
+  decide_whether_determined();
+  for (std::size_t k = 0; k < study_.targets.size(); ++k) {
+    const Prediction p = a_.knowledge->targets[k].surrogate.best.predict(best_);
+    a_.split.push_back({std::pow(study_.targets[k].uncertainty, 2), p.noise_variance,
+                        p.variance - p.noise_variance});
+  }
+  a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
+  a_.advice = what_to_measure_next(study_, *a_.knowledge, *a_.posterior);
+  a_.cut_short_share = a_.knowledge->cut_short_probability(best_);
+  if (!agrees(a_.best)) a_.verdict = StudyVerdict::unconfirmed;
 }
 
 void Calibration::confirm() {
@@ -275,7 +293,7 @@ void Calibration::confirm() {
   progress_.phase("confirming with fresh seeds");
   campaign_.run(batch);
   observe(study_, &*a_.knowledge, batch[0], a_.best);
-  if (!agrees(a_.best)) a_.verdict = StudyVerdict::unconfirmed;
+  a_.points.push_back(batch[0]);
 }
 
 void Calibration::check_valley_ends() {
@@ -289,6 +307,7 @@ void Calibration::check_valley_ends() {
   progress_.phase("checking the ends of the valley");
   campaign_.run(batch);
   for (std::size_t i = 0; i < ends.size(); ++i) observe(study_, &*a_.knowledge, batch[i], *ends[i]);
+  a_.points.insert(a_.points.end(), batch.begin(), batch.end());
 }
 
 CheckedSet Calibration::checked(const std::string& name, const Point& point) const {

@@ -27,9 +27,10 @@ class Calibration {
       reachable = fit();
     }
     if (reachable) {
-      describe_fit();
+      choose_answer();
       confirm();
       check_valley_ends();
+      describe_knowledge();
     }
     return finish();
   }
@@ -42,9 +43,11 @@ class Calibration {
   void tell_knowledge() const;
   bool worth_refining();
   void refine();
-  void describe_fit();
+  void choose_answer();
+  void decide_whether_determined();
   void confirm();
   void check_valley_ends();
+  void describe_knowledge();
   Answer finish();
 
   void compare_numerics();

@@ -26,6 +26,16 @@ VarianceSplit split_variance(const Target& t, const Prediction& p, Against again
   return {measurement, p.noise_variance, p.variance - p.noise_variance};
 }
 
+double value_at(const Study& study, const Combination& c, const VectorXd& u) {
+  double value = 0;
+  for (Index i = 0; i < u.size(); ++i) {
+    const Parameter& p = study.parameters[static_cast<std::size_t>(i)];
+    const double x = p.from_unit(u[i]);
+    value += c.coefficients[i] * (p.logarithmic ? std::log(x) : x);
+  }
+  return value;
+}
+
 // The model is so uncertain at u that it counts beside a measurement.
 bool unsure(const Study& study, const std::vector<Surrogate>& models, const VectorXd& u) {
   constexpr double counts = 0.3;
@@ -64,11 +74,7 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
     const double norm = (c.coefficients[largest] < 0 ? -1 : 1) * c.coefficients.norm();
     c.coefficients /= norm;
     c.direction *= norm < 0 ? -1 : 1;
-    for (Index i = 0; i < d; ++i) {
-      const Parameter& p = study.parameters[static_cast<std::size_t>(i)];
-      const double x = p.from_unit(u[i]);
-      c.value += c.coefficients[i] * (p.logarithmic ? std::log(x) : x);
-    }
+    c.value = value_at(study, c, u);
     c.sd = c.singular_value > 0 ? 1 / (c.singular_value * std::abs(norm))
                                 : std::numeric_limits<double>::infinity();
     if (c.identified)
@@ -83,6 +89,15 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
     all.push_back(std::move(c));
   }
   return all;
+}
+
+void spread_over(const Posterior& posterior, const Study& study, std::vector<Combination>& all) {
+  for (Combination& c : all) {
+    double squares = 0;
+    for (std::size_t s = 0; s < posterior.u.size(); ++s)
+      squares += posterior.weight[s] * std::pow(value_at(study, c, posterior.u[s]) - c.value, 2);
+    c.spread = std::sqrt(squares);
+  }
 }
 
 double possible_gain(const Study& study, const Knowledge& knowledge, const Posterior& posterior,

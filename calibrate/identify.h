@@ -29,7 +29,10 @@ struct Combination {
   // sum of coefficient * (parameter or its logarithm) = value +- sd; coefficients of unit length.
   Eigen::VectorXd coefficients;
   double value = 0;
-  double sd = 0;        // by the data alone, linearised; infinite when unidentified
+  double sd = 0;  // by the data alone, linearised; infinite when unidentified
+  // Root mean square distance from `value` all over the posterior: much above sd where the valley
+  // bends away from its direction at the answer.
+  double spread = 0;
   VarianceSplit split;  // of sd^2
 };
 // What counts against a direction: all that is uncertain, or the measurements alone, as if the
@@ -39,6 +42,9 @@ enum class Against { everything, measurement };
 std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
                                       const Eigen::VectorXd& u,
                                       Against against = Against::everything);
+
+// Fills in how far each combination strays over the posterior.
+void spread_over(const Posterior& posterior, const Study& study, std::vector<Combination>& all);
 
 // How much narrower the band of a target would become, as a share of its width today, if further
 // runs made the responses known perfectly all over the posterior (the largest over the targets); 1

@@ -68,6 +68,11 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
 
 }  // namespace
 
+bool ResponseModel::explains_its_runs() const {
+  const double points = static_cast<double>(samples.size());
+  return points * std::erfc(largest_leave_one_out_z / std::sqrt(2.0)) > 0.01;
+}
+
 double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }
 
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {

@@ -33,6 +33,9 @@ struct ResponseModel {
   std::vector<Sample> samples;     // one per point of the fit
   double lowest = 0, highest = 0;  // means of the points
   double largest_leave_one_out_z = 0;
+  // Whether the largest leave-one-out error is one that chance gives more often than once in a
+  // hundred models. If not, what the model says of its uncertainty is not to be relied on.
+  bool explains_its_runs() const;
 };
 
 // Share of an experiment's runs near a point that ended in one way: a smoothed count.

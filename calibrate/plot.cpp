@@ -95,6 +95,12 @@ void print_preamble(Out& out, const Scene& s) {
         t.unit == "1" ? "" : t.unit);
 }
 
+// Runs of a point that gave no response.
+int lost(const Point& p) {
+  using enum JobStatus;
+  return p.count(failed) + p.count(crashed) + p.count(timed_out) + p.count(out_of_memory);
+}
+
 // One line per simulated point of the fit: parameters, mean, standard error.
 void print_points(Out& out, const Scene& s) {
   print(out, "$points << END\n");
@@ -107,6 +113,9 @@ void print_points(Out& out, const Scene& s) {
   print(out, "END\n$arched << END\n");
   for (const Point& p : s.answer.points)
     if (p.count(JobStatus::arched) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
+  print(out, "END\n$lost << END\n");
+  for (const Point& p : s.answer.points)
+    if (lost(p) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
   print(out, "END\n");
 }
 
@@ -195,6 +204,10 @@ std::string draw_map(const Scene& s) {
           "offset 1.2,0 notitle");
   if (s.answer.arched > 0)
     print(out, ", \\\n $arched with points pt 2 ps 1.6 lw 2 lc rgb '#800080' title 'arched'");
+  if (std::any_of(s.answer.points.begin(), s.answer.points.end(),
+                  [](const Point& p) { return lost(p) > 0; }))
+    print(out,
+          ", \\\n $lost with points pt 1 ps 1.8 lw 2 lc rgb '#c07000' title 'failed or cut short'");
   if (!s.answer.best.values.empty())
     print(out,
           ", \\\n $answer with points pt 7 ps 3.4 lc rgb 'white' notitle, \\\n"

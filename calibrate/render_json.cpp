@@ -61,6 +61,7 @@ Json model_json(const ResponseModel& m) {
           {"cross_check", m.surrogate.other.form().describe()},
           {"points", m.samples.size()},
           {"largest_leave_one_out_z", m.largest_leave_one_out_z},
+          {"explains_its_runs", m.explains_its_runs()},
           {"seed_noise",
            {{"sd", m.noise.sd},
             {"relative", m.noise.relative},
@@ -112,6 +113,7 @@ Json combinations_json(const Study& study, const Answer& a) {
               {"terms", terms},
               {"value", c.identified ? number(c.value) : nullptr},
               {"uncertainty", c.identified ? number(c.sd) : nullptr},
+              {"spread_over_posterior", c.spread},
               {"singular_value", c.singular_value}};
     if (c.identified) j["split"] = split_json(c.split);
     all.push_back(j);

@@ -57,6 +57,11 @@ void print_models(Out& out, const Answer& a) {
           m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
           m.noise.relative ? " %" : unit_text(m.unit), m.noise.degrees_of_freedom,
           m.largest_leave_one_out_z);
+    if (!m.explains_its_runs())
+      print(
+          out,
+          "    IT DOES NOT EXPLAIN ITS OWN RUNS: do not rely on regions and intervals that rest on "
+          "it; smaller ranges or more points may help\n");
   };
   for (const ResponseModel& m : a.knowledge->targets) line(m);
   for (const ResponseModel& m : a.knowledge->observed) line(m);
@@ -137,6 +142,9 @@ std::string term(double coefficient, const Parameter& p, bool first) {
                      p.logarithmic ? ")" : "");
 }
 
+// A combination that strays by so much more than its uncertainty holds near the answer only.
+constexpr double bends = 1.5;
+
 void print_identified(Out& out, const Study& study, const Answer& a) {
   if (!a.posterior) return;
   print(out, "\nWhat the data determine\n");
@@ -167,6 +175,11 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
           "surrogate {:.3f})\n",
           combination_text(study, c), c.value, c.sd, std::sqrt(c.split.measurement),
           std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
+    if (c.spread > bends * c.sd)
+      print(out,
+            "    so near the answer; farther off the equally good parameters bend away from it, by "
+            "{:.3f} (root mean square)\n",
+            c.spread);
   }
 }
 

@@ -249,6 +249,46 @@ TEST(Budget, CostlyNumericsDoNotMakeTheRunsToComeCostly) {
   EXPECT_EQ(rounds_within("237 s"), 2);
 }
 
+TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
+  // Smooth but for one spike, as narrow as one of the points of the design.
+  const auto explains = [](double spike) {
+    const Folder folder("spike");
+    FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
+      const double away = std::log(v.at("a.mu1") / 0.0548) / 0.1;
+      return finished(
+          {scalar("aor", heap(v) + spike * std::exp(-away * away) + 0.1 * normal(random), "deg")});
+    });
+    const StudySummary s = run_study(
+        folder.write("study.toml",
+                     friction_study("[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
+                                    "uncertainty = \"0.5 deg\"\n",
+                                    "centre_runs = 3\ndesign_points = 20\nruns_per_point = 2\n")),
+        folder / "out", experiment);
+    const bool told = s.table.find("DOES NOT EXPLAIN ITS OWN RUNS") != std::string::npos;
+    EXPECT_EQ(told, !json::parse(s.json)["models"][0]["explains_its_runs"].get<bool>());
+    return !told;
+  };
+  EXPECT_TRUE(explains(0));
+  EXPECT_FALSE(explains(30));
+}
+
+TEST(Refinement, AValleyThatBendsIsToldFromAStraightOne) {
+  // A quarter of a circle about one corner of the ranges: no combination holds along all of it.
+  const Folder folder("bent");
+  FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+    const double p = std::log(v.at("a.mu1") / 0.01) / std::log(30);
+    const double q = std::log(v.at("a.mu2") / 0.03) / std::log(0.5 / 0.03);
+    return finished({scalar("r", p * p + q * q + 1e-3 * normal(random), "1")});
+  });
+  const StudySummary s = run_study(
+      folder.write("study.toml", friction_study("[[targets]]\nresponse = \"r\"\nvalue = 0.7\n"
+                                                "uncertainty = 0.02\n")),
+      folder / "out", experiment);
+  EXPECT_THAT(s.table, HasSubstr("bend away from it"));
+  const json c = json::parse(s.json)["combinations"][0];
+  EXPECT_GT(c["spread_over_posterior"], 3 * c["uncertainty"].get<double>());
+}
+
 TEST(Limits, RunsThatMeetALimitBiasNothing) {
   // Heaps of low friction take long to come to rest: those above 20 s meet the limit. The answer
   // lies among them, and must not be pushed away.

@@ -88,6 +88,9 @@ TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
   EXPECT_FALSE(c[1].identified);
   EXPECT_TRUE(std::isinf(c[1].sd));
   const Posterior posterior = sample_posterior(line.study, misfit);
+  auto strayed = c;
+  spread_over(posterior, line.study, strayed);
+  EXPECT_NEAR(strayed[0].spread, 0.02, 1e-3);  // a straight valley
   EXPECT_NEAR(std::abs(posterior.longest[0]), 0.8, 0.02);
   for (const ValleyMember& member : valley(line.study, misfit, posterior))
     EXPECT_NEAR(0.6 * member.u[0] + 0.8 * member.u[1], 0.7, 4e-3);  // a fifth of the band's 0.02

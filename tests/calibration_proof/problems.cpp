@@ -10,6 +10,12 @@ double flow(double mu1, double mu2) {
   return 40 * std::pow(mu1 / 0.06, -0.2) * std::pow(mu2 / 0.15, -0.4);
 }
 
+JobStatus gaps(const std::vector<double>& mu, double luck) {
+  if (std::log(mu[0] / 0.025) < 0.3 * luck) return JobStatus::failed;
+  if (std::log(mu[1] / 0.25) > 0.2 * luck) return JobStatus::arched;
+  return JobStatus::finished;
+}
+
 double forrester(double x) { return std::pow(6 * x - 2, 2) * std::sin(12 * x - 4); }
 
 double branin(double x, double y) {
@@ -50,6 +56,7 @@ std::vector<Problem> reference_problems() {
        {mu1, mu2, {0.05, 0.8, false}},
        {0.06, 0.15, 0.35},
        {angle, rate, rebound}},
+      {"heap with gaps", {mu1, mu2}, {0.03, 0.2}, {angle}, gaps},
       {"Forrester", {unit}, {0.88}, {{"f", 0.5, 0.5, [](const P& p) { return forrester(p[0]); }}}},
       {"Branin",
        {{-5, 10, false}, {0, 15, false}},

@@ -66,8 +66,8 @@ const std::vector<SimulatedProblem>& simulated_problems() {
   const SimulatedProblem::Measured height{"fill_height", "m", 0.0003, 0};
   const std::string small = "tests/calibration_proof/small_box.toml";
   static const std::vector<SimulatedProblem> problems = {
-      {"count", small, {ice, wall}, {count}, 7, {}, "runs = 36\n", 10, false},
-      {"count and height", small, {ice, wall}, {count, height}, 7, {}, "runs = 36\n", 10, false},
+      {"count", small, {ice, wall}, {count}, 7, {}, "runs = 36\n", 6, false},
+      {"count and height", small, {ice, wall}, {count, height}, 7, {}, "runs = 36\n", 6, false},
       // Soft contacts end at the limit of overlap, high friction bridges the door.
       {"gaps",
        "tests/calibration_proof/narrow_door.toml",
@@ -77,7 +77,7 @@ const std::vector<SimulatedProblem>& simulated_problems() {
        7,
        {{"numerics.overlap_limit", "0.17"}},
        "runs = 40\n",
-       10,
+       6,
        false},
       {"full size",
        "experiments/drained_repose/case.toml",
@@ -95,13 +95,15 @@ const std::vector<SimulatedProblem>& simulated_problems() {
 }
 
 SimulatedStudies::SimulatedStudies(const SimulatedProblem& problem, const std::string& folder,
-                                   const std::string& store, const std::string& program, int jobs)
+                                   const std::string& store, const std::string& program, int jobs,
+                                   bool plot)
     : problem_(problem),
       folder_(folder),
       store_file_(store),
       program_(program),
       store_(store),
-      jobs_(jobs) {
+      jobs_(jobs),
+      plot_(plot) {
   LocalExecutorOptions options;
   options.program = program_;
   options.jobs = jobs;
@@ -219,7 +221,7 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   options.program = program_;
   options.store = store_file_;
   options.show_progress = false;
-  options.plot = false;
+  options.plot = plot_;
   const json j = json::parse(calibrate(options).json);
   fs::remove_all(fs::path(options.directory) / "runs");
 
@@ -240,7 +242,9 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
     double at_truth = 0;
     for (std::size_t i = 0; i < v.truth.size(); ++i)
       at_truth += c["terms"][i]["coefficient"].get<double>() * std::log(v.truth[i]);
-    v.combination_z = (at_truth - c["value"].get<double>()) / c["uncertainty"].get<double>();
+    const double off = at_truth - c["value"].get<double>();
+    v.combination_z = off / c["uncertainty"].get<double>();
+    v.strayed_z = off / c["spread_over_posterior"].get<double>();
   }
   if (problem_.fresh == 0 || !j.contains("answer") || !j["answer"].contains("simulated")) return v;
   Values answer;

@@ -47,7 +47,7 @@ struct Verdict {
   std::optional<double> denser;  // share of the posterior denser than the truth; nothing: no fit
   int intervals = 0;             // of single parameters that hold the truth
   // (value of the determined combination at the truth - stated value) / stated uncertainty
-  std::optional<double> combination_z;
+  std::optional<double> combination_z, strayed_z;  // the latter: over its spread along the valley
   // (confirmed - fresh mean) over both standard errors together; of each target
   std::vector<double> reported_z;
   int runs = 0, arched = 0, failed = 0;
@@ -59,7 +59,7 @@ class SimulatedStudies {
  public:
   // Runs go to and come from `store`; files below `folder`, results files are not kept.
   SimulatedStudies(const SimulatedProblem& problem, const std::string& folder,
-                   const std::string& store, const std::string& program, int jobs);
+                   const std::string& store, const std::string& program, int jobs, bool plot);
   // Nothing when no measurement comes of the truth: its runs arch or fail.
   std::optional<Verdict> study(int number);
 
@@ -74,6 +74,7 @@ class SimulatedStudies {
   RunStore store_;
   std::unique_ptr<Executor> executor_;
   int jobs_;
+  bool plot_;
 };
 
 }  // namespace firn::proof

@@ -37,14 +37,24 @@ double chance_if_uniform(std::vector<double> x) {
   return std::clamp(sum, 0.0, 1.0);
 }
 
+// Chance of at most so many inside when each is inside with this share.
+double chance_of_so_few(int inside, int count, double share) {
+  double sum = 0;
+  for (int k = 0; k <= inside; ++k)
+    sum += std::exp(std::lgamma(count + 1) - std::lgamma(k + 1) - std::lgamma(count - k + 1) +
+                    k * std::log(share) + (count - k) * std::log(1 - share));
+  return sum;
+}
+
 double root_mean_square(const std::vector<double>& x) {
   double sum = 0;
   for (const double v : x) sum += v * v;
   return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
-void report(const SimulatedProblem& problem, const std::vector<Verdict>& all, int asked) {
-  std::vector<double> denser, combination, reported;
+// Whether chance explains more than once in a thousand times that no more truths are inside.
+bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, int asked) {
+  std::vector<double> denser, combination, strayed, reported;
   std::map<std::string, int> verdicts;
   int inside = 0, intervals = 0, arched = 0, failed = 0, runs = 0;
   for (const Verdict& v : all) {
@@ -57,6 +67,7 @@ void report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
     inside += *v.denser <= 0.95;
     intervals += v.intervals;
     if (v.combination_z) combination.push_back(*v.combination_z);
+    if (v.strayed_z) strayed.push_back(*v.strayed_z);
     reported.insert(reported.end(), v.reported_z.begin(), v.reported_z.end());
   }
   const int count = static_cast<int>(denser.size());
@@ -65,7 +76,7 @@ void report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
   fmt::print(" ({} arched, {} failed). Verdicts:", arched, failed);
   for (const auto& [verdict, times] : verdicts) fmt::print(" {} {};", times, verdict);
   fmt::print("\n\n");
-  if (count == 0) return;
+  if (count == 0) return false;
   const auto [low, high] = share_interval(inside, count);
   fmt::print("| | |\n|---|---|\n");
   fmt::print(
@@ -83,17 +94,22 @@ void report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
              fmt::join(fifths, " "));
   fmt::print("| chance of such shares if uniform | {:.2f} |\n", chance_if_uniform(denser));
   if (!combination.empty())
-    fmt::print("| error of the determined combination over stated (1) | {:.2f} ({}) |\n",
-               root_mean_square(combination), combination.size());
+    fmt::print(
+        "| determined combination at the truth: error over stated, over its spread (1) | {:.2f}, "
+        "{:.2f} ({}) |\n",
+        root_mean_square(combination), root_mean_square(strayed), combination.size());
   if (!reported.empty())
     fmt::print("| error of the confirmed response over stated (1) | {:.2f} ({}) |\n",
                root_mean_square(reported), reported.size());
-  fmt::print("\n");
+  const bool kept = chance_of_so_few(inside, count, 0.95) > 0.001;
+  fmt::print("\n{} the 95 % region holds the truth as often as 95 % allows by chance.\n\n",
+             kept ? "Kept:" : "**NOT KEPT:**");
+  return kept;
 }
 
 int run(const SimulatedProblem& problem, int first, int studies, const std::string& folder,
-        const std::string& store, const std::string& program, int jobs) {
-  SimulatedStudies all(problem, folder, store, program, jobs);
+        const std::string& store, const std::string& program, int jobs, bool plot) {
+  SimulatedStudies all(problem, folder, store, program, jobs, plot);
   std::vector<Verdict> verdicts;
   fmt::ostream csv = fmt::output_file((std::filesystem::path(folder) / "studies.csv").string());
   csv.print(
@@ -111,8 +127,7 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
               v->failed, v->wall);
     csv.flush();
   }
-  report(problem, verdicts, studies);
-  return 0;
+  return report(problem, verdicts, studies) ? 0 : 1;
 }
 
 }  // namespace
@@ -129,11 +144,13 @@ int main(int argc, char** argv) {
   app.add_option("--store", store, "outcomes of runs")->capture_default_str();
   app.add_option("--program", program, "that simulates")->capture_default_str();
   app.add_option("--jobs", jobs, "runs side by side")->capture_default_str();
+  bool plot = false;
+  app.add_flag("--plot", plot, "draw each study's answer");
   CLI11_PARSE(app, argc, argv);
   try {
     for (const auto& problem : firn::proof::simulated_problems())
       if (problem.name == name)
-        return firn::proof::run(problem, first, studies, folder, store, program, jobs);
+        return firn::proof::run(problem, first, studies, folder, store, program, jobs, plot);
     fmt::print(stderr, "no problem \"{}\"\n", name);
     return 2;
   } catch (const std::exception& e) {
