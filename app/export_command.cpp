@@ -1,13 +1,17 @@
 // firn export: a results file for ParaView, for spreadsheets and as a picture.
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "experiments/export.h"
+#include "experiments/units.h"
 #include "reports/heap_picture.h"
+#include "reports/scene_picture.h"
 
 namespace firn {
 namespace {
@@ -18,8 +22,17 @@ struct Arguments {
   std::string file;
   std::string format;
   std::string folder;
+  std::string time;
   VtkOptions vtk;
 };
+
+double instant(const std::string& text) {
+  try {
+    return parse_quantity(text, dimension::time);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("--time: {}", e.what()));
+  }
+}
 
 int export_picture(const Recording& recording, const Arguments& a) {
   const std::size_t frames = recording.frame_times().size();
@@ -27,7 +40,18 @@ int export_picture(const Recording& recording, const Arguments& a) {
     throw InputError(a.file + ": holds no frame to draw; expected a run that has begun");
   const std::string file =
       a.folder.empty() ? fs::path(a.file).replace_extension(".png").string() : a.folder;
-  draw_heap(recording, frames - 1, file);
+  std::size_t frame = frames - 1;
+  if (!a.time.empty()) {
+    const double time = instant(a.time);
+    const std::vector<double> times = recording.frame_times();
+    frame = static_cast<std::size_t>(
+        std::ranges::min_element(times, {}, [&](double t) { return std::abs(t - time); }) -
+        times.begin());
+  }
+  if (recording.read_case().drained_repose)
+    draw_heap(recording, frame, file);
+  else
+    draw_scene(recording, frame, file);
   fmt::print(stderr, "drawn in {}\n", file);
   return ExitStatus::done;
 }
@@ -58,7 +82,8 @@ void add_export_command(CLI::App& app, int& status) {
                    "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView;\n"
                    "csv: particles, frames, series and responses as tables; both also the\n"
                    "statistics of contacts that the case keeps;\n"
-                   "png: a picture of the drained heap in the last frame")
+                   "png: a picture of the drained heap, or of the whole scene, bodies\n"
+                   "coloured by their tags")
       ->check(CLI::IsMember({"vtk", "csv", "png"}))
       ->required();
   command
@@ -66,6 +91,8 @@ void add_export_command(CLI::App& app, int& status) {
                    "Folder for the files, made if need be; by default the\nresults file's name "
                    "with -vtk or -csv. png: the picture's file")
       ->type_name("PATH");
+  command->add_option("--time", a->time, "png: the frame nearest to it; by default the last")
+      ->type_name("TIME");
   command->add_option("--every", a->vtk.every, "vtk: only every Nth frame")
       ->check(CLI::Range(1, 1000000))
       ->type_name("N")

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <future>
 #include <list>
+#include <set>
 
 #include "reports/gnuplot.h"
 
@@ -32,6 +33,34 @@ Color wall_color(std::size_t wall) { return kWallColors[wall % kWallColors.size(
 Color ice(std::size_t k) {
   const auto shade = static_cast<float>(0.08 * static_cast<double>(k * 7919 % 13) / 12);
   return {0.84f + shade, 0.92f + 0.7f * shade, 0.99f};
+}
+
+// From dark blue over green to yellow, ascending in lightness: told apart without colour, too.
+Color by_rank(double share) {
+  constexpr std::array<Color, 5> kScale = {{{0.20f, 0.12f, 0.40f},
+                                            {0.19f, 0.40f, 0.56f},
+                                            {0.15f, 0.62f, 0.53f},
+                                            {0.50f, 0.80f, 0.36f},
+                                            {0.99f, 0.90f, 0.20f}}};
+  const double at = share * (kScale.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), kScale.size() - 2);
+  const auto f = static_cast<float>(at - static_cast<double>(i));
+  const Color &a = kScale[i], &b = kScale[i + 1];
+  return {a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b)};
+}
+
+std::vector<Color> particle_colors(const ScenePicture& picture) {
+  std::vector<Color> colors;
+  const std::set<int> known(picture.tags.begin(), picture.tags.end());
+  for (std::size_t k = 0; k < picture.particles.size(); ++k) {
+    if (known.size() < 2) {
+      colors.push_back(ice(k));
+      continue;
+    }
+    const auto rank = std::distance(known.begin(), known.find(picture.tags[k]));
+    colors.push_back(by_rank(static_cast<double>(rank) / static_cast<double>(known.size() - 1)));
+  }
+  return colors;
 }
 
 // What of a mesh lies on the side of the plane that its normal points away from, in world axes.
@@ -71,8 +100,9 @@ Scene scene_of(const ScenePicture& picture, const Bounds& bounds) {
   for (std::size_t i = 0; i < picture.walls.size(); ++i) {
     scene.bodies.push_back({picture.walls[i].placed, wall_color(i), true});
   }
+  const std::vector<Color> colors = particle_colors(picture);
   for (std::size_t k = 0; k < picture.particles.size(); ++k) {
-    scene.bodies.push_back({picture.particles[k], ice(k), true});
+    scene.bodies.push_back({picture.particles[k], colors[k], true});
   }
   scene.occlusion_radius = 0.05 * bounds.diagonal().norm();
   return scene;
@@ -281,6 +311,7 @@ void draw_scene(const Recording& recording, std::size_t index, const std::string
   }
   const Case c = recording.read_case();
   const Frame frame = recording.frame(index);
+  const std::vector<int> tags = recording.tag();
   ScenePicture picture;
   picture.title = c.name;
   for (const Boundary& b : c.model.boundaries) {
@@ -296,6 +327,7 @@ void draw_scene(const Recording& recording, std::size_t index, const std::string
     const Mat3 rotation = Quat(q[0], q[1], q[2], q[3]).toRotationMatrix();
     picture.particles.push_back(
         {&shape.mesh, {rotation, Vec3(frame.position[i].data()) - rotation * shape.centroid}});
+    picture.tags.push_back(tags[i]);
   }
   picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
                                  picture.particles.size(), frame.position.size());

@@ -20,7 +20,8 @@ struct ScenePicture {
   std::string title, subtitle;
   std::vector<Wall> walls;
   std::vector<PlacedMesh> particles;
-  int width = 1800;  // pixels of the whole picture; the height follows
+  std::vector<int> tags;  // of the particles; empty, or all the same: the colour of ice
+  int width = 1800;       // pixels of the whole picture; the height follows
 };
 
 // An overview, the view from above, and two sections, along x and across, through the middle of the
@@ -31,7 +32,8 @@ void draw_scene(const ScenePicture& picture, const std::string& file);
 // A case as it begins: boundaries, and the particles that are there from the start.
 void draw_scene(const Case& c, const std::string& file);
 
-// One frame of a results file. Throws InputError when the frame does not exist.
+// One frame of a results file, particles coloured by their tags. Throws InputError when the frame
+// does not exist.
 void draw_scene(const Recording& recording, std::size_t frame, const std::string& file);
 
 }  // namespace firn

@@ -1,0 +1,100 @@
+// The icemaker's cases as they are shipped.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/driver.h"
+#include "experiments/recording.h"
+#include "experiments/run.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string shipped(const std::string& name) {
+  return std::string(FIRN_SOURCE_DIR) + "/experiments/icemaker/" + name + ".toml";
+}
+
+double value(const RunSummary& summary, const std::string& name) {
+  for (const Response& r : summary.responses)
+    if (r.name == name) return r.value.at(0);
+  return std::nan("");
+}
+
+class IcemakerCases : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    file_ = (fs::temp_directory_path() /
+             ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()) + ".h5"))
+                .string();
+  }
+  void TearDown() override { fs::remove(file_); }
+  RunSummary run_case(const std::string& name, const std::vector<Override>& overrides = {}) {
+    RunOptions options;
+    options.results_file = file_;
+    return run(read_case(shipped(name), overrides), options);
+  }
+  std::string file_;
+};
+using IcemakerCasesLong = IcemakerCases;
+
+TEST_F(IcemakerCases, EveryCaseIsWholeAndReadsAgainFromItsResolvedText) {
+  for (const char* name : {"harvest", "bucket_pull", "bucket_pull_paddle", "auger_half",
+                           "auger_full", "auger_compression", "glass_impact", "platen_test"}) {
+    const Case c = read_case(shipped(name));
+    EXPECT_NO_THROW(check_runnable(c)) << name;
+    EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved) << name;
+  }
+}
+
+TEST_F(IcemakerCases, PaddleIsOnTheArm) {
+  const Case c = read_case(shipped("bucket_pull_paddle"));
+  ASSERT_EQ(c.model.boundaries.back().name, "paddle");
+  EXPECT_EQ(c.model.frames.at(static_cast<std::size_t>(c.model.boundaries.back().frame)).name,
+            "arm");
+}
+
+TEST_F(IcemakerCases, PlatensReachABreakingForceAtTheirSpeed) {
+  // At 0.1 GPa, so that it takes a tenth of the way.
+  const RunSummary summary =
+      run_case("platen_test", {{"materials.ice.young_modulus", "0.1 GPa"},
+                               {"motion_frames.upper.motions.0.velocity", "0 0 -50 mm/s"}});
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  EXPECT_EQ(Recording(file_).stages().at(0).ended_by, "force");
+  EXPECT_NEAR(value(summary, "peak_normal_force"), 1227.7, 15);
+  EXPECT_NEAR(value(summary, "largest_opposed_load"), value(summary, "peak_normal_force"), 15);
+}
+
+// A cube falls 0.25 m into the container: v sqrt(m K) would be its force on a rigid plane.
+TEST_F(IcemakerCases, GlassIsHitByWhatFallsIntoIt) {
+  const RunSummary summary =
+      run_case("glass_impact", {{"case.duration", "0.4 s"}, {"sources.outlet.batches", "1"}});
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  EXPECT_EQ(value(summary, "container_count"), 1);
+  const double rigid = std::sqrt(2 * 9.81 * 0.25 * 0.0137 * 205740);
+  EXPECT_GT(value(summary, "container_contact_force_peak"), 0.2 * rigid);
+  EXPECT_LT(value(summary, "container_contact_force_peak"), 1.1 * rigid);
+  // A container 22 times as heavy as a cube: the paper's measure is as much smaller.
+  const double share = value(summary, "container_particle_mass_times_acceleration") /
+                       value(summary, "container_contact_force_peak");
+  EXPECT_GT(share, 0.3 * 0.0137 / 0.3);
+  EXPECT_LT(share, 3 * 0.0137 / 0.3);
+}
+
+TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
+  const RunSummary summary = run_case("harvest");
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  EXPECT_EQ(Recording(file_).stages().at(0).ended_by, "switch \"full\"");
+  EXPECT_GE(value(summary, "mold_batches"), 8);
+  EXPECT_LE(value(summary, "mold_batches"), 24);
+  EXPECT_EQ(value(summary, "lost_count"), 0);
+  EXPECT_GE(value(summary, "arm_coordinate_end"), 25 * M_PI / 180);
+}
+
+}  // namespace
+}  // namespace firn
