@@ -421,7 +421,8 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       store(range.found[k], pair, s);
     }
   }
-  if (has_holes(w, s)) {
+  w.points_moved = has_holes(w, s);
+  if (w.points_moved) {
     close_holes(s);
     for (PairRange& range : w.ranges) range.active_is_stale = true;
   }

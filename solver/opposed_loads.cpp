@@ -1,5 +1,6 @@
 // What presses particles from two sides at once, over every step (see OpposedLoad).
 #include <algorithm>
+#include <utility>
 
 #include "solver/workspace.h"
 
@@ -25,7 +26,9 @@ void read(const State& s, const PairRange& range, std::vector<PressedParticle>& 
 }
 
 void note(const PressedParticle& p, const PressedParticle& q, double time, OpposedLoad& most) {
-  const double load = std::min(p.force, q.force) * -p.out.dot(q.out);
+  const double lesser = std::min(p.force, q.force);
+  if (!(lesser > most.load)) return;
+  const double load = lesser * -p.out.dot(q.out);
   if (!(load > most.load)) return;
   most.load = load;
   most.time = time;
@@ -40,18 +43,21 @@ void note_opposed_loads(const Model& model, Workspace& w, State& s) {
                PairRange& range = w.ranges[begin / kPairsOfRange];
                read(s, range, range.notes.pressed);
              });
+  // Each with those before it on the same particle.
   std::vector<PressedParticle>& all = w.statistics.pressed;
+  std::vector<std::int32_t>& last = w.statistics.last_pressed;
   all.clear();
-  for (const PairRange& range : w.ranges)
-    all.insert(all.end(), range.notes.pressed.begin(), range.notes.pressed.end());
-  std::ranges::stable_sort(all, {}, &PressedParticle::particle);
   const double time = static_cast<double>(s.steps + 1) * model.timestep;
-  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
-    while (end < all.size() && all[end].particle == all[begin].particle) ++end;
-    for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t k = i + 1; k < end; ++k)
-        note(all[i], all[k], time, s.statistics.opposed[all[begin].particle]);
+  for (const PairRange& range : w.ranges) {
+    for (PressedParticle p : range.notes.pressed) {
+      OpposedLoad& most = s.statistics.opposed[p.particle];
+      for (std::int32_t k = last[p.particle]; k >= 0; k = all[k].before)
+        note(p, all[k], time, most);
+      p.before = std::exchange(last[p.particle], static_cast<std::int32_t>(all.size()));
+      all.push_back(p);
+    }
   }
+  for (const PressedParticle& p : all) last[p.particle] = -1;
 }
 
 }  // namespace firn

@@ -168,6 +168,8 @@ void walk(Archive& ar, S& s) {
   ar.array(s.statistics.opposed);
   ar.array(s.statistics.triangles);
   ar.value(s.statistics.interval_start);
+  ar.array(s.statistics.triangle_of_point);
+  ar.value(s.statistics.points_list);
   ar.group("started motions");
   ar.array(s.extra_motion_mover);
   ar.array(s.extra_motion_group);

@@ -18,7 +18,8 @@ double EnergyClasses::lower_bound(int k) const {
 }
 
 StatisticsWorkspace::StatisticsWorkspace(const Model& model)
-    : watched(model.boundaries.size(), -1) {
+    : watched(model.boundaries.size(), -1),
+      last_pressed(model.statistics.opposed_loads ? model.particles.size() : 0, -1) {
   std::uint32_t first = 0;
   for (const WatchedBoundary& w : model.statistics.watched) {
     watched[w.boundary] = static_cast<std::int32_t>(watched_index.size());

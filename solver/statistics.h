@@ -84,7 +84,8 @@ struct OpposedLoad {
 };
 
 // What has acted on one triangle of a boundary over an interval. Each contact point of a patch acts
-// on the triangle nearest to it, and friction in the proportion of the points' normal forces.
+// on the triangle that was nearest to it when the contacts of its pair were last found anew, and
+// friction in the proportion of the points' normal forces.
 struct TriangleSums {
   double normal_impulse = 0;      // N s, of normal forces
   double tangential_impulse = 0;  // N s, of the size of friction

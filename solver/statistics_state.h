@@ -40,6 +40,10 @@ struct StatisticsState {
   std::vector<OpposedLoad> opposed;     // [particles]
   std::vector<TriangleSums> triangles;  // of all watched boundaries, since:
   std::uint64_t interval_start = 0;     // step
+  // [points of the state] the triangle of each at a watched boundary, as of the last search for
+  // contacts of its pair; and the neighbour list that the points were stored with.
+  std::vector<std::uint32_t> triangle_of_point;
+  std::uint64_t points_list = 0;
   // Finished, and not taken yet.
   std::vector<ContactEvent> finished;
   std::vector<double> finished_intervals;        // s, start and end of each

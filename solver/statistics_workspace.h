@@ -29,6 +29,7 @@ struct PressedParticle {
   std::int32_t particle = 0, by = 0;  // bodies
   double force = 0;                   // N
   Vec3 out = Vec3::Zero();            // unit, normal out of the particle, world
+  std::int32_t before = -1;           // the one noted before on the same particle; -1: none
 };
 
 // What one contact point does to a triangle in this step.
@@ -60,8 +61,9 @@ struct StatisticsWorkspace {
   std::vector<std::uint32_t> first_of_shape;    // [shapes] triangle, in StatisticsState::surfaces
   // Of the present step:
   std::vector<PressedParticle> pressed;
-  std::vector<double> force;           // N, [triangles] 0 between two steps
-  std::vector<std::uint32_t> touched;  // triangles
+  std::vector<std::int32_t> last_pressed;  // [particles] in `pressed`; -1 between two steps
+  std::vector<double> force;               // N, [triangles] 0 between two steps
+  std::vector<std::uint32_t> touched;      // triangles
 };
 
 // Sized for what the model asks for, before the first step.

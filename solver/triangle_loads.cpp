@@ -7,19 +7,30 @@ namespace {
 
 class BoundaryReader {
  public:
-  BoundaryReader(const Model& model, const Workspace& w, const State& s)
-      : w_(w.statistics), s_(s), particles_(static_cast<int>(model.particles.size())) {}
+  BoundaryReader(const Model& model, const Workspace& w, State& s)
+      : w_(w.statistics),
+        s_(s),
+        triangles_(s.statistics.triangle_of_point),
+        particles_(static_cast<int>(model.particles.size())) {}
+
+  // Which triangles the points of a range lie on: of pairs whose contacts were found anew, or of
+  // all. A look costs more than all else here.
+  void look_up(const PairRange& range, bool all) const {
+    if (all) {
+      for (const ActivePair& pair : range.active) look_up(pair.pair);
+    } else {
+      for (const std::uint32_t p : range.refreshed) look_up(p);
+    }
+  }
 
   void read(const PairRange& range, RangeNotes& notes) const {
     notes.triangle_loads.clear();
     const PatchWork* work = notes.work.data();
     for (const ActivePair& pair : range.active) {
-      const int watched = pair.b < particles_ ? -1 : w_.watched[pair.b - particles_];
-      if (watched >= 0) {
+      if (watched(pair.b) >= 0) {
         for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
           const Patch& patch = s_.patches[pair.first_patch + k];
-          if (patch.normal_force > 0)
-            add(pair, patch, work[k].friction, watched, notes.triangle_loads);
+          if (patch.normal_force > 0) add(pair, patch, work[k].friction, notes.triangle_loads);
         }
       }
       work += pair.patch_count;
@@ -27,37 +38,56 @@ class BoundaryReader {
   }
 
  private:
-  void add(const ActivePair& pair, const Patch& patch, double friction_work, int watched,
+  int watched(int body) const { return body < particles_ ? -1 : w_.watched[body - particles_]; }
+
+  void look_up(std::uint32_t p) const {
+    const Pair& pair = s_.pairs[p];
+    const int number = watched(pair.b);
+    if (number < 0) return;
+    const TriangleIndex& index = w_.watched_index[number];
+    const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
+    const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
+    for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
+      const Patch& patch = s_.patches[pair.first_patch + k];
+      const Vec3 place = a.position + patch.arm - b.position, out = to_boundary * -patch.normal;
+      for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
+        const int nearest = index.nearest(to_boundary * (place + s_.points[i].offset), out);
+        triangles_[i] = w_.first_of_watched[number] + static_cast<std::uint32_t>(nearest);
+      }
+    }
+  }
+
+  void add(const ActivePair& pair, const Patch& patch, double friction_work,
            std::vector<TriangleLoad>& loads) const {
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
-    const Vec3 place = a.position + patch.arm, out = to_boundary * -patch.normal;
+    const Vec3 out = to_boundary * -patch.normal;
     const Vec3 friction = to_boundary * -patch.tangential;  // on the boundary
     double speed = 0;
     if (patch.sliding) {
-      const Vec3 velocity =
-          a.velocity + a.spin.cross(patch.arm) - b.velocity - b.spin.cross(place - b.position);
+      const Vec3 velocity = a.velocity + a.spin.cross(patch.arm) - b.velocity -
+                            b.spin.cross(a.position + patch.arm - b.position);
       speed = (velocity - velocity.dot(patch.normal) * patch.normal).norm();
     }
-    for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-      const ContactPoint& point = s_.points[patch.first_point + i];
-      if (!(point.force > 0)) continue;
-      const double part = point.force / patch.normal_force;
-      const Vec3 local = to_boundary * (place + point.offset - b.position);
+    const double size = friction.norm();
+    for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
+      const double force = s_.points[i].force;
+      if (!(force > 0)) continue;
+      const double part = force / patch.normal_force;
       TriangleLoad& load = loads.emplace_back();
-      load.triangle = w_.first_of_watched[watched] +
-                      static_cast<std::uint32_t>(w_.watched_index[watched].nearest(local, out));
-      load.normal_force = point.force;
-      load.friction = part * friction.norm();
-      load.force = part * friction - point.force * out;
+      load.triangle = triangles_[i];
+      load.normal_force = force;
+      load.friction = part * size;
+      load.force = part * friction - force * out;
       load.sliding_speed = part * speed;
-      load.sliding_power = point.force * speed;
+      load.sliding_power = force * speed;
       load.friction_work = part * friction_work;
     }
   }
 
   const StatisticsWorkspace& w_;
-  const State& s_;
+  State& s_;
+  std::vector<std::uint32_t>& triangles_;
   int particles_;
 };
 
@@ -79,13 +109,17 @@ void add_up(const std::vector<TriangleLoad>& loads, double dt, StatisticsWorkspa
 }  // namespace
 
 void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
+  StatisticsState& stats = s.statistics;
+  const bool all = w.points_moved || stats.points_list != s.health.rebuilds;
+  stats.points_list = s.health.rebuilds;
+  stats.triangle_of_point.resize(s.points.size());
   const BoundaryReader reader(model, w, s);
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t) {
                PairRange& range = w.ranges[begin / kPairsOfRange];
+               reader.look_up(range, all);
                reader.read(range, range.notes);
              });
-  StatisticsState& stats = s.statistics;
   StatisticsWorkspace& scratch = w.statistics;
   scratch.touched.clear();
   for (const PairRange& range : w.ranges)

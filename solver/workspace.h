@@ -108,6 +108,7 @@ struct Workspace {
   std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan
   std::vector<PairRange> ranges;
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
+  bool points_moved = false;             // holes were closed in this step
   std::vector<RangeLoad> loads;          // of all ranges, one behind the other
   LoadLists load_lists;
   std::vector<char> must_relist;  // [tasks] somebody has left its margin

@@ -1,6 +1,7 @@
 // Statistics of contacts against closed forms, and that they depend on nothing but the motion.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -140,6 +141,15 @@ bool same(const std::vector<ContactEvent>& a, const std::vector<ContactEvent>& b
          std::memcmp(a.data(), b.data(), a.size() * sizeof(ContactEvent)) == 0;
 }
 
+bool same(const std::vector<LoadInterval>& a, const std::vector<LoadInterval>& b) {
+  static_assert(sizeof(TriangleSums) == 9 * 8);
+  return std::ranges::equal(a, b, [](const LoadInterval& x, const LoadInterval& y) {
+    return x.start == y.start && x.end == y.end && x.triangles.size() == y.triangles.size() &&
+           std::memcmp(x.triangles.data(), y.triangles.data(),
+                       x.triangles.size() * sizeof(TriangleSums)) == 0;
+  });
+}
+
 // All work of all contacts is in one of them, whatever the patches did meanwhile.
 TEST(Events, HaveAllTheWorkOfContacts) {
   Model model = small_box(30);
@@ -192,12 +202,16 @@ TEST(Events, ChangeNothingOfTheMotion) {
   EXPECT_TRUE(plain.open_events().empty());
 }
 
-TEST(Events, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
+TEST(Statistics, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   Model model = small_box(300, {0.25, 0.2, 0});
   model.statistics.events = true;
   model.statistics.opposed_loads = true;
   model.statistics.energies = {1e-9, 5, 8};
   model.statistics.surfaces = {model.shapes[0].mesh};
+  const TriangleMesh floor{{{0, 0, 0}, {0.25, 0, 0}, {0.25, 0.2, 0}, {0, 0.2, 0}},
+                           {{0, 1, 2}, {0, 2, 3}}};
+  model.statistics.watched = {{0, refined(floor, 0.02)}};
+  model.statistics.interval = 0.03;
   model.statistics.merge = 1e-4;
   model.timestep = 2e-5;
   Solver whole = filled(model, {0.25, 0.2, 0.6});
@@ -217,6 +231,10 @@ TEST(Events, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   EXPECT_TRUE(same(events, shared.take_events()));
   EXPECT_TRUE(same(events, resumed.take_events()));
   EXPECT_TRUE(same(whole.open_events(), resumed.open_events()));
+  const std::vector<LoadInterval> intervals = whole.take_load_intervals(true);
+  EXPECT_EQ(intervals.size(), 7u);
+  EXPECT_TRUE(same(intervals, shared.take_load_intervals(true)));
+  EXPECT_TRUE(same(intervals, resumed.take_load_intervals(true)));
 }
 
 // They start where they are asked for, and end where they are not, in a state that goes on.
