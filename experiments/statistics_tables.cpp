@@ -151,6 +151,7 @@ template <class Sums, class Value>
 void write_field(hdf5::File& file, const std::string& path, const char* unit,
                  const hdf5::Shape& shape, std::span<const Sums> sums, Value value) {
   std::vector<double> values;
+  values.reserve(sums.size());
   for (const Sums& s : sums) values.push_back(static_cast<double>(value(s)));
   file.write<double>(path, shape, values);
   file.set_attribute(path, "unit", std::string(unit));
