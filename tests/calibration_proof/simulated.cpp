@@ -12,7 +12,7 @@
 
 #include "calibrate/calibration.h"
 #include "calibrate/campaign.h"
-#include "calibrate/model.h"
+#include "calibrate/small_samples.h"
 #include "experiments/version.h"
 #include "tests/calibrate/fake_experiment.h"
 
