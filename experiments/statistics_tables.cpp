@@ -151,6 +151,7 @@ template <class Sums, class Value>
 void write_field(hdf5::File& file, const std::string& path, const char* unit,
                  const hdf5::Shape& shape, std::span<const Sums> sums, Value value) {
   std::vector<double> values;
+  values.reserve(sums.size());
   for (const Sums& s : sums) values.push_back(static_cast<double>(value(s)));
   file.write<double>(path, shape, values);
   file.set_attribute(path, "unit", std::string(unit));
@@ -225,6 +226,7 @@ void create_statistics(hdf5::File& file, const Case& c) {
     write_mesh(file, shape_path(k, ""), options.surfaces[k]);
   if (options.energies.count() == 0) return;
   std::vector<double> lower;
+  lower.reserve(static_cast<std::size_t>(options.energies.count()));
   for (int k = 0; k < options.energies.count(); ++k)
     lower.push_back(options.energies.lower_bound(k));
   file.write<double>("/statistics/energies/lower_bound", {lower.size()}, lower);

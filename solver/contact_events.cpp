@@ -125,7 +125,7 @@ class ContactReader {
 
   // A place in the axes of a body's mesh.
   Vec3 on_body(int body, const Vec3& place) const {
-    const Vec3 local = s_.orientation[body].conjugate() * (place - s_.motion[body].position);
+    Vec3 local = s_.orientation[body].conjugate() * (place - s_.motion[body].position);
     if (body >= particles_) return local;
     const Shape& shape = model_.shapes[model_.particles[body].shape];
     return shape.centroid + shape.shape_from_body * local;
