@@ -226,6 +226,7 @@ void create_statistics(hdf5::File& file, const Case& c) {
     write_mesh(file, shape_path(k, ""), options.surfaces[k]);
   if (options.energies.count() == 0) return;
   std::vector<double> lower;
+  lower.reserve(static_cast<std::size_t>(options.energies.count()));
   for (int k = 0; k < options.energies.count(); ++k)
     lower.push_back(options.energies.lower_bound(k));
   file.write<double>("/statistics/energies/lower_bound", {lower.size()}, lower);
