@@ -100,35 +100,5 @@ stop = "0.6 s"
   EXPECT_LT(solver.health().largest_overlap, 1e-3);
 }
 
-TEST(IcemakerLong, AugerCarriesCubesDownTheChuteIntoTheContainer) {
-  // Two layers of cubes over the auger, along x.
-  const Case c = icemaker(R"(
-[[particles]]
-shape = "cube"
-grid = [3, 4, 2]
-spacing = "70 24 22 mm"
-position = "-60 -36 112 mm"
-[[boundaries]]
-name = "auger"
-[[boundaries.motions]]
-kind = "rotation"
-axis = [1, 0, 0]
-center = "0 0 50 mm"
-angular_velocity = "-4 rad/s"
-start = "0.5 s"
-)");
-  Solver solver = started(c);
-  run_until(solver, 0.5 + 4 * 1.5708);  // four turns
-  int arrived = 0;
-  for (const Vec3& p : solver.particles().position) {
-    const bool in_container =
-        std::hypot(p.x() - 212e-3, p.y()) < 66e-3 && p.z() > -0.25 && p.z() < -0.13;
-    const bool in_bucket_or_chute = p.z() > -0.13 && std::abs(p.y()) < 75e-3 && p.x() < 270e-3;
-    EXPECT_TRUE(in_container || in_bucket_or_chute) << p.transpose();
-    arrived += in_container;
-  }
-  EXPECT_GE(arrived, 8);  // several a turn
-}
-
 }  // namespace
 }  // namespace firn
