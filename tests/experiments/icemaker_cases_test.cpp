@@ -66,8 +66,11 @@ TEST_F(IcemakerCases, PlatensReachABreakingForceAtTheirSpeed) {
                                {"motion_frames.upper.motions.0.velocity", "0 0 -50 mm/s"}});
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   EXPECT_EQ(Recording(file_).stages().at(0).ended_by, "force");
-  EXPECT_NEAR(value(summary, "peak_normal_force"), 1227.7, 15);
-  EXPECT_NEAR(value(summary, "largest_opposed_load"), value(summary, "peak_normal_force"), 15);
+  // Most of it, or all, by one patch a side; and by both sides.
+  EXPECT_GT(value(summary, "peak_normal_force"), 0.9 * 1227.7);
+  EXPECT_LT(value(summary, "peak_normal_force"), 1.02 * 1227.7);
+  EXPECT_NEAR(value(summary, "largest_opposed_load"), value(summary, "peak_normal_force"),
+              0.05 * 1227.7);
 }
 
 // A cube falls 0.25 m into the container: v sqrt(m K) would be its force on a rigid plane.
