@@ -1,6 +1,7 @@
 #include "experiments/statistics_responses.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/statistics_tables.h"
 
@@ -35,14 +36,18 @@ void add_contacts(const Recording& recording, std::vector<Response>& out) {
 }
 
 void add_opposed(const Recording& recording, std::vector<Response>& out) {
+  // Who never came has borne nothing.
+  const std::vector<double> inserted = recording.insert_time();
+  const std::vector<OpposedLoad> all = opposed_loads(recording);
   std::vector<double> loads;
-  for (const OpposedLoad& load : opposed_loads(recording)) loads.push_back(load.load);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (std::isfinite(inserted[i])) loads.push_back(all[i].load);
   if (loads.empty()) return;
   add(out, "largest_opposed_load", *std::ranges::max_element(loads), "N",
       "largest load from two sides on any particle over every step");
   std::ranges::sort(loads);
   add(out, "opposed_load_median", loads[(loads.size() - 1) / 2], "N",
-      "median over the particles of the largest load from two sides on each");
+      "median over the particles that came of the largest load from two sides on each");
 }
 
 void add_triangles(const Recording& recording, std::vector<Response>& out) {
