@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/checkpoint.h"
 #include "experiments/statistics_tables.h"
 #include "experiments/version.h"
 
@@ -144,7 +145,6 @@ std::vector<double> result_row(const Solver& solver, double interval) {
 void write_header(hdf5::File& file, const Case& c) {
   const Model& model = c.model;
   file.set_attribute("/", "case", c.resolved);
-  file.set_attribute("/", "firn_version", std::string(firn_version()));
   file.set_attribute("/", "git_commit", std::string(firn_git_commit()));
   file.set_attribute("/", "seed", c.seed);
   file.set_attribute("/", "timestep", model.timestep);
@@ -177,14 +177,19 @@ void write_header(hdf5::File& file, const Case& c) {
   std::vector<std::string> gates, outlets;
   for (const Gate& gate : c.gates) gates.push_back(gate.name);
   for (const Outlet& outlet : c.outlets) outlets.push_back(outlet.name);
-  file.write_strings("/gates/name", gates);
+  if (!gates.empty()) file.write_strings("/gates/name", gates);
   file.write_strings("/outlets/name", outlets);
   write_particles(file, std::vector<double>(id.size(), 0), Passages(c));
   file.set_attribute("/particles/peak_normal_force", "unit", std::string("N"));
-  for (const char* time : {"exit_time", "door_time", "insert_time", "gate_time"})
+  for (const char* time : {"exit_time", "door_time", "insert_time"})
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
+  if (!gates.empty()) file.set_attribute("/particles/gate_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
   create_statistics(file, c);
+  make_room_for_checkpoints(file);
+  // Readers go by this attribute: everything else is there before it.
+  file.flush();
+  file.set_attribute("/", "firn_version", std::string(firn_version()));
 }
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
@@ -197,6 +202,7 @@ void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_fo
   file.write<int>("/particles/outlet", all, passages.outlet);
   file.write<int>("/particles/batch", all, passages.batch);
   file.write<int>("/particles/tag", all, passages.tag);
+  if (passages.gate_time.empty()) return;
   std::vector<double> gates;
   for (const std::vector<double>& times : passages.gate_time)
     gates.insert(gates.end(), times.begin(), times.end());

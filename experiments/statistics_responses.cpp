@@ -36,9 +36,10 @@ void add_contacts(const Recording& recording, std::vector<Response>& out) {
 }
 
 void add_opposed(const Recording& recording, std::vector<Response>& out) {
+  const std::vector<OpposedLoad> all = opposed_loads(recording);
+  if (all.empty()) return;
   // Who never came has borne nothing.
   const std::vector<double> inserted = recording.insert_time();
-  const std::vector<OpposedLoad> all = opposed_loads(recording);
   std::vector<double> loads;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (std::isfinite(inserted[i])) loads.push_back(all[i].load);
