@@ -75,10 +75,6 @@ void copy_whole(const std::string& from, const std::string& to, const std::strin
 
 }  // namespace
 
-void make_room_for_checkpoints(hdf5::File& file) {
-  for (const char* slot : kSlots) file.write_bytes(slot, std::vector<std::byte>(1));
-}
-
 void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint) {
   const std::vector<std::byte> bytes = sealed(checkpoint);
   file.flush();

@@ -19,10 +19,6 @@ struct Checkpoint {
   std::vector<std::byte> payload;
 };
 
-// Two slots without a checkpoint. HDF5 may crash over a group that another process adds while it
-// reads, so they are there before anybody takes the file for a results file.
-void make_room_for_checkpoints(hdf5::File& file);
-
 // Overwrites the slot of the older checkpoint and flushes the file before and after: a kill at any
 // moment leaves the other slot whole, and no slot runs ahead of the frames.
 void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "experiments/checkpoint.h"
 #include "experiments/statistics_tables.h"
 #include "experiments/version.h"
 
@@ -186,7 +185,6 @@ void write_header(hdf5::File& file, const Case& c) {
   if (!gates.empty()) file.set_attribute("/particles/gate_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
   create_statistics(file, c);
-  make_room_for_checkpoints(file);
   // Readers go by this attribute: everything else is there before it.
   file.flush();
   file.set_attribute("/", "firn_version", std::string(firn_version()));
