@@ -2,13 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 
-#include "experiments/run.h"
+#include "tests/experiments/results_folder.h"
 
 namespace firn {
 namespace {
@@ -82,13 +80,10 @@ cfc = "600 Hz"
 frames_every = "0.1 ms"
 )";
 
-TEST(Accelerometer, ReadsTheSpringsAcceleration) {
-  const auto file = std::filesystem::temp_directory_path() /
-                    ("firn-accelerometer-" + std::to_string(::getpid()) + ".h5");
-  RunOptions options;
-  options.results_file = file.string();
-  const RunSummary summary = run(read_case_text(kSpring, "spring.toml", "."), options);
-  std::filesystem::remove(file);
+using Accelerometer = ResultsFolder;
+
+TEST_F(Accelerometer, ReadsTheSpringsAcceleration) {
+  const RunSummary summary = run(read_case_text(kSpring, "spring.toml", "."), options("run.h5"));
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   const auto value = [&](const std::string& name) {
     for (const Response& r : summary.responses)
@@ -101,7 +96,7 @@ TEST(Accelerometer, ReadsTheSpringsAcceleration) {
   EXPECT_EQ(value("cup_contact_force_peak"), 0);
 }
 
-TEST(Accelerometer, NeedsFramesAndAPartThatMoves) {
+TEST_F(Accelerometer, NeedsFramesAndAPartThatMoves) {
   const auto complaint = [](const Override& set) -> std::string {
     try {
       read_case_text(kSpring, "spring.toml", ".", {set});

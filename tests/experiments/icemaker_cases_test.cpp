@@ -1,19 +1,16 @@
 // The icemaker's cases as they are shipped.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "experiments/driver.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
+#include "tests/experiments/results_folder.h"
 
 namespace firn {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string shipped(const std::string& name) {
   return std::string(FIRN_SOURCE_DIR) + "/experiments/icemaker/" + name + ".toml";
@@ -25,21 +22,12 @@ double value(const RunSummary& summary, const std::string& name) {
   return std::nan("");
 }
 
-class IcemakerCases : public testing::Test {
+class IcemakerCases : public ResultsFolder {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    file_ = (fs::temp_directory_path() /
-             ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()) + ".h5"))
-                .string();
-  }
-  void TearDown() override { fs::remove(file_); }
   RunSummary run_case(const std::string& name, const std::vector<Override>& overrides = {}) {
-    RunOptions options;
-    options.results_file = file_;
-    return run(read_case(shipped(name), overrides), options);
+    return run(read_case(shipped(name), overrides), options("run.h5"));
   }
-  std::string file_;
+  std::vector<StageRecord> stages() const { return Recording(path("run.h5")).stages(); }
 };
 using IcemakerCasesLong = IcemakerCases;
 
@@ -65,7 +53,7 @@ TEST_F(IcemakerCases, PlatensReachABreakingForceAtTheirSpeed) {
       run_case("platen_test", {{"materials.ice.young_modulus", "0.1 GPa"},
                                {"motion_frames.upper.motions.0.velocity", "0 0 -50 mm/s"}});
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
-  EXPECT_EQ(Recording(file_).stages().at(0).ended_by, "force");
+  EXPECT_EQ(stages().at(0).ended_by, "force");
   // Most of it, or all, by one patch a side; and by both sides.
   EXPECT_GT(value(summary, "peak_normal_force"), 0.9 * 1227.7);
   EXPECT_LT(value(summary, "peak_normal_force"), 1.02 * 1227.7);
@@ -92,7 +80,7 @@ TEST_F(IcemakerCases, GlassIsHitByWhatFallsIntoIt) {
 TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
   const RunSummary summary = run_case("harvest");
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
-  EXPECT_EQ(Recording(file_).stages().at(0).ended_by, "switch \"full\"");
+  EXPECT_EQ(stages().at(0).ended_by, "switch \"full\"");
   EXPECT_GE(value(summary, "mold_batches"), 8);
   EXPECT_LE(value(summary, "mold_batches"), 24);
   EXPECT_EQ(value(summary, "lost_count"), 0);

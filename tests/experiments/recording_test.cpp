@@ -17,6 +17,7 @@
 #include "experiments/checkpoint.h"
 #include "experiments/recorder.h"
 #include "experiments/results_layout.h"
+#include "tests/experiments/results_folder.h"
 
 namespace firn {
 namespace {
@@ -25,19 +26,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-class ResultsFile : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-
-  fs::path directory_;
-};
+using ResultsFile = ResultsFolder;
 
 Case case_of(int particles) {
   Case c;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -13,26 +12,16 @@
 #include "experiments/checkpoint.h"
 #include "experiments/hdf5_file.h"
 #include "experiments/recording.h"
+#include "tests/experiments/results_folder.h"
 #include "tests/experiments/tray.h"
 
 namespace firn {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class ReplayTest : public testing::Test {
+class ReplayTest : public ResultsFolder {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("firn-replay-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-
   // Runs the case and keeps the hash of every step.
   std::string run_and_note(const Case& c, const std::string& name) {
     RunOptions options;
@@ -61,7 +50,6 @@ class ReplayTest : public testing::Test {
     return replayed;
   }
 
-  fs::path directory_;
   std::map<std::uint64_t, std::uint64_t> hashes_;
   std::uint64_t last_step_ = 0;
 };

@@ -16,6 +16,7 @@
 #include "experiments/hdf5_file.h"
 #include "experiments/recorder.h"
 #include "experiments/recording.h"
+#include "tests/experiments/results_folder.h"
 #include "tests/experiments/tray.h"
 
 namespace firn {
@@ -24,23 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class RunTest : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-  RunOptions options(const std::string& name) const {
-    RunOptions options;
-    options.results_file = (directory_ / name).string();
-    return options;
-  }
-
-  fs::path directory_;
-};
+using RunTest = ResultsFolder;
 
 void expect_equal_datasets(const std::string& a, const std::string& b) {
   const hdf5::File first = hdf5::File::open(a, hdf5::File::Access::read);

@@ -1,7 +1,6 @@
 // The scene language: frames, sources, switches, gates, tags, events, files that include others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include "experiments/hdf5_file.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
+#include "tests/experiments/results_folder.h"
 
 namespace firn {
 namespace {
@@ -154,26 +154,12 @@ max_duration = "1 s"
 remove = ["floor"]
 )";
 
-class SceneTest : public testing::Test {
+class SceneTest : public ResultsFolder {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-  RunOptions options(const std::string& name) const {
-    RunOptions options;
-    options.results_file = (directory_ / name).string();
-    return options;
-  }
   void write(const std::string& name, const std::string& text) const {
     fs::create_directories((directory_ / name).parent_path());
     std::ofstream(directory_ / name) << text;
   }
-
-  fs::path directory_;
 };
 
 Case read(const std::string& text, const std::vector<Override>& overrides = {}) {

@@ -2,12 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "tests/experiments/results_folder.h"
 #include "tests/experiments/tray.h"
 
 namespace firn {
@@ -16,17 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class StateTrace : public testing::Test {
+class StateTrace : public ResultsFolder {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("firn-trace-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-
   // Two cubes above a floor for 60 steps. `speed`: m/s of the second one; at `disturbed` the loads
   // on the floor are forgotten.
   std::string trace(const std::string& name, TraceOptions options, double speed = -0.5,
@@ -47,8 +38,6 @@ class StateTrace : public testing::Test {
     writer.close();
     return options.file;
   }
-
-  fs::path directory_;
 };
 
 TEST_F(StateTrace, EqualRunsAreEqual) {

@@ -1,7 +1,6 @@
 // Statistics of contacts in cases and results files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "experiments/export.h"
 #include "experiments/run.h"
 #include "experiments/statistics_tables.h"
+#include "tests/experiments/results_folder.h"
 #include "tests/experiments/tray.h"
 
 namespace firn {
@@ -98,15 +98,8 @@ TEST(StatisticsCase, RefusesWhatMakesNoSense) {
   }
 }
 
-class StatisticsFile : public testing::Test {
+class StatisticsFile : public ResultsFolder {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::temp_directory_path() /
-                 ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
   Recording recorded(const Case& c) {
     RunOptions options;
     options.results_file = (directory_ / "run.h5").string();
@@ -114,8 +107,6 @@ class StatisticsFile : public testing::Test {
     EXPECT_EQ(summary.status, RunStatus::finished) << summary.reason;
     return Recording(options.results_file);
   }
-
-  fs::path directory_;
 };
 
 // What the file says of contacts is what boundaries and particles say of themselves.
