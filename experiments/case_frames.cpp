@@ -16,9 +16,6 @@ constexpr double kFastest = 20, kFastestTurn = 1000;  // m/s, rad/s
 constexpr std::size_t kRowsOfASeries = 20;
 constexpr double kGap = 20;
 
-constexpr Dimension kTorque{2, 1, -2, 0};
-constexpr Dimension kInertia{2, 1, 0, 0};
-constexpr Dimension kFrequency{0, 0, -1, 0};
 constexpr Dimension kDamping{0, 1, -1, 0};         // N s/m
 constexpr Dimension kTurnStiffness{2, 1, -2, -1};  // N m/rad
 constexpr Dimension kTurnDamping{2, 1, -1, -1};    // N m s/rad
@@ -41,10 +38,10 @@ const AxisUnits& units_of(bool turns) {
                                "0 N",
                                "0 N/m",
                                "0 N s/m"};
-  static const AxisUnits about{dimension::angle, dimension::angular_velocity,
-                               kTorque,          kTurnStiffness,
-                               kTurnDamping,     "0 rad",
-                               "0 N m",          "0 N m/rad",
+  static const AxisUnits about{dimension::angle,  dimension::angular_velocity,
+                               dimension::torque, kTurnStiffness,
+                               kTurnDamping,      "0 rad",
+                               "0 N m",           "0 N m/rad",
                                "0 N m s/rad"};
   return turns ? about : along;
 }
@@ -118,7 +115,7 @@ void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
   } else {
     m.course = Motion::Course::swing;
     m.amplitude = t.quantity("amplitude", units.way, Sign::positive);
-    m.frequency = t.quantity("frequency", kFrequency, Sign::positive);
+    m.frequency = t.quantity("frequency", dimension::frequency, Sign::positive);
     m.phase = t.quantity("phase", dimension::angle, Sign::any, "0 rad");
   }
 }
@@ -158,12 +155,6 @@ FreeBody read_free_body(const TomlTable& t) {
   return body;
 }
 
-bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above) {
-  for (; frame >= 0; frame = frames[static_cast<std::size_t>(frame)].parent)
-    if (frame == above) return true;
-  return false;
-}
-
 // All meshes that a frame carries, in world axes at t = 0.
 TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
   TriangleMesh all;
@@ -196,8 +187,9 @@ void complete(const TomlTable& t, const Model& model, int frame, FreeBody& body)
   body.mass = mass ? *mass : *density * solid.volume;
   body.center = t.has("center") ? t.vector("center", dimension::length) : solid.centroid;
   if (t.has("inertia")) {
-    const Vec3 about = t.vector("inertia", kInertia);
-    const Vec3 products = t.vector("inertia_products", kInertia, "0 0 0 kg m^2");
+    const Vec3 about = t.vector("inertia", dimension::moment_of_inertia);
+    const Vec3 products =
+        t.vector("inertia_products", dimension::moment_of_inertia, "0 0 0 kg m^2");
     body.inertia << about.x(), products.x(), products.y(), products.x(), about.y(), products.z(),
         products.y(), products.z(), about.z();
     if (about.minCoeff() < 0) t.fail("inertia", "has a component below zero");
@@ -213,13 +205,10 @@ std::vector<MotionFrame> read_motion_frames(const TomlTable& root) {
   for (const TomlTable& t : root.tables("motion_frames")) {
     t.allow({"name", "parent", "position", "motions", "free"});
     MotionFrame frame;
-    frame.name = t.string("name");
+    frame.name = fresh_name(t, frames);
     // The name becomes part of a path in results files.
     if (frame.name.empty() || frame.name == "." || frame.name.find('/') != std::string::npos)
       t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", frame.name));
-    if (std::ranges::count(frames, frame.name, &MotionFrame::name)) {
-      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", frame.name));
-    }
     frame.parent = optional_frame(t, "parent", frames);
     frame.origin = t.vector("position", dimension::length, "0 0 0 m");
     for (const TomlTable& motion : t.tables("motions"))
@@ -295,12 +284,6 @@ int frame_index(const TomlTable& t, std::string_view key, const std::vector<Moti
 int optional_frame(const TomlTable& t, std::string_view key,
                    const std::vector<MotionFrame>& frames) {
   return t.has(key) ? frame_index(t, key, frames) : -1;
-}
-
-bool is_carried_freely(const std::vector<MotionFrame>& frames, int frame) {
-  for (; frame >= 0; frame = frames[static_cast<std::size_t>(frame)].parent)
-    if (frames[static_cast<std::size_t>(frame)].free) return true;
-  return false;
 }
 
 }  // namespace firn

@@ -28,7 +28,4 @@ int frame_index(const TomlTable& table, std::string_view key,
 int optional_frame(const TomlTable& table, std::string_view key,
                    const std::vector<MotionFrame>& frames);
 
-// The frame is free, or hangs on a free one.
-bool is_carried_freely(const std::vector<MotionFrame>& frames, int frame);
-
 }  // namespace firn

@@ -26,4 +26,14 @@ int material_index(const TomlTable& table, std::string_view key,
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
 
+// `name` of a table, which none of the earlier ones has. Throws.
+template <class Named>
+std::string fresh_name(const TomlTable& table, const std::vector<Named>& earlier) {
+  const std::string name = table.string("name");
+  for (const Named& other : earlier)
+    if (other.name == name)
+      table.fail("name", '"' + name + "\" is taken already; expected another name");
+  return name;
+}
+
 }  // namespace firn

@@ -63,8 +63,7 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frames_ev
       free && m.axis < static_cast<int>(free->axes.size()) &&
       free->axes[static_cast<std::size_t>(m.axis)].kind == FreeAxis::Kind::translation;
   if (!moves) t.fail("axis", "is no translation of a free motion frame; expected one");
-  constexpr Dimension kFrequency{0, 0, -1, 0};
-  m.cfc = t.quantity("cfc", kFrequency, Sign::positive, "1000 Hz");
+  m.cfc = t.quantity("cfc", dimension::frequency, Sign::positive, "1000 Hz");
   if (!(frames_every * kSamplesPerClass * m.cfc <= 1 + 1e-9)) {
     t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
                               "apart; expected shorter output.frames_every",

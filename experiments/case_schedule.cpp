@@ -8,6 +8,7 @@
 
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
+#include "experiments/case_materials.h"
 #include "experiments/case_shapes.h"
 #include "experiments/placement.h"
 
@@ -200,10 +201,7 @@ std::vector<Outlet> read_outlets(const TomlTable& root) {
   for (const TomlTable& t : root.tables("outlets")) {
     t.allow({"name", "point", "normal"});
     Outlet outlet;
-    outlet.name = t.string("name");
-    if (std::ranges::count(outlets, outlet.name, &Outlet::name)) {
-      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", outlet.name));
-    }
+    outlet.name = fresh_name(t, outlets);
     outlet.point = t.vector("point", dimension::length);
     outlet.normal = t.direction("normal");
     outlets.push_back(outlet);
@@ -216,11 +214,9 @@ std::vector<Gate> read_gates(const TomlTable& root) {
   for (const TomlTable& t : root.tables("gates")) {
     t.allow({"name", "region_min", "region_max", "point", "normal"});
     Gate gate;
-    gate.name = t.string("name");
+    gate.name = fresh_name(t, gates);
     if (gate.name.empty() || gate.name.find('/') != std::string::npos)
       t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", gate.name));
-    if (std::ranges::count(gates, gate.name, &Gate::name))
-      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", gate.name));
     gate.is_box = t.has("region_min");
     if (gate.is_box == t.has("point"))
       t.fail("point", "expected either region_min and region_max, or point and normal");
@@ -256,9 +252,7 @@ std::vector<Switch> read_switches(const TomlTable& root, const std::vector<Motio
   for (const TomlTable& t : root.tables("switches")) {
     t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold"});
     Switch s;
-    s.name = t.string("name");
-    if (std::ranges::count(switches, s.name, &Switch::name))
-      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", s.name));
+    s.name = fresh_name(t, switches);
     s.frame = frame_index(t, "motion_frame", frames);
     s.axis = t.integer("axis", 0, 0);
     const std::optional<FreeBody>& free = frames[static_cast<std::size_t>(s.frame)].free;

@@ -16,8 +16,6 @@ namespace {
 
 using Until = Stage::Until;
 
-constexpr Dimension kTorque{2, 1, -2, 0};
-
 struct Word {
   std::string_view word;
   Until until;
@@ -99,7 +97,7 @@ void read_force(const TomlTable& t, const Case& c, Stage& stage) {
 
 void read_torque(const TomlTable& t, const Case& c, Stage& stage) {
   stage.torque_frame = frame_index(t, "torque_frame", c.model.frames);
-  stage.torque = t.quantity("torque", kTorque, Sign::positive);
+  stage.torque = t.quantity("torque", dimension::torque, Sign::positive);
   stage.torque_hold = t.quantity("torque_hold", dimension::time, Sign::positive, "0.1 s");
 }
 
@@ -113,7 +111,7 @@ Stage::StartedMotion read_started_motion(const TomlTable& t, const Case& c) {
     start.boundary = boundary_index(t, "boundary", t.string("boundary"), c.model.boundaries);
   } else {
     start.frame = frame_index(t, "motion_frame", frames);
-    if (is_carried_freely(frames, start.frame))
+    if (free_frame(frames, start.frame) >= 0)
       t.fail("motion_frame", fmt::format("\"{}\" is free, or hangs on a free one; expected drives",
                                          frames[static_cast<std::size_t>(start.frame)].name));
   }

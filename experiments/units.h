@@ -32,6 +32,9 @@ inline constexpr Dimension force{1, 1, -2, 0};
 inline constexpr Dimension stiffness{0, 1, -2, 0};
 inline constexpr Dimension pressure{-1, 1, -2, 0};
 inline constexpr Dimension energy{2, 1, -2, 0};
+inline constexpr Dimension torque = energy;
+inline constexpr Dimension frequency{0, 0, -1, 0};
+inline constexpr Dimension moment_of_inertia{2, 1, 0, 0};
 }  // namespace dimension
 
 struct Unit {

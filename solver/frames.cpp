@@ -46,16 +46,9 @@ Vec3 origin_of(const Model& model, int frame) {
   return frame < 0 ? Vec3(Vec3::Zero()) : model.frames[static_cast<std::size_t>(frame)].origin;
 }
 
-bool hangs_on(const Model& model, int frame, int above) {
-  for (; frame >= 0; frame = model.frames[static_cast<std::size_t>(frame)].parent)
-    if (frame == above) return true;
-  return false;
-}
-
-FreeBodyScene scene_of(const Model& model, const State& s, std::size_t f) {
+FreeBodyScene scene_of(const Model& model, const State& s, std::size_t f, const BodyLoad& load) {
   const MotionFrame& frame = model.frames[f];
   const FrameMotion& motion = s.frames[f];
-  const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
   FreeBodyScene scene;
   scene.rotation = RotationMap(motion.rotation);
   scene.force = load.force;
@@ -76,7 +69,7 @@ FreeBodyMotion coordinates(FrameMotion& m) {
   return {m.coordinate, m.rate, m.drive_impulse, m.stop_impulse};
 }
 
-void kick(const Model& model, State& s, std::size_t f, bool first_half) {
+void kick(const Model& model, State& s, std::size_t f, const BodyLoad& load, bool first_half) {
   const MotionFrame& frame = model.frames[f];
   std::vector<const Drive*> drives[kMostAxes];
   for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
@@ -87,7 +80,7 @@ void kick(const Model& model, State& s, std::size_t f, bool first_half) {
     }
   }
   FrameMotion& motion = s.frames[f];
-  const FreeBodyScene scene = scene_of(model, s, f);
+  const FreeBodyScene scene = scene_of(model, s, f, load);
   const bool driven = kick_free_body(*frame.free, frame.origin, drives, scene, s.time,
                                      0.5 * model.timestep, first_half, coordinates(motion));
   motion.driven = driven ? 1 : 0;
@@ -132,7 +125,7 @@ void advance_frame(const Model& model, State& s, std::size_t f) {
   const Vec3 parent_origin = origin_of(model, frame.parent);
   Place place{s.frame_position[f], s.frame_orientation[f]};
   if (frame.free) {
-    kick(model, s, f, true);
+    kick(model, s, f, load_on_frame(model, s, static_cast<int>(f)), true);
     place = moved(*frame.free, frame.origin - parent_origin, axes, dt, motion, place.orientation);
   } else {
     apply_all(frame.motions, model.boundaries.size() + f, parent_origin, s, dt, place);
@@ -188,7 +181,7 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
   BodyLoad sum;
   const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
-    if (!hangs_on(model, model.boundaries[b].frame, frame)) continue;
+    if (!hangs_on(model.frames, model.boundaries[b].frame, frame)) continue;
     const BodyLoad& load = s.boundary_load[b];
     const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
     sum.force += load.force;
@@ -199,8 +192,8 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
 
 void finish_frames(const Model& model, State& s) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
-    if (model.frames[f].free) kick(model, s, f, false);
     const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+    if (model.frames[f].free) kick(model, s, f, load, false);
     s.frames[f].impulse += load.force * model.timestep;
     s.frames[f].angular_impulse += load.torque * model.timestep;
   }

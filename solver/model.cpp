@@ -63,19 +63,17 @@ std::vector<char> used_shapes(const Model& model) {
 
 // How easily a boundary on a free body gives way where it is lightest, 1/kg; 0: it does not.
 double greatest_mobility(const Model& model, const Boundary& b) {
-  for (int f = b.frame; f >= 0; f = model.frames[static_cast<std::size_t>(f)].parent) {
-    const MotionFrame& frame = model.frames[static_cast<std::size_t>(f)];
-    if (!frame.free) continue;
-    double least = kForever;
-    const auto meet = [&](const Vec3& at) {
-      const Vec3 arm = b.origin + b.orientation * at - frame.origin;
-      least = std::min(least, least_apparent_mass(*frame.free, frame.origin, arm));
-    };
-    for (const Vec3& v : b.mesh.vertices) meet(v);
-    if (b.mesh.vertices.empty()) meet(Vec3::Zero());
-    return 1 / least;
-  }
-  return 0;
+  const int free = free_frame(model.frames, b.frame);
+  if (free < 0) return 0;
+  const MotionFrame& frame = model.frames[static_cast<std::size_t>(free)];
+  double least = kForever;
+  const auto meet = [&](const Vec3& at) {
+    const Vec3 arm = b.origin + b.orientation * at - frame.origin;
+    least = std::min(least, least_apparent_mass(*frame.free, frame.origin, arm));
+  };
+  for (const Vec3& v : b.mesh.vertices) meet(v);
+  if (b.mesh.vertices.empty()) meet(Vec3::Zero());
+  return 1 / least;
 }
 
 void check_free_body(const MotionFrame& frame) {
@@ -105,14 +103,12 @@ void check_frames(const Model& model) {
     if (frame.parent >= static_cast<int>(f))
       throw InputError("motion_frames." + frame.name + ": hangs on a later one");
     if (frame.free) check_free_body(frame);
-    for (int p = frame.parent; p >= 0; p = model.frames[static_cast<std::size_t>(p)].parent) {
-      const MotionFrame& above = model.frames[static_cast<std::size_t>(p)];
-      if (above.free && (frame.free || !frame.motions.empty()))
-        throw InputError(fmt::format(
-            "motion_frames.{}: moves on its own on the free frame \"{}\"; expected it to be fixed "
-            "there",
-            frame.name, above.name));
-    }
+    const int above = free_frame(model.frames, frame.parent);
+    if (above >= 0 && (frame.free || !frame.motions.empty()))
+      throw InputError(
+          fmt::format("motion_frames.{}: moves on its own on the free frame \"{}\"; expected it to "
+                      "be fixed there",
+                      frame.name, model.frames[static_cast<std::size_t>(above)].name));
   }
 }
 

@@ -53,6 +53,17 @@ bool Schedule::acts(double t) const {
   return t >= begin && t < begin + (stop - start) && t < end;
 }
 
+bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above) {
+  while (frame >= 0 && frame != above) frame = frames[static_cast<std::size_t>(frame)].parent;
+  return frame >= 0;
+}
+
+int free_frame(const std::vector<MotionFrame>& frames, int frame) {
+  while (frame >= 0 && !frames[static_cast<std::size_t>(frame)].free)
+    frame = frames[static_cast<std::size_t>(frame)].parent;
+  return frame;
+}
+
 double Motion::way(double t, double dt) const {
   const double k = periods_before(*this, t);
   double covered = way_in_period(*this, start + k * period, t, dt);

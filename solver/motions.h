@@ -89,4 +89,9 @@ struct MotionFrame {
   std::optional<FreeBody> free;
 };
 
+// Frame `frame` is `above`, or hangs on it; -1 (the world) hangs on nothing.
+bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above);
+// The free frame that it is, or hangs on; -1: none.
+int free_frame(const std::vector<MotionFrame>& frames, int frame);
+
 }  // namespace firn
