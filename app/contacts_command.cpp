@@ -51,10 +51,6 @@ struct Source {
   std::uint64_t last_step = 0;      // that can be asked for
 };
 
-std::uint64_t step_of(const Case& c, double time) {
-  return static_cast<std::uint64_t>(std::llround(time / c.model.timestep));
-}
-
 Source open_source(const Arguments& a) {
   Source s;
   s.recorded = fs::path(a.file).extension() != ".toml";
@@ -62,7 +58,7 @@ Source open_source(const Arguments& a) {
     std::vector<Override> overrides;
     for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
     s.c = read_case(a.file, overrides);
-    s.last_step = step_of(s.c, s.c.duration);
+    s.last_step = to_steps(s.c, s.c.duration);
     s.latest = fmt::format("the case's latest end, {:.6g} s", s.c.duration);
     return s;
   }
@@ -72,11 +68,11 @@ Source open_source(const Arguments& a) {
   s.c = recording.read_case();
   const std::vector<double> times = recording.frame_times();
   if (times.empty()) throw InputError(a.file + ": holds no frame; expected a run that has begun");
-  s.last_frame = s.last_step = step_of(s.c, times.back());
+  s.last_frame = s.last_step = to_steps(s.c, times.back());
   s.latest = fmt::format("the end of the run, {:.6g} s", times.back());
   if (recording.status() != "finished") {
     // Nobody knows how far beyond its last frame it came.
-    s.last_step = step_of(s.c, s.c.duration);
+    s.last_step = to_steps(s.c, s.c.duration);
     s.latest = fmt::format("the case's latest end, {:.6g} s", s.c.duration);
     spdlog::info("{}: status of the run: {}", a.file, recording.status());
   }
@@ -94,7 +90,7 @@ std::uint64_t asked_step(const Source& source, const std::string& option, const 
   if (time < 0 || time > last * (1 + 1e-9) + 0.5 * source.c.model.timestep)
     throw InputError(
         fmt::format("{} {}: is outside the run; expected 0 s ... {}", option, text, source.latest));
-  return std::min(step_of(source.c, time), source.last_step);
+  return std::min(to_steps(source.c, time), source.last_step);
 }
 
 std::uint64_t instant_step(const Arguments& a, const Source& source) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -237,6 +238,10 @@ Override parse_override(const std::string& text) {
                     text));
   }
   return result;
+}
+
+std::uint64_t to_steps(const Case& c, double seconds) {
+  return static_cast<std::uint64_t>(std::max(0LL, std::llround(seconds / c.model.timestep)));
 }
 
 std::string case_hash(const Case& c) { return sha256(c.resolved); }

@@ -222,6 +222,9 @@ Case read_case_text(const std::string& text, const std::string& source,
 // Parses "KEY=VALUE" of --set. Throws InputError.
 Override parse_override(const std::string& text);
 
+// The number of time steps nearest to a time, s; 0 for one before the start.
+std::uint64_t to_steps(const Case& c, double seconds);
+
 // SHA-256 of the resolved text in hexadecimal: equal for equal cases, seed and mesh files included.
 std::string case_hash(const Case& c);
 

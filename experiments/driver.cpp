@@ -93,12 +93,12 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onl
       stages_(stages_of(c)),
       traffic_(c),
       watch_(c) {
-  last_step_ = to_steps(c.duration);
+  last_step_ = to_steps(case_, c.duration);
   // Without an interval, the first and the last frame alone.
-  frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(c.frames_every))
+  frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(case_, c.frames_every))
                                     : std::max<std::uint64_t>(1, last_step_);
   if (recorder_ && c.states_every > 0)
-    kept_steps_ = std::max<std::uint64_t>(1, to_steps(c.states_every));
+    kept_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.states_every));
 }
 
 std::vector<std::byte> Driver::pack() const {
@@ -354,10 +354,6 @@ void Driver::conclude(const std::string& status) {
     if (status == to_string(RunStatus::finished)) remove_checkpoints(file);
   });
   recorder_->close();
-}
-
-std::uint64_t Driver::to_steps(double seconds) const {
-  return static_cast<std::uint64_t>(std::max(0LL, std::llround(seconds / case_.model.timestep)));
 }
 
 }  // namespace firn

@@ -79,7 +79,6 @@ class Driver {
   std::vector<std::byte> pack() const;
   void unpack(const std::vector<std::byte>& payload);
 
-  std::uint64_t to_steps(double seconds) const;
   double now() const { return solver_.time(); }
 
   const Case& case_;

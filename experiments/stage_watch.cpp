@@ -47,10 +47,6 @@ StageWatch::StageWatch(const Case& c) : case_(c) {
   state.closed.assign(c.switches.size(), 0);
 }
 
-std::uint64_t StageWatch::to_steps(double seconds) const {
-  return static_cast<std::uint64_t>(std::max(0LL, std::llround(seconds / case_.model.timestep)));
-}
-
 void StageWatch::enter_stage() {
   state.rest_since = state.force_since = state.torque_since = state.driven_since = -1;
   state.empty = state.passed = state.stalled = 0;
@@ -70,7 +66,7 @@ void StageWatch::look_at_switches(const Solver& solver) {
     }
     keep_since(coordinate >= s.closes_at && !frame.driven, solver, state.above_since[i]);
     const std::int64_t since = state.above_since[i];
-    if (since < 0 || solver.steps() < static_cast<std::uint64_t>(since) + to_steps(s.hold))
+    if (since < 0 || solver.steps() < static_cast<std::uint64_t>(since) + to_steps(case_, s.hold))
       continue;
     state.closed[i] = 1;
     state.above_since[i] = -1;
@@ -94,7 +90,7 @@ void StageWatch::look_at_drive(const Stage& stage, const Solver& solver,
       solver.frames()[index(stage.stall_frame)].axes[index(stage.stall_axis)].coordinate;
   const auto step = static_cast<std::int64_t>(solver.steps());
   if (state.driven_since >= 0) {
-    const auto hold = static_cast<std::int64_t>(to_steps(stage.stall_hold));
+    const auto hold = static_cast<std::int64_t>(to_steps(case_, stage.stall_hold));
     if (step < state.driven_since + hold) return;
     state.stalled = std::abs(coordinate - state.driven_from) < kStalled * wanted * stage.stall_hold;
   }
@@ -145,15 +141,15 @@ void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& t
 std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver& solver,
                                                 const Traffic::Now& now) const {
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
-  if (step >= to_steps(case_.duration)) return "end of the case";
-  if (stage.max_duration > 0 && in_stage >= to_steps(stage.max_duration)) {
+  if (step >= to_steps(case_, case_.duration)) return "end of the case";
+  if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
     const bool by_time = stage.until.empty() || stage.ends_on(Until::time);
     return by_time ? "time" : "time limit";
   }
-  if (in_stage < to_steps(stage.min_duration)) return std::nullopt;
+  if (in_stage < to_steps(case_, stage.min_duration)) return std::nullopt;
   const auto held = [&](Until event, std::int64_t since, double hold) {
     return stage.ends_on(event) && since >= 0 &&
-           step >= static_cast<std::uint64_t>(since) + to_steps(hold);
+           step >= static_cast<std::uint64_t>(since) + to_steps(case_, hold);
   };
   if (held(Until::at_rest, state.rest_since, stage.rest_hold)) return "at rest";
   if (state.stalled)
@@ -169,10 +165,7 @@ std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver
 
 std::string describe_jam(const Case& c, const Solver& solver, int frame) {
   const auto carried = [&](int boundary) {
-    for (int f = c.model.boundaries[index(boundary)].frame; f >= 0;
-         f = c.model.frames[index(f)].parent)
-      if (f == frame) return true;
-    return false;
+    return hangs_on(c.model.frames, c.model.boundaries[index(boundary)].frame, frame);
   };
   const int n = static_cast<int>(c.model.particles.size());
   const std::vector<Contact> contacts = solver.contacts();

@@ -42,7 +42,6 @@ class StageWatch {
   void look_at_switches(const Solver& solver);
   void look_at_drive(const Stage& stage, const Solver& solver, std::uint64_t stage_start);
   bool is_quiet(const Stage& stage, const Solver& solver) const;
-  std::uint64_t to_steps(double seconds) const;
 
   const Case& case_;
 };

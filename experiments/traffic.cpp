@@ -49,15 +49,11 @@ Traffic::Traffic(const Case& c) : case_(c) {
   state.passages = Passages(c);
 }
 
-std::uint64_t Traffic::to_steps(double seconds) const {
-  return static_cast<std::uint64_t>(std::max(0LL, std::llround(seconds / case_.model.timestep)));
-}
-
 std::uint64_t Traffic::due(double start, double interval, std::uint64_t batch,
                            const std::string& stage, const Now& now) const {
   if (!belongs(stage, now)) return kNotNow;
   const std::uint64_t from = stage.empty() ? 0 : now.stage_start;
-  return from + to_steps(start + static_cast<double>(batch) * interval);
+  return from + to_steps(case_, start + static_cast<double>(batch) * interval);
 }
 
 void Traffic::note_batch(int first, int count, std::uint64_t batch, int tag, double time) {

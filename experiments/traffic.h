@@ -49,7 +49,6 @@ class Traffic {
   double passed_mass(int gate, double from) const;
 
  private:
-  std::uint64_t to_steps(double seconds) const;
   std::uint64_t due(double start, double interval, std::uint64_t batch, const std::string& stage,
                     const Now& now) const;
   void note_batch(int first, int count, std::uint64_t batch, int tag, double time);
