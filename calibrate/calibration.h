@@ -7,7 +7,7 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/campaign.h"
-#include "calibrate/progress.h"
+#include "experiments/batch/progress.h"
 #include "calibrate/study_file.h"
 
 namespace firn {
@@ -16,7 +16,7 @@ namespace firn {
 // here remembers anything from one session to the next.
 class Calibration {
  public:
-  Calibration(const Study& study, Campaign& campaign, StudyProgress& progress)
+  Calibration(const Study& study, Campaign& campaign, BatchProgress& progress)
       : study_(study), campaign_(campaign), progress_(progress) {}
 
   Answer answer() {
@@ -57,7 +57,7 @@ class Calibration {
 
   const Study& study_;
   Campaign& campaign_;
-  StudyProgress& progress_;
+  BatchProgress& progress_;
   Answer a_;
   std::vector<Point> numerics_;
   Eigen::VectorXd best_;  // unit cube

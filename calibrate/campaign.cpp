@@ -8,16 +8,7 @@
 #include <limits>
 #include <map>
 
-#include "experiments/version.h"
-
 namespace firn {
-namespace {
-
-constexpr int most_crashes = 2;  // of its own doing: then that is its outcome
-constexpr int most_losses = 5;   // by no fault of its own: then something is wrong around it
-
-}  // namespace
-
 std::vector<double> Point::finished(const ResponseId& response) const {
   std::vector<double> values;
   if (response.experiment >= results.size()) return values;
@@ -73,15 +64,10 @@ Sample sample(const std::vector<double>& values) {
 }
 
 Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
-                   StudyProgress& progress, std::string folder, const std::atomic<bool>* interrupt)
+                   BatchProgress& progress, std::string folder, const std::atomic<bool>* interrupt)
     : study_(study),
-      executor_(executor),
-      journal_(journal),
-      store_(store),
-      progress_(progress),
-      folder_(std::move(folder)),
-      program_(firn_program()),
-      interrupt_(interrupt) {}
+      batch_(executor, journal, store, progress, interrupt),
+      folder_(std::move(folder)) {}
 
 Point Campaign::point(const std::string& phase, int number, const std::vector<double>& values,
                       const std::vector<std::uint64_t>& seeds) const {
@@ -114,111 +100,38 @@ std::string Campaign::describe(const Point& point) const {
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
-Job Campaign::job(const Point& point, const Experiment& experiment, std::uint64_t seed) const {
-  Job job;
-  job.overrides = overrides_of(study_, experiment, point.values, seed, point.set);
-  job.case_file = experiment.case_file;
-  job.text = executor_.resolve(job.case_file, job.overrides);
-  job.key = run_key(job.text, program_);
-  job.folder = folder_;
-  job.threads = study_.threads;
-  job.limits = study_.execution.limits;
-  return job;
+BatchRun Campaign::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {
+  const Experiment& experiment = study_.experiments[e];
+  BatchRun run = batch_.make(
+      experiment.case_file, overrides_of(study_, experiment, point.values, seed, point.set),
+      folder_, {experiment.name, point.phase, point.number, describe(point), seed});
+  run.job.threads = study_.threads;
+  run.job.limits = study_.execution.limits;
+  return run;
 }
 
 void Campaign::run(std::vector<Point>& points) {
-  std::vector<Job> jobs;
-  std::vector<PlannedRun> planned;
-  WantedRuns wanted;
+  std::vector<BatchRun> runs;
+  std::map<std::string, std::size_t> experiments;  // by key
   for (Point& p : points) {
     p.keys.assign(study_.experiments.size(), {});
     for (std::size_t e = 0; e < study_.experiments.size(); ++e) {
       if (p.only && *p.only != e) continue;
       for (const std::uint64_t seed : p.seeds) {
-        Job next = job(p, study_.experiments[e], seed);
-        p.keys[e].push_back(next.key);
-        asked_.insert(next.key);
-        const PlannedRun run{next.key,
-                             next.text,
-                             program_,
-                             {study_.experiments[e].name, p.phase, p.number, describe(p), seed}};
-        if (!wanted.emplace(next.key, Wanted{run, e}).second) continue;
-        planned.push_back(run);
-        jobs.push_back(std::move(next));
+        runs.push_back(batch_run(p, e, seed));
+        p.keys[e].push_back(runs.back().job.key);
+        asked_.insert(runs.back().job.key);
+        experiments.emplace(runs.back().job.key, e);
       }
     }
   }
-  journal_.plan(planned);
-  std::erase_if(jobs, [&](const Job& job) {
-    const Wanted& w = wanted.at(job.key);
-    const auto known = known_outcome(w.run);
-    if (!known) return false;
-    check_responses(w.experiment, *known);
-    progress_.found(w.run, *known);
-    return true;
+  batch_.run(runs, [&](const BatchRun& run, const JobResult& result) {
+    check_responses(experiments.at(run.job.key), result);
   });
-  run_jobs(std::move(jobs), wanted);
   for (Point& p : points) {
     p.results.assign(p.keys.size(), {});
     for (std::size_t e = 0; e < p.keys.size(); ++e)
-      for (const std::string& key : p.keys[e])
-        p.results[e].push_back(journal_.outcome(key).value());
-  }
-}
-
-// In the journal, or else in the store that studies share; what is found there goes to the journal,
-// so that a study stays whole without the store. A run that was cut short is known only as long as
-// it may take no more than it took.
-std::optional<JobResult> Campaign::known_outcome(const PlannedRun& run) {
-  const RunLimits& limits = study_.execution.limits;
-  const auto stands = [&](const std::optional<JobResult>& r) {
-    if (!r) return false;
-    const double now = r->status == JobStatus::timed_out ? limits.time : limits.memory;
-    return !cut_short(r->status) || (now > 0 && now <= r->limit);
-  };
-  auto known = journal_.outcome(run.key);
-  if (stands(known)) return known;
-  if (store_ == nullptr || !stands(known = store_->find(run.key))) return std::nullopt;
-  journal_.finish(run.key, *known);
-  return known;
-}
-
-void Campaign::run_jobs(std::vector<Job> jobs, const WantedRuns& wanted) {
-  std::map<std::string, int> crashes, losses;
-  std::map<std::string, double> reached;  // s simulated
-  while (!jobs.empty()) {
-    std::vector<Job> again;
-    JobEvents events;
-    events.started = [&](const Job& job) {
-      journal_.start(job.key);
-      progress_.started(wanted.at(job.key).run);
-    };
-    events.ended = [&](const Job& job, const JobResult& result) {
-      const auto& [run, experiment] = wanted.at(job.key);
-      const bool lost = result.status == JobStatus::lost;
-      // One that gets on between losses will get there.
-      if (lost && result.simulated > reached[job.key]) losses[job.key] = 0;
-      if (lost) reached[job.key] = result.simulated;
-      if (lost && ++losses[job.key] == most_losses)
-        throw RunError(fmt::format(
-            "run {}: {}, {} times in a row; everything finished is kept, and the same command goes "
-            "on from there",
-            job.key, result.reason, most_losses));
-      // A process that died may have done so for reasons that are not its own.
-      if (lost || (result.status == JobStatus::crashed && ++crashes[job.key] < most_crashes)) {
-        again.push_back(job);
-        return progress_.stopped(run, result);
-      }
-      if (result.status == JobStatus::interrupted) return progress_.stopped(run, result);
-      journal_.finish(job.key, result);
-      if (store_ != nullptr) store_->add(run, result);
-      progress_.ended(run, result);
-      check_responses(experiment, result);  // the first run tells, not the last
-    };
-    events.tick = [&] { progress_.tick(); };
-    executor_.run(jobs, events);
-    if (interrupt_ != nullptr && interrupt_->load()) throw StudyInterrupted{};
-    jobs = std::move(again);
+      for (const std::string& key : p.keys[e]) p.results[e].push_back(batch_.outcome(key));
   }
 }
 

@@ -11,11 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/executor.h"
-#include "calibrate/journal.h"
-#include "calibrate/progress.h"
-#include "calibrate/run_store.h"
 #include "calibrate/study_file.h"
+#include "experiments/batch/batch.h"
 
 namespace firn {
 
@@ -58,45 +55,30 @@ std::vector<Override> overrides_of(const Study& study, const Experiment& experim
                                    const std::vector<double>& values, std::uint64_t seed,
                                    const std::vector<Override>& of_the_point = {});
 
-// The user stopped the study; everything that was finished is in the journal.
-struct StudyInterrupted {};
-
 class Campaign {
  public:
   // `store`: outcomes of other studies are found there, and these go there; null: none.
   Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
-           StudyProgress& progress, std::string folder, const std::atomic<bool>* interrupt);
+           BatchProgress& progress, std::string folder, const std::atomic<bool>* interrupt);
 
   Point point(const std::string& phase, int number, const std::vector<double>& values,
               const std::vector<std::uint64_t>& seeds) const;
-  // Fills in the results. Throws StudyInterrupted, and InputError when the case does not take the
+  // Fills in the results. Throws BatchInterrupted, and InputError when the case does not take the
   // parameters or does not have the responses.
   void run(std::vector<Point>& points);
-  const std::string& program() const { return program_; }  // of the program that simulates
+  const std::string& program() const { return batch_.program(); }  // of the program that simulates
   // Whether the study asked for this run in this session. A journal may hold others: by another
   // program, or of points chosen when other runs were cut short.
   bool asked_for(const std::string& key) const { return asked_.contains(key); }
 
  private:
-  Job job(const Point& point, const Experiment& experiment, std::uint64_t seed) const;
+  BatchRun batch_run(const Point& point, std::size_t experiment, std::uint64_t seed) const;
   std::string describe(const Point& point) const;
-  struct Wanted {
-    PlannedRun run;
-    std::size_t experiment;
-  };
-  using WantedRuns = std::map<std::string, Wanted>;  // by key
-  std::optional<JobResult> known_outcome(const PlannedRun& run);
-  void run_jobs(std::vector<Job> jobs, const WantedRuns& wanted);
   void check_responses(std::size_t experiment, const JobResult& result) const;
 
   const Study& study_;
-  Executor& executor_;
-  Journal& journal_;
-  RunStore* store_;
-  StudyProgress& progress_;
+  Batch batch_;
   std::string folder_;
-  std::string program_;
-  const std::atomic<bool>* interrupt_;
   std::set<std::string> asked_;  // keys
 };
 

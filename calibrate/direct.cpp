@@ -25,7 +25,7 @@ double distance(const Study& study, const Point& point) {
 
 }  // namespace
 
-Answer direct_search(const Study& study, Campaign& campaign, StudyProgress& progress) {
+Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& progress) {
   Answer a;
   a.verdict = StudyVerdict::searched;
   std::vector<Point> compared;

@@ -4,7 +4,7 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/campaign.h"
-#include "calibrate/progress.h"
+#include "experiments/batch/progress.h"
 
 namespace firn {
 
@@ -12,6 +12,6 @@ namespace firn {
 // value the mean over the same budget.runs_per_point seeds, and confirms the best with fresh ones.
 // Every evaluation goes through the journal: a study that goes on replays the search and runs
 // nothing twice.
-Answer direct_search(const Study& study, Campaign& campaign, StudyProgress& progress);
+Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& progress);
 
 }  // namespace firn

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibrate/answer.h"
-#include "calibrate/executor.h"
+#include "experiments/batch/executor.h"
 #include "calibrate/material_label.h"
 
 namespace firn {

@@ -10,7 +10,7 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
-#include "calibrate/process.h"
+#include "experiments/batch/process.h"
 
 namespace firn {
 namespace {

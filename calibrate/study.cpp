@@ -1,62 +1,20 @@
 #include "calibrate/study.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <sys/file.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include "calibrate/answer.h"
 #include "calibrate/calibration.h"
 #include "calibrate/direct.h"
 #include "calibrate/material.h"
-#include "calibrate/slurm_executor.h"
+#include "experiments/batch/batch_folder.h"
 
 namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-
-// One process at a time works in a directory. Simulations inherit the lock, so that those which
-// outlive a killed study keep it until they have saved their state: these are waited for.
-class DirectoryLock {
- public:
-  explicit DirectoryLock(const std::string& directory) {
-    const std::string file = (fs::path(directory) / "lock").string();
-    descriptor_ = open(file.c_str(), O_RDWR | O_CREAT, 0644);
-    if (descriptor_ < 0)
-      throw InputError(fmt::format("{}: cannot be written; expected a directory of ours", file));
-    for (int tries = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++tries) {
-      pid_t owner = 0;
-      std::ifstream(file) >> owner;
-      if (tries == 300 || (tries == 10 && owner > 0 && kill(owner, 0) == 0)) {
-        close(descriptor_);
-        throw InputError(
-            fmt::format("{}: another calibration is at work here; expected it to end "
-                        "first, or another directory with -o",
-                        directory));
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    const std::string owner = fmt::format("{}\n", getpid());
-    if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) {
-      close(descriptor_);
-      throw RunError(fmt::format("{}: cannot be written: {}", file, std::strerror(errno)));
-    }
-  }
-  ~DirectoryLock() { close(descriptor_); }
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
-
- private:
-  int descriptor_ = -1;
-};
 
 void write_file(const fs::path& file, const std::string& text) {
   std::ofstream out(file);
@@ -139,30 +97,28 @@ int StudySummary::exit_status() const {
 
 namespace {
 
-std::unique_ptr<Executor> make_executor(const Study& study, const StudyOptions& options,
-                                        const std::string& directory, Journal& journal) {
-  if (options.executor == "local")
-    return local_executor({options.program, options.jobs, options.interrupt});
-  if (options.executor != "slurm")
-    throw InputError(
-        fmt::format("--executor: \"{}\" is not known; expected local or slurm", options.executor));
-  SlurmOptions slurm;
-  slurm.settings = study.execution.slurm;
-  slurm.program = options.program;
-  slurm.folder = (fs::absolute(directory) / "slurm").lexically_normal().string();
-  slurm.at_once = options.jobs;
-  slurm.interrupt = options.interrupt;
-  return slurm_executor(slurm, journal);
-}
-
-int side_by_side(const StudyOptions& options) {
-  if (options.jobs > 0 || options.executor != "local") return options.jobs;
-  return static_cast<int>(std::thread::hardware_concurrency());
-}
-
 ProgressStyle progress_style(const StudyOptions& options) {
   if (!options.show_progress) return ProgressStyle::none;
   return options.json_progress ? ProgressStyle::json : ProgressStyle::people;
+}
+
+BatchFolder open_folder(const Study& study, const StudyOptions& options,
+                        const std::string& directory) {
+  BatchFolderOptions o;
+  o.directory = directory;
+  o.identity = study_identity(study.text, study.source);
+  o.must_exist = options.resume;
+  o.executor = options.executor;
+  o.program = options.program;
+  o.jobs = options.jobs;
+  o.store = options.store;
+  o.slurm = study.execution.slurm;
+  o.progress = progress_style(options);
+  o.progress_name = "calibrate";
+  o.largest_total = study.largest_total();
+  o.interrupt = options.interrupt;
+  o.replace_executor = options.replace_executor;
+  return BatchFolder(o);
 }
 
 }  // namespace
@@ -174,23 +130,15 @@ StudySummary calibrate(const StudyOptions& options) {
   if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
   if (!options.save.name.empty()) require_material(study);
-  journal_file(directory, options.resume);  // the directory is there
-  const DirectoryLock lock(directory);      // before the journal, which a study at work may hold
-  Journal journal(directory, study_identity(study.text, study.source), options.resume);
-  std::optional<RunStore> store;
-  if (!options.store.empty()) store.emplace(options.store);
-  std::unique_ptr<Executor> own;
-  if (options.replace_executor == nullptr) own = make_executor(study, options, directory, journal);
-  Executor& executor = own ? *own : *options.replace_executor;
-  StudyProgress progress(progress_style(options), study.largest_total(), side_by_side(options));
-  const std::string runs = (fs::absolute(directory) / "runs").lexically_normal().string();
-  Campaign campaign(study, executor, journal, store ? &*store : nullptr, progress, runs,
-                    options.interrupt);
+  BatchFolder batch = open_folder(study, options, directory);
+  Campaign campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
+                    batch.runs(), options.interrupt);
   Answer answer;
   try {
-    answer = study.direct == DirectSearch::none ? Calibration(study, campaign, progress).answer()
-                                                : direct_search(study, campaign, progress);
-  } catch (const StudyInterrupted&) {
+    answer = study.direct == DirectSearch::none
+                 ? Calibration(study, campaign, batch.progress()).answer()
+                 : direct_search(study, campaign, batch.progress());
+  } catch (const BatchInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(
         "interrupted; everything finished is kept in {}: the same command goes "
@@ -200,13 +148,15 @@ StudySummary calibrate(const StudyOptions& options) {
     s.directory = directory;
     return s;
   }
-  progress.done();
-  StudySummary summary = summarize(study, answer, journal, campaign, directory, options.plot);
+  batch.progress().done();
+  StudySummary summary =
+      summarize(study, answer, batch.journal(), campaign, directory, options.plot);
   if (!options.save.name.empty()) {
     try {
-      std::vector<JournalRun> used = journal.runs();
+      std::vector<JournalRun> used = batch.journal().runs();
       std::erase_if(used, [&](const JournalRun& run) { return !campaign.asked_for(run.key); });
-      summary.record = material_record(study, answer, used, executor, directory, options.save);
+      summary.record =
+          material_record(study, answer, used, batch.executor(), directory, options.save);
     } catch (const InputError& e) {  // the study is worth telling all the same
       summary.not_saved = e.what();
     }

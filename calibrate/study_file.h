@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/execution.h"
+#include "experiments/batch/execution.h"
 #include "calibrate/optimize.h"
 #include "calibrate/parameters.h"
 #include "experiments/case.h"

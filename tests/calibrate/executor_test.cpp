@@ -1,5 +1,5 @@
 // Processes that end in every way a process can.
-#include "calibrate/executor.h"
+#include "experiments/batch/executor.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <string>
 
-#include "calibrate/executor.h"
+#include "experiments/batch/executor.h"
 #include "calibrate/study.h"
 
 namespace firn {

@@ -297,7 +297,7 @@ TEST_F(KillTest, ASecondStudyInTheSameFolderIsRefused) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   kill(first, SIGSTOP);  // at work, however fast this machine is
   EXPECT_EQ(run("both"), 2);
-  EXPECT_THAT(err(), HasSubstr("another calibration is at work here"));
+  EXPECT_THAT(err(), HasSubstr("another process is at work here"));
   kill(first, SIGCONT);
   EXPECT_EQ(wait(first), 0);
 }

@@ -1,5 +1,5 @@
 // What programs read of a study while it goes on.
-#include "calibrate/progress.h"
+#include "experiments/batch/progress.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,10 +23,10 @@ std::vector<json> lines(const std::string& text) {
   return all;
 }
 
-TEST(StudyProgress, IsOneJsonObjectALineForPrograms) {
+TEST(BatchProgress, IsOneJsonObjectALineForPrograms) {
   testing::internal::CaptureStderr();
   {
-    StudyProgress progress(ProgressStyle::json, 10, 2);
+    BatchProgress progress(ProgressStyle::json, "calibrate", 10, 2);
     progress.phase("exploring");
     progress.started(run);
     JobResult result{JobStatus::finished, "", {{"aor", {12.5}, {}, "deg", "m", 1}}, 8};
@@ -55,10 +55,10 @@ TEST(StudyProgress, IsOneJsonObjectALineForPrograms) {
   EXPECT_EQ(events[6]["knowledge"]["best"]["mu"]["value"], 0.1);
 }
 
-TEST(StudyProgress, IsALineNowAndThenForPeople) {
+TEST(BatchProgress, IsALineNowAndThenForPeople) {
   testing::internal::CaptureStderr();
   {
-    StudyProgress progress(ProgressStyle::people, 4, 1);
+    BatchProgress progress(ProgressStyle::people, "calibrate", 4, 1);
     progress.phase("exploring");
     progress.started(run);
     progress.ended(run, {JobStatus::out_of_memory, "over", {}, 60});

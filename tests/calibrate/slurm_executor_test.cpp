@@ -1,5 +1,5 @@
 // The logic of the Slurm executor, with scripts in place of a cluster.
-#include "calibrate/slurm_executor.h"
+#include "experiments/batch/slurm_executor.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include <cstdlib>
 
-#include "calibrate/slurm_task.h"
+#include "experiments/batch/slurm_task.h"
 #include "tests/calibrate/fake_experiment.h"
 
 namespace firn {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/campaign.h"
-#include "calibrate/execution.h"
-#include "calibrate/run_store.h"
+#include "experiments/batch/execution.h"
+#include "experiments/batch/run_store.h"
 #include "calibrate/study_file.h"
 #include "tests/calibrate/fake_experiment.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/executor.h"
-#include "calibrate/run_store.h"
+#include "experiments/batch/executor.h"
+#include "experiments/batch/run_store.h"
 
 namespace firn::proof {
 

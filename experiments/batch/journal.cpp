@@ -1,11 +1,11 @@
-#include "calibrate/journal.h"
+#include "experiments/batch/journal.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/run_tables.h"
+#include "experiments/batch/run_tables.h"
 #include "experiments/sha256.h"
 #include "experiments/version.h"
 

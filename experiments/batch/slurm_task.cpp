@@ -1,4 +1,4 @@
-#include "calibrate/slurm_task.h"
+#include "experiments/batch/slurm_task.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,8 +12,8 @@
 #include <sstream>
 #include <thread>
 
-#include "calibrate/run_process.h"
-#include "calibrate/slurm_executor.h"
+#include "experiments/batch/run_process.h"
+#include "experiments/batch/slurm_executor.h"
 
 namespace firn {
 namespace {

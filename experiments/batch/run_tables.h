@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "calibrate/executor.h"
-#include "calibrate/sqlite.h"
+#include "experiments/batch/executor.h"
+#include "experiments/batch/sqlite.h"
 
 namespace firn {
 

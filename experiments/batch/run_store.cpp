@@ -1,8 +1,8 @@
-#include "calibrate/run_store.h"
+#include "experiments/batch/run_store.h"
 
 #include <filesystem>
 
-#include "calibrate/run_tables.h"
+#include "experiments/batch/run_tables.h"
 #include "experiments/version.h"
 
 namespace firn {

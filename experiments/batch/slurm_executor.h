@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "calibrate/execution.h"
-#include "calibrate/executor.h"
-#include "calibrate/journal.h"
+#include "experiments/batch/execution.h"
+#include "experiments/batch/executor.h"
+#include "experiments/batch/journal.h"
 
 namespace firn {
 

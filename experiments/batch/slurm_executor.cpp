@@ -1,4 +1,4 @@
-#include "calibrate/slurm_executor.h"
+#include "experiments/batch/slurm_executor.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,9 +12,9 @@
 #include <sstream>
 #include <thread>
 
-#include "calibrate/process.h"
-#include "calibrate/run_process.h"
-#include "calibrate/slurm_task.h"
+#include "experiments/batch/process.h"
+#include "experiments/batch/run_process.h"
+#include "experiments/batch/slurm_task.h"
 #include "experiments/sha256.h"
 
 namespace firn {

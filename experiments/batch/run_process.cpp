@@ -1,4 +1,4 @@
-#include "calibrate/run_process.h"
+#include "experiments/batch/run_process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,8 +12,8 @@
 #include <fstream>
 #include <vector>
 
-#include "calibrate/execution.h"
-#include "calibrate/process.h"
+#include "experiments/batch/execution.h"
+#include "experiments/batch/process.h"
 #include "experiments/recording.h"
 
 namespace firn {

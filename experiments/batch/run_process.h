@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "calibrate/executor.h"
+#include "experiments/batch/executor.h"
 
 namespace firn {
 

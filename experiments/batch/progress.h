@@ -1,21 +1,22 @@
-// How far a study has come, on standard error: for people a bar on a terminal and a plain line now
-// and then otherwise; for programs one JSON object a line for every event.
+// How far a batch of runs has come, on standard error: for people a bar on a terminal and a plain
+// line now and then otherwise; for programs one JSON object a line for every event.
 #pragma once
 
 #include <chrono>
 #include <string>
 
-#include "calibrate/journal.h"
+#include "experiments/batch/journal.h"
 
 namespace firn {
 
 enum class ProgressStyle { none, people, json };
 
-class StudyProgress {
+class BatchProgress {
  public:
-  // `total`: runs planned at most; `jobs`: runs side by side, 0: unknown.
-  StudyProgress(ProgressStyle style, int total, int jobs);
-  ~StudyProgress();
+  // `name`: what plain lines begin with; `total`: runs planned at most; `jobs`: runs side by side,
+  // 0: unknown.
+  BatchProgress(ProgressStyle style, std::string name, int total, int jobs);
+  ~BatchProgress();
 
   void phase(const std::string& name);
   void started(const PlannedRun& run);
@@ -39,6 +40,7 @@ class StudyProgress {
 
   ProgressStyle style_;
   bool terminal_;
+  std::string name_;
   int total_, jobs_;
   int done_ = 0, running_ = 0, failed_ = 0, cut_short_ = 0, timed_ = 0;
   double wall_ = 0;  // s, of all timed runs

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/executor.h"
+#include "experiments/batch/executor.h"
 
 namespace firn {
 

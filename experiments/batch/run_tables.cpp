@@ -1,4 +1,4 @@
-#include "calibrate/run_tables.h"
+#include "experiments/batch/run_tables.h"
 
 #include <limits>
 

@@ -1,4 +1,4 @@
-#include "calibrate/progress.h"
+#include "experiments/batch/progress.h"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "calibrate/execution.h"
+#include "experiments/batch/execution.h"
 
 namespace firn {
 namespace {
@@ -35,46 +35,50 @@ std::size_t terminal_width() {
 
 }  // namespace
 
-StudyProgress::StudyProgress(ProgressStyle style, int total, int jobs)
-    : style_(style), terminal_(isatty(STDERR_FILENO) != 0), total_(total), jobs_(jobs) {}
+BatchProgress::BatchProgress(ProgressStyle style, std::string name, int total, int jobs)
+    : style_(style),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      name_(std::move(name)),
+      total_(total),
+      jobs_(jobs) {}
 
-StudyProgress::~StudyProgress() { done(); }
+BatchProgress::~BatchProgress() { done(); }
 
-void StudyProgress::done() {
+void BatchProgress::done() {
   erase();
   drawn_ = false;
 }
 
-void StudyProgress::phase(const std::string& name) {
+void BatchProgress::phase(const std::string& name) {
   phase_ = name;
   tell("phase", nullptr, nullptr);
   draw(true);
 }
 
-void StudyProgress::started(const PlannedRun& run) {
+void BatchProgress::started(const PlannedRun& run) {
   ++running_;
   tell("started", &run, nullptr);
 }
 
-void StudyProgress::stopped(const PlannedRun& run, const JobResult& why) {
+void BatchProgress::stopped(const PlannedRun& run, const JobResult& why) {
   --running_;
   tell("stopped", &run, &why);
 }
 
-void StudyProgress::ended(const PlannedRun& run, const JobResult& result) {
+void BatchProgress::ended(const PlannedRun& run, const JobResult& result) {
   --running_;
   count(result);
   tell("ended", &run, &result);
   draw(false);
 }
 
-void StudyProgress::found(const PlannedRun& run, const JobResult& result) {
+void BatchProgress::found(const PlannedRun& run, const JobResult& result) {
   count(result);
   tell("found", &run, &result);
   draw(false);
 }
 
-void StudyProgress::count(const JobResult& result) {
+void BatchProgress::count(const JobResult& result) {
   ++done_;
   failed_ += result.status == JobStatus::failed || result.status == JobStatus::crashed;
   cut_short_ += cut_short(result.status);
@@ -83,7 +87,7 @@ void StudyProgress::count(const JobResult& result) {
   wall_ += result.wall;
 }
 
-void StudyProgress::knowledge(const std::string& text, const std::string& json) {
+void BatchProgress::knowledge(const std::string& text, const std::string& json) {
   knowledge_ = text;
   if (style_ == ProgressStyle::people && !terminal_) fmt::print(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
@@ -91,17 +95,17 @@ void StudyProgress::knowledge(const std::string& text, const std::string& json) 
   if (terminal_) draw(true);
 }
 
-double StudyProgress::time_left() const {
+double BatchProgress::time_left() const {
   const int left = total_ - done_, side_by_side = std::max(jobs_, running_);
   if (timed_ == 0 || left <= 0 || side_by_side == 0)
     return std::numeric_limits<double>::quiet_NaN();
   return wall_ / timed_ * left / std::min(side_by_side, left);
 }
 
-std::string StudyProgress::line() const {
+std::string BatchProgress::line() const {
   const int filled = total_ > 0 ? bar_width * std::min(done_, total_) / total_ : bar_width;
   std::string s = terminal_ ? fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", bar_width - filled)
-                            : std::string("calibrate: ");
+                            : name_ + ": ";
   s += fmt::format("{} of at most {} runs", done_, total_);
   if (running_ > 0) s += fmt::format(", {} under way", running_);
   if (failed_ > 0) s += fmt::format(", {} failed", failed_);
@@ -111,9 +115,9 @@ std::string StudyProgress::line() const {
   return s + fmt::format(", {}", phase_);
 }
 
-void StudyProgress::tick() { draw(false); }
+void BatchProgress::tick() { draw(false); }
 
-void StudyProgress::draw(bool now) {
+void BatchProgress::draw(bool now) {
   if (style_ != ProgressStyle::people) return;
   const auto time = Clock::now();
   const auto interval = terminal_ ? Clock::duration(terminal_interval) : plain_interval;
@@ -131,14 +135,14 @@ void StudyProgress::draw(bool now) {
   std::fflush(stderr);
 }
 
-void StudyProgress::erase() {
+void BatchProgress::erase() {
   if (!terminal_ || lines_drawn_ == 0) return;
   for (int i = 1; i < lines_drawn_; ++i) std::fputs("\r\033[K\033[A", stderr);
   std::fputs("\r\033[K", stderr);
   lines_drawn_ = 0;
 }
 
-void StudyProgress::tell(const char* event, const PlannedRun* run, const JobResult* result) const {
+void BatchProgress::tell(const char* event, const PlannedRun* run, const JobResult* result) const {
   if (style_ != ProgressStyle::json) return;
   nlohmann::ordered_json j = {{"event", event}, {"phase", phase_}};
   if (run != nullptr)

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "calibrate/journal.h"
-#include "calibrate/sqlite.h"
+#include "experiments/batch/journal.h"
+#include "experiments/batch/sqlite.h"
 
 namespace firn {
 

@@ -1,4 +1,4 @@
-#include "calibrate/process.h"
+#include "experiments/batch/process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

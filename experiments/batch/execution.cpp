@@ -1,4 +1,4 @@
-#include "calibrate/execution.h"
+#include "experiments/batch/execution.h"
 
 #include <fmt/format.h>
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/executor.h"
-#include "calibrate/sqlite.h"
+#include "experiments/batch/executor.h"
+#include "experiments/batch/sqlite.h"
 
 namespace firn {
 

@@ -1,4 +1,4 @@
-#include "calibrate/sqlite.h"
+#include "experiments/batch/sqlite.h"
 
 #include <fmt/format.h>
 #include <sqlite3.h>

@@ -1,11 +1,11 @@
-#include "calibrate/executor.h"
+#include "experiments/batch/executor.h"
 
 #include <chrono>
 #include <deque>
 #include <filesystem>
 #include <thread>
 
-#include "calibrate/run_process.h"
+#include "experiments/batch/run_process.h"
 
 namespace firn {
 namespace {

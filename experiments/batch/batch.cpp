@@ -1,0 +1,113 @@
+#include "experiments/batch/batch.h"
+
+#include <fmt/format.h>
+
+#include "experiments/version.h"
+
+namespace firn {
+namespace {
+
+constexpr int most_crashes = 2;  // of its own doing: then that is its outcome
+constexpr int most_losses = 5;   // by no fault of its own: then something is wrong around it
+
+}  // namespace
+
+Batch::Batch(Executor& executor, Journal& journal, RunStore* store, BatchProgress& progress,
+             const std::atomic<bool>* interrupt)
+    : executor_(executor),
+      journal_(journal),
+      store_(store),
+      progress_(progress),
+      interrupt_(interrupt),
+      program_(firn_program()) {}
+
+BatchRun Batch::make(const std::string& case_file, const std::vector<Override>& overrides,
+                     const std::string& folder, const RunLabel& label) const {
+  BatchRun run;
+  run.job.case_file = case_file;
+  run.job.overrides = overrides;
+  run.job.text = executor_.resolve(case_file, overrides);
+  run.job.key = run_key(run.job.text, program_);
+  run.job.folder = folder;
+  run.planned = {run.job.key, run.job.text, program_, label};
+  return run;
+}
+
+void Batch::run(const std::vector<BatchRun>& runs, const Check& check) {
+  std::vector<Job> jobs;
+  std::vector<PlannedRun> planned;
+  RunsByKey by_key;
+  for (const BatchRun& run : runs) {
+    if (!by_key.emplace(run.job.key, &run).second) continue;
+    planned.push_back(run.planned);
+    jobs.push_back(run.job);
+  }
+  journal_.plan(planned);
+  std::erase_if(jobs, [&](const Job& job) {
+    const BatchRun& run = *by_key.at(job.key);
+    const auto known = known_outcome(run);
+    if (!known) return false;
+    if (check) check(run, *known);
+    progress_.found(run.planned, *known);
+    return true;
+  });
+  simulate(std::move(jobs), by_key, check);
+}
+
+// In the journal, or else in the store that batches share; what is found there goes to the journal,
+// so that a folder stays whole without the store. A run that was cut short is known only as long as
+// it may take no more than it took.
+std::optional<JobResult> Batch::known_outcome(const BatchRun& run) {
+  const RunLimits& limits = run.job.limits;
+  const auto stands = [&](const std::optional<JobResult>& r) {
+    if (!r) return false;
+    const double now = r->status == JobStatus::timed_out ? limits.time : limits.memory;
+    return !cut_short(r->status) || (now > 0 && now <= r->limit);
+  };
+  auto known = journal_.outcome(run.job.key);
+  if (stands(known)) return known;
+  if (store_ == nullptr || !stands(known = store_->find(run.job.key))) return std::nullopt;
+  journal_.finish(run.job.key, *known);
+  return known;
+}
+
+void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& check) {
+  std::map<std::string, int> crashes, losses;
+  std::map<std::string, double> reached;  // s simulated
+  while (!jobs.empty()) {
+    std::vector<Job> again;
+    JobEvents events;
+    events.started = [&](const Job& job) {
+      journal_.start(job.key);
+      progress_.started(runs.at(job.key)->planned);
+    };
+    events.ended = [&](const Job& job, const JobResult& result) {
+      const BatchRun& run = *runs.at(job.key);
+      const bool lost = result.status == JobStatus::lost;
+      // One that gets on between losses will get there.
+      if (lost && result.simulated > reached[job.key]) losses[job.key] = 0;
+      if (lost) reached[job.key] = result.simulated;
+      if (lost && ++losses[job.key] == most_losses)
+        throw RunError(fmt::format(
+            "run {}: {}, {} times in a row; everything finished is kept, and the same command goes "
+            "on from there",
+            job.key, result.reason, most_losses));
+      // A process that died may have done so for reasons that are not its own.
+      if (lost || (result.status == JobStatus::crashed && ++crashes[job.key] < most_crashes)) {
+        again.push_back(job);
+        return progress_.stopped(run.planned, result);
+      }
+      if (result.status == JobStatus::interrupted) return progress_.stopped(run.planned, result);
+      journal_.finish(job.key, result);
+      if (store_ != nullptr) store_->add(run.planned, result);
+      progress_.ended(run.planned, result);
+      if (check) check(run, result);  // the first run tells, not the last
+    };
+    events.tick = [&] { progress_.tick(); };
+    executor_.run(jobs, events);
+    if (interrupt_ != nullptr && interrupt_->load()) throw BatchInterrupted{};
+    jobs = std::move(again);
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,62 @@
+// Carries out a set of runs: looks each up in the journal and in the store first, simulates the
+// rest, and keeps every outcome the moment it is there.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/executor.h"
+#include "experiments/batch/journal.h"
+#include "experiments/batch/progress.h"
+#include "experiments/batch/run_store.h"
+
+namespace firn {
+
+// One run of a batch. Runs of the same complete case text have the same key and happen once.
+struct BatchRun {
+  Job job;
+  PlannedRun planned;
+};
+
+// The user stopped it; everything that was finished is in the journal.
+struct BatchInterrupted {};
+
+class Batch {
+ public:
+  // Sees every outcome once, as soon as it is known. What it throws ends the batch.
+  using Check = std::function<void(const BatchRun&, const JobResult&)>;
+
+  // `store`: outcomes of other batches are found there, and these go there; null: none.
+  Batch(Executor& executor, Journal& journal, RunStore* store, BatchProgress& progress,
+        const std::atomic<bool>* interrupt);
+
+  // A run of this case file with these overrides, seed included; its files go to `folder`. Throws
+  // InputError when the case does not take them.
+  BatchRun make(const std::string& case_file, const std::vector<Override>& overrides,
+                const std::string& folder, const RunLabel& label) const;
+
+  // Throws BatchInterrupted, and RunError when runs are lost again and again.
+  void run(const std::vector<BatchRun>& runs, const Check& check = {});
+
+  // Of a run that has been carried out.
+  JobResult outcome(const std::string& key) const { return journal_.outcome(key).value(); }
+  const std::string& program() const { return program_; }  // that simulates
+
+ private:
+  using RunsByKey = std::map<std::string, const BatchRun*>;
+  std::optional<JobResult> known_outcome(const BatchRun& run);
+  void simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& check);
+
+  Executor& executor_;
+  Journal& journal_;
+  RunStore* store_;
+  BatchProgress& progress_;
+  const std::atomic<bool>* interrupt_;
+  std::string program_;
+};
+
+}  // namespace firn

@@ -1,0 +1,82 @@
+#include "experiments/batch/batch_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "experiments/batch/slurm_executor.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::unique_ptr<Executor> make_executor(const BatchFolderOptions& options, Journal& journal) {
+  if (options.executor == "local")
+    return local_executor({options.program, options.jobs, options.interrupt});
+  if (options.executor != "slurm")
+    throw InputError(
+        fmt::format("--executor: \"{}\" is not known; expected local or slurm", options.executor));
+  SlurmOptions slurm;
+  slurm.settings = options.slurm;
+  slurm.program = options.program;
+  slurm.folder = (fs::absolute(options.directory) / "slurm").lexically_normal().string();
+  slurm.at_once = options.jobs;
+  slurm.interrupt = options.interrupt;
+  return slurm_executor(slurm, journal);
+}
+
+int side_by_side(const BatchFolderOptions& options) {
+  if (options.jobs > 0 || options.executor != "local") return options.jobs;
+  return static_cast<int>(std::thread::hardware_concurrency());
+}
+
+}  // namespace
+
+DirectoryLock::DirectoryLock(const std::string& directory) {
+  const std::string file = (fs::path(directory) / "lock").string();
+  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT, 0644);
+  if (descriptor_ < 0)
+    throw InputError(fmt::format("{}: cannot be written; expected a directory of ours", file));
+  for (int tries = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++tries) {
+    pid_t owner = 0;
+    std::ifstream(file) >> owner;
+    if (tries == 300 || (tries == 10 && owner > 0 && kill(owner, 0) == 0)) {
+      close(descriptor_);
+      throw InputError(
+          fmt::format("{}: another process is at work here; expected it to end "
+                      "first, or another directory with -o",
+                      directory));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  const std::string owner = fmt::format("{}\n", getpid());
+  if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) {
+    close(descriptor_);
+    throw RunError(fmt::format("{}: cannot be written: {}", file, std::strerror(errno)));
+  }
+}
+
+DirectoryLock::~DirectoryLock() { close(descriptor_); }
+
+BatchFolder::BatchFolder(const BatchFolderOptions& options)
+    : progress_(options.progress, options.progress_name, options.largest_total,
+                side_by_side(options)),
+      runs_((fs::absolute(options.directory) / "runs").lexically_normal().string()) {
+  journal_file(options.directory, options.must_exist);  // the directory is there
+  lock_.emplace(options.directory);  // before the journal, which a batch at work may hold
+  journal_.emplace(options.directory, options.identity, options.must_exist);
+  if (!options.store.empty()) store_.emplace(options.store);
+  if (options.replace_executor == nullptr) own_ = make_executor(options, *journal_);
+  executor_ = own_ ? own_.get() : options.replace_executor;
+}
+
+}  // namespace firn

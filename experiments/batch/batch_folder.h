@@ -1,0 +1,66 @@
+// The folder of a study, a validation or a sweep: its lock, its journal, who simulates for it, and
+// how far it has come.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "experiments/batch/batch.h"
+#include "experiments/batch/execution.h"
+
+namespace firn {
+
+// One process at a time works in a directory. Simulations inherit the lock, so that those which
+// outlive a killed batch keep it until they have saved their state: these are waited for.
+class DirectoryLock {
+ public:
+  // Throws InputError when somebody else is at work there.
+  explicit DirectoryLock(const std::string& directory);
+  ~DirectoryLock();
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
+struct BatchFolderOptions {
+  std::string directory;
+  std::string identity;  // text that the journal belongs to; another one is refused
+  bool must_exist = false;
+  std::string executor = "local";  // or "slurm"
+  std::string program;             // the firn executable that simulates; empty: this one
+  int jobs = 0;                    // simulations side by side; 0: one per core
+  std::string store;               // file of the outcomes that batches share; empty: none
+  SlurmSettings slurm;
+  ProgressStyle progress = ProgressStyle::people;
+  std::string progress_name;  // what plain lines of progress begin with
+  int largest_total = 0;      // runs at most
+  const std::atomic<bool>* interrupt = nullptr;
+  Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
+};
+
+class BatchFolder {
+ public:
+  // Throws InputError for a folder that holds something else or that another process is working in.
+  explicit BatchFolder(const BatchFolderOptions& options);
+
+  Executor& executor() { return *executor_; }
+  Journal& journal() { return *journal_; }
+  RunStore* store() { return store_ ? &*store_ : nullptr; }
+  BatchProgress& progress() { return progress_; }
+  const std::string& runs() const { return runs_; }  // absolute path; results files go there
+
+ private:
+  std::optional<DirectoryLock> lock_;
+  std::optional<Journal> journal_;
+  std::optional<RunStore> store_;
+  std::unique_ptr<Executor> own_;
+  Executor* executor_;
+  BatchProgress progress_;
+  std::string runs_;
+};
+
+}  // namespace firn
