@@ -22,9 +22,13 @@ std::string value_text(const Response& r, std::size_t i) {
 std::string value_text(const Response& r) {
   if (r.value.empty()) return "none";
   if (r.value.size() > values_in_a_row) {
-    const auto [low, high] = std::minmax_element(r.value.begin(), r.value.end());
-    return fmt::format("{} values, {} to {}", r.value.size(), number_text(*low),
-                       number_text(*high));
+    std::vector<double> defined = r.value;
+    std::erase_if(defined, [](double v) { return !std::isfinite(v); });
+    if (defined.empty()) return fmt::format("{} values, all undefined", r.value.size());
+    const auto [low, high] = std::ranges::minmax(defined);
+    const std::size_t missing = r.value.size() - defined.size();
+    return fmt::format("{} values, {} to {}{}", r.value.size(), number_text(low), number_text(high),
+                       missing > 0 ? fmt::format(", {} undefined", missing) : "");
   }
   std::string text;
   for (std::size_t i = 0; i < r.value.size(); ++i) text += (i ? ", " : "") + value_text(r, i);

@@ -69,7 +69,7 @@ Anchor anchor_of(const Study& study, const CheckedSet& set, const std::string& n
     if (experiment == nullptr || run.status != to_string(JobStatus::finished)) continue;
     // The same parameters and seed are the same complete case: the same key.
     const auto overrides = overrides_of(study, *experiment, set.values, run.label.seed);
-    if (run_key(executor.resolve(experiment->case_file, overrides), run.program) != run.key)
+    if (run_key(executor.resolve(experiment->case_file, overrides, {}), run.program) != run.key)
       continue;
     anchor.runs.push_back({run.label.experiment, run.label.seed, responses_of(study, run)});
   }
@@ -256,7 +256,7 @@ std::vector<SimulatedCase> cases_of(const Study& study, const Anchor& anchor, Ex
     const auto run = std::ranges::find(anchor.runs, e.name, &AnchorRun::experiment);
     const std::uint64_t seed = run == anchor.runs.end() ? study.seed : run->seed;
     SimulatedCase c{
-        e.name, {}, executor.resolve(e.case_file, overrides_of(study, e, anchor.values, seed))};
+        e.name, {}, executor.resolve(e.case_file, overrides_of(study, e, anchor.values, seed), {})};
     for (std::size_t i = 0; i < study.parameters.size(); ++i)
       if (e.takes[i]) c.parameters.push_back(study.parameters[i].name);
     cases.push_back(c);

@@ -9,7 +9,7 @@
 
 #include "calibrate/campaign.h"
 #include "calibrate/optimize.h"
-#include "calibrate/small_samples.h"
+#include "experiments/small_samples.h"
 #include "calibrate/surrogate.h"
 
 namespace firn {

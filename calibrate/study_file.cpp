@@ -10,7 +10,6 @@
 #include <sstream>
 
 #include "calibrate/budget.h"
-#include "calibrate/small_samples.h"
 #include "experiments/bench_tests.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
@@ -193,17 +192,8 @@ double read_effort(const TomlTable& t) {
   return t.optional_quantity("effort", dimension::time, Sign::positive).value_or(0);
 }
 
-// Standard deviation of a mean whose scatter was estimated from the repeats themselves: few of them
-// hardly tell it, and the mean is then uncertain as Student's distribution is (GUM supplement 1,
-// 6.4.9.4).
-double believed_uncertainty(const Measurement& m) {
-  if (m.scatter == ScatterKind::not_stated || m.repeats < 2) return m.standard_uncertainty();
-  const double variance = m.standard_deviation * m.standard_deviation / m.repeats;
-  return std::hypot(std::sqrt(widened(variance, m.repeats - 1)), m.reading_uncertainty);
-}
-
 std::string source_of(const Measurement& m) {
-  const double plain = m.standard_uncertainty(), believed = believed_uncertainty(m);
+  const double plain = m.standard_uncertainty(), believed = m.believed_uncertainty();
   if (believed == plain) return m.sentence();
   return fmt::format("{}; taken as +- {:.2g} {}, since {} repeats hardly tell their scatter",
                      m.sentence(), believed, m.unit, m.repeats);
@@ -219,7 +209,7 @@ Target measured_target(const TomlTable& t, const Study& study) {
   // Another response may stand for the same measurement: another estimator of the same thing.
   return {response_id(t, study, t.string("response", m.response)),
           m.value,
-          believed_uncertainty(m),
+          m.believed_uncertainty(),
           m.unit,
           source_of(m),
           read_effort(t),

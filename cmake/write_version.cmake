@@ -8,7 +8,8 @@ endif()
 
 # What decides the numbers; not the commit, which documentation and other folders change as well.
 file(GLOB sources RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/solver/*.cpp ${SOURCE_DIR}/solver/*.h
-  ${SOURCE_DIR}/solver/CMakeLists.txt ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h)
+  ${SOURCE_DIR}/solver/CMakeLists.txt ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h
+  ${SOURCE_DIR}/experiments/machine/*.cpp ${SOURCE_DIR}/experiments/machine/*.h)
 list(SORT sources)
 file(SHA256 ${BUILD_FACTS} program)
 foreach(source IN LISTS sources)

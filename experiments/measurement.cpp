@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "experiments/small_samples.h"
 #include "experiments/toml_reader.h"
 
 namespace firn {
@@ -107,6 +108,25 @@ void read_reading(const TomlTable& t, Measurement& m) {
   m.reading_because = t.string("because");
 }
 
+std::vector<Claim> read_claims(const TomlTable& root) {
+  std::vector<Claim> claims;
+  for (const TomlTable& t : root.tables("claims")) {
+    t.allow({"statement", "larger", "than", "times", "once_in", "because"});
+    Claim c;
+    c.statement = t.string("statement");
+    c.larger = t.string("larger");
+    c.than = t.string("than");
+    c.times = t.number("times", 1);
+    c.once_in = t.integer("once_in", 0, 0);
+    c.because = t.string("because");
+    for (const char* key : {"statement", "larger", "than", "because"})
+      if (t.string(key).empty()) t.fail(key, "is empty; expected some words");
+    if (!(c.times > 0)) t.fail("times", fmt::format("is {}; expected more than zero", c.times));
+    claims.push_back(c);
+  }
+  return claims;
+}
+
 MeasurementStatus read_status(const TomlTable& t) {
   const std::string status =
       t.choice("status", {"printed", "digitised", "measured", "qualitative"});
@@ -152,6 +172,12 @@ double Measurement::standard_uncertainty() const {
   return std::hypot(standard_deviation / std::sqrt(repeats), reading_uncertainty);
 }
 
+double Measurement::believed_uncertainty() const {
+  if (scatter == ScatterKind::not_stated || repeats < 2) return standard_uncertainty();
+  const double variance = standard_deviation * standard_deviation / repeats;
+  return std::hypot(std::sqrt(widened(variance, repeats - 1)), reading_uncertainty);
+}
+
 std::string Measurement::sentence() const {
   if (status == MeasurementStatus::qualitative) return statement;
   std::string text = fmt::format("{:.4g} +- {:.2g} {} (n = {}; standard deviation {:.3g} {}", value,
@@ -170,12 +196,13 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   TomlDocument document(text, source);
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
-           "apparatus", "notes", "scatter", "reading"});
+           "apparatus", "notes", "scatter", "reading", "claims"});
   Measurement m;
   m.file = source;
   m.name = t.string("name");
-  m.response = t.string("response");
   m.status = read_status(t);
+  m.claims = read_claims(t);
+  m.response = m.claims.empty() ? t.string("response") : t.string("response", "");
   m.source = t.string("source");
   m.apparatus = t.string("apparatus", "");
   m.notes = t.string("notes", "");
@@ -187,6 +214,9 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     }
     m.statement = t.string("statement");
     return m;
+  }
+  if (!m.claims.empty()) {
+    t.fail("claims", "go with the status \"qualitative\" only; expected a value");
   }
   if (t.has("statement")) {
     t.fail("statement", "goes with the status \"qualitative\" only; expected a value");

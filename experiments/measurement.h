@@ -13,10 +13,21 @@ const char* to_string(MeasurementStatus status);
 // What is known of the scatter from one repeat to the next.
 enum class ScatterKind { standard_deviation, range, values, not_stated };
 
+// A statement in words, and what has to hold of the responses of a run for it to be true there:
+// larger > times * than, all in SI units. Operands: docs/measurements.md.
+struct Claim {
+  std::string statement;
+  std::string larger, than;
+  double times = 1;
+  // Seen once in so many trials, and not as a rule; 0: as a rule.
+  int once_in = 0;
+  std::string because;  // how the words became this relation
+};
+
 struct Measurement {
   std::string file;  // it was read from
   std::string name;
-  std::string response;  // which response of the simulation it measures
+  std::string response;  // which response of the simulation it measures; none with claims
   std::string unit;      // of every number here, as the response spells it
   double value = 0;      // mean of the repeats
   int repeats = 1;
@@ -31,10 +42,14 @@ struct Measurement {
 
   MeasurementStatus status = MeasurementStatus::measured;
   std::string source, apparatus, notes;
-  std::string statement;  // of a qualitative one, which has no number
+  std::string statement;      // of a qualitative one, which has no number
+  std::vector<Claim> claims;  // the same as relations, where they can be
 
   // One standard deviation of the mean: sqrt(sd^2 / repeats + reading^2).
   double standard_uncertainty() const;
+  // The same, wider where few repeats were all that told their own scatter: the mean is then
+  // uncertain as Student's distribution is (GUM supplement 1, 6.4.9).
+  double believed_uncertainty() const;
   // "10 +- 0.96 deg (n = 7; standard deviation 2 deg, assumed: ...; reading 0.6 deg: ...)"
   std::string sentence() const;
 };

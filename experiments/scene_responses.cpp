@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -43,11 +44,42 @@ Grouped grouped(const std::vector<int>& keys, const std::vector<double>& values)
   return g;
 }
 
+// Older particles before younger ones: of the pairs that came at different times and of which it is
+// known who passed first, those where the older did less those where the younger did, as a share.
+// Particles that have not passed will pass later than those that have.
+double fifo_index(const std::vector<double>& inserted, const std::vector<double>& passed) {
+  double older_first = 0, younger_first = 0;
+  const auto later = [](double a, double b) { return std::isnan(a) ? !std::isnan(b) : a > b; };
+  for (std::size_t i = 0; i < passed.size(); ++i)
+    for (std::size_t j = 0; j < passed.size(); ++j) {
+      if (!(inserted[i] < inserted[j])) continue;
+      older_first += later(passed[j], passed[i]);
+      younger_first += later(passed[i], passed[j]);
+    }
+  return (older_first - younger_first) / (older_first + younger_first);  // NaN: no such pairs
+}
+
+// How far the first half of those that passed is made up by batch as all that came: 1 less the
+// share that would have to be exchanged.
+double evenness_of_first_half(const std::vector<int>& batch, const std::vector<double>& passed) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < passed.size(); ++i)
+    if (!std::isnan(passed[i])) order.push_back(i);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return passed[i]; });
+  order.resize((order.size() + 1) / 2);
+  std::map<int, double> excess;
+  for (const int b : batch) excess[b] -= 1 / static_cast<double>(batch.size());
+  for (const std::size_t i : order) excess[batch[i]] += 1 / static_cast<double>(order.size());
+  double exchanged = 0;
+  for (const auto& [b, e] : excess) exchanged += std::abs(e) / 2;
+  return 1 - exchanged;
+}
+
 void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   const std::vector<double> passed = recording.gate_time(gate.name),
                             inserted = recording.insert_time(), mass = recording.mass();
   std::vector<int> batch = recording.batch(), tag = recording.tag();
-  std::vector<double> times, residence;
+  std::vector<double> times, residence, came, through;
   std::vector<int> batches, tags;
   double total = 0;
   for (std::size_t i = 0; i < passed.size(); ++i) {
@@ -55,6 +87,8 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
     batches.push_back(batch[i]);
     tags.push_back(tag[i]);
     residence.push_back(passed[i] - inserted[i]);
+    came.push_back(inserted[i]);
+    through.push_back(passed[i]);
     if (std::isnan(passed[i])) continue;
     times.push_back(passed[i]);
     total += mass[i];
@@ -76,6 +110,29 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   out.add(name + "count_by_batch", by_batch.count, "1", rows);
   out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
+  out.add(name + "residence_times", residence, "s",
+          "from insertion to the gate, one value a particle that came; undefined: not passed yet");
+  out.add(name + "fifo_index", {fifo_index(came, through)}, "1",
+          "1: the older always first, 0: no order by age, -1: the younger always first");
+  out.add(
+      name + "first_half_evenness", {evenness_of_first_half(batches, through)}, "1",
+      "1 less the share of the first half through that would have to be exchanged to be made up "
+      "by batch as all that came");
+}
+
+void add_loads(const Recording& recording, const std::vector<double>& inserted, Out& out) {
+  const std::vector<double> peaks = recording.peak_normal_force();
+  std::vector<double> of_those_that_came;
+  for (std::size_t i = 0; i < peaks.size(); ++i)
+    if (!std::isnan(inserted[i])) of_those_that_came.push_back(peaks[i]);
+  const std::vector<double> mass = recording.mass();
+  double total = 0;
+  for (std::size_t i = 0; i < mass.size(); ++i) total += std::isnan(inserted[i]) ? 0 : mass[i];
+  if (!of_those_that_came.empty())
+    out.add("mean_particle_mass", {total / static_cast<double>(of_those_that_came.size())}, "kg",
+            "of the particles that came");
+  out.add("peak_normal_forces", of_those_that_came, "N",
+          "largest contact normal force over every step, one value a particle that came");
 }
 
 void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
@@ -111,8 +168,15 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
   if (c.gates.empty() && c.switches.empty() && c.sources.empty() && c.model.frames.empty())
     return {};
   for (const StageRecord& stage : recording.stages()) {
-    if (std::isfinite(stage.end))
-      out.add("duration_" + stage.name, {stage.end - stage.start}, "s", "of the stage");
+    if (!std::isfinite(stage.end)) continue;
+    const double duration = stage.end - stage.start;
+    out.add("duration_" + stage.name, {duration}, "s", "of the stage");
+    const auto counts = [&](const Stage& s) { return s.name == stage.name && s.count > 0; };
+    if (std::ranges::none_of(c.stages, counts)) continue;
+    const bool passed = stage.ended_by.starts_with("passed");
+    out.add(stage.name + "_time_to_count",
+            {passed ? duration : std::numeric_limits<double>::quiet_NaN()}, "s",
+            "until so many had passed the stage's gate; undefined: it ended before");
   }
   const std::vector<double> inserted = recording.insert_time();
   std::size_t coming = inserted.size();
@@ -124,6 +188,7 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
       batches += std::isnan(inserted[coming]) ? 0 : 1;
     out.add(s.name + "_batches", {batches}, "1", "that came");
   }
+  add_loads(recording, inserted, out);
   for (const Gate& gate : c.gates) add_gate(recording, gate, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
   return out.responses;

@@ -49,6 +49,13 @@ void add_opposed(const Recording& recording, std::vector<Response>& out) {
   std::ranges::sort(loads);
   add(out, "opposed_load_median", loads[(loads.size() - 1) / 2], "N",
       "median over the particles that came of the largest load from two sides on each");
+  out.push_back({"opposed_loads",
+                 loads,
+                 {},
+                 "N",
+                 "largest load from two sides over every step, one value a particle that came, "
+                 "ascending",
+                 1});
 }
 
 void add_triangles(const Recording& recording, std::vector<Response>& out) {

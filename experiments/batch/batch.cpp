@@ -22,11 +22,12 @@ Batch::Batch(Executor& executor, Journal& journal, RunStore* store, BatchProgres
       program_(firn_program()) {}
 
 BatchRun Batch::make(const std::string& case_file, const std::vector<Override>& overrides,
-                     const std::string& folder, const RunLabel& label) const {
+                     const std::string& folder, const RunLabel& label,
+                     const MaterialRequest& materials) const {
   BatchRun run;
   run.job.case_file = case_file;
   run.job.overrides = overrides;
-  run.job.text = executor_.resolve(case_file, overrides);
+  run.job.text = executor_.resolve(case_file, overrides, materials);
   run.job.key = run_key(run.job.text, program_);
   run.job.folder = folder;
   run.planned = {run.job.key, run.job.text, program_, label};

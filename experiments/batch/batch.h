@@ -37,7 +37,8 @@ class Batch {
   // A run of this case file with these overrides, seed included; its files go to `folder`. Throws
   // InputError when the case does not take them.
   BatchRun make(const std::string& case_file, const std::vector<Override>& overrides,
-                const std::string& folder, const RunLabel& label) const;
+                const std::string& folder, const RunLabel& label,
+                const MaterialRequest& materials = {}) const;
 
   // Throws BatchInterrupted, and RunError when runs are lost again and again.
   void run(const std::vector<BatchRun>& runs, const Check& check = {});

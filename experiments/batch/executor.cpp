@@ -18,9 +18,9 @@ class LocalExecutor final : public Executor {
       options_.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   }
 
-  std::string resolve(const std::string& case_file,
-                      const std::vector<Override>& overrides) override {
-    return read_case(case_file, overrides).resolved;
+  std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                      const MaterialRequest& materials) override {
+    return read_case(case_file, overrides, materials).resolved;
   }
 
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {

@@ -68,10 +68,10 @@ struct JobEvents {
 class Executor {
  public:
   virtual ~Executor() = default;
-  // The complete text of the case with these overrides: what a run's identity is made of.
-  // Throws InputError when the case does not take them.
-  virtual std::string resolve(const std::string& case_file,
-                              const std::vector<Override>& overrides) = 0;
+  // The complete text of the case with these overrides and material records: what a run's identity
+  // is made of. Throws InputError when the case does not take them.
+  virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                              const MaterialRequest& materials) = 0;
   // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
   // Goes on from what an earlier, killed attempt left in the job's folder where it can.
   virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;

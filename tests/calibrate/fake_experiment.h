@@ -33,7 +33,8 @@ class FakeExperiment : public Executor {
 
   explicit FakeExperiment(Formula formula) : formula_(std::move(formula)) {}
 
-  std::string resolve(const std::string&, const std::vector<Override>& overrides) override {
+  std::string resolve(const std::string&, const std::vector<Override>& overrides,
+                      const MaterialRequest&) override {
     std::string text;
     for (const auto& [key, value] : overrides) text += key + " = " + value + "\n";
     return text;

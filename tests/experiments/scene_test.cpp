@@ -201,6 +201,17 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   EXPECT_LT(passed[1], passed[2]);
   EXPECT_NEAR(passed[2], stages[1].end, 1e-3);
   EXPECT_TRUE(std::isnan(passed[3]));
+  // Strictly by age; of the first two of three, a third would have to be exchanged.
+  const auto response = [&](const char* name) {
+    return std::ranges::find(summary.responses, name, &Response::name)->value;
+  };
+  EXPECT_EQ(response("below_fifo_index"), std::vector<double>{1});
+  EXPECT_NEAR(response("below_first_half_evenness").at(0), 2.0 / 3, 1e-12);
+  EXPECT_EQ(response("below_residence_times").size(), 3u);
+  EXPECT_NEAR(response("below_residence_times").at(1), passed[1] - inserted[1], 1e-12);
+  EXPECT_NEAR(response("drop_time_to_count").at(0), stages[1].end - stages[1].start, 1e-12);
+  EXPECT_EQ(response("peak_normal_forces").size(), 3u);
+  EXPECT_NEAR(response("mean_particle_mass").at(0), recording.mass()[0], 1e-12);
   // The plate's own series: where it was, and that the column bore its weight.
   const std::vector<double> plate = recording.series("/motion_frames/plate/coordinate");
   const std::vector<double> times = recording.frame_times();

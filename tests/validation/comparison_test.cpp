@@ -1,0 +1,233 @@
+#include "validation/comparison.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "validation/operand.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+JobResult finished(const std::vector<Response>& responses) {
+  JobResult r;
+  r.status = JobStatus::finished;
+  r.responses = responses;
+  return r;
+}
+
+Response response(const std::string& name, std::vector<double> value, const std::string& unit) {
+  return {name, std::move(value), {}, unit, "", 1};
+}
+
+RunGroup group(RunGroup::Purpose purpose, const std::vector<double>& values, double setting = 0) {
+  RunGroup g;
+  g.purpose = purpose;
+  g.setting = setting;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    g.seeds.push_back(i + 1);
+    g.results.push_back(finished({response("angle", {values[i]}, "deg")}));
+  }
+  return g;
+}
+
+// An experiment that gives 10 deg +- 0.1 in 100 repeats.
+struct Comparisons : testing::Test {
+  Comparisons() {
+    suite.experiments.push_back({"heap", "", {}, {1, 2, 3}, {}});
+    what.kind = ComparisonKind::value;
+    what.responses = {"angle"};
+    what.measurement.value = 10;
+    what.measurement.unit = "deg";
+    what.measurement.repeats = 100;
+    what.measurement.standard_deviation = 1;
+    what.measurement.scatter = ScatterKind::standard_deviation;
+    what.measurement.source = "a notebook";
+  }
+  Comparison result() { return compare(suite, what, {}, evidence); }
+
+  Suite suite;
+  SuiteComparison what;
+  Evidence evidence;
+};
+
+TEST_F(Comparisons, OfAValueAddUpItsUncertainties) {
+  const RunGroup base = group(RunGroup::Purpose::base, {9, 10, 11, 10, 9, 11, 10, 9, 11, 10});
+  const RunGroup half = group(RunGroup::Purpose::timestep, {9.3, 10.3, 11.3}, 1e-5);
+  const RunGroup stiff = group(RunGroup::Purpose::stiffness, {8.6, 9.6, 10.6}, 1e8);
+  const RunGroup input = group(RunGroup::Purpose::input, {7, 13, 7, 13, 7, 13});
+  evidence = {&base, &input, &base, &half, {&stiff}, 1e7, nullptr};
+  const Comparison c = result();
+  ASSERT_TRUE(c.value);
+  const ValueComparison& v = *c.value;
+  EXPECT_NEAR(v.difference, 0, 1e-12);
+  ASSERT_EQ(v.parts.size(), 5u);
+  const double sd = std::sqrt(6.0 / 9);  // of the ten values
+  EXPECT_NEAR(*v.parts[0].value, sd / std::sqrt(10.0) * std::sqrt(9.0 / 7), 1e-12);
+  EXPECT_NEAR(*v.parts[1].value, 0.3, 1e-9);  // the same for every seed
+  EXPECT_NEAR(*v.parts[2].value, 0.4, 1e-9);
+  EXPECT_NEAR(*v.parts[3].value, std::sqrt(54.0 / 5 - 6.0 / 9), 1e-12);
+  EXPECT_NEAR(*v.parts[4].value, 0.1 * std::sqrt(99.0 / 97), 1e-12);
+  double sum = 0;
+  for (const UncertaintyPart& p : v.parts) sum += *p.value * *p.value;
+  EXPECT_NEAR(v.uncertainty, std::sqrt(sum), 1e-12);
+  EXPECT_EQ(c.verdict, ValidationVerdict::consistent);
+  EXPECT_FALSE(v.area);  // a mean and a scatter are no distribution
+}
+
+TEST_F(Comparisons, JudgeByDifferenceUncertaintyAndTolerance) {
+  const RunGroup near = group(RunGroup::Purpose::base, {10, 10.2, 9.8, 10.1, 9.9});
+  const RunGroup far = group(RunGroup::Purpose::base, {12, 12.2, 11.8, 12.1, 11.9});
+  const RunGroup wide = group(RunGroup::Purpose::base, {4, 16, 10, 7, 13});
+  const RunGroup one = group(RunGroup::Purpose::base, {10});
+  const auto verdict = [&](const RunGroup& base, std::optional<double> tolerance) {
+    evidence = {};
+    evidence.base = evidence.numerics_base = &base;
+    what.tolerance = tolerance;
+    return result().verdict;
+  };
+  EXPECT_EQ(verdict(near, {}), ValidationVerdict::consistent);
+  EXPECT_EQ(verdict(near, 1), ValidationVerdict::consistent);
+  EXPECT_EQ(verdict(far, {}), ValidationVerdict::inconsistent);
+  EXPECT_EQ(verdict(far, 5), ValidationVerdict::consistent);  // it does not matter
+  EXPECT_EQ(verdict(wide, 1), ValidationVerdict::not_enough_data);
+  EXPECT_THAT(result().would_decide, HasSubstr("seeds"));
+  EXPECT_EQ(verdict(one, {}), ValidationVerdict::not_enough_data);
+  EXPECT_THAT(result().would_decide, HasSubstr("more than one run"));
+}
+
+TEST_F(Comparisons, RefuseTheMeasurementThatTheParametersWereFittedTo) {
+  const RunGroup base = group(RunGroup::Purpose::base, {10, 10.2, 9.8});
+  MaterialRecord record;
+  record.name = "ice";
+  record.version = 3;
+  record.provenance.measurements = {{"m", "angle", 10, 0.1, "deg", "a notebook (heap.toml)"}};
+  evidence.base = evidence.numerics_base = &base;
+  evidence.material = &record;
+  EXPECT_EQ(result().verdict, ValidationVerdict::not_independent);
+  EXPECT_THAT(result().headline, HasSubstr("ice@3 was calibrated to this measurement"));
+  record.provenance.measurements[0].source = "another notebook";
+  record.provenance.measurements[0].value = 11;
+  EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+}
+
+TEST_F(Comparisons, SayWhichRunsAreMissing) {
+  RunGroup base = group(RunGroup::Purpose::base, {10, NAN, 10.1});
+  JobResult failed;
+  failed.status = JobStatus::failed;
+  failed.reason = "deep overlap";
+  base.results.push_back(failed);
+  base.seeds.push_back(4);
+  evidence.base = evidence.numerics_base = &base;
+  const Comparison c = result();
+  EXPECT_EQ(c.finished, 3);
+  EXPECT_EQ(c.value->simulation.count, 2);
+  EXPECT_THAT(c.caveats, testing::Contains(HasSubstr("1 of 3 runs")));
+  EXPECT_THAT(c.caveats, testing::Contains(HasSubstr("deep overlap")));
+}
+
+TEST_F(Comparisons, RefuseAnotherUnitAndAnUnknownResponse) {
+  const RunGroup base = group(RunGroup::Purpose::base, {10, 11});
+  evidence.base = evidence.numerics_base = &base;
+  what.measurement.unit = "rad";
+  EXPECT_THAT([&] { result(); }, ThrowsMessage<InputError>(HasSubstr("expected \"deg\"")));
+  what.responses = {"ange"};
+  EXPECT_THAT([&] { result(); }, ThrowsMessage<InputError>(HasSubstr("one of angle")));
+}
+
+TEST_F(Comparisons, OfClaimsCountTheRunsInWhichTheyHold) {
+  what.kind = ComparisonKind::claims;
+  Claim as_a_rule{"larger", "angle", "5", 1, 0, "x"}, seen_once{"seen", "angle", "20", 1, 1, "x"};
+  what.measurement.claims = {as_a_rule, seen_once};
+  const auto verdicts = [&](const std::vector<double>& values) {
+    const RunGroup base = group(RunGroup::Purpose::base, values);
+    evidence.base = evidence.numerics_base = &base;
+    const Comparison c = result();
+    return std::pair(c.claims[0].verdict, c.claims[1].verdict);
+  };
+  using V = ValidationVerdict;
+  // Five of five: better than one half with 95 % (0.5^5 = 3 %). Four of four are not enough.
+  EXPECT_EQ(verdicts({6, 7, 8, 9, 10}).first, V::consistent);
+  EXPECT_EQ(verdicts({6, 7, 8, 9}).first, V::not_enough_data);
+  EXPECT_EQ(verdicts({1, 1, 1, 1, 1}).first, V::inconsistent);
+  // What happened once may be rare: none of five does not speak against it, none of 59 does.
+  EXPECT_EQ(verdicts({6, 7, 8, 9, 10}).second, V::not_enough_data);
+  EXPECT_EQ(verdicts({6, 7, 30, 30, 10}).second, V::consistent);
+  EXPECT_EQ(verdicts(std::vector<double>(59, 1)).second, V::inconsistent);
+  EXPECT_EQ(verdicts(std::vector<double>(58, 1)).second, V::not_enough_data);
+  const RunGroup base = group(RunGroup::Purpose::base, {6, 7});
+  evidence.base = evidence.numerics_base = &base;
+  what.measurement.claims = {as_a_rule};
+  EXPECT_EQ(result().would_decide, "at least 3 more runs with other seeds");
+}
+
+TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
+  what.kind = ComparisonKind::damage;
+  what.responses = {"loads"};
+  Measurement& m = what.measurement;
+  m.unit = "N";
+  m.scatter = ScatterKind::range;
+  m.repeats = 7;
+  m.value = 1044;
+  m.minimum = 898.5;
+  m.maximum = 1227.7;
+  const auto verdict = [&](const std::vector<double>& loads) {
+    RunGroup base;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      base.seeds.push_back(seed);
+      base.results.push_back(finished({response("loads", loads, "N")}));
+    }
+    evidence.base = evidence.numerics_base = &base;
+    const Comparison c = result();
+    EXPECT_EQ(c.damage.at(0).particles, 3 * static_cast<int>(loads.size()));
+    return c.verdict;
+  };
+  EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::consistent);
+  // Seven tests do not tell that nothing weaker exists.
+  EXPECT_EQ(verdict({300, 10}), ValidationVerdict::not_enough_data);
+  what.expects_damage = false;
+  EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::inconsistent);
+}
+
+TEST_F(Comparisons, OfStiffnessFindAPowerLaw) {
+  what.kind = ComparisonKind::softening;
+  what.real_modulus = 9.2e9;
+  const auto at = [](double modulus) { return 3 * std::sqrt(modulus / 1e7); };
+  const RunGroup base = group(RunGroup::Purpose::base, {at(1e7), at(1e7)});
+  const RunGroup a = group(RunGroup::Purpose::stiffness, {at(3e7), at(3e7)}, 3e7);
+  const RunGroup b = group(RunGroup::Purpose::stiffness, {at(1e8), at(1e8)}, 1e8);
+  evidence = {&base, nullptr, &base, nullptr, {&a, &b}, 1e7, nullptr};
+  const Comparison c = result();
+  ASSERT_EQ(c.softening.size(), 1u);
+  EXPECT_NEAR(c.softening[0].exponent, 0.5, 1e-9);
+  EXPECT_LT(c.softening[0].extrapolated.low, at(9.2e9));
+  EXPECT_GT(c.softening[0].extrapolated.high, at(9.2e9));
+  EXPECT_THAT(c.softening[0].word, HasSubstr("92 times beyond"));
+  EXPECT_EQ(c.verdict, ValidationVerdict::information);
+}
+
+TEST(Operand, ReadsNumbersNamesElementsAndSummaries) {
+  const std::vector<Response> r = {response("counts", {3, NAN, 5, 4}, "1"),
+                                   response("time", {2}, "s")};
+  const auto value = [&](const char* text) { return evaluate(parse_operand(text), r); };
+  EXPECT_EQ(value("-2.5"), -2.5);
+  EXPECT_EQ(value("time"), 2);
+  EXPECT_EQ(value("counts[3]"), 5);
+  EXPECT_TRUE(std::isnan(value("counts[2]")));
+  EXPECT_TRUE(std::isnan(value("counts[9]")));
+  EXPECT_EQ(value("max counts"), 5);
+  EXPECT_EQ(value("min counts"), 3);
+  EXPECT_EQ(value("sum counts"), 12);
+  EXPECT_EQ(value("mean counts"), 4);
+  EXPECT_EQ(value("median counts"), 4);
+  EXPECT_THROW(value("counts"), InputError);
+  for (const char* wrong : {"", "a b", "counts[0]", "counts[x]", "counts[2", "largest time"})
+    EXPECT_THROW(parse_operand(wrong), InputError) << wrong;
+}
+
+}  // namespace
+}  // namespace firn

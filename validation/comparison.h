@@ -1,0 +1,122 @@
+// Simulation beside experiment: the difference, what it is uncertain by and through whom, and what
+// may be concluded. After ASME V&V 20-2009; docs/validation.md explains every step.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/executor.h"
+#include "experiments/material_record.h"
+#include "validation/statistics.h"
+#include "validation/strength.h"
+#include "validation/suite_file.h"
+
+namespace firn {
+
+enum class ValidationVerdict {
+  consistent,
+  inconsistent,
+  not_enough_data,  // to say
+  not_independent,  // the parameters were calibrated to this very measurement
+  information       // nothing to judge
+};
+const char* to_string(ValidationVerdict verdict);
+
+// The runs of one experiment with one parameter set and one choice of numerics, in order of seeds.
+struct RunGroup {
+  enum class Purpose { base, input, timestep, stiffness };
+  std::size_t experiment = 0, parameter_set = 0;
+  Purpose purpose = Purpose::base;
+  double setting = 0;  // time step, s, or Young's modulus, Pa, of all groups but base and input
+  std::vector<std::uint64_t> seeds;
+  std::vector<std::string> keys;
+  std::vector<JobResult> results;
+
+  // Of the finished runs.
+  std::vector<const JobResult*> finished() const;
+  // One value for each finished run, NaN where undefined. Throws InputError as evaluate() does.
+  std::vector<double> values(const std::string& operand) const;
+};
+
+const char* to_string(RunGroup::Purpose purpose);
+
+// All groups of an experiment with a parameter set, and what they are run with.
+struct Evidence {
+  const RunGroup* base = nullptr;
+  const RunGroup* input = nullptr;  // draws from the material's family, one run each; may be null
+  const RunGroup* numerics_base = nullptr;  // what the following are compared with
+  const RunGroup* timestep = nullptr;       // may be null
+  std::vector<const RunGroup*> stiffness;   // ascending modulus, without the base
+  double base_modulus = 0;                  // Pa; 0: not known
+  const MaterialRecord* material = nullptr;
+};
+
+// One part of the uncertainty of a difference, one standard deviation.
+struct UncertaintyPart {
+  std::string name;             // "seeds", "time step", "stiffness", "input", "experiment"
+  std::optional<double> value;  // nothing: not looked at
+  std::string how;
+};
+
+struct ValueComparison {
+  SampleFacts simulation;  // over seeds
+  double measured = 0;
+  std::string unit;
+  double difference = 0;   // simulation - measured
+  double uncertainty = 0;  // one standard deviation, root of the sum of squares of the parts
+  std::vector<UncertaintyPart> parts;
+  std::optional<Interval> area;  // metric, in `unit`
+  std::vector<double> samples;   // of the runs
+};
+
+struct ClaimResult {
+  Claim claim;
+  int holds = 0, runs = 0;  // in so many of so many
+  Interval probability;     // that it holds in a run: 95 % on either side
+  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+  std::vector<double> larger, than;  // by run
+  std::string unit;
+};
+
+struct DamageResult {
+  std::string response;
+  int particles = 0;               // of all runs
+  double largest = 0, median = 0;  // N
+  DamageProbability free, weibull;
+  std::vector<double> loads;  // N, all runs, ascending
+};
+
+struct SofteningResult {
+  std::string response, unit;
+  std::vector<double> modulus, mean, error;  // by stiffness, ascending
+  double exponent = 0;                       // of response ~ modulus^exponent
+  double exponent_error = 0;                 // one standard deviation; NaN: too few stiffnesses
+  Interval extrapolated;  // at the real modulus, 95 %; NaN where nothing can be said
+  double reach = 0;       // real modulus over the largest simulated
+  std::string word;       // what to make of it
+};
+
+struct Comparison {
+  std::string name, title, note, experiment, parameter_set;
+  ComparisonKind kind = ComparisonKind::value;
+  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+  std::string headline;      // one sentence
+  std::string would_decide;  // what would, where the verdict leaves it open
+  std::string measurement;   // in words, with its source
+  std::string measurement_status;
+  std::vector<std::string> caveats;
+  int runs = 0, finished = 0;
+  std::optional<ValueComparison> value;
+  std::vector<ClaimResult> claims;
+  std::vector<DamageResult> damage;
+  std::optional<WeibullFit> strength;
+  std::vector<SofteningResult> softening;
+};
+
+// Pure function of its arguments. Throws InputError for responses that runs do not have, or whose
+// unit is not the measurement's.
+Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
+                   const Evidence& evidence);
+
+}  // namespace firn

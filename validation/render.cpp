@@ -1,0 +1,178 @@
+// A validation as text, and as JSON for programs and pages.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "experiments/version.h"
+#include "validation/validate.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json numbers(const std::vector<double>& values) {
+  Json j = Json::array();
+  for (const double v : values) j.push_back(number(v));
+  return j;
+}
+
+Json interval(const Interval& i) { return {number(i.low), number(i.high)}; }
+
+Json value_json(const ValueComparison& v) {
+  Json j = {{"unit", v.unit},
+            {"simulated", number(v.simulation.mean)},
+            {"standard_deviation", number(v.simulation.deviation)},
+            {"runs", v.simulation.count},
+            {"samples", numbers(v.samples)},
+            {"measured", number(v.measured)},
+            {"difference", number(v.difference)},
+            {"standard_uncertainty", number(v.uncertainty)}};
+  for (const UncertaintyPart& p : v.parts)
+    j["parts"].push_back(
+        {{"name", p.name}, {"value", p.value ? number(*p.value) : Json(nullptr)}, {"how", p.how}});
+  j["area_metric"] = v.area ? interval(*v.area) : Json(nullptr);
+  return j;
+}
+
+Json claim_json(const ClaimResult& r) {
+  return {{"statement", r.claim.statement},
+          {"relation", fmt::format("{} > {}{}", r.claim.larger,
+                                   r.claim.times == 1 ? "" : fmt::format("{:g} x ", r.claim.times),
+                                   r.claim.than)},
+          {"because", r.claim.because},
+          {"once_in", r.claim.once_in},
+          {"holds_in", r.holds},
+          {"runs", r.runs},
+          {"probability_90", interval(r.probability)},
+          {"verdict", to_string(r.verdict)},
+          {"larger", numbers(r.larger)},
+          {"than", numbers(r.than)},
+          {"unit", r.unit}};
+}
+
+Json probability_json(const DamageProbability& p) {
+  return {{"each", interval(p.each)},
+          {"each_best", number(p.each_best)},
+          {"any", interval(p.any)},
+          {"any_best", number(p.any_best)}};
+}
+
+Json damage_json(const DamageResult& d) {
+  return {{"response", d.response},
+          {"particles", d.particles},
+          {"largest", number(d.largest)},
+          {"median", number(d.median)},
+          {"without_assumption", probability_json(d.free)},
+          {"weibull", probability_json(d.weibull)},
+          {"loads", numbers(d.loads)}};
+}
+
+Json softening_json(const SofteningResult& s) {
+  return {{"response", s.response},
+          {"unit", s.unit},
+          {"modulus", numbers(s.modulus)},
+          {"mean", numbers(s.mean)},
+          {"error", numbers(s.error)},
+          {"exponent", number(s.exponent)},
+          {"exponent_error", number(s.exponent_error)},
+          {"extrapolated_95", interval(s.extrapolated)},
+          {"times_beyond", number(s.reach)},
+          {"word", s.word}};
+}
+
+Json comparison_json(const Comparison& c) {
+  Json j = {{"name", c.name},
+            {"title", c.title},
+            {"note", c.note},
+            {"kind", to_string(c.kind)},
+            {"experiment", c.experiment},
+            {"parameter_set", c.parameter_set},
+            {"verdict", to_string(c.verdict)},
+            {"headline", c.headline},
+            {"would_decide", c.would_decide},
+            {"measurement", c.measurement},
+            {"measurement_status", c.measurement_status},
+            {"caveats", c.caveats},
+            {"runs", c.runs},
+            {"finished", c.finished}};
+  if (c.value) j["value"] = value_json(*c.value);
+  for (const ClaimResult& r : c.claims) j["claims"].push_back(claim_json(r));
+  for (const DamageResult& d : c.damage) j["damage"].push_back(damage_json(d));
+  if (c.strength)
+    j["weibull_shape"] = {{"median", c.strength->shape_median},
+                          {"interval_95", interval(c.strength->shape_95)}};
+  for (const SofteningResult& s : c.softening) j["softening"].push_back(softening_json(s));
+  return j;
+}
+
+Json experiment_json(const Validation& v, std::size_t e) {
+  const SuiteExperiment& experiment = v.suite.experiments[e];
+  Json j = {{"name", experiment.name}, {"case", experiment.case_file}};
+  for (const RunGroup& group : v.groups) {
+    if (group.experiment != e) continue;
+    for (std::size_t i = 0; i < group.results.size(); ++i) {
+      const JobResult& r = group.results[i];
+      j["runs"].push_back({{"key", group.keys[i]},
+                           {"parameter_set", v.suite.parameter_sets[group.parameter_set].name},
+                           {"purpose", to_string(group.purpose)},
+                           {"setting", group.setting},
+                           {"seed", group.seeds[i]},
+                           {"status", to_string(r.status)},
+                           {"reason", r.reason},
+                           {"wall", r.wall},
+                           {"results_file", r.results_file}});
+    }
+  }
+  return j;
+}
+
+}  // namespace
+
+std::string render_table(const Validation& v) {
+  std::string text = fmt::format("{}\n\n", v.suite.title);
+  for (const Comparison& c : v.comparisons) {
+    text += fmt::format("{:<24} {} [{}]\n    {}\n", to_string(c.verdict), c.title, c.parameter_set,
+                        c.headline);
+    for (const ClaimResult& r : c.claims)
+      text += fmt::format("    {:<22} {} of {} runs: {}\n", to_string(r.verdict), r.holds, r.runs,
+                          r.claim.statement);
+    for (const SofteningResult& s : c.softening)
+      text += fmt::format("    {}: {}\n", s.response, s.word);
+    if (!c.would_decide.empty()) text += fmt::format("    would decide: {}\n", c.would_decide);
+    for (const std::string& caveat : c.caveats) text += fmt::format("    note: {}\n", caveat);
+  }
+  text += '\n';
+  for (const auto verdict :
+       {ValidationVerdict::consistent, ValidationVerdict::inconsistent,
+        ValidationVerdict::not_enough_data, ValidationVerdict::not_independent})
+    if (v.count(verdict) > 0)
+      text += fmt::format("{:>4} {}\n", v.count(verdict), to_string(verdict));
+  return text;
+}
+
+std::string render_json(const Validation& v) {
+  Json j = {
+      {"kind", "validation"}, {"name", v.suite.name},           {"title", v.suite.title},
+      {"note", v.suite.note}, {"suite_file", v.suite.source},   {"suite", v.suite.text},
+      {"command", v.command}, {"firn_version", firn_version()}, {"git_commit", firn_git_commit()}};
+  for (const ParameterSet& p : v.suite.parameter_sets) {
+    Json set = Json::object();
+    for (const auto& [key, value] : p.set) set[key] = value;
+    j["parameter_sets"].push_back({{"name", p.name},
+                                   {"note", p.note},
+                                   {"material", p.material},
+                                   {"set", set},
+                                   {"samples", p.samples}});
+  }
+  for (std::size_t e = 0; e < v.suite.experiments.size(); ++e)
+    j["experiments"].push_back(experiment_json(v, e));
+  for (const Comparison& c : v.comparisons) j["comparisons"].push_back(comparison_json(c));
+  return j.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace firn

@@ -1,0 +1,220 @@
+#include "validation/suite_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "experiments/case_materials.h"
+#include "experiments/toml_reader.h"
+#include "validation/operand.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Seeds {
+  int count = 3, first = 1;
+};
+
+std::vector<std::uint64_t> seed_list(int first, int count) {
+  std::vector<std::uint64_t> seeds;
+  for (int i = 0; i < count; ++i) seeds.push_back(static_cast<std::uint64_t>(first + i));
+  return seeds;
+}
+
+std::string beside(const Suite& suite, const std::string& file) {
+  return (fs::path(suite.source).parent_path() / file).lexically_normal().string();
+}
+
+std::vector<Override> read_set(const TomlTable& t) {
+  std::vector<Override> set;
+  if (!t.has("set")) return set;
+  const TomlTable values = t.required_table("set");
+  for (const std::string& key : values.keys()) set.emplace_back(key, values.value_text(key));
+  return set;
+}
+
+ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
+  t.allow({"name", "note", "material", "set", "samples"});
+  ParameterSet p;
+  p.name = fresh_name(t, suite.parameter_sets);
+  p.note = t.string("note", "");
+  p.material = t.string("material", "");
+  p.set = read_set(t);
+  p.samples = t.integer("samples", 0, 0);
+  if (p.samples > 0 && p.material.empty())
+    t.fail("samples", "without a material has no family to draw from; expected a material");
+  return p;
+}
+
+Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
+  t.allow({"timestep", "stiffness", "material", "seeds"});
+  Refinement r;
+  r.timestep = t.number("timestep", 0);
+  if (r.timestep != 0 && !(r.timestep > 0 && r.timestep < 1))
+    t.fail("timestep",
+           fmt::format("is {}; expected a factor between 0 and 1, such as 0.5", r.timestep));
+  if (t.has("stiffness")) {
+    r.stiffness = t.quantities("stiffness", dimension::pressure);
+    r.material = t.string("material");
+  }
+  for (const double modulus : r.stiffness)
+    if (!(modulus > 0)) t.fail("stiffness", "is not above zero; expected Young's moduli");
+  r.seeds = seed_list(seeds.first, t.integer("seeds", 1, std::min(3, seeds.count)));
+  return r;
+}
+
+SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Seeds& of_suite) {
+  t.allow({"name", "case", "set", "seeds", "refine"});
+  SuiteExperiment e;
+  e.name = fresh_name(t, suite.experiments);
+  e.case_file = beside(suite, t.string("case"));
+  if (!fs::exists(e.case_file))
+    t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
+                               e.case_file));
+  e.set = read_set(t);
+  Seeds seeds = of_suite;
+  seeds.count = t.integer("seeds", 1, of_suite.count);
+  e.seeds = seed_list(seeds.first, seeds.count);
+  if (t.has("refine")) e.refine = read_refinement(t.required_table("refine"), seeds);
+  return e;
+}
+
+ComparisonKind read_kind(const TomlTable& t) {
+  const std::string kind = t.choice("kind", {"value", "claims", "damage", "softening"});
+  if (kind == "value") return ComparisonKind::value;
+  if (kind == "claims") return ComparisonKind::claims;
+  return kind == "damage" ? ComparisonKind::damage : ComparisonKind::softening;
+}
+
+void read_value(const TomlTable& t, SuiteComparison& c) {
+  if (c.measurement.status == MeasurementStatus::qualitative)
+    t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
+  c.responses = {t.string("response", c.measurement.response)};
+  if (!t.has("tolerance")) return;
+  const std::string text = t.string("tolerance");
+  const UnitValue q = t.at("tolerance", [&] { return parse_unit_value(text); });
+  if (q.unit != c.measurement.unit || !(q.value > 0))
+    t.fail("tolerance", fmt::format("is {}; expected an amount above zero in \"{}\", the unit of "
+                                    "the measurement",
+                                    text, c.measurement.unit));
+  c.tolerance = q.value;
+}
+
+void read_operands(const TomlTable& t, SuiteComparison& c) {
+  c.responses = t.strings("responses");
+  if (c.responses.empty())
+    t.fail("responses", "is missing; expected names of responses, such as [\"opposed_loads\"]");
+  for (const std::string& text : c.responses) t.at("responses", [&] { parse_operand(text); });
+}
+
+SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
+  t.allow({"name", "title", "note", "kind", "experiment", "measurement", "response", "responses",
+           "tolerance", "expects", "real_modulus"});
+  SuiteComparison c;
+  c.name = fresh_name(t, suite.comparisons);
+  c.title = t.string("title", c.name);
+  c.note = t.string("note", "");
+  c.kind = read_kind(t);
+  const std::string experiment = t.string("experiment");
+  const auto found = std::ranges::find(suite.experiments, experiment, &SuiteExperiment::name);
+  if (found == suite.experiments.end())
+    t.fail("experiment", fmt::format("\"{}\" is no experiment of this suite; expected the name of "
+                                     "one",
+                                     experiment));
+  c.experiment = static_cast<std::size_t>(found - suite.experiments.begin());
+  const auto belongs = [&](const char* key, bool here) {
+    if (t.has(key) && !here)
+      t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out",
+                              to_string(c.kind)));
+  };
+  const bool damage = c.kind == ComparisonKind::damage;
+  belongs("response", c.kind == ComparisonKind::value);
+  belongs("tolerance", c.kind == ComparisonKind::value);
+  belongs("responses", damage || c.kind == ComparisonKind::softening);
+  belongs("expects", damage);
+  belongs("real_modulus", c.kind == ComparisonKind::softening);
+  belongs("measurement", c.kind != ComparisonKind::softening);
+  if (c.kind != ComparisonKind::softening)
+    c.measurement = read_measurement(beside(suite, t.string("measurement")));
+  switch (c.kind) {
+    case ComparisonKind::value:
+      read_value(t, c);
+      break;
+    case ComparisonKind::claims:
+      if (c.measurement.claims.empty())
+        t.fail("measurement", "has no [[claims]]; expected a qualitative one that has");
+      for (const Claim& claim : c.measurement.claims)
+        t.at("measurement", [&] { return parse_operand(claim.larger), parse_operand(claim.than); });
+      break;
+    case ComparisonKind::damage:
+      read_operands(t, c);
+      c.expects_damage = t.choice("expects", {"damage", "no damage"}, "damage") == "damage";
+      break;
+    case ComparisonKind::softening:
+      read_operands(t, c);
+      c.real_modulus = t.quantity("real_modulus", dimension::pressure, Sign::positive);
+      if (found->refine.stiffness.empty())
+        t.fail("experiment", fmt::format("\"{}\" is simulated with one stiffness only; expected "
+                                         "refine.stiffness there",
+                                         experiment));
+      break;
+  }
+  return c;
+}
+
+}  // namespace
+
+const char* to_string(ComparisonKind kind) {
+  switch (kind) {
+    case ComparisonKind::value:
+      return "value";
+    case ComparisonKind::claims:
+      return "claims";
+    case ComparisonKind::damage:
+      return "damage";
+    case ComparisonKind::softening:
+      return "softening";
+  }
+  return "";
+}
+
+Suite read_suite(const std::string& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw InputError(fmt::format("{}: cannot be read; expected a suite file", file));
+  Suite suite;
+  suite.source = file;
+  suite.text = text.str();
+  TomlDocument document(suite.text, file);
+  const TomlTable root = TomlTable::root(document);
+  root.allow({"suite", "execution", "parameter_sets", "experiments", "comparisons"});
+  const TomlTable head = root.required_table("suite");
+  head.allow({"name", "title", "note", "seeds", "first_seed", "threads"});
+  suite.name = head.string("name");
+  if (suite.name.empty() || suite.name.find('/') != std::string::npos)
+    head.fail("name", "is empty or has a slash; expected a name that can be a folder's");
+  suite.title = head.string("title", suite.name);
+  suite.note = head.string("note", "");
+  suite.threads = head.integer("threads", 1, 1);
+  const Seeds seeds{head.integer("seeds", 1, 3), head.integer("first_seed", 1, 1)};
+  for (const TomlTable& t : root.tables("parameter_sets"))
+    suite.parameter_sets.push_back(read_parameter_set(t, suite));
+  if (suite.parameter_sets.empty())
+    suite.parameter_sets.push_back({"as the cases say", "", "", {}, 0});
+  for (const TomlTable& t : root.tables("experiments"))
+    suite.experiments.push_back(read_experiment(t, suite, seeds));
+  for (const TomlTable& t : root.tables("comparisons"))
+    suite.comparisons.push_back(read_comparison(t, suite));
+  if (suite.comparisons.empty())
+    root.fail("comparisons", "is missing; expected at least one [[comparisons]] table");
+  suite.execution = read_execution(root);
+  return suite;
+}
+
+}  // namespace firn

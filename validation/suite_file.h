@@ -1,0 +1,71 @@
+// A validation suite: what is simulated, with which parameters, and which measurements it is
+// compared with. Keys: docs/validation.md.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/execution.h"
+#include "experiments/case.h"
+#include "experiments/measurement.h"
+
+namespace firn {
+
+// One choice of material parameters, for all experiments.
+struct ParameterSet {
+  std::string name, note;
+  std::string material;       // record, "NAME[@VERSION]"; empty: none
+  std::vector<Override> set;  // case keys
+  int samples = 0;            // draws from the record's family, for the uncertainty of the input
+};
+
+// Runs of the first parameter set with finer numerics, to see what these do to the answers.
+struct Refinement {
+  double timestep = 0;            // times the case's own; 0: not looked at
+  std::vector<double> stiffness;  // Young's moduli of `material`, Pa
+  std::string material;           // of the particles
+  std::vector<std::uint64_t> seeds;
+};
+
+struct SuiteExperiment {
+  std::string name, case_file;
+  std::vector<Override> set;
+  std::vector<std::uint64_t> seeds;
+  Refinement refine;
+};
+
+enum class ComparisonKind {
+  value,     // a number against a number
+  claims,    // what was seen, as relations that hold in a run or not
+  damage,    // loads on particles against their breaking force
+  softening  // no measurement: what a reduced stiffness does to responses
+};
+const char* to_string(ComparisonKind kind);
+
+struct SuiteComparison {
+  std::string name, title, note;
+  ComparisonKind kind = ComparisonKind::value;
+  std::size_t experiment = 0;
+  Measurement measurement;             // none for softening
+  std::vector<std::string> responses;  // one for a value; operands for damage and softening
+  std::optional<double> tolerance;     // of a value: what difference would matter; its unit
+  bool expects_damage = true;          // what the experiment's authors say of it
+  double real_modulus = 0;             // Pa, for softening
+};
+
+struct Suite {
+  std::string source, text;
+  std::string name, title, note;
+  int threads = 1;  // of each run
+  std::vector<ParameterSet> parameter_sets;
+  std::vector<SuiteExperiment> experiments;
+  std::vector<SuiteComparison> comparisons;
+  Execution execution;
+};
+
+// Throws InputError with one line `FILE:LINE: KEY: what is wrong; what is expected`.
+Suite read_suite(const std::string& file);
+
+}  // namespace firn

@@ -1,0 +1,234 @@
+#include "validation/validate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+
+#include "experiments/batch/batch_folder.h"
+#include "experiments/material_database.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using Purpose = RunGroup::Purpose;
+
+class Runner {
+ public:
+  Runner(Suite suite, const ValidationOptions& options)
+      : options_(options), suite_(std::move(suite)) {
+    find_materials();
+    for (std::size_t e = 0; e < suite_.experiments.size(); ++e)
+      for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p) plan(e, p);
+  }
+
+  Validation carry_out(const std::string& directory) {
+    Validation v;
+    v.directory = directory;
+    BatchFolder folder(folder_options(directory));
+    Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
+                options_.interrupt);
+    try {
+      run(batch, folder);
+    } catch (const BatchInterrupted&) {
+      v.interrupted = true;
+    }
+    folder.progress().done();
+    if (!v.interrupted) compare_all(v);
+    v.suite = std::move(suite_);
+    v.groups = std::move(groups_);
+    return v;
+  }
+
+ private:
+  void find_materials() {
+    std::optional<MaterialDatabase> database;
+    for (ParameterSet& p : suite_.parameter_sets) {
+      if (p.material.empty()) {
+        records_.emplace_back();
+        continue;
+      }
+      if (!database) database.emplace(material_database_file(options_.database));
+      const MaterialChoice choice = parse_material_choice(p.material);
+      records_.emplace_back(database->find(choice.name, choice.version).record);
+      p.material = records_.back()->reference();  // the version that is there now
+      if (p.samples > 0 && !records_.back()->family)
+        throw InputError(fmt::format("{}: samples: {} has no family to draw from; expected none",
+                                     suite_.source, p.material));
+    }
+  }
+
+  void add(std::size_t experiment, std::size_t set, Purpose purpose, double setting,
+           std::vector<std::uint64_t> seeds) {
+    groups_.push_back({experiment, set, purpose, setting, std::move(seeds), {}, {}});
+  }
+
+  void plan(std::size_t e, std::size_t p) {
+    const SuiteExperiment& experiment = suite_.experiments[e];
+    const ParameterSet& set = suite_.parameter_sets[p];
+    const Case base = read_case(experiment.case_file, overrides(experiment, set, 1, {}),
+                                {request(set, {}), options_.database});
+    add(e, p, Purpose::base, 0, experiment.seeds);
+    if (set.samples > 0) {
+      // Other draws, other seeds: what seeds do is taken out of their scatter.
+      std::vector<std::uint64_t> seeds;
+      for (int k = 0; k < set.samples; ++k)
+        seeds.push_back(experiment.seeds.front() + static_cast<std::uint64_t>(k));
+      add(e, p, Purpose::input, 0, seeds);
+    }
+    const Refinement& refine = experiment.refine;
+    if (p > 0) return;  // what numerics do is looked at with the first set
+    if (!refine.material.empty()) {
+      const auto found = std::ranges::find(base.model.materials, refine.material, &Material::name);
+      if (found == base.model.materials.end())
+        throw InputError(
+            fmt::format("{}: experiments.{}.refine.material: \"{}\" is no material of "
+                        "the case; expected one",
+                        suite_.source, experiment.name, refine.material));
+      base_modulus_[e] = found->young_modulus;
+    }
+    if (refine.timestep > 0)
+      add(e, p, Purpose::timestep, base.model.timestep * refine.timestep, refine.seeds);
+    std::vector<double> moduli = refine.stiffness;
+    std::ranges::sort(moduli);
+    for (const double modulus : moduli) add(e, p, Purpose::stiffness, modulus, refine.seeds);
+  }
+
+  static std::vector<Override> overrides(const SuiteExperiment& experiment, const ParameterSet& set,
+                                         std::uint64_t seed, const std::vector<Override>& more) {
+    std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
+    all.insert(all.end(), experiment.set.begin(), experiment.set.end());
+    all.insert(all.end(), set.set.begin(), set.set.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  static std::vector<std::string> request(const ParameterSet& set, std::optional<int> sample) {
+    if (set.material.empty()) return {};
+    return {sample ? fmt::format("{}#{}", set.material, *sample) : set.material};
+  }
+
+  std::vector<Override> numerics(const RunGroup& group) const {
+    if (group.purpose == Purpose::timestep)
+      return {{"case.timestep", fmt::format("\"{} s\"", group.setting)}};
+    if (group.purpose == Purpose::stiffness)
+      return {{fmt::format("materials.{}.young_modulus",
+                           suite_.experiments[group.experiment].refine.material),
+               fmt::format("\"{} Pa\"", group.setting)}};
+    return {};
+  }
+
+  BatchFolderOptions folder_options(const std::string& directory) const {
+    BatchFolderOptions o;
+    o.directory = directory;
+    o.identity = "validation " + suite_.name;
+    o.must_exist = options_.resume;
+    o.executor = options_.executor;
+    o.program = options_.program;
+    o.jobs = options_.jobs;
+    o.store = options_.store;
+    o.slurm = suite_.execution.slurm;
+    o.progress = !options_.show_progress  ? ProgressStyle::none
+                 : options_.json_progress ? ProgressStyle::json
+                                          : ProgressStyle::people;
+    o.progress_name = "validate";
+    for (const RunGroup& group : groups_) o.largest_total += static_cast<int>(group.seeds.size());
+    o.interrupt = options_.interrupt;
+    o.replace_executor = options_.replace_executor;
+    return o;
+  }
+
+  // All runs in one batch: the cheapest way to keep every core busy.
+  void run(Batch& batch, BatchFolder& folder) {
+    std::vector<BatchRun> runs;
+    for (RunGroup& group : groups_) {
+      const SuiteExperiment& experiment = suite_.experiments[group.experiment];
+      const ParameterSet& set = suite_.parameter_sets[group.parameter_set];
+      int sample = 0;
+      for (const std::uint64_t seed : group.seeds) {
+        std::optional<int> draw;
+        if (group.purpose == Purpose::input) draw = ++sample;
+        BatchRun next = batch.make(
+            experiment.case_file, overrides(experiment, set, seed, numerics(group)), folder.runs(),
+            {experiment.name, to_string(group.purpose), sample, set.name, seed},
+            {request(set, draw), options_.database});
+        next.job.threads = suite_.threads;
+        next.job.limits = suite_.execution.limits;
+        group.keys.push_back(next.job.key);
+        runs.push_back(std::move(next));
+      }
+    }
+    folder.progress().phase(suite_.name);
+    batch.run(runs);
+    for (RunGroup& group : groups_)
+      for (const std::string& key : group.keys) group.results.push_back(batch.outcome(key));
+  }
+
+  Evidence evidence(std::size_t experiment, std::size_t set) const {
+    Evidence e;
+    for (const RunGroup& group : groups_) {
+      if (group.experiment != experiment) continue;
+      // These exist for the first parameter set only; what they show is taken over to the others.
+      if (group.purpose == Purpose::timestep) e.timestep = &group;
+      if (group.purpose == Purpose::stiffness) e.stiffness.push_back(&group);
+      if (group.purpose == Purpose::base && group.parameter_set == 0) e.numerics_base = &group;
+      if (group.parameter_set != set) continue;
+      if (group.purpose == Purpose::base) e.base = &group;
+      if (group.purpose == Purpose::input) e.input = &group;
+    }
+    const auto modulus = base_modulus_.find(experiment);
+    e.base_modulus = modulus == base_modulus_.end() ? 0 : modulus->second;
+    if (records_[set]) e.material = &*records_[set];
+    return e;
+  }
+
+  void compare_all(Validation& v) const {
+    for (const SuiteComparison& what : suite_.comparisons)
+      for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p) {
+        if (what.kind == ComparisonKind::softening && p > 0) continue;
+        v.comparisons.push_back(
+            compare(suite_, what, suite_.parameter_sets[p], evidence(what.experiment, p)));
+      }
+  }
+
+  const ValidationOptions& options_;
+  Suite suite_;
+  std::vector<std::optional<MaterialRecord>> records_;  // by parameter set
+  std::map<std::size_t, double> base_modulus_;          // by experiment
+  std::vector<RunGroup> groups_;
+};
+
+void write_file(const fs::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  if (!out.flush()) throw RunError(fmt::format("{}: cannot be written", file.string()));
+}
+
+}  // namespace
+
+int Validation::count(ValidationVerdict verdict) const {
+  return static_cast<int>(std::ranges::count(comparisons, verdict, &Comparison::verdict));
+}
+
+Validation validate(const ValidationOptions& options) {
+  Suite suite = read_suite(options.suite_file);
+  if (!options.material.empty()) {
+    ParameterSet set{options.material, "", options.material, {}, 0};
+    for (const ParameterSet& p : suite.parameter_sets)
+      set.samples = std::max(set.samples, p.samples);
+    suite.parameter_sets = {set};
+  }
+  const std::string directory =
+      options.directory.empty() ? (fs::path("runs") / suite.name).string() : options.directory;
+  Validation v = Runner(std::move(suite), options).carry_out(directory);
+  v.command = fmt::format("firn validate {}{}", options.suite_file,
+                          options.material.empty() ? "" : " --material " + options.material);
+  if (!v.interrupted) write_file(fs::path(directory) / "results.json", render_json(v) + "\n");
+  return v;
+}
+
+}  // namespace firn
