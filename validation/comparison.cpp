@@ -273,6 +273,7 @@ void compare_damage(const SuiteComparison& what, const Evidence& e, Comparison& 
     return;
   }
   c.strength = fit_weibull(what.measurement);
+  c.breaking_force = what.measurement;
   for (const std::string& response : what.responses) {
     require_unit("max " + response, *e.base, what.measurement);
     const auto runs = loads_by_run(*e.base, response);

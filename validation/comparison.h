@@ -111,6 +111,7 @@ struct Comparison {
   std::vector<ClaimResult> claims;
   std::vector<DamageResult> damage;
   std::optional<WeibullFit> strength;
+  Measurement breaking_force;  // of a comparison of damage
   std::vector<SofteningResult> softening;
 };
 

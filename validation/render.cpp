@@ -103,9 +103,13 @@ Json comparison_json(const Comparison& c) {
   if (c.value) j["value"] = value_json(*c.value);
   for (const ClaimResult& r : c.claims) j["claims"].push_back(claim_json(r));
   for (const DamageResult& d : c.damage) j["damage"].push_back(damage_json(d));
-  if (c.strength)
+  if (c.strength) {
+    const Measurement& m = c.breaking_force;
+    j["strength"] = {
+        {"minimum", m.minimum}, {"mean", m.value}, {"maximum", m.maximum}, {"tests", m.repeats}};
     j["weibull_shape"] = {{"median", c.strength->shape_median},
                           {"interval_95", interval(c.strength->shape_95)}};
+  }
   for (const SofteningResult& s : c.softening) j["softening"].push_back(softening_json(s));
   return j;
 }
