@@ -14,13 +14,6 @@ constexpr double line_interval = 10;   // s between plain lines
 constexpr double smoothing_time = 20;  // s, memory of the rate
 constexpr int bar_width = 24;
 
-std::string particles_text(const Progress& p) {
-  std::string text = fmt::format("{} present", p.present);
-  if (p.waiting > 0) text += fmt::format(", {} waiting", p.waiting);
-  if (p.left > 0) text += fmt::format(", {} left", p.left);
-  return text;
-}
-
 }  // namespace
 
 std::string duration_text(double seconds) {
@@ -69,16 +62,15 @@ void ProgressMeter::show_bar(const Progress& p) {
   // Stages may end early, so the time to the latest end is an upper bound.
   const std::string left =
       rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left" : "";
-  fmt::print(stderr, "\r\x1b[K[{}{}] {:.3f} of {:g} s, {}, {}  {}", std::string(filled, '='),
-             std::string(bar_width - filled, ' '), p.time, p.latest_end, p.stage, particles_text(p),
-             left);
+  fmt::print(stderr, "\r\x1b[K[{}{}] {:.3f} of {:g} s, {}  {}", std::string(filled, '='),
+             std::string(bar_width - filled, ' '), p.time, p.latest_end, stage_text(p), left);
   std::fflush(stderr);
   bar_visible_ = true;
 }
 
 void ProgressMeter::show_line(const Progress& p) const {
-  spdlog::info("{:.3f} of {:g} s, stage {}, {}, {:.0f} steps/s, at most {} left", p.time,
-               p.latest_end, p.stage, particles_text(p), rate_ / timestep_,
+  spdlog::info("{:.3f} of {:g} s, {}, {:.0f} steps/s, at most {} left", p.time, p.latest_end,
+               stage_text(p), rate_ / timestep_,
                rate_ > 0 ? duration_text((p.latest_end - p.time) / rate_) : "?");
 }
 

@@ -90,6 +90,7 @@ void tell_materials(const Case& c, const toml::table& resolved) {
 
 void tell_facts(const Case& c, const std::string& results_file) {
   spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
+  if (!c.start.empty()) spdlog::info("starts from {}", c.start);
   const toml::table resolved = toml::parse(c.resolved);
   tell_materials(c, resolved);
   for (std::size_t i = 0; i < c.model.shapes.size(); ++i) {

@@ -12,6 +12,7 @@
 #include "app/shape_facts.h"
 #include "experiments/case.h"
 #include "experiments/mesh_file.h"
+#include "experiments/mesh_repair.h"
 #include "experiments/units.h"
 #include "reports/scene_picture.h"
 
@@ -26,6 +27,7 @@ struct Arguments {
   std::string rounding;
   std::vector<std::string> settings;
   std::string picture;
+  std::string repaired;
   bool json = false;
 };
 
@@ -44,22 +46,46 @@ bool is_case(const std::string& file) {
   return extension == ".toml";
 }
 
-// An unsound mesh still has facts worth telling: which defects, and where it lies.
-int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects) {
+Json repair_json(const MeshRepair& r) {
+  return {{"needed", r.needed()},       {"hopeless", r.hopeless()},
+          {"degenerate", r.degenerate}, {"disconnected_edges", r.disconnected_edges},
+          {"joined", r.joined},         {"removed", r.removed},
+          {"added", r.added},           {"reversed", r.reversed},
+          {"parts", r.parts},           {"left", defects_json(r.left)}};
+}
+
+std::string repair_rows(const MeshRepair& r) {
+  return fmt::format("  {:<22}{}\n  {:<22}{}\n  {:<22}{}\n", "disconnected edges",
+                     r.disconnected_edges, "pieces", r.parts, "repair", r.sentence());
+}
+
+// An unsound mesh still has facts worth telling: which defects, what would mend them, and where it
+// lies.
+int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
+                 const MeshRepair& repair) {
   const auto [low, high] = bounding_box(mesh);
   if (a.json) {
     print_json({{"file", a.file},
                 {"triangles", mesh.triangles.size()},
                 {"vertices", mesh.vertices.size()},
                 {"sound", false},
-                {"defects", defects_json(defects)}});
+                {"defects", defects_json(defects)},
+                {"repair", repair_json(repair)}});
   } else {
-    fmt::print("{}\n  {:<22}{}\n  {:<22}{}\n", a.file, "triangles", mesh.triangles.size(),
-               "bounding box", mm_text(high - low));
+    fmt::print("{}\n  {:<22}{}\n  {:<22}{}\n{}", a.file, "triangles", mesh.triangles.size(),
+               "bounding box", mm_text(high - low), repair_rows(repair));
   }
-  fmt::print(stderr, "firn: {}: {}; expected a closed mesh that faces outwards\n", a.file,
-             defects.sentence());
-  return ExitStatus::bad_input;
+  if (repair.hopeless() || a.repaired.empty()) {
+    fmt::print(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
+               defects.sentence(),
+               repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
+                                 : std::string("--repaired FILE.stl writes it repaired"));
+    return ExitStatus::bad_input;
+  }
+  write_stl(a.repaired, repair.mesh,
+            option_quantity("--length-unit", "1 " + a.length_unit, dimension::length));
+  fmt::print(stderr, "repaired in {}\n", a.repaired);
+  return ExitStatus::done;
 }
 
 int tell_mesh(const Arguments& a) {
@@ -76,16 +102,20 @@ int tell_mesh(const Arguments& a) {
   }
   const TriangleMesh mesh = read_mesh_file(a.file, unit).mesh;
   const MeshDefects defects = inspect(mesh);
-  if (!defects.sound()) return tell_unsound(a, mesh, defects);
+  const MeshRepair repair = firn::repair(read_triangles(a.file, unit));
+  if (!defects.sound()) return tell_unsound(a, mesh, defects, repair);
+  if (!a.repaired.empty())
+    throw InputError(fmt::format("--repaired: {} has nothing to repair", a.file));
   const Shape shape = make_mesh(mesh, options);
   if (a.json) {
     Json document = shape_json(shape);
     document["file"] = a.file;
     document["density"] = options.density;
+    document["repair"] = repair_json(repair);
     print_json(document);
   } else {
-    fmt::print("{} (lengths in {}, {}, {})\n{}", a.file, a.length_unit, a.density, a.young_modulus,
-               shape_table(shape));
+    fmt::print("{} (lengths in {}, {}, {})\n{}{}", a.file, a.length_unit, a.density,
+               a.young_modulus, shape_table(shape), repair_rows(repair));
   }
   return ExitStatus::done;
 }
@@ -118,7 +148,7 @@ void add_shape_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("shape", "Tell the facts of a mesh, or of a case's shapes and boundaries");
-  command->add_option("FILE", a->file, "An STL mesh, or a case file (*.toml)")
+  command->add_option("FILE", a->file, "A mesh, STL or OBJ (*.obj), or a case file (*.toml)")
       ->required()
       ->type_name("");
   command->add_option("--length-unit", a->length_unit, "Of a mesh file, which names none")
@@ -135,6 +165,10 @@ void add_shape_command(CLI::App& app, int& status) {
                    "Radius of edges and corners of a mesh file's body;\n0.1 % of its smallest box "
                    "edge by default")
       ->type_name("LENGTH");
+  command
+      ->add_option("--repaired", a->repaired,
+                   "Write a mesh that has defects, and can be repaired, without them")
+      ->type_name("FILE.stl");
   command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

@@ -15,6 +15,7 @@
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
 #include "experiments/case_stages.h"
+#include "experiments/case_start.h"
 #include "experiments/case_statistics.h"
 #include "experiments/drained_repose_scene.h"
 #include "experiments/material_application.h"
@@ -160,11 +161,11 @@ Case read_case_text(const std::string& text, const std::string& source,
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"case",     "material_records", "materials",     "interactions",
-              "shapes",   "particles",        "motion_frames", "boundaries",
-              "fills",    "sources",          "tags",          "gates",
-              "switches", "outlets",          "stages",        "experiment",
-              "measure",  "numerics",         "output",        "statistics"});
+  root.allow(
+      {"case",          "material_records", "materials", "interactions", "shapes",  "particles",
+       "motion_frames", "boundaries",       "fills",     "sources",      "tags",    "gates",
+       "switches",      "outlets",          "stages",    "experiment",   "measure", "numerics",
+       "output",        "statistics",       "start"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -179,7 +180,8 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.frames = read_motion_frames(root);
   model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
   complete_free_bodies(root, model);
-  c.placed = read_particles(root, model, c.seed);
+  read_start(root, directory, c);
+  read_particles(root, c);
   c.fills = read_fills(root, model.shapes);
   c.sources = read_sources(root, model.shapes);
   c.outlets = read_outlets(root);
@@ -188,6 +190,8 @@ Case read_case_text(const std::string& text, const std::string& source,
   c.switches = read_switches(root, model.frames);
   read_experiment(root, c);
   check_names(root, model.boundaries);
+  for (const TomlTable& t : root.tables("boundaries")) c.boundary_places.push_back(t.place());
+  c.may_touch = read_may_touch(root, model.boundaries);
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
@@ -195,7 +199,8 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
     root.fail("particles",
-              "the case has none; expected [[particles]], [[fills]], [[sources]] or [experiment]");
+              "the case has none; expected [[particles]], [[fills]], [[sources]], [start] or "
+              "[experiment]");
   }
   check_interactions(root, model, interactions.given);
   if (c.automatic_timestep) {

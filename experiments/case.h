@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "solver/model.h"
+#include "solver/solver.h"
 
 namespace firn {
 
@@ -139,7 +139,7 @@ struct DrainedRepose {
 
 // What the case asks to be measured beside the responses of every case.
 struct Measure {
-  enum class Kind { slip, slide, rebound, heap, accelerometer };
+  enum class Kind { slip, slide, rebound, heap, accelerometer, drum };
   Kind kind = Kind::slip;
   std::string name;        // stands before the names of its responses; may be empty
   std::optional<int> tag;  // only particles that carry it; none: all
@@ -156,6 +156,8 @@ struct Measure {
   // accelerometer: on a free motion frame.
   int frame = 0, axis = 0;
   double cfc = 0;  // Hz, channel frequency class
+  // drum: turns about the horizontal axis `axis` (0 x, 1 y) of the world, steadily from `begin` on.
+  double begin = 0;  // s
 };
 
 // What a material record brought into a case.
@@ -187,11 +189,18 @@ struct Case {
   struct Placed {
     int particle = 0;  // id
     Vec3 position, velocity, angular_velocity;
-    Quat orientation;  // shape axes -> world
+    Quat orientation;        // shape axes -> world
+    double insert_time = 0;  // s; before 0 for those of an earlier run
+    int batch = -1;          // of its fill or source in that run
   };
-  std::vector<Placed> placed;
+  std::vector<Placed> placed;            // those of [start] before those of [[particles]]
+  std::vector<FrameStart> frame_starts;  // of [start], parents first
+  std::string start;                     // what [start] took, in words; empty: there is none
   std::vector<Fill> fills;
-  std::vector<Source> sources;  // their particles follow those of the fills
+  std::vector<Source> sources;                 // their particles follow those of the fills
+  std::vector<std::pair<int, int>> may_touch;  // boundaries that may overlap each other
+  // For messages, "FILE:LINE: KEY": of the boundaries that the case names, and of placed particles.
+  std::vector<std::string> boundary_places, particle_places;
   std::vector<Gate> gates;
   std::vector<TagRule> tag_rules;
   std::vector<Switch> switches;

@@ -21,9 +21,9 @@ Quat shortest_rotation_from_z(const Vec3& n) {
 }
 
 // Keys of every solid, whatever its kind.
-constexpr std::string_view kSolidKeys[] = {"name",    "material",  "kind",
-                                           "rigid",   "stiffness", "motion_frame",
-                                           "motions", "position",  "orientation"};
+constexpr std::string_view kSolidKeys[] = {"name",        "material",     "kind",    "rigid",
+                                           "stiffness",   "motion_frame", "motions", "position",
+                                           "orientation", "may_touch"};
 
 std::vector<std::string_view> all_kinds() {
   std::vector<std::string_view> kinds = {"plane", "box", "mesh"};
@@ -35,14 +35,14 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
   const std::string kind = t.choice("kind", all_kinds());
   if (kind == "plane") {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions", "point",
-             "normal"});
+             "normal", "may_touch"});
     const Vec3 point = t.vector("point", dimension::length, "0 0 0 m");
     return plane_boundary("", 0, point, t.direction("normal"));
   }
   Boundary b;
   if (kind == "box") {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
-             "position", "orientation", "size"});
+             "position", "orientation", "size", "may_touch"});
     b = box_boundary("", 0, t.sizes("size"), Vec3::Zero());
   } else if (kind != "mesh") {
     Solid part = read_machine_part(t, kind, kSolidKeys);
@@ -51,7 +51,7 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
     b.parts = std::move(part.parts);
   } else {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
-             "position", "orientation", "file", "length_unit", "sha256", "thickness"});
+             "position", "orientation", "file", "length_unit", "sha256", "thickness", "may_touch"});
     const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
     b.kind = Boundary::Kind::solid;
     b.mesh = read_mesh(t, directory);
@@ -70,11 +70,7 @@ std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<M
   std::vector<Boundary> boundaries;
   for (const TomlTable& t : root.tables("boundaries")) {
     Boundary b = read_geometry(t, directory);
-    b.name = t.string("name");
-    // The name becomes part of a path in results files.
-    if (b.name.empty() || b.name == "." || b.name.find('/') != std::string::npos) {
-      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", b.name));
-    }
+    b.name = path_name(t);
     b.material = material_index(t, "material", materials);
     b.rigid = t.boolean("rigid", false);
     b.stiffness =
@@ -94,6 +90,18 @@ std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<M
     boundaries.push_back(std::move(b));
   }
   return boundaries;
+}
+
+std::vector<std::pair<int, int>> read_may_touch(const TomlTable& root,
+                                                const std::vector<Boundary>& boundaries) {
+  std::vector<std::pair<int, int>> pairs;
+  int b = 0;
+  for (const TomlTable& t : root.tables("boundaries")) {
+    for (const std::string& other : t.strings("may_touch"))
+      pairs.emplace_back(b, boundary_index(t, "may_touch", other, boundaries));
+    ++b;
+  }
+  return pairs;
 }
 
 Boundary plane_boundary(const std::string& name, int material, const Vec3& point,

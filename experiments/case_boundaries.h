@@ -13,6 +13,10 @@ std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<M
                                       const std::vector<MotionFrame>& frames,
                                       const std::string& directory);
 
+// `may_touch` of all boundaries: pairs that may overlap.
+std::vector<std::pair<int, int>> read_may_touch(const TomlTable& root,
+                                                const std::vector<Boundary>& boundaries);
+
 // The half-space behind the plane through `point` (m) with unit `normal` out of the wall.
 Boundary plane_boundary(const std::string& name, int material, const Vec3& point,
                         const Vec3& normal);

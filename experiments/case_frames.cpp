@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 
 #include "experiments/case_materials.h"
+#include "experiments/motion_csv.h"
 #include "solver/mesh.h"
 
 namespace firn {
@@ -61,43 +64,94 @@ void read_schedule(const TomlTable& t, Schedule& s) {
   }
 }
 
-// Without jumps and gaps.
-void check_table(const TomlTable& t, const Motion& m) {
+struct TableFault {
+  std::size_t row = 0;
+  const char* key = "times";  // or "ways"
+  std::string what;
+};
+
+// Jumps, gaps, times that do not ascend from 0.
+std::optional<TableFault> fault_of(const Motion& m) {
   const bool turns = m.kind == Motion::Kind::rotation;
-  if (m.times.size() != m.ways.size() || m.times.size() < 2) {
-    t.fail("ways", fmt::format("has {} values for {} times; expected as many, at least two",
-                               m.ways.size(), m.times.size()));
-  }
+  if (m.times.size() != m.ways.size() || m.times.size() < 2)
+    return TableFault{0, "ways",
+                      fmt::format("has {} values for {} times; expected as many, at least two",
+                                  m.ways.size(), m.times.size())};
   if (m.times.front() != 0)
-    t.fail("times",
-           fmt::format("begin at {} s; expected 0, the start of the motion", m.times.front()));
+    return TableFault{
+        0, "times",
+        fmt::format("begin at {} s; expected 0, the start of the motion", m.times.front())};
   std::vector<double> intervals;
   for (std::size_t i = 1; i < m.times.size(); ++i) {
     const double interval = m.times[i] - m.times[i - 1];
-    if (!(interval > 0)) {
-      t.fail("times", fmt::format("go from {} s to {} s; expected each later than the one before",
-                                  m.times[i - 1], m.times[i]));
-    }
+    if (!(interval > 0))
+      return TableFault{i, "times",
+                        fmt::format("go from {} s to {} s; expected each later than the one before",
+                                    m.times[i - 1], m.times[i])};
     intervals.push_back(interval);
     const double rate = std::abs(m.ways[i] - m.ways[i - 1]) / interval;
     const double fastest = turns ? kFastestTurn : kFastest;
-    if (rate > fastest) {
-      t.fail("ways", fmt::format("jump from {} to {} {} within {} s; expected at most {} {}",
-                                 m.ways[i - 1], m.ways[i], turns ? "rad" : "m", interval, fastest,
-                                 turns ? "rad/s" : "m/s"));
-    }
+    if (rate > fastest)
+      return TableFault{
+          i, "ways",
+          fmt::format("jump from {} to {} {} within {} s; expected at most {} {}", m.ways[i - 1],
+                      m.ways[i], turns ? "rad" : "m", interval, fastest, turns ? "rad/s" : "m/s")};
   }
-  if (m.times.size() < kRowsOfASeries) return;
+  if (m.times.size() < kRowsOfASeries) return std::nullopt;
   std::vector<double> sorted = intervals;
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
   const double usual = sorted[sorted.size() / 2];
   for (std::size_t i = 0; i < intervals.size(); ++i) {
-    if (intervals[i] > kGap * usual) {
-      t.fail("times", fmt::format("have a gap from {} s to {} s, where others are {} s apart; "
-                                  "expected a value in between",
-                                  m.times[i], m.times[i + 1], usual));
-    }
+    if (intervals[i] > kGap * usual)
+      return TableFault{i + 1, "times",
+                        fmt::format("have a gap from {} s to {} s, where others are {} s apart; "
+                                    "expected a value in between",
+                                    m.times[i], m.times[i + 1], usual)};
   }
+  return std::nullopt;
+}
+
+toml::array texts_of(const std::vector<double>& values, const Dimension& dimension) {
+  toml::array texts;
+  for (const double value : values) texts.push_back(si_text(value, dimension));
+  return texts;
+}
+
+// Written out as `times` and `ways`, so that the resolved case needs the file no more.
+void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
+  const std::string file =
+      std::filesystem::absolute(std::filesystem::path(t.document().directory()) / t.string("file"))
+          .lexically_normal()
+          .string();
+  const std::string time_column = t.string("time_column", "time"),
+                    way_column = t.string("way_column", "way");
+  if (!std::filesystem::is_regular_file(file))
+    t.fail("file", fmt::format("\"{}\" is no file; expected a CSV file", file));
+  const MotionCsv table = read_motion_csv(file, time_column, way_column, way);
+  m.times = table.times;
+  m.ways = table.ways;
+  if (const auto fault = fault_of(m)) {
+    const bool of_times = fault->key == std::string_view("times");
+    throw InputError(fmt::format("{}:{}: {}: {}", file,
+                                 table.lines.empty() ? 1 : table.lines[fault->row],
+                                 of_times ? time_column : way_column, fault->what));
+  }
+  t.set("file", file);
+  t.set("times", texts_of(m.times, dimension::time));
+  t.set("ways", texts_of(m.ways, way));
+}
+
+void read_motion_table(const TomlTable& t, const Dimension& way, Motion& m) {
+  m.course = Motion::Course::table;
+  const auto asked_anew = [&](const char* key) {
+    return t.document().overridden(t.path() + "." + key);
+  };
+  if (t.has("file") && (!t.has("times") || asked_anew("file") || asked_anew("time_column") ||
+                        asked_anew("way_column")))
+    take_csv(t, way, m);
+  m.times = t.quantities("times", dimension::time);
+  m.ways = t.quantities("ways", way);
+  if (const auto fault = fault_of(m)) t.fail(fault->key, fault->what);
 }
 
 void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
@@ -108,10 +162,7 @@ void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
     m.end_rate = t.quantity("to", units.rate, Sign::any);
     m.ramp_time = t.quantity("ramp_time", dimension::time, Sign::positive);
   } else if (kind.ends_with("table")) {
-    m.course = Motion::Course::table;
-    m.times = t.quantities("times", dimension::time);
-    m.ways = t.quantities("ways", units.way);
-    check_table(t, m);
+    read_motion_table(t, units.way, m);
   } else {
     m.course = Motion::Course::swing;
     m.amplitude = t.quantity("amplitude", units.way, Sign::positive);
@@ -206,9 +257,6 @@ std::vector<MotionFrame> read_motion_frames(const TomlTable& root) {
     t.allow({"name", "parent", "position", "motions", "free"});
     MotionFrame frame;
     frame.name = fresh_name(t, frames);
-    // The name becomes part of a path in results files.
-    if (frame.name.empty() || frame.name == "." || frame.name.find('/') != std::string::npos)
-      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", frame.name));
     frame.parent = optional_frame(t, "parent", frames);
     frame.origin = t.vector("position", dimension::length, "0 0 0 m");
     for (const TomlTable& motion : t.tables("motions"))
@@ -240,7 +288,8 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
   if (!turns && !steady) keys.push_back("direction");
   if (steady) keys.push_back(turns ? "angular_velocity" : "velocity");
   if (kind.ends_with("ramp")) keys.insert(keys.end(), {"from", "to", "ramp_time"});
-  if (kind.ends_with("table")) keys.insert(keys.end(), {"times", "ways"});
+  if (kind.ends_with("table"))
+    keys.insert(keys.end(), {"times", "ways", "file", "time_column", "way_column"});
   if (kind == "vibration" || kind == "pendulum")
     keys.insert(keys.end(), {"amplitude", "frequency", "phase"});
   keys.insert(keys.end(), also.begin(), also.end());

@@ -123,6 +123,13 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
                               nearest(name, names)));
 }
 
+std::string path_name(const TomlTable& table) {
+  const std::string name = table.string("name");
+  if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos)
+    table.fail("name", fmt::format("is \"{}\"; expected a name without slashes", name));
+  return name;
+}
+
 int material_index(const TomlTable& table, std::string_view key,
                    const std::vector<Material>& materials) {
   std::vector<std::string_view> names;

@@ -26,10 +26,14 @@ int material_index(const TomlTable& table, std::string_view key,
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
 
-// `name` of a table, which none of the earlier ones has. Throws.
+// `name` of a table, without slashes. Throws.
+std::string path_name(const TomlTable& table);
+
+// `name` of a table, which becomes part of a path in results files. Throws for one with slashes,
+// and for one that an earlier table has.
 template <class Named>
 std::string fresh_name(const TomlTable& table, const std::vector<Named>& earlier) {
-  const std::string name = table.string("name");
+  const std::string name = path_name(table);
   for (const Named& other : earlier)
     if (other.name == name)
       table.fail("name", '"' + name + "\" is taken already; expected another name");

@@ -116,8 +116,8 @@ void read_region(const TomlTable& t, Vec3& lower, Vec3& upper) {
 
 }  // namespace
 
-std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, std::uint64_t seed) {
-  std::vector<Case::Placed> placed;
+void read_particles(const TomlTable& root, Case& c) {
+  Model& model = c.model;
   for (const TomlTable& t : root.tables("particles")) {
     t.allow({"shape", "position", "orientation", "velocity", "angular_velocity", "tag", "grid",
              "spacing", "scatter", "turn", "turn_axis", "random_orientation"});
@@ -133,12 +133,12 @@ std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, st
       Case::Placed p = first;
       p.particle = static_cast<int>(model.particles.size());
       p.position = position;
-      disturb(p, chance, seed);
+      disturb(p, chance, c.seed);
       model.particles.push_back(particle);
-      placed.push_back(p);
+      c.placed.push_back(p);
+      c.particle_places.push_back(t.place());
     }
   }
-  return placed;
 }
 
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes) {
@@ -215,8 +215,6 @@ std::vector<Gate> read_gates(const TomlTable& root) {
     t.allow({"name", "region_min", "region_max", "point", "normal"});
     Gate gate;
     gate.name = fresh_name(t, gates);
-    if (gate.name.empty() || gate.name.find('/') != std::string::npos)
-      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", gate.name));
     gate.is_box = t.has("region_min");
     if (gate.is_box == t.has("point"))
       t.fail("point", "expected either region_min and region_max, or point and normal");
@@ -277,7 +275,7 @@ std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>
              "turn", "turn_axis", "random_orientation", "tag", "tag_by", "start", "interval",
              "batches", "stage"});
     Source source;
-    source.name = t.string("name");
+    source.name = fresh_name(t, sources);
     source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
     source.positions = grid_positions(t);
     source.orientation = t.orientation("orientation");

@@ -9,8 +9,9 @@
 
 namespace firn {
 
-// Adds the particles to the model as well. `seed` draws what a table leaves to chance.
-std::vector<Case::Placed> read_particles(const TomlTable& root, Model& model, std::uint64_t seed);
+// Adds to c.placed, and the particles to the model; the case's seed draws what a table leaves to
+// chance.
+void read_particles(const TomlTable& root, Case& c);
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Outlet> read_outlets(const TomlTable& root);

@@ -168,11 +168,8 @@ Stage read_stage(const TomlTable& t, const Case& c) {
 std::vector<Stage> read_stages(const TomlTable& root, const Case& c) {
   std::vector<Stage> stages;
   for (const TomlTable& t : root.tables("stages")) {
-    Stage stage = read_stage(t, c);
-    if (std::ranges::count(stages, stage.name, &Stage::name)) {
-      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", stage.name));
-    }
-    stages.push_back(std::move(stage));
+    fresh_name(t, stages);
+    stages.push_back(read_stage(t, c));
   }
   return stages;
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/placement.h"
+
 namespace firn {
 namespace {
 
@@ -191,8 +193,7 @@ RunSummary Driver::run() {
 std::string Driver::simulate() {
   if (options_.progress) report();
   if (!resumed_) {
-    for (const Case::Placed& p : case_.placed)
-      solver_.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
+    place_start(solver_, case_);
     enter_stage(0);
   }
   while (true) {
@@ -209,7 +210,7 @@ std::string Driver::simulate() {
       return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked);
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
-    if (const auto by = watch_.ended_by(stage(), solver_, stage_now())) {
+    if (const auto by = watch_.ended_by(stage(), solver_, traffic_, stage_now())) {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
       if (last || solver_.steps() >= last_step_) {
@@ -332,6 +333,8 @@ void Driver::report() {
     if (presence == Presence::waiting) ++progress.waiting;
     if (presence == Presence::left) ++progress.left;
   }
+  for (std::size_t g = 0; g < case_.gates.size(); ++g)
+    progress.passed.push_back({case_.gates[g].name, traffic_.passed(static_cast<int>(g), 0)});
   options_.progress(progress);
   reported_ = Clock::now();
 }

@@ -8,12 +8,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "experiments/obj_file.h"
 #include "experiments/sha256.h"
 
 namespace firn {
@@ -24,10 +26,10 @@ constexpr std::size_t kTitle = 80, kHeader = 84, kNormal = 12, kTriangle = 50;
 
 std::string read_bytes(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file + ": cannot be opened; expected an STL file");
+  if (!in) throw InputError(file + ": cannot be opened; expected an STL or OBJ file");
   std::ostringstream bytes;
   if (!(bytes << in.rdbuf())) {
-    throw InputError(file + ": cannot be read or is empty; expected an STL file");
+    throw InputError(file + ": cannot be read or is empty; expected an STL or OBJ file");
   }
   return std::move(bytes).str();
 }
@@ -163,34 +165,50 @@ Corners read_corners(const std::string& file, std::string_view bytes) {
   return read_binary(bytes, promised);
 }
 
-TriangleMesh mesh_of(const std::string& file, const std::string& bytes, double length_unit) {
-  const Corners corners = read_corners(file, bytes);
-  if (corners.empty()) throw InputError(file + ": holds no triangles; expected a mesh");
-  if (corners.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
-    throw InputError(file + ": holds too many triangles; expected fewer than 700 million");
-  }
-  constexpr double kFarthest = 1e6;  // m
+bool is_obj(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".obj";
+}
+
+// As the file has them, in metres.
+TriangleMesh triangles_of(const std::string& file, const std::string& bytes, double length_unit) {
   TriangleMesh mesh;
+  if (is_obj(file)) {
+    mesh = read_obj(file, bytes);
+  } else {
+    mesh.vertices = read_corners(file, bytes);
+    if (mesh.vertices.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+      throw InputError(file + ": holds too many triangles; expected fewer than 700 million");
+    for (int i = 0; i + 2 < static_cast<int>(mesh.vertices.size()); i += 3)
+      mesh.triangles.push_back({i, i + 1, i + 2});
+  }
+  if (mesh.triangles.empty()) throw InputError(file + ": holds no triangles; expected a mesh");
+  constexpr double kFarthest = 1e6;  // m
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vec3 corner = mesh.vertices[i];
+    mesh.vertices[i] *= length_unit;
+    if (mesh.vertices[i].allFinite() && mesh.vertices[i].cwiseAbs().maxCoeff() <= kFarthest)
+      continue;
+    throw InputError(fmt::format(
+        "{}: {} {} has the corner ({:g}, {:g}, {:g}); expected finite coordinates up to "
+        "1000 km",
+        file, is_obj(file) ? "vertex" : "triangle", is_obj(file) ? i + 1 : i / 3 + 1, corner.x(),
+        corner.y(), corner.z()));
+  }
+  return mesh;
+}
+
+TriangleMesh merged(const std::string& file, const TriangleMesh& mesh) {
   double largest = 0;
-  for (const Vec3& corner : corners) {
-    const Vec3 p = length_unit * corner;
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest) {
-      const auto triangle = mesh.vertices.size() / 3 + 1;
-      throw InputError(fmt::format(
-          "{}: triangle {} has the corner ({:g}, {:g}, {:g}); expected finite coordinates up to "
-          "1000 km",
-          file, triangle, corner.x(), corner.y(), corner.z()));
-    }
-    mesh.vertices.push_back(p);
-    largest = std::max(largest, p.cwiseAbs().maxCoeff());
-  }
-  for (int i = 0; i + 2 < static_cast<int>(corners.size()); i += 3) {
-    mesh.triangles.push_back({i, i + 1, i + 2});
-  }
+  for (const Vec3& p : mesh.vertices) largest = std::max(largest, p.cwiseAbs().maxCoeff());
   // A few units in the last place of single precision: the same corner as several programs round
   // it.
   constexpr double kSame = 5e-7;
-  return weld(mesh, kSame * largest);
+  TriangleMesh result = weld(mesh, kSame * largest);
+  if (result.triangles.empty())
+    throw InputError(file + ": has triangles without area alone; expected a mesh");
+  return result;
 }
 
 void put_little_endian(std::string& bytes, std::uint32_t value) {
@@ -206,12 +224,16 @@ void put(std::string& bytes, const Vec3& v) {
 }  // namespace
 
 TriangleMesh read_stl(const std::string& file, double length_unit) {
-  return mesh_of(file, read_bytes(file), length_unit);
+  return merged(file, triangles_of(file, read_bytes(file), length_unit));
 }
 
 MeshFile read_mesh_file(const std::string& file, double length_unit) {
   const std::string bytes = read_bytes(file);
-  return {mesh_of(file, bytes, length_unit), sha256(bytes)};
+  return {merged(file, triangles_of(file, bytes, length_unit)), sha256(bytes)};
+}
+
+TriangleMesh read_triangles(const std::string& file, double length_unit) {
+  return triangles_of(file, read_bytes(file), length_unit);
 }
 
 void write_stl(const std::string& file, const TriangleMesh& mesh, double length_unit) {

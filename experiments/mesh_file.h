@@ -7,10 +7,10 @@
 
 namespace firn {
 
-// Reads an STL file, text or binary; `length_unit`: metres per length unit of the file. Equal
-// corners are merged, so a text file and its binary twin give the same mesh. Bytes that follow the
-// triangles of a binary file are ignored, as are the normals: corners run counter-clockwise seen
-// from outside. The mesh may have holes: see inspect().
+// Reads an STL file, text or binary, or, by the ending .obj, a Wavefront OBJ file; `length_unit`:
+// metres per length unit of the file. Equal corners are merged, so a text file and its binary twin
+// give the same mesh. Bytes that follow the triangles of a binary file are ignored, as are the
+// normals: corners run counter-clockwise seen from outside. The mesh may have holes: see inspect().
 // Throws InputError, one line that begins with the file's name, for a file that is missing, no
 // STL, cut short or empty, and for coordinates that are no finite numbers or beyond 1000 km.
 TriangleMesh read_stl(const std::string& file, double length_unit);
@@ -24,6 +24,8 @@ struct MeshFile {
   TriangleMesh mesh;   // m, file axes, equal corners merged
   std::string sha256;  // of the file's bytes
 };
+// Corners as the file has them, not merged; degenerate triangles are there, too.
+TriangleMesh read_triangles(const std::string& file, double length_unit);
 MeshFile read_mesh_file(const std::string& file, double length_unit);
 
 }  // namespace firn

@@ -39,6 +39,12 @@ struct Extents {
 
 }  // namespace
 
+void place_start(Solver& solver, const Case& c) {
+  for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
+  for (const Case::Placed& p : c.placed)
+    solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
+}
+
 RandomStream::RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t batch) {
   const auto low = [](std::uint64_t x) { return static_cast<std::uint32_t>(x); };
   const auto high = [](std::uint64_t x) { return static_cast<std::uint32_t>(x >> 32); };

@@ -10,6 +10,9 @@
 
 namespace firn {
 
+// The state that a case starts from: frames that stand elsewhere than drawn, particles placed.
+void place_start(Solver& solver, const Case& c);
+
 // Random numbers of one batch: a stream of its own for each (seed, fill, batch), so that a run can
 // go on from a checkpoint without carrying any state of a generator.
 class RandomStream {

@@ -47,12 +47,13 @@ void add_particles(Row& row, const Solver& solver) {
 }
 
 // Loads are means over the interval, s.
-void add_frame(Row& row, const FrameState& frame, double interval) {
+void add_frame(Row& row, const FrameState& frame, bool turns_freely, double interval) {
   const double per_time = interval > 0 ? 1 / interval : 0;
   row.add(frame.position);
   row.add(frame.orientation);
   row.add(Vec3(frame.impulse * per_time));
   row.add(Vec3(frame.angular_impulse * per_time));
+  if (turns_freely) row.add(frame.free_spin);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.coordinate);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.rate);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.drive_impulse * per_time);
@@ -102,6 +103,7 @@ std::vector<Column> result_columns(const Model& model) {
     columns.push_back({group + "/orientation", "1", {4}});
     columns.push_back({group + "/force", "N", {3}});
     columns.push_back({group + "/torque", "N m", {3}});
+    if (frame.free && frame.free->turns_freely) columns.push_back({group + "/spin", "rad/s", {3}});
     if (!frame.free || frame.free->axes.empty()) continue;
     const std::size_t axes = frame.free->axes.size();
     for (const char* name : {"coordinate", "rate", "drive", "stop"})
@@ -124,7 +126,11 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   row.add(solver.time());
   add_particles(row, solver);
   for (const BoundaryState& boundary : solver.boundaries()) add_boundary(row, boundary, interval);
-  for (const FrameState& frame : solver.frames()) add_frame(row, frame, interval);
+  const std::vector<FrameState> frames = solver.frames();
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const std::optional<FreeBody>& free = solver.model().frames[f].free;
+    add_frame(row, frames[f], free && free->turns_freely, interval);
+  }
   const Energy e = solver.energy();
   for (double value :
        {e.kinetic, e.gravitational, e.elastic, e.dissipated_normal + e.dissipated_friction,
@@ -212,7 +218,10 @@ Passages::Passages(const Case& c) {
   exit_time = door_time = insert_time = std::vector<double>(n, kNaN);
   outlet = batch = std::vector<int>(n, -1);
   for (const Particle& p : c.model.particles) tag.push_back(p.tag);
-  for (const Case::Placed& p : c.placed) insert_time[static_cast<std::size_t>(p.particle)] = 0;
+  for (const Case::Placed& p : c.placed) {
+    insert_time[static_cast<std::size_t>(p.particle)] = p.insert_time;
+    batch[static_cast<std::size_t>(p.particle)] = p.batch;
+  }
   gate_time.assign(c.gates.size(), std::vector<double>(n, kNaN));
 }
 

@@ -4,6 +4,7 @@
 
 #include "experiments/checkpoint.h"
 #include "experiments/driver.h"
+#include "experiments/machine_check.h"
 #include "experiments/recorder.h"
 #include "experiments/recording.h"
 #include "experiments/results_layout.h"
@@ -76,6 +77,16 @@ Case case_of(const Recording& recording, const char* what) {
   return c;
 }
 
+std::string stage_text(const Progress& p) {
+  std::string text =
+      fmt::format("{}, {} particle{}", p.stage, p.present, p.present == 1 ? "" : "s");
+  if (p.waiting > 0) text += fmt::format(", {} to come", p.waiting);
+  if (p.left > 0) text += fmt::format(", {} left", p.left);
+  for (const Progress::Passed& gate : p.passed)
+    if (gate.count > 0) text += fmt::format(", {} through {}", gate.count, gate.gate);
+  return text;
+}
+
 const char* to_string(RunStatus status) {
   switch (status) {
     case RunStatus::finished:
@@ -91,6 +102,7 @@ const char* to_string(RunStatus status) {
 RunSummary run(const Case& c, const RunOptions& options) {
   if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
   check_runnable(c);
+  check_machine(c);
   recover_results(options.results_file);  // a killed run is kept whole, too
   const std::string kept_earlier = keep_earlier_results(options.results_file);
   drop_kept_copy(options.results_file);

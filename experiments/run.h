@@ -23,7 +23,15 @@ struct Progress {
   std::string stage;                               // name of the stage under way
   double wall = 0;                                 // s, so far
   std::size_t present = 0, waiting = 0, left = 0;  // particles
+  struct Passed {
+    std::string gate;
+    std::size_t count = 0;
+  };
+  std::vector<Passed> passed;  // particles that have been in each gate of the case
 };
+// "harvest, 64 particles, 256 to come, 12 through container": gates that nobody has passed are left
+// out.
+std::string stage_text(const Progress& progress);
 
 struct RunOptions {
   std::string results_file;  // HDF5; always written

@@ -138,13 +138,28 @@ void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& t
                state.torque_since);
 }
 
+// "12 of 75 particles came through \"container\"": a closed outlet, or a jam.
+std::string StageWatch::shortfall(const Stage& stage, const Traffic& traffic,
+                                  const Traffic::Now& now) const {
+  const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
+  const std::string& gate = case_.gates[index(stage.gate)].name;
+  if (stage.count > 0)
+    return fmt::format("{} of {} particles came through \"{}\"", traffic.passed(stage.gate, from),
+                       stage.count, gate);
+  return fmt::format("{:.4g} of {:.4g} kg came through \"{}\"",
+                     traffic.passed_mass(stage.gate, from), stage.mass, gate);
+}
+
 std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver& solver,
+                                                const Traffic& traffic,
                                                 const Traffic::Now& now) const {
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
   if (step >= to_steps(case_, case_.duration)) return "end of the case";
   if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
     const bool by_time = stage.until.empty() || stage.ends_on(Until::time);
-    return by_time ? "time" : "time limit";
+    if (by_time) return "time";
+    if (stage.ends_on(Until::passed)) return "time limit: " + shortfall(stage, traffic, now);
+    return "time limit";
   }
   if (in_stage < to_steps(case_, stage.min_duration)) return std::nullopt;
   const auto held = [&](Until event, std::int64_t since, double hold) {

@@ -36,12 +36,13 @@ class StageWatch {
             const Traffic::Now& now, bool left);
   // What has ended the stage, if anything has.
   std::optional<std::string> ended_by(const Stage& stage, const Solver& solver,
-                                      const Traffic::Now& now) const;
+                                      const Traffic& traffic, const Traffic::Now& now) const;
 
  private:
   void look_at_switches(const Solver& solver);
   void look_at_drive(const Stage& stage, const Solver& solver, std::uint64_t stage_start);
   bool is_quiet(const Stage& stage, const Solver& solver) const;
+  std::string shortfall(const Stage& stage, const Traffic& traffic, const Traffic::Now& now) const;
 
   const Case& case_;
 };

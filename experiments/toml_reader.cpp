@@ -194,6 +194,7 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
 }  // namespace
 
 void TomlDocument::include(const std::string& directory) {
+  directory_ = directory;
   include_files(root_, directory, source_, 1);
 }
 
@@ -347,6 +348,10 @@ void TomlTable::fail(std::string_view key, const std::string& message) const {
   document_->fail(path_of(key), line, message);
 }
 
+std::string TomlTable::place() const {
+  return fmt::format("{}:{}: {}", document_->source_of(path_), std::max(line_, 1u), path_);
+}
+
 const toml::node& TomlTable::require(std::string_view key) const {
   const toml::node* node = table_->get(key);
   if (!node) fail(key, "missing; expected this key");
@@ -493,6 +498,22 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count,
   }
   if (values.size() != count) {
     fail(key, fmt::format("has {} entries; expected {}", values.size(), wanted));
+  }
+  return values;
+}
+
+std::vector<int> TomlTable::integers(std::string_view key) const {
+  if (!has(key)) return {};
+  const toml::node& node = require(key);
+  const toml::array* array = node.as_array();
+  constexpr const char* kWanted = "a list of whole numbers, such as [1, 2]";
+  if (!array) fail(key, fmt::format("is {}; expected {}", describe(node), kWanted));
+  std::vector<int> values;
+  for (const toml::node& element : *array) {
+    const auto i = element.value_exact<std::int64_t>();
+    if (!i || *i != static_cast<int>(*i))
+      fail(key, fmt::format("holds {}; expected {}", describe(element), kWanted));
+    values.push_back(static_cast<int>(*i));
   }
   return values;
 }

@@ -41,6 +41,9 @@ class TomlDocument {
   bool has(const std::string& path) const;         // through tables alone
   bool overridden(const std::string& path) const;  // by apply() or set(), itself or a table around
 
+  // Where relative paths begin: as given to include().
+  const std::string& directory() const { return directory_; }
+
   toml::table& root() { return root_; }
   const std::string& source() const { return source_; }
   std::string text() const;  // the tree as it stands now
@@ -53,7 +56,7 @@ class TomlDocument {
   [[noreturn]] void fail(const std::string& path, unsigned line, const std::string& message) const;
 
  private:
-  std::string source_;
+  std::string source_, directory_;
   toml::table root_;
   std::map<std::string, std::string> set_by_;  // path -> override that set it
 };
@@ -102,6 +105,7 @@ class TomlTable {
               std::string_view fallback = {}) const;
   Vec3 sizes(std::string_view key) const;  // three lengths above zero
 
+  std::vector<int> integers(std::string_view key) const;  // a list; empty when missing
   std::array<int, 3> counts(std::string_view key) const;  // [nx, ny, nz], whole, at least 1
   Vec3 direction(std::string_view key) const;             // [x, y, z], scaled to unit length
   Quat orientation(std::string_view key) const;  // [w, x, y, z], unit; identity when missing
@@ -113,6 +117,7 @@ class TomlTable {
   TomlTable required_table(std::string_view key) const;
   std::vector<TomlTable> tables(std::string_view key) const;  // array of tables; empty when missing
 
+  std::string place() const;  // "FILE:LINE: KEY" of the table, as messages begin
   // The user's mistake at this key (or in the table as a whole, for an empty key).
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
   // Runs `make`, giving its InputErrors the place of this key.

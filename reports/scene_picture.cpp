@@ -9,6 +9,7 @@
 #include <list>
 #include <set>
 
+#include "experiments/placement.h"
 #include "reports/gnuplot.h"
 
 namespace firn {
@@ -289,9 +290,14 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
 void draw_scene(const Case& c, const std::string& file) {
   ScenePicture picture;
   picture.title = c.name;
-  for (const Boundary& b : c.model.boundaries) {
+  Solver start(c.model);
+  place_start(start, c);
+  const std::vector<BoundaryState>& walls = start.boundaries();
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    const Boundary& b = c.model.boundaries[i];
     if (b.mesh.triangles.empty()) continue;
-    picture.walls.push_back({b.name, {&b.mesh, {b.orientation.toRotationMatrix(), b.origin}}});
+    const Mat3 rotation = walls[i].orientation.toRotationMatrix();
+    picture.walls.push_back({b.name, {&b.mesh, {rotation, walls[i].position}}});
   }
   for (const Case::Placed& p : c.placed) {
     const Shape& shape = c.model.shapes[c.model.particles[p.particle].shape];

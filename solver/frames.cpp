@@ -1,4 +1,5 @@
 // Motion frames and the boundaries that they carry.
+#include <algorithm>
 #include <vector>
 
 #include "solver/free_body.h"
@@ -217,6 +218,46 @@ void place_boundaries(const Model& model, State& s) {
     s.orientation[n + b] = boundary.orientation;
     s.boundary_position[b] = boundary.origin - origin_of(model, boundary.frame);
     s.boundary_orientation[b] = boundary.orientation;
+  }
+}
+
+void start_frame(const Model& model, const FrameStart& start, State& s) {
+  const auto f = static_cast<std::size_t>(start.frame);
+  const MotionFrame& frame = model.frames[f];
+  FrameMotion& motion = s.frames[f];
+  const FrameMotion world;
+  const FrameMotion& parent =
+      frame.parent < 0 ? world : s.frames[static_cast<std::size_t>(frame.parent)];
+  const Mat3 axes = RotationMap(parent.rotation);
+  const Quat turned = (Quat(axes).conjugate() * start.orientation).normalized();
+  Place place{axes.transpose() * (start.position - parent.position), turned};
+  if (frame.free) {
+    std::ranges::copy(start.coordinates, motion.coordinate);
+    std::ranges::copy(start.rates, motion.rate);
+    if (frame.free->turns_freely)
+      Eigen::Map<Vec3>(motion.rate + frame.free->axes.size()) = start.spin;
+    const Quat about = frame.free->turns_freely ? turned : Quat::Identity();
+    place =
+        moved(*frame.free, frame.origin - origin_of(model, frame.parent), axes, 0, motion, about);
+  }
+  s.frame_position[f] = place.position;
+  s.frame_orientation[f] = place.orientation;
+  for (std::size_t k = f; k < model.frames.size(); ++k) {
+    const int above = model.frames[k].parent;
+    if (!hangs_on(model.frames, static_cast<int>(k), start.frame)) continue;
+    const FrameMotion& carrier = above < 0 ? world : s.frames[static_cast<std::size_t>(above)];
+    const Mat3 turn = RotationMap(carrier.rotation);
+    s.frames[k].position = carrier.position + turn * s.frame_position[k];
+    Eigen::Map<Mat3>(s.frames[k].rotation) = turn * s.frame_orientation[k].toRotationMatrix();
+  }
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const int carrier = model.boundaries[b].frame;
+    if (!hangs_on(model.frames, carrier, start.frame)) continue;
+    const FrameMotion& at = s.frames[static_cast<std::size_t>(carrier)];
+    const std::size_t body = model.particles.size() + b;
+    const Mat3 turn = RotationMap(at.rotation);
+    s.motion[body].position = at.position + turn * s.boundary_position[b];
+    s.orientation[body] = (Quat(turn) * s.boundary_orientation[b]).normalized();
   }
 }
 

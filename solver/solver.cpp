@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "solver/contacts.h"
+#include "solver/gjk.h"
 #include "solver/kernels.h"
 #include "solver/snapshot.h"
 #include "solver/workspace.h"
@@ -119,6 +120,13 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   impl_->changed();
 }
 
+void Solver::start_frame(const FrameStart& start) {
+  if (impl_->state.steps > 0)
+    throw std::logic_error("a frame can only start before the first step");
+  firn::start_frame(impl_->model, start, impl_->state);
+  impl_->changed();
+}
+
 void Solver::remove_particle(int particle) {
   State& s = impl_->state;
   if (s.presence.at(particle) != Presence::present) {
@@ -180,7 +188,10 @@ std::optional<int> Solver::obstacle(int shape, const Vec3& center_of_mass, const
         const double apart = (a.center - pose * b.center).norm();
         if (apart > a.bounding_radius + b.bounding_radius + clearance) continue;
         GjkCache cold;
-        if (core_distance(a, b, pose, cold) < touch) return true;
+        double distance = core_distance(a, b, pose, cold);
+        // A tolerated overlap deeper than the rounding reaches into the cores.
+        if (distance <= 0 && touch <= 0) distance = penetration(a, b, pose).distance;
+        if (distance < touch) return true;
       }
     }
     return false;
@@ -277,9 +288,11 @@ std::vector<FrameState> Solver::frames() const {
     one.angular_impulse = m.angular_impulse;
     const std::optional<FreeBody>& free = i.model.frames[f].free;
     if (!free) continue;
-    for (std::size_t k = 0; k < free->axes.size(); ++k) {
+    const std::size_t axes = free->axes.size();
+    for (std::size_t k = 0; k < axes; ++k) {
       one.axes.push_back({m.coordinate[k], m.rate[k], m.drive_impulse[k], m.stop_impulse[k]});
     }
+    if (free->turns_freely) one.free_spin = Vec3(m.rate + axes);
   }
   return out;
 }

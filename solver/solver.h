@@ -37,6 +37,16 @@ struct BoundaryState {
   double peak_normal_force = 0;         // N, largest single patch
 };
 
+// Where a motion frame stands before the first step, other than as drawn.
+struct FrameStart {
+  int frame = 0;
+  // World. Of a free frame the coordinates say it, and the orientation of one that turns freely.
+  Vec3 position = Vec3::Zero();  // m, of its origin
+  Quat orientation = Quat::Identity();
+  std::vector<double> coordinates, rates;  // of a free one's axes: m or rad, m/s or rad/s
+  Vec3 spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
+};
+
 // A motion frame, at the end of a step.
 struct FrameState {
   Vec3 position = Vec3::Zero();          // m, of its origin, world
@@ -44,6 +54,7 @@ struct FrameState {
   Vec3 velocity = Vec3::Zero();          // m/s, of the origin
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
   bool driven = false;                   // a drive acted in the last step
+  Vec3 free_spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
   // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
   struct Axis {
@@ -146,6 +157,8 @@ class Solver {
   // Places a waiting particle. orientation: shape axes -> world; velocities in world axes.
   void insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
               const Vec3& velocity, const Vec3& angular_velocity);
+  // Before the first step, parents before their children: takes along what hangs on the frame.
+  void start_frame(const FrameStart& start);
   void remove_particle(int particle);
   void remove_boundary(int boundary);
   // Starts an extra motion or drive now or later (stages that begin on events). Those of a group

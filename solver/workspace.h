@@ -137,6 +137,7 @@ void check_state(const Model& model, const Workspace& workspace, State& state);
 BodyLoad load_on_frame(const Model& model, const State& state, int frame);
 // Boundaries and frames where they are at t = 0.
 void place_boundaries(const Model& model, State& state);
+void start_frame(const Model& model, const FrameStart& start, State& state);
 
 // Energy of the present state, J.
 Energy energy_of(const Model& model, const Workspace& workspace, const State& state);

@@ -296,7 +296,7 @@ TEST(Case, MeshesAreFoundByContent) {
   std::filesystem::remove_all(folder);
   EXPECT_EQ(error_of(with("kind = \"box\"\nsize = \"0.1 0.1 0.1 m\"",
                           "kind = \"mesh\"\nlength_unit = \"mm\"\nfile = \"none.stl\"")),
-            fmt::format("c.toml:26: shapes.cube.file: {}: cannot be opened; expected an STL file",
+            fmt::format("c.toml:26: shapes.cube.file: {}: cannot be opened; expected an STL or OBJ file",
                         std::filesystem::absolute("none.stl").string()));
 }
 
@@ -443,7 +443,7 @@ TEST(Case, UnknownReferencesAreNamed) {
   for (const BadInput& b : bad) EXPECT_EQ(error_of(with(b.from, b.to)), b.message);
   EXPECT_EQ(error_of("[case]\nduration = \"1 s\"\n[materials.ice]\n"),
             "c.toml:1: particles: the case has none; expected [[particles]], [[fills]], "
-            "[[sources]] or [experiment]");
+            "[[sources]], [start] or [experiment]");
   EXPECT_EQ(error_of(kTwoCubes + "[shapes.a]\nkind = \"compound\"\nmaterial = \"ice\"\n"
                                  "components = [{shape = \"a\"}]\n"),
             "c.toml:87: shapes.a.components.0.shape: \"a\" contains itself; expected another "

@@ -52,6 +52,7 @@ kind = "box"
 position = "2 0 0 m"
 orientation = [1, 0, 0, 0]
 size = "0.2 0.2 0.2 m"
+may_touch = ["floor"]
 motions = [{ kind = "translation", velocity = "1 0 0 m/s" }]
 [output]
 frames_every = "20 ms"

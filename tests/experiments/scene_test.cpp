@@ -175,15 +175,30 @@ std::string complaint(const std::string& text, const std::vector<Override>& over
   return "none";
 }
 
+// A closed outlet is a result: the run ends in time, and says how far it came.
+TEST_F(SceneTest, WaitingForWhatNeverComesTellsHowManyCame) {
+  const Case c = read(kHarvest, {{"stages.drop.remove", "[]"},
+                                 {"stages.drop.until", "passed"},
+                                 {"stages.drop.max_duration", "0.1 s"}});
+  const RunSummary summary = run(c, options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  EXPECT_THAT(summary.reason, testing::MatchesRegex(".*time limit: 0 of [0-9]+ particles came "
+                                                    "through \"below\""));
+}
+
 TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   const Case c = read(kHarvest);
   EXPECT_EQ(c.model.particles.size(), 20u);
-  const RunSummary summary = run(c, options("run.h5"));
+  RunOptions watched = options("run.h5");
+  std::string progress;
+  watched.progress = [&](const Progress& p) { progress = stage_text(p); };
+  const RunSummary summary = run(c, watched);
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   const Recording recording((directory_ / "run.h5").string());
   const std::vector<StageRecord> stages = recording.stages();
   EXPECT_EQ(stages.at(0).ended_by, "switch \"full\"");
   EXPECT_EQ(stages.at(1).ended_by, "passed \"below\"");
+  EXPECT_EQ(progress, "drop, 3 particles, 17 to come, 3 through below");
   // Three cubes came, 20 mm each: the plate rests 30 mm higher than it was drawn.
   const std::vector<double> inserted = recording.insert_time();
   EXPECT_NEAR(inserted[0], 0.1, 1e-4);
@@ -249,7 +264,8 @@ TEST_F(SceneTest, ABlockedSourceEndsTheRunAndSaysByWhom) {
   // Without a plate to wait for, the shaft fills up to where the cubes come from.
   const RunSummary summary = run(read(kHarvest, {{"stages.harvest.until", "[\"time\", \"switch\"]"},
                                                  {"sources.mold.position", "0 0 45 mm"},
-                                                 {"boundaries.plate.position", "0 300 35 mm"}}),
+                                                 {"boundaries.plate.position", "0 300 35 mm"},
+                                                 {"boundaries.plate.may_touch", "[\"back\"]"}}),
                                  options("run.h5"));
   EXPECT_EQ(summary.status, RunStatus::finished);
   EXPECT_THAT(summary.reason,

@@ -1,0 +1,87 @@
+#include "experiments/obj_file.h"
+
+#include <fmt/format.h>
+#define TINYOBJLOADER_USE_DOUBLE  // as the library is built
+#include <tiny_obj_loader.h>
+
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+namespace firn {
+namespace {
+
+// The library takes what it cannot read for 0, so vertices and faces are looked at first.
+class LineCheck {
+ public:
+  explicit LineCheck(const std::string& file) : file_(file) {}
+
+  void check(const std::string& line) {
+    ++line_;
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "v") {
+      for (int k = 0; k < 3; ++k) number(words);
+      ++vertices_;
+    } else if (word == "f") {
+      int corners = 0;
+      for (; words >> word; ++corners) vertex(word);
+      if (corners < 3) fail(fmt::format("a face of {} corners; expected at least three", corners));
+    }
+  }
+
+ private:
+  void number(std::istringstream& words) {
+    std::string word;
+    words >> word;
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (word.empty() || error != std::errc() || end != word.data() + word.size() ||
+        !std::isfinite(value))
+      fail(fmt::format("\"{}\" is no coordinate; expected \"v X Y Z\"", word));
+  }
+  // "7", "7/1/2", "-1": the last one so far.
+  void vertex(const std::string& word) {
+    long index = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
+    const bool whole = end == word.data() + word.size() || *end == '/';
+    if (error != std::errc() || !whole)
+      fail(fmt::format("\"{}\" is no vertex; expected its number", word));
+    if (index == 0 || index > vertices_ || index < -vertices_)
+      fail(fmt::format("vertex {} is not there; {} came before", index, vertices_));
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", file_, line_, what));
+  }
+
+  std::string file_;
+  long line_ = 0, vertices_ = 0;
+};
+
+}  // namespace
+
+TriangleMesh read_obj(const std::string& file, const std::string& bytes) {
+  LineCheck lines(file);
+  std::istringstream text(bytes);
+  for (std::string line; std::getline(text, line);) lines.check(line);
+  tinyobj::ObjReader reader;
+  tinyobj::ObjReaderConfig config;
+  config.triangulate = true;
+  config.vertex_color = false;
+  if (!reader.ParseFromString(bytes, "", config))
+    throw InputError(fmt::format("{}: is no OBJ file: {}", file, reader.Error()));
+  const std::vector<double>& v = reader.GetAttrib().vertices;
+  TriangleMesh mesh;
+  for (std::size_t i = 0; i + 2 < v.size(); i += 3)
+    mesh.vertices.emplace_back(v[i], v[i + 1], v[i + 2]);
+  for (const tinyobj::shape_t& shape : reader.GetShapes()) {
+    const std::vector<tinyobj::index_t>& corners = shape.mesh.indices;
+    for (std::size_t i = 0; i + 2 < corners.size(); i += 3)
+      mesh.triangles.push_back(
+          {corners[i].vertex_index, corners[i + 1].vertex_index, corners[i + 2].vertex_index});
+  }
+  return mesh;
+}
+
+}  // namespace firn
