@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "experiments/case_bonds.h"
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
 #include "experiments/case_materials.h"
@@ -160,11 +161,11 @@ Case read_case_text(const std::string& text, const std::string& source,
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"case",     "material_records", "materials",     "interactions",
-              "shapes",   "particles",        "motion_frames", "boundaries",
-              "fills",    "sources",          "tags",          "gates",
-              "switches", "outlets",          "stages",        "experiment",
-              "measure",  "numerics",         "output",        "statistics"});
+  root.allow(
+      {"case",          "material_records", "materials", "interactions", "shapes",  "particles",
+       "motion_frames", "boundaries",       "fills",     "sources",      "tags",    "gates",
+       "switches",      "outlets",          "stages",    "experiment",   "measure", "numerics",
+       "output",        "statistics",       "bonds"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -191,6 +192,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
+  read_bonds(root, c);
   c.measures = read_measures(root, model, c.frames_every);
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {

@@ -53,7 +53,7 @@ double thinnest_part(const std::vector<ConvexPart>& parts) {
 
 }  // namespace
 
-Workspace::Workspace(const Model& model) : statistics(model) {
+Workspace::Workspace(const Model& model) : bonds(model), statistics(model) {
   shapes = static_cast<int>(model.shapes.size());
   columns = shapes + static_cast<int>(model.boundaries.size());
   laws.resize(static_cast<std::size_t>(shapes) * columns);
