@@ -53,6 +53,11 @@ void check_interaction(const Model& model, int a, int b) {
   }
   if (!(law.rolling_resistance >= 0)) fail("rolling resistance is negative; expected 0 or more");
   if (!(law.sliding_speed >= 0)) fail("sliding speed is negative; expected 0 or more");
+  if (!(law.adhesion_force >= 0)) fail("adhesion force is negative; expected 0 or more");
+  if (!(law.adhesion_stiffness_fraction >= 0 && law.adhesion_stiffness_fraction < 1))
+    fail("adhesion stiffness fraction must be at least 0 and below 1");
+  if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) && law.unloading_floor == 0)
+    fail("adhesion acts while a contact bears; expected an unloading floor above 0 beside it");
 }
 
 // Shapes that some particle of the model has.

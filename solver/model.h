@@ -27,6 +27,8 @@ struct Interaction {
   double unloading_floor = 0.001;          // lambda of equation (3)
   double rolling_resistance = 0;           // limit of the rolling moment / (normal force * L)
   double sliding_speed = 1e-3;             // m/s, below which a sliding contact may stick again
+  double adhesion_force = 0;               // N, pulls while two bodies overlap, once per contact
+  double adhesion_stiffness_fraction = 0;  // and so much of K_nl times the overlap
 };
 
 struct Particle {

@@ -243,9 +243,9 @@ std::vector<double> fingerprint(const Model& model) {
                            model.numerics.refresh_fraction,
                            model.numerics.skin};
   for (const Interaction& i : model.interactions) {
-    f.insert(f.end(),
-             {i.static_friction, i.dynamic_friction, i.restitution, i.tangential_stiffness_ratio,
-              i.unloading_floor, i.rolling_resistance, i.sliding_speed});
+    f.insert(f.end(), {i.static_friction, i.dynamic_friction, i.restitution,
+                       i.tangential_stiffness_ratio, i.unloading_floor, i.rolling_resistance,
+                       i.sliding_speed, i.adhesion_force, i.adhesion_stiffness_fraction});
   }
   for (const BeamLaw& b : model.beams) {
     f.insert(f.end(), {b.section.area, b.length, b.young_modulus, b.shear_modulus,

@@ -125,7 +125,8 @@ struct Contact {
   double gap = 0;                // m, the smallest; negative: overlap
   double stiffness = 0;          // N/m, K of the pair, loading, equation (4)
   double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
-  Vec3 force = Vec3::Zero();     // N, world, on a: friction - normal_force * normal; b: opposite
+  double adhesion = 0;           // N, against the normal force
+  Vec3 force = Vec3::Zero();     // N, world, on a: friction - (normal_force - adhesion) * normal
   Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its centre of mass
   Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its centre of mass (origin)
   std::vector<ContactSpot> spots;
