@@ -141,8 +141,9 @@ std::string audit_text(const Case& c, const ContactChoice& choice, const Instant
   for (const ContactView& view : now.contacts) text += contact_text(model, view);
   if (!now.balance) return text;
   const Balance& b = *now.balance;
-  text += fmt::format("{} contact forces {} N + weight {} N = {} N\n",
-                      choice.other < 0 ? "all" : "with all neighbours,", vector_text(b.contacts),
+  text += fmt::format("{} contact{} forces {} N + weight {} N = {} N\n",
+                      choice.other < 0 ? "all" : "with all neighbours,",
+                      model.bonds.empty() ? "" : " and bond", vector_text(b.contacts),
                       vector_text(b.weight), vector_text(b.contacts + b.weight));
   text += fmt::format("mass x acceleration over the next step: {} N\n",
                       vector_text(b.mass_acceleration));

@@ -159,8 +159,9 @@ void tell_summary(const Case& c, const RunSummary& s) {
       s.health.energy_rise);
   spdlog::info(
       "energy: {:.4g} J kinetic, {:.4g} J elastic, {:.4g} J lost in impacts, {:.4g} J in "
-      "friction",
-      s.energy.kinetic, s.energy.elastic, s.energy.dissipated_normal, s.energy.dissipated_friction);
+      "friction{}",
+      s.energy.kinetic, s.energy.elastic, s.energy.dissipated_normal, s.energy.dissipated_friction,
+      c.model.bonds.empty() ? "" : fmt::format(", {:.4g} J in bonds", s.energy.dissipated_bonds));
   spdlog::debug("instructions: {}; time by phase of the step:\n{}", instruction_set(),
                 profile_table(s.profile));
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "experiments/case_bonds.h"
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
 #include "experiments/case_materials.h"
@@ -165,7 +166,7 @@ Case read_case_text(const std::string& text, const std::string& source,
       {"case",          "material_records", "materials", "interactions", "shapes",  "particles",
        "motion_frames", "boundaries",       "fills",     "sources",      "tags",    "gates",
        "switches",      "outlets",          "stages",    "experiment",   "measure", "numerics",
-       "output",        "statistics",       "start"});
+       "output",        "statistics",       "start",     "bonds"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -195,6 +196,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
+  read_bonds(root, c);
   c.measures = read_measures(root, model, c.frames_every);
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {

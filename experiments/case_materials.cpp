@@ -10,7 +10,8 @@ namespace {
 
 Interaction read_interaction(const TomlTable& t) {
   t.allow({"static_friction", "dynamic_friction", "restitution", "tangential_stiffness_ratio",
-           "unloading_floor", "rolling_resistance", "sliding_speed"});
+           "unloading_floor", "rolling_resistance", "sliding_speed", "adhesion_force",
+           "adhesion_stiffness_fraction"});
   const Interaction defaults;
   const auto require = [&](std::string_view key, double value, bool fits, const char* wanted) {
     if (!fits) t.fail(key, fmt::format("is {}; expected {}", value, wanted));
@@ -44,6 +45,18 @@ Interaction read_interaction(const TomlTable& t) {
       "rolling_resistance", t.number("rolling_resistance", defaults.rolling_resistance));
   law.sliding_speed = t.quantity("sliding_speed", dimension::velocity, Sign::non_negative,
                                  si_text(defaults.sliding_speed, dimension::velocity));
+  // Not filled in where they are left out: most contacts are dry.
+  if (t.has("adhesion_force"))
+    law.adhesion_force = t.quantity("adhesion_force", dimension::force, Sign::non_negative);
+  if (t.has("adhesion_stiffness_fraction")) {
+    const double fraction = t.number("adhesion_stiffness_fraction");
+    law.adhesion_stiffness_fraction =
+        require("adhesion_stiffness_fraction", fraction, fraction >= 0 && fraction < 1,
+                "a number from 0 to below 1");
+  }
+  if (law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0)
+    require("unloading_floor", law.unloading_floor, law.unloading_floor > 0,
+            "a number above 0 beside adhesion, which acts while a contact bears");
   return law;
 }
 

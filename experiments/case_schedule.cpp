@@ -301,6 +301,20 @@ std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>
   return sources;
 }
 
+std::vector<int> first_of_sources(const Case& c) {
+  std::size_t next = c.model.particles.size();
+  const auto bodies = [](const Source& source) {
+    return static_cast<std::size_t>(source.batches) * source.positions.size();
+  };
+  for (const Source& source : c.sources) next -= bodies(source);
+  std::vector<int> first;
+  for (const Source& source : c.sources) {
+    first.push_back(static_cast<int>(next));
+    next += bodies(source);
+  }
+  return first;
+}
+
 SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed) {
   Case::Placed p;
   p.particle = particle;

@@ -19,6 +19,9 @@ std::vector<Gate> read_gates(const TomlTable& root);
 std::vector<TagRule> read_tag_rules(const TomlTable& root);
 std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames);
 
+// The id of the first particle of each source. The model holds all particles.
+std::vector<int> first_of_sources(const Case& c);
+
 // Where and how a particle of a source is put: place number `place` of a batch, and what chance
 // does to it. Each particle draws numbers of its own.
 struct SourcePose {

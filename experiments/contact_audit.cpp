@@ -112,6 +112,24 @@ std::vector<ContactView> chosen_contacts(const Solver& solver, const ContactChoi
   return out;
 }
 
+namespace {
+
+// Of contacts and bonds.
+Solver::Load all_on(const Solver& solver, const std::vector<Contact>& contacts, int particle) {
+  Solver::Load sum = sum_on(contacts, particle);
+  const std::vector<Bond>& bonds = solver.model().bonds;
+  for (std::size_t k = 0; k < bonds.size(); ++k) {
+    if (bonds[k].a != particle && bonds[k].b != particle) continue;
+    const BeamLoad load = solver.bond(static_cast<int>(k)).load;
+    const bool is_a = bonds[k].a == particle;
+    sum.force += is_a ? load.force : Vec3(-load.force);
+    sum.moment += is_a ? load.moment_a : load.moment_b;
+  }
+  return sum;
+}
+
+}  // namespace
+
 Balance balance_of(const Solver& solver, int particle) {
   const Model& model = solver.model();
   const double mass = shape_of(model, particle).mass, dt = model.timestep;
@@ -119,8 +137,8 @@ Balance balance_of(const Solver& solver, int particle) {
   next.restore(solver.save());
   next.step();
   const std::vector<Contact> contacts = solver.contacts();
-  const Solver::Load now = sum_on(contacts, particle);
-  const Solver::Load then = sum_on(next.contacts(), particle);
+  const Solver::Load now = all_on(solver, contacts, particle);
+  const Solver::Load then = all_on(next, next.contacts(), particle);
   Balance b;
   b.contacts = now.force;
   b.moment = now.moment;

@@ -41,7 +41,7 @@ std::vector<ContactView> chosen_contacts(const Solver& solver, const ContactChoi
 
 // Whether the forces listed are those that move the particle.
 struct Balance {
-  Vec3 contacts = Vec3::Zero();  // N, sum of the forces listed
+  Vec3 contacts = Vec3::Zero();  // N, sum of the forces listed, and of those of bonds
   Vec3 moment = Vec3::Zero();    // N m, sum of their moments about the centre of mass
   Vec3 weight = Vec3::Zero();    // N
   // Mass times the acceleration over the next step, which is taken on a copy, N.

@@ -343,6 +343,7 @@ void Driver::write_progress(hdf5::File& file) {
   write_particles(file, solver_.particles().peak_normal_force, traffic_.state.passages);
   write_stages(file, stages_, state_.stages);
   write_switches(file, case_, watch_.state.changes);
+  write_bonds(file, case_, solver_.bonds());
   file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <span>
 
+#include "experiments/bonds.h"
 #include "experiments/csv_file.h"
 #include "experiments/export.h"
 
@@ -78,6 +79,24 @@ void export_series(const Recording& recording, const std::string& directory) {
   csv.close();
 }
 
+void export_bonds(const Recording& recording, const std::string& directory) {
+  const std::vector<BondOutcome> outcomes = bond_outcomes(recording);
+  if (outcomes.empty()) return;
+  CsvFile csv(directory, "bonds.csv");
+  csv.line(
+      "bond,name,a,b,break_mode,break_time [s],break_stress [Pa],break_x [m],break_y [m],"
+      "break_z [m]");
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    const BondOutcome& one = outcomes[k];
+    std::string line = fmt::format("{},{},{},{},{}", k, quoted(one.name), one.a, one.b, one.mode);
+    const double numbers[] = {one.time, one.stress, one.place.x(), one.place.y(), one.place.z()};
+    for (double value : numbers)
+      line += std::isnan(value) ? std::string(",") : fmt::format(",{}", value);
+    csv.line(line);
+  }
+  csv.close();
+}
+
 void export_responses(const Recording& recording, const std::string& directory) {
   CsvFile csv(directory, "responses.csv");
   csv.line("name,index,value,uncertainty,unit,method,method_version");
@@ -95,6 +114,7 @@ void export_csv(const Recording& recording, const std::string& directory) {
   export_frames(recording, directory);
   export_particles(recording, directory);
   export_series(recording, directory);
+  export_bonds(recording, directory);
   export_responses(recording, directory);
   export_statistics_csv(recording, directory);
 }

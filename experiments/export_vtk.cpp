@@ -1,6 +1,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "experiments/bonds.h"
+#include "experiments/boundary_mesh.h"
 #include "experiments/export.h"
 #include "experiments/vtk_file.h"
 
@@ -132,6 +134,30 @@ VtkSurface boundary_surface(const Recording& recording, std::size_t frame, const
   return surface;
 }
 
+VtkSurface bond_surface(const Case& c, const std::vector<BondOutcome>& outcomes, double time,
+                        const Frame& frame) {
+  VtkSurface surface;
+  surface.fields = {{"bond", 1, {}}, {"a", 1, {}}, {"b", 1, {}}};
+  for (const Bridge& bridge : bridges_at(c, outcomes, time, frame)) {
+    const Bond& bond = c.model.bonds[static_cast<std::size_t>(bridge.bond)];
+    append(
+        surface, body_of(box_mesh(bridge.size), Vec3::Zero()), bridge.position, bridge.orientation,
+        {static_cast<float>(bridge.bond), static_cast<float>(bond.a), static_cast<float>(bond.b)});
+  }
+  return surface;
+}
+
+void export_bonds_vtk(const Recording& recording, const Case& c, const std::string& directory,
+                      std::size_t every) {
+  const std::vector<BondOutcome> outcomes = bond_outcomes(recording);
+  if (outcomes.empty()) return;
+  const std::vector<double> times = recording.frame_times();
+  VtkTimeSeries bonds(directory, "bonds");
+  for (std::size_t i = 0; i < times.size(); i += every)
+    bonds.add(times[i], i, bond_surface(c, outcomes, times[i], recording.frame(i)));
+  bonds.save();
+}
+
 }  // namespace
 
 void export_vtk(const Recording& recording, const std::string& directory,
@@ -153,6 +179,7 @@ void export_vtk(const Recording& recording, const std::string& directory,
   }
   particles.save();
   boundaries.save();
+  export_bonds_vtk(recording, c, directory, every);
   export_statistics_vtk(recording, directory);
 }
 

@@ -29,6 +29,8 @@ constexpr KnownKey known_keys[] = {
     {"interactions", "unloading_floor", dimension::none},
     {"interactions", "rolling_resistance", dimension::none},
     {"interactions", "sliding_speed", dimension::velocity},
+    {"interactions", "adhesion_force", dimension::force},
+    {"interactions", "adhesion_stiffness_fraction", dimension::none},
 };
 
 constexpr std::uint64_t largest_sample = 1'000'000'000'000;

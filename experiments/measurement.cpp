@@ -6,6 +6,7 @@
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -196,12 +197,18 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   TomlDocument document(text, source);
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
-           "apparatus", "notes", "scatter", "reading", "claims"});
+           "apparatus", "notes", "scatter", "reading", "claims", "data"});
   Measurement m;
   m.file = source;
   m.name = t.string("name");
   m.status = read_status(t);
   m.claims = read_claims(t);
+  if (t.has("data")) {
+    if (m.status != MeasurementStatus::qualitative)
+      t.fail("data", "go with the status \"qualitative\" only; expected values in `values`");
+    m.data = read_measured_data(t.required_table("data"),
+                                std::filesystem::path(source).parent_path().string());
+  }
   m.response = m.claims.empty() ? t.string("response") : t.string("response", "");
   m.source = t.string("source");
   m.apparatus = t.string("apparatus", "");

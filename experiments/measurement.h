@@ -1,8 +1,11 @@
 // Measurements by experiment, as files that anybody may add. Format: docs/measurements.md.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "experiments/measured_data.h"
 
 namespace firn {
 
@@ -42,8 +45,9 @@ struct Measurement {
 
   MeasurementStatus status = MeasurementStatus::measured;
   std::string source, apparatus, notes;
-  std::string statement;      // of a qualitative one, which has no number
-  std::vector<Claim> claims;  // the same as relations, where they can be
+  std::string statement;             // of a qualitative one, which has no number
+  std::vector<Claim> claims;         // the same as relations, where they can be
+  std::optional<MeasuredData> data;  // that say more than the words
 
   // One standard deviation of the mean: sqrt(sd^2 / repeats + reading^2).
   double standard_uncertainty() const;

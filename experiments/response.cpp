@@ -9,6 +9,7 @@
 #include "experiments/accelerometer.h"
 #include "experiments/bin_heap_responses.h"
 #include "experiments/body_responses.h"
+#include "experiments/bonds.h"
 #include "experiments/drained_repose_responses.h"
 #include "experiments/recording.h"
 #include "experiments/scene_responses.h"
@@ -94,6 +95,7 @@ std::vector<Response> measure(const Recording& recording) {
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
   append(scene_responses(recording, c));
+  append(bond_responses(recording, c));
   append(accelerometer_responses(recording, c));
   append(statistics_responses(recording, c));
   return responses;

@@ -112,6 +112,7 @@ std::vector<Column> result_columns(const Model& model) {
   for (const char* name : {"kinetic", "gravitational", "elastic", "dissipated", "dissipated_normal",
                            "dissipated_friction", "dissipated_walls", "boundary_work", "removed"})
     columns.push_back({std::string("/energy/") + name, "J", {}});
+  if (!model.bonds.empty()) columns.push_back({"/energy/dissipated_bonds", "J", {}});
   columns.push_back({"/health/largest_overlap", "m", {}});
   for (const char* name : {"overlap_now", "overlap_p99", "overlap_median"})
     columns.push_back({std::string("/health/") + name, "m", {}});
@@ -133,9 +134,11 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   }
   const Energy e = solver.energy();
   for (double value :
-       {e.kinetic, e.gravitational, e.elastic, e.dissipated_normal + e.dissipated_friction,
-        e.dissipated_normal, e.dissipated_friction, e.dissipated_walls, e.boundary_work, e.removed})
+       {e.kinetic, e.gravitational, e.elastic,
+        e.dissipated_normal + e.dissipated_friction + e.dissipated_bonds, e.dissipated_normal,
+        e.dissipated_friction, e.dissipated_walls, e.boundary_work, e.removed})
     row.add(value);
+  if (!solver.model().bonds.empty()) row.add(e.dissipated_bonds);
   const Health& h = solver.health();
   row.add(h.largest_overlap);
   std::vector<double> overlaps = solver.contact_overlaps();
@@ -190,6 +193,7 @@ void write_header(hdf5::File& file, const Case& c) {
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
   if (!gates.empty()) file.set_attribute("/particles/gate_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
+  write_bonds(file, c, {});
   create_statistics(file, c);
   // Readers go by this attribute: everything else is there before it.
   file.flush();
@@ -241,6 +245,37 @@ void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchCha
   file.write<double>("/switches/time", {times.size()}, times);
   file.write<int>("/switches/closed", {closed.size()}, closed);
   file.set_attribute("/switches/time", "unit", std::string("s"));
+}
+
+void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records) {
+  const Model& model = c.model;
+  if (model.bonds.empty()) return;
+  std::vector<std::string> law, mode;
+  std::vector<int> a, b;
+  std::vector<double> time, stress, place;
+  for (std::size_t k = 0; k < model.bonds.size(); ++k) {
+    const Bond& bond = model.bonds[k];
+    const BondRecord record = records.empty() ? BondRecord{} : records[k];
+    const bool broken = record.mode != BondMode::whole && record.mode != BondMode::parted;
+    law.push_back(model.beams[static_cast<std::size_t>(bond.law)].name);
+    a.push_back(bond.a);
+    b.push_back(bond.b);
+    mode.emplace_back(to_string(record.mode));
+    time.push_back(broken ? record.time : kNaN);
+    stress.push_back(broken ? record.stress : kNaN);
+    for (int axis = 0; axis < 3; ++axis) place.push_back(broken ? record.place[axis] : kNaN);
+  }
+  const hdf5::Shape all{a.size()};
+  file.write_strings("/bonds/name", law);
+  file.write<int>("/bonds/a", all, a);
+  file.write<int>("/bonds/b", all, b);
+  file.write_strings("/bonds/break_mode", mode);
+  file.write<double>("/bonds/break_time", all, time);
+  file.write<double>("/bonds/break_stress", all, stress);
+  file.write<double>("/bonds/break_position", {a.size(), 3}, place);
+  file.set_attribute("/bonds/break_time", "unit", std::string("s"));
+  file.set_attribute("/bonds/break_stress", "unit", std::string("Pa"));
+  file.set_attribute("/bonds/break_position", "unit", std::string("m"));
 }
 
 std::vector<Stage> stages_of(const Case& c) {

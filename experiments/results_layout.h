@@ -43,6 +43,9 @@ struct SwitchChange {
 };
 void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes);
 
+// Who is joined, and what has become of it: nothing for a case without bonds.
+void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records);
+
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
                      const Passages& passages);
 

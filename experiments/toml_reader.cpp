@@ -531,6 +531,26 @@ std::array<int, 3> TomlTable::counts(std::string_view key) const {
   return counts;
 }
 
+std::vector<std::array<int, 2>> TomlTable::integer_pairs(std::string_view key) const {
+  constexpr const char* kWanted = "pairs of whole numbers, [[0, 1], [1, 2]]";
+  const toml::array* list = require(key).as_array();
+  if (!list) fail(key, fmt::format("is {}; expected {}", describe(require(key)), kWanted));
+  std::vector<std::array<int, 2>> pairs;
+  for (const toml::node& element : *list) {
+    const toml::array* pair = element.as_array();
+    if (!pair || pair->size() != 2)
+      fail(key, fmt::format("holds {}; expected {}", describe(element), kWanted));
+    std::array<int, 2>& out = pairs.emplace_back();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto n = (*pair)[k].value_exact<std::int64_t>();
+      if (!n || *n < 0 || *n > std::numeric_limits<int>::max())
+        fail(key, fmt::format("holds {}; expected {}", describe((*pair)[k]), kWanted));
+      out[k] = static_cast<int>(*n);
+    }
+  }
+  return pairs;
+}
+
 Vec3 TomlTable::direction(std::string_view key) const {
   const auto n = numbers(key, 3, "a direction [x, y, z]");
   const Vec3 v(n[0], n[1], n[2]);

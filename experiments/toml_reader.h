@@ -107,7 +107,9 @@ class TomlTable {
 
   std::vector<int> integers(std::string_view key) const;  // a list; empty when missing
   std::array<int, 3> counts(std::string_view key) const;  // [nx, ny, nz], whole, at least 1
-  Vec3 direction(std::string_view key) const;             // [x, y, z], scaled to unit length
+  // [[i, j], ...], whole, at least 0.
+  std::vector<std::array<int, 2>> integer_pairs(std::string_view key) const;
+  Vec3 direction(std::string_view key) const;    // [x, y, z], scaled to unit length
   Quat orientation(std::string_view key) const;  // [w, x, y, z], unit; identity when missing
   std::vector<std::string> strings(std::string_view key) const;  // empty when missing
   // Any value as TOML text, as TomlDocument::apply takes it.

@@ -32,17 +32,13 @@ std::uint64_t batch_count(const Fill& fill) {
 }
 
 Traffic::Traffic(const Case& c) : case_(c) {
-  const std::size_t particles = c.model.particles.size();
-  std::size_t next = particles;
+  first_of_source_ = first_of_sources(c);
+  std::size_t next =
+      first_of_source_.empty() ? c.model.particles.size() : index(first_of_source_.front());
   for (const Fill& fill : c.fills) next -= index(fill.count);
-  for (const Source& source : c.sources) next -= index(source.batches) * source.positions.size();
   for (const Fill& fill : c.fills) {
     first_of_fill_.push_back(static_cast<int>(next));
     next += index(fill.count);
-  }
-  for (const Source& source : c.sources) {
-    first_of_source_.push_back(static_cast<int>(next));
-    next += index(source.batches) * source.positions.size();
   }
   state.fill_batches.assign(c.fills.size(), 0);
   state.source_batches.assign(c.sources.size(), 0);

@@ -9,6 +9,8 @@
 #include <list>
 #include <set>
 
+#include "experiments/bonds.h"
+#include "experiments/boundary_mesh.h"
 #include "experiments/placement.h"
 #include "reports/gnuplot.h"
 
@@ -337,6 +339,15 @@ void draw_scene(const Recording& recording, std::size_t index, const std::string
   }
   picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
                                  picture.particles.size(), frame.position.size());
+  std::list<TriangleMesh> bridges;  // keeps the meshes where they are
+  for (const Bridge& bridge : bridges_at(c, bond_outcomes(recording), times[index], frame)) {
+    bridges.push_back(box_mesh(bridge.size));
+    picture.particles.push_back(
+        {&bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});
+    picture.tags.push_back(
+        tags[static_cast<std::size_t>(c.model.bonds[static_cast<std::size_t>(bridge.bond)].a)]);
+  }
+  if (!c.model.bonds.empty()) picture.subtitle += fmt::format(", {} bonds hold", bridges.size());
   draw_scene(picture, file);
 }
 

@@ -37,10 +37,11 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
     }
   }
   // What contacts took from the bodies and do not hold any more is lost.
-  e.elastic = stored.normal + stored.friction;
+  e.elastic = stored.normal + stored.friction + bond_energy(model, w.bonds, s);
   e.dissipated_normal = s.work_normal - stored.normal;
   e.dissipated_friction = s.work_friction - stored.friction;
   e.dissipated_walls = s.work_walls - stored_walls;
+  e.dissipated_bonds = s.lost_in_bonds;
   e.boundary_work = s.boundary_work;
   e.removed = s.removed_energy;
   return e;

@@ -24,13 +24,16 @@ struct PairLaw {
   double tangential_stiffness = 0;  // N/m, K_tau
   double static_friction = 0;
   double dynamic_friction = 0;
-  double sliding_speed = 0;  // m/s
-  double rolling_limit = 0;  // m: rolling moment limit / normal force
-  double shell = 0;          // m
-  double refresh = 0;        // m of relative motion between two searches for contacts
-  double merge = 0;          // m, points nearer than this are one
-  double deep = 0;           // m, overlap at birth that counts as late detection
-  double overlap_limit = 0;  // m
+  double sliding_speed = 0;      // m/s
+  double rolling_limit = 0;      // m: rolling moment limit / normal force
+  double shell = 0;              // m
+  double refresh = 0;            // m of relative motion between two searches for contacts
+  double merge = 0;              // m, points nearer than this are one
+  double deep = 0;               // m, overlap at birth that counts as late detection
+  double overlap_limit = 0;      // m
+  double adhesion_force = 0;     // N, of a patch that touches as a whole
+  double adhesion_fraction = 0;  // of K
+  bool is_plain = true;          // neither rolling resistance nor adhesion
 };
 
 struct ContactPoint {
@@ -195,6 +198,45 @@ inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& roll
   return patch.normal_force > 0 ? -0.5 * dt * (before + rolling).dot(across) : 0;
 }
 
+// Adhesion pulls at the points that overlap. The constant force is shared out by area over all
+// points of the patch, the other one goes with the overlap as the stiffness does: what is felt
+// depends on the contact and not on the number of its points. Both are functions of the overlap
+// alone, so they have a potential, which is below zero.
+inline double sum_of_weights(const Patch& patch, const ContactPoint* points) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].weight;
+  return sum;
+}
+struct Adhesion {
+  double force, potential;  // N, J
+};
+// Of one point at this gap; `sum` is that of the weights.
+inline Adhesion adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint& point,
+                            double gap, double sum) {
+  const double overlap = std::max(0.0, -gap);
+  const double constant = overlap > 0 && sum > 0 ? law.adhesion_force * point.weight / sum : 0;
+  const double stiffness = law.adhesion_fraction * law.stiffness * share(patch, point);
+  return {constant + stiffness * overlap, -(constant + 0.5 * stiffness * overlap) * overlap};
+}
+// Of the whole patch after its points have been advanced: force, sum of force times offset, and the
+// work that it takes from the bodies, below zero as they come together. The deepest point is not
+// looked for.
+inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint* points,
+                              const Approach& way) {
+  NormalLoad out;
+  const double sum = sum_of_weights(patch, points);
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const ContactPoint& p = points[i];
+    const Vec offset = plain(p.offset);
+    const double ds = way.closing + dot(offset, way.tilt);
+    const double force = adhesion_of(law, patch, p, p.gap, sum).force;
+    out.force += force;
+    out.offset_force = out.offset_force + force * offset;
+    out.work -= 0.5 * (adhesion_of(law, patch, p, p.gap + ds, sum).force + force) * ds;
+  }
+  return out;
+}
+
 // Recoverable energy of the springs of a patch, J.
 struct StoredEnergy {
   double normal = 0, friction = 0;
@@ -211,6 +253,11 @@ inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const 
     e.friction += 0.5 * patch.tangential.squaredNorm() / kt;
     const double r = patch.torsion_radius;
     if (r > 0) e.friction += 0.5 * patch.torsion * patch.torsion / (kt * r * r);
+  }
+  if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
+    const double sum = sum_of_weights(patch, points);
+    for (std::uint32_t i = 0; i < patch.point_count; ++i)
+      e.normal += adhesion_of(law, patch, points[i], points[i].gap, sum).potential;
   }
   if (law.rolling_limit > 0) {
     e.friction += 0.5 * rolling.squaredNorm() / rolling_stiffness(law);

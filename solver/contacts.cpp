@@ -37,7 +37,10 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   c.friction = patch.tangential;
   c.torsion = patch.torsion;
   c.rolling = s.rolling[pair.first_patch + static_cast<std::uint32_t>(number)];
-  c.force = patch.tangential - patch.normal_force * patch.normal;
+  const NormalLoad pull = adhesion_of(law, patch, s.points.data() + patch.first_point, Approach{});
+  c.adhesion = pull.force;
+  offset_force -= eigen(pull.offset_force);
+  c.force = patch.tangential - (patch.normal_force - pull.force) * patch.normal;
   // Normal forces act at their points: about the reference point, sum o x (-f n) = n x sum f o.
   const Vec3 moment = patch.normal.cross(offset_force) + patch.torsion * patch.normal + c.rolling;
   c.moment_a = moment + patch.arm.cross(c.force);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "solver/bonds.h"
 #include "solver/free_body.h"
 
 namespace firn {
@@ -52,6 +53,11 @@ void check_interaction(const Model& model, int a, int b) {
   }
   if (!(law.rolling_resistance >= 0)) fail("rolling resistance is negative; expected 0 or more");
   if (!(law.sliding_speed >= 0)) fail("sliding speed is negative; expected 0 or more");
+  if (!(law.adhesion_force >= 0)) fail("adhesion force is negative; expected 0 or more");
+  if (!(law.adhesion_stiffness_fraction >= 0 && law.adhesion_stiffness_fraction < 1))
+    fail("adhesion stiffness fraction must be at least 0 and below 1");
+  if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) && law.unloading_floor == 0)
+    fail("adhesion acts while a contact bears; expected an unloading floor above 0 beside it");
 }
 
 // Shapes that some particle of the model has.
@@ -126,7 +132,9 @@ double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundar
   return in_series(a.stiffness, wall);
 }
 
-TimestepAdvice advise_timestep(const Model& model, double steps) {
+namespace {
+
+TimestepAdvice advise_for_contacts(const Model& model, double steps) {
   const std::vector<char> used = used_shapes(model);
   std::vector<double> mobility;
   for (const Boundary& b : model.boundaries) mobility.push_back(greatest_mobility(model, b));
@@ -162,6 +170,22 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
       steps, s.quarter_period(), s.name, s.unloading ? "unloading" : "loading", s.stiffness,
       s.mass);
   return advice;
+}
+
+}  // namespace
+
+TimestepAdvice advise_timestep(const Model& model, double steps) {
+  const TimestepAdvice contacts = advise_for_contacts(model, steps);
+  const FastestBond fastest = fastest_bond(model);
+  if (fastest.bond < 0) return contacts;
+  const double quarter_period = 0.5 * std::numbers::pi / fastest.frequency;
+  if (quarter_period / steps >= contacts.timestep) return contacts;
+  const Bond& bond = model.bonds[static_cast<std::size_t>(fastest.bond)];
+  return {quarter_period / steps,
+          fmt::format("{:.4g} steps in the quarter period {:.4g} s of the bond \"{}\" between "
+                      "particles {} and {}",
+                      steps, quarter_period, model.beams[static_cast<std::size_t>(bond.law)].name,
+                      bond.a, bond.b)};
 }
 
 namespace {
@@ -202,6 +226,7 @@ void validate(const Model& model) {
     if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
   }
   check_frames(model);
+  check_bonds(model);
   check_statistics(model);
   const std::vector<char> used = used_shapes(model);
   for (std::size_t i = 0; i < model.shapes.size(); ++i) {

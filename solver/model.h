@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/beam.h"
 #include "solver/motions.h"
 #include "solver/shape.h"
 #include "solver/statistics.h"
@@ -21,11 +22,13 @@ struct Material {
 struct Interaction {
   double static_friction = 0;
   double dynamic_friction = 0;
-  double restitution = 1;                 // epsilon of equation (5), in (0, 1]
-  double tangential_stiffness_ratio = 1;  // K_tau / K_nl
-  double unloading_floor = 0.001;         // lambda of equation (3)
-  double rolling_resistance = 0;          // limit of the rolling moment / (normal force * L)
-  double sliding_speed = 1e-3;            // m/s, below which a sliding contact may stick again
+  double restitution = 1;                  // epsilon of equation (5), in (0, 1]
+  double tangential_stiffness_ratio = 1;   // K_tau / K_nl
+  double unloading_floor = 0.001;          // lambda of equation (3)
+  double rolling_resistance = 0;           // limit of the rolling moment / (normal force * L)
+  double sliding_speed = 1e-3;             // m/s, below which a sliding contact may stick again
+  double adhesion_force = 0;               // N, pulls while two bodies overlap, once per contact
+  double adhesion_stiffness_fraction = 0;  // and so much of K_nl times the overlap
 };
 
 struct Particle {
@@ -72,6 +75,8 @@ struct Model {
   std::vector<Particle> particles;  // all that will ever exist, in order of their ids
   std::vector<Boundary> boundaries;
   std::vector<MotionFrame> frames;
+  std::vector<BeamLaw> beams;
+  std::vector<Bond> bonds;  // act while both particles are there, until they break
   Numerics numerics;
   StatisticsOptions statistics;
 

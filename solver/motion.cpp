@@ -292,6 +292,7 @@ void sum_loads_and_kick(const Model& model, const Workspace& w, State& s) {
   for_ranges(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
                sum_loads(w, s, begin, end);
+               if (!model.bonds.empty()) add_bond_loads(w.bonds, s, begin, end);
                for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
              });
 }

@@ -98,14 +98,29 @@ void PatchBlock::store_all(double dt) {
     patch.torsion = torsion_[k];
     patch.sliding = sliding_[k] > 0;
     patch.fresh = 0;
-    if (law_[k]->rolling_limit > 0) {
-      Vec3& rolling = rolling_[patch_[k] - patches_];
-      work_friction_[k] +=
-          advance_rolling(*law_[k], patch, rolling, eigen(plain(spin_rows_[k])), dt);
-      const Vec m = plain(rolling);
-      moment_a_[k] = {moment_a_[k].x + m.x, moment_a_[k].y + m.y, moment_a_[k].z + m.z, 0};
-      moment_b_[k] = {moment_b_[k].x - m.x, moment_b_[k].y - m.y, moment_b_[k].z - m.z, 0};
-    }
+    if (!law_[k]->is_plain) add_options(k, dt);
+  }
+}
+
+void PatchBlock::add_options(int k, double dt) {
+  const PairLaw& law = *law_[k];
+  const Patch& patch = *patch_[k];
+  const auto add = [](const Vec& v, Quad& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
+  if (law.rolling_limit > 0) {
+    Vec3& rolling = rolling_[patch_[k] - patches_];
+    work_friction_[k] += advance_rolling(law, patch, rolling, eigen(plain(spin_rows_[k])), dt);
+    add(plain(rolling), moment_a_[k]);
+    add(-1.0 * plain(rolling), moment_b_[k]);
+  }
+  if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
+    const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
+    const NormalLoad pull = adhesion_of(law, patch, points_[k], way);
+    work_normal_[k] += pull.work;
+    const Vec normal = plain(patch.normal), force = pull.force * normal;
+    const Vec moment = cross(plain(patch.arm), force) - cross(normal, pull.offset_force);
+    add(force, force_[k]);
+    add(moment, moment_a_[k]);
+    add(-1.0 * (moment + cross(plain(apart_rows_[k]), force)), moment_b_[k]);
   }
 }
 

@@ -103,6 +103,7 @@ class PatchBlock {
   void press_all();
   void rub_all(double dt);
   void store_all(double dt);
+  [[gnu::noinline]] void add_options(int k, double dt);  // rolling resistance and adhesion
 
   Patch* patches_;
   Vec3* rolling_;

@@ -12,7 +12,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000004;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000005;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -139,12 +139,15 @@ void walk(Archive& ar, S& s) {
   ar.array(s.rolling);
   ar.group("contact points");
   ar.array(s.points);
+  ar.group("bonds");
+  ar.array(s.bonds);
   ar.group("energy accounts");
   ar.value(s.work_normal);
   ar.value(s.work_friction);
   ar.value(s.work_walls);
   ar.value(s.boundary_work);
   ar.value(s.removed_energy);
+  ar.value(s.lost_in_bonds);
   ar.value(s.lowest_energy);
   ar.value(s.largest_kinetic);
   ar.value(s.energy_known);
@@ -240,10 +243,15 @@ std::vector<double> fingerprint(const Model& model) {
                            model.numerics.refresh_fraction,
                            model.numerics.skin};
   for (const Interaction& i : model.interactions) {
-    f.insert(f.end(),
-             {i.static_friction, i.dynamic_friction, i.restitution, i.tangential_stiffness_ratio,
-              i.unloading_floor, i.rolling_resistance, i.sliding_speed});
+    f.insert(f.end(), {i.static_friction, i.dynamic_friction, i.restitution,
+                       i.tangential_stiffness_ratio, i.unloading_floor, i.rolling_resistance,
+                       i.sliding_speed, i.adhesion_force, i.adhesion_stiffness_fraction});
   }
+  for (const BeamLaw& b : model.beams) {
+    f.insert(f.end(), {b.section.area, b.length, b.young_modulus, b.shear_modulus,
+                       b.tensile_strength, b.shear_strength, b.damping_ratio});
+  }
+  for (const Bond& b : model.bonds) f.insert(f.end(), {double(b.a), double(b.b), double(b.law)});
   for (const Shape& s : model.shapes) {
     f.insert(f.end(), {s.mass, s.volume, s.stiffness, s.rounding, double(s.parts.size())});
   }
@@ -317,7 +325,7 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   if (!r.done() || !fits(fresh.statistics, model) ||
       fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size() ||
-      fresh.frames.size() != model.frames.size()) {
+      fresh.frames.size() != model.frames.size() || fresh.bonds.size() != model.bonds.size()) {
     throw RunError("checkpoint does not fit the case");
   }
   state = std::move(fresh);

@@ -56,6 +56,7 @@ void resize(const Model& model, State& s) {
   s.boundary_angular_impulse.resize(b, Vec3::Zero());
   s.boundary_peak.resize(b, 0);
   s.boundary_load.resize(b);
+  s.bonds.resize(model.bonds.size());
   place_boundaries(model, s);
   s.statistics = empty_statistics(model);
 }
@@ -88,6 +89,7 @@ void Solver::step() {
   i.timed(n++, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed(n++, "find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed(n++, "contact forces", [&] { k.contact_forces(m, w, s); });
+  if (!m.bonds.empty()) i.timed(n++, "bonds", [&] { strain_bonds(m, w.bonds, s); });
   if (m.statistics.any()) i.timed(n++, "statistics", [&] { keep_statistics(m, w, s); });
   i.timed(n++, "half kick", [&] {
     k.sum_loads_and_kick(m, w, s);
@@ -115,7 +117,8 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
       shape.inertia.cwiseProduct(rotation_of(s, particle).transpose() * angular_velocity);
   s.load[particle] = BodyLoad{};
   s.presence[particle] = Presence::present;
-  s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle);
+  s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle) +
+                      bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
   s.list_is_stale = true;
   impl_->changed();
 }
@@ -132,7 +135,9 @@ void Solver::remove_particle(int particle) {
   if (s.presence.at(particle) != Presence::present) {
     throw std::logic_error(fmt::format("particle {} is not there to be removed", particle));
   }
-  s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle);
+  s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle) +
+                      bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
+  part_bonds(impl_->model, impl_->workspace.bonds, s, particle);
   s.presence[particle] = Presence::left;
   s.list_is_stale = true;
   impl_->changed();
@@ -338,6 +343,13 @@ std::vector<double> Solver::contact_overlaps() const {
     }
   }
   return out;
+}
+
+const std::vector<BondRecord>& Solver::bonds() const { return impl_->state.bonds; }
+
+BondState Solver::bond(int number) const {
+  return bond_state(impl_->model, impl_->workspace.bonds, impl_->state,
+                    static_cast<std::size_t>(number));
 }
 
 std::vector<Contact> Solver::contacts() const {

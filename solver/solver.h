@@ -64,13 +64,32 @@ struct FrameState {
   std::vector<Axis> axes;  // of a free one
 };
 
+// What has become of a bond.
+struct BondRecord {
+  BondMode mode = BondMode::whole;
+  double time = 0;            // s, when it broke or parted
+  double stress = 0;          // Pa, that broke it
+  Vec3 place = Vec3::Zero();  // m, of its middle then, world
+};
+
+// What a bond bears at the end of a step; zero unless it is whole and both particles are there.
+struct BondState {
+  bool acts = false;
+  Vec3 middle = Vec3::Zero();           // m, world
+  Quat orientation = Quat::Identity();  // beam axes -> world
+  BeamForces forces;                    // elastic ones
+  BeamStress stress;
+  BeamLoad load;  // all, damping included
+};
+
 struct Energy {  // J
   double kinetic = 0;
   double gravitational = 0;      // relative to the world's origin
-  double elastic = 0;            // recoverable part of the contact springs
+  double elastic = 0;            // recoverable part of the contact springs, and of bonds
   double dissipated_normal = 0;  // since the start, by restitution
   double dissipated_friction = 0;
   double dissipated_walls = 0;  // the part of both that was lost against boundaries
+  double dissipated_bonds = 0;  // since the start, by damping of bonds and when they break
   double boundary_work = 0;     // done by moving boundaries on the particles since the start
   double removed = 0;           // mechanical energy carried away by removals, less that inserted
 };
@@ -117,7 +136,8 @@ struct Contact {
   double gap = 0;                // m, the smallest; negative: overlap
   double stiffness = 0;          // N/m, K of the pair, loading, equation (4)
   double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
-  Vec3 force = Vec3::Zero();     // N, world, on a: friction - normal_force * normal; b: opposite
+  double adhesion = 0;           // N, against the normal force
+  Vec3 force = Vec3::Zero();     // N, world, on a: friction - (normal_force - adhesion) * normal
   Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its centre of mass
   Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its centre of mass (origin)
   std::vector<ContactSpot> spots;
@@ -195,6 +215,8 @@ class Solver {
   const Health& health() const;
   // Overlap of the deepest point of every patch that bears a force now, m.
   std::vector<double> contact_overlaps() const;
+  const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
+  BondState bond(int number) const;
   // Every patch of the neighbour list, in order of (a, b): a copy, nothing is changed. What it says
   // of forces is what the next half kick reads. A particle or boundary removed since the last step
   // still has its last contacts.
@@ -211,7 +233,8 @@ class Solver {
   const std::vector<OpposedLoad>& opposed_loads() const;
   const std::vector<SurfaceSums>& surface_sums() const;
   const std::vector<EnergySums>& energy_sums() const;
-  // Force and moment of all contacts on a particle at the end of the step, as the motion uses them.
+  // Force and moment of all contacts and bonds on a particle at the end of the step, as the motion
+  // uses them.
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 

@@ -89,7 +89,7 @@ struct State {
   std::vector<BodyMotion> motion;              // [M]
   std::vector<Quat> orientation;               // [M] body axes -> world
   std::vector<Vec3> angular_momentum;          // [N] kg m^2/s, body axes
-  std::vector<BodyLoad> load;                  // [N] by contacts, at `time`
+  std::vector<BodyLoad> load;                  // [N] by contacts and bonds, at `time`
   std::vector<double> path;                    // [M] m, bound on the way of any point of the body
   std::vector<double> turn;                    // [M] rad, bound on the angle turned
   std::vector<double> margin;                  // [M] m, what the neighbour list lets it move
@@ -121,10 +121,12 @@ struct State {
   std::vector<Patch> patches;        // with holes
   std::vector<Vec3> rolling;         // N m, rolling moment on a, of each place of a patch
   std::vector<ContactPoint> points;  // with holes
+  std::vector<BondRecord> bonds;     // [bonds]
   // Accounts
   double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
   double work_walls = 0;                         // J, the part of both at boundaries
   double boundary_work = 0, removed_energy = 0;  // J
+  double lost_in_bonds = 0;                      // J
   double lowest_energy = 0, largest_kinetic = 0;  // J
   bool energy_known = false;
   Health health;

@@ -23,6 +23,10 @@ PairLaw base_law(const Model& model, const Interaction& i, double stiffness, dou
   law.merge = 0.5 * rounding;
   law.deep = 0.01 * rounding;
   law.overlap_limit = model.numerics.overlap_limit * box_edge;
+  law.adhesion_force = i.adhesion_force;
+  law.adhesion_fraction = i.adhesion_stiffness_fraction;
+  law.is_plain =
+      i.rolling_resistance == 0 && i.adhesion_force == 0 && i.adhesion_stiffness_fraction == 0;
   return law;
 }
 
@@ -53,7 +57,7 @@ double thinnest_part(const std::vector<ConvexPart>& parts) {
 
 }  // namespace
 
-Workspace::Workspace(const Model& model) : statistics(model) {
+Workspace::Workspace(const Model& model) : bonds(model), statistics(model) {
   shapes = static_cast<int>(model.shapes.size());
   columns = shapes + static_cast<int>(model.boundaries.size());
   laws.resize(static_cast<std::size_t>(shapes) * columns);

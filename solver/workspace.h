@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/bonds.h"
 #include "solver/broadphase.h"
 #include "solver/integrate.h"
 #include "solver/parallel.h"
@@ -113,6 +114,7 @@ struct Workspace {
   LoadLists load_lists;
   std::vector<char> must_relist;  // [tasks] somebody has left its margin
 
+  BondWorkspace bonds;
   StatisticsWorkspace statistics;
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }

@@ -228,6 +228,59 @@ ClaimResult evaluate_claim(const Claim& claim, const RunGroup& base) {
   return r;
 }
 
+DistributionResult compare_distribution(const MeasuredData& data, const RunGroup& base) {
+  DistributionResult d;
+  d.response = data.response;
+  d.by_class = data.kind == MeasuredData::Kind::classes;
+  d.unit = d.by_class ? "1" : data.unit;
+  for (const JobResult* run : base.finished()) {
+    const auto found = std::ranges::find(run->responses, data.response, &Response::name);
+    if (found == run->responses.end() || found->unit != d.unit)
+      throw InputError(
+          fmt::format("{}: response: \"{}\" in \"{}\" is none of the case's; expected "
+                      "one, in its unit",
+                      data.file, data.response, d.unit));
+    if (d.by_class && found->value.size() != data.counts.size())
+      throw InputError(fmt::format("{}: has {} classes; expected {}, as the response \"{}\" has",
+                                   data.file, data.counts.size(), found->value.size(),
+                                   data.response));
+    if (d.by_class) d.simulated.resize(data.counts.size(), 0);
+    for (std::size_t i = 0; i < found->value.size(); ++i) {
+      if (d.by_class)
+        d.simulated[i] += found->value[i];
+      else if (std::isfinite(found->value[i]))
+        d.simulated.push_back(found->value[i]);
+    }
+  }
+  d.classes = data.classes;
+  d.measured = d.by_class ? data.counts : data.values;
+  const bool any = std::ranges::any_of(d.simulated, [&](double v) { return !d.by_class || v > 0; });
+  if (!any) return d;
+  if (d.by_class) {
+    d.distance = share_distance(d.simulated, d.measured);
+    d.p_value = share_p_value(d.simulated, d.measured);
+  } else {
+    std::ranges::sort(d.simulated);
+    std::ranges::sort(d.measured);
+    d.distance = smirnov_distance(d.simulated, d.measured);
+    d.p_value = smirnov_p_value(d.simulated, d.measured);
+    d.area = wasserstein_distance(d.simulated, d.measured);
+    d.area_p_value = permutation_p_value(d.simulated, d.measured, wasserstein_distance, 999);
+  }
+  d.verdict =
+      d.p_value < improbable ? ValidationVerdict::inconsistent : ValidationVerdict::consistent;
+  return d;
+}
+
+std::string distribution_words(const DistributionResult& d) {
+  if (d.verdict == ValidationVerdict::not_enough_data) return "no run gave values";
+  return fmt::format("{}: {:.2g} {}, which chance alone exceeds in {:.2g} % of all cases",
+                     d.by_class ? "share that would have to be exchanged"
+                                : "largest distance of the cumulative distributions",
+                     d.distance, d.by_class ? "" : fmt::format("(area {:.3g} {})", d.area, d.unit),
+                     100 * d.p_value);
+}
+
 void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& c) {
   int consistent = 0, inconsistent = 0, more = 0;
   for (const Claim& claim : what.measurement.claims) {
@@ -247,6 +300,17 @@ void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& 
   c.verdict = inconsistent > 0    ? ValidationVerdict::inconsistent
               : consistent == all ? ValidationVerdict::consistent
                                   : ValidationVerdict::not_enough_data;
+  if (const auto& data = what.measurement.data; data && data->present) {
+    c.distribution = compare_distribution(*data, *e.base);
+    c.headline += "; " + distribution_words(*c.distribution);
+    if (c.distribution->verdict == ValidationVerdict::inconsistent)
+      c.verdict = ValidationVerdict::inconsistent;
+  } else if (data) {
+    c.caveats.push_back(
+        fmt::format("the experiment's numbers are not here; as {} they would be "
+                    "compared",
+                    data->file));
+  }
   if (more > 0)
     c.would_decide =
         fmt::format("at least {} more run{} with other seeds", more, more == 1 ? "" : "s");

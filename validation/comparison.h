@@ -79,6 +79,20 @@ struct ClaimResult {
   std::string unit;
 };
 
+// Values or counts of an experiment beside those of all runs together; particles and events are
+// taken as independent of each other.
+struct DistributionResult {
+  std::string response, unit;
+  bool by_class = false;
+  std::vector<std::string> classes;         // with
+  std::vector<double> measured, simulated;  // counts by class; else values, ascending
+  double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's
+  double p_value = 0;   // of such a distance or a larger one, were both of one distribution
+  double area = 0;      // between the cumulative distributions, in `unit`; none by class
+  double area_p_value = 0;
+  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+};
+
 struct DamageResult {
   std::string response;
   int particles = 0;               // of all runs
@@ -109,6 +123,7 @@ struct Comparison {
   int runs = 0, finished = 0;
   std::optional<ValueComparison> value;
   std::vector<ClaimResult> claims;
+  std::optional<DistributionResult> distribution;
   std::vector<DamageResult> damage;
   std::optional<WeibullFit> strength;
   Measurement breaking_force;  // of a comparison of damage

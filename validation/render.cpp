@@ -55,6 +55,16 @@ Json claim_json(const ClaimResult& r) {
           {"unit", r.unit}};
 }
 
+Json distribution_json(const DistributionResult& d) {
+  Json j = {{"response", d.response},          {"unit", d.unit},
+            {"by_class", d.by_class},          {"classes", d.classes},
+            {"measured", numbers(d.measured)}, {"simulated", numbers(d.simulated)},
+            {"distance", number(d.distance)},  {"p_value", number(d.p_value)},
+            {"verdict", to_string(d.verdict)}};
+  if (!d.by_class) j["area"] = {{"value", number(d.area)}, {"p_value", number(d.area_p_value)}};
+  return j;
+}
+
 Json probability_json(const DamageProbability& p) {
   return {{"each", interval(p.each)},
           {"each_best", number(p.each_best)},
@@ -102,6 +112,7 @@ Json comparison_json(const Comparison& c) {
             {"finished", c.finished}};
   if (c.value) j["value"] = value_json(*c.value);
   for (const ClaimResult& r : c.claims) j["claims"].push_back(claim_json(r));
+  if (c.distribution) j["distribution"] = distribution_json(*c.distribution);
   for (const DamageResult& d : c.damage) j["damage"].push_back(damage_json(d));
   if (c.strength) {
     const Measurement& m = c.breaking_force;

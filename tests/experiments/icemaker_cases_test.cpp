@@ -32,8 +32,9 @@ class IcemakerCases : public ResultsFolder {
 using IcemakerCasesLong = IcemakerCases;
 
 TEST_F(IcemakerCases, EveryCaseIsWholeAndReadsAgainFromItsResolvedText) {
-  for (const char* name : {"harvest", "bucket_pull", "bucket_pull_paddle", "auger_half",
-                           "auger_full", "auger_compression", "glass_impact", "platen_test"}) {
+  for (const char* name :
+       {"harvest", "harvest_bridged", "bucket_pull", "bucket_pull_paddle", "auger_half",
+        "auger_full", "auger_compression", "glass_impact", "platen_test"}) {
     const Case c = read_case(shipped(name));
     EXPECT_NO_THROW(check_runnable(c)) << name;
     EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved) << name;

@@ -165,6 +165,44 @@ TEST_F(Comparisons, OfClaimsCountTheRunsInWhichTheyHold) {
   EXPECT_EQ(result().would_decide, "at least 3 more runs with other seeds");
 }
 
+TEST_F(Comparisons, OfDataGoBeyondTheWords) {
+  what.kind = ComparisonKind::claims;
+  what.measurement.claims = {{"more than nothing", "angle", "0", 1, 0, "x"}};
+  RunGroup base = group(RunGroup::Purpose::base, {1, 2, 3, 4, 5, 6});
+  for (JobResult& r : base.results) {
+    r.responses.push_back(response("counts", {30, 10}, "1"));
+    r.responses.push_back(response("times", {1, 2, 3, NAN}, "s"));
+  }
+  evidence.base = &base;
+  MeasuredData data;
+  data.file = "counts.csv";
+  data.response = "counts";
+  data.kind = MeasuredData::Kind::classes;
+  what.measurement.data = data;
+  EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+  EXPECT_THAT(result().caveats, testing::Contains(HasSubstr("as counts.csv they would be")));
+  data.present = true;
+  data.classes = {"left", "right"};
+  data.counts = {31, 9};
+  what.measurement.data = data;
+  EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+  EXPECT_NEAR(result().distribution->distance, 31.0 / 40 - 0.75, 1e-12);
+  what.measurement.data->counts = {10, 30};
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconsistent);
+  what.measurement.data->counts = {10, 30, 1};
+  EXPECT_THAT([&] { result(); }, ThrowsMessage<InputError>(HasSubstr("has 3 classes")));
+  data.kind = MeasuredData::Kind::values;
+  data.response = "times";
+  data.unit = "s";
+  data.values = {1.1, 2.1, 2.9};
+  what.measurement.data = data;
+  EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+  EXPECT_EQ(result().distribution->simulated.size(), 18u);
+  EXPECT_NEAR(result().distribution->area, 0.1, 1e-9);  // 1, 2, 3 beside 1.1, 2.1, 2.9
+  what.measurement.data->values = {11, 12, 13};
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconsistent);
+}
+
 TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
   what.kind = ComparisonKind::damage;
   what.responses = {"loads"};

@@ -1,0 +1,155 @@
+#include "experiments/measured_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/accelerometer.h"
+#include "experiments/csv_rows.h"
+
+namespace firn {
+namespace {
+
+void read_values(const TomlTable& t, MeasuredData& d) {
+  const std::string column = t.string("column");
+  const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn values = find_csv_column(d.file, rows.front(), column, unit.dimension);
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    d.values.push_back(csv_number(d.file, rows[i], values) / unit.factor);
+}
+
+void read_classes(const TomlTable& t, MeasuredData& d) {
+  const std::string classes = t.string("classes", "class"), counts = t.string("counts", "count");
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn name = find_csv_column(d.file, rows.front(), classes, std::nullopt);
+  const CsvColumn count = find_csv_column(d.file, rows.front(), counts, std::nullopt);
+  double sum = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    d.classes.push_back(rows[i].fields[name.index]);
+    d.counts.push_back(csv_number(d.file, rows[i], count));
+    if (d.counts.back() < 0 || d.counts.back() != std::floor(d.counts.back()) ||
+        d.counts.back() > 1e6)
+      throw InputError(fmt::format("{}:{}: {}: is {}; expected a whole number of things", d.file,
+                                   rows[i].line, counts, d.counts.back()));
+    sum += d.counts.back();
+  }
+  if (!(sum > 0)) throw InputError(fmt::format("{}: {}: counts nothing", d.file, counts));
+}
+
+// Filters ask for equal steps: the samples are taken anew, on straight lines between them, at the
+// smallest step of the file.
+void resample(MeasuredData& d, double interval) {
+  std::vector<double> time, samples;
+  const auto steps = static_cast<std::size_t>(
+      std::floor((d.time.back() - d.time.front()) / interval * (1 + 1e-12)));
+  std::size_t at = 0;
+  for (std::size_t k = 0; k <= steps; ++k) {
+    const double t = d.time.front() + static_cast<double>(k) * interval;
+    while (at + 2 < d.time.size() && d.time[at + 1] < t) ++at;
+    const double share = std::clamp((t - d.time[at]) / (d.time[at + 1] - d.time[at]), 0.0, 1.0);
+    time.push_back(t);
+    samples.push_back(d.samples[at] + share * (d.samples[at + 1] - d.samples[at]));
+  }
+  d.time = std::move(time);
+  d.samples = std::move(samples);
+}
+
+void read_trace(const TomlTable& t, MeasuredData& d) {
+  const std::string column = t.string("column"), time_column = t.string("time", "time");
+  const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
+  const double cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
+  const double threshold = t.quantity("threshold", unit.dimension, Sign::positive) / unit.factor;
+  const double dead_time = t.quantity("dead_time", dimension::time, Sign::non_negative, "0 s");
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn time = find_csv_column(d.file, rows.front(), time_column, dimension::time);
+  const CsvColumn signal = find_csv_column(d.file, rows.front(), column, unit.dimension);
+  double interval = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    d.time.push_back(csv_number(d.file, rows[i], time));
+    d.samples.push_back(csv_number(d.file, rows[i], signal) / unit.factor);
+    if (i == 1) continue;
+    const double step = d.time[i - 1] - d.time[i - 2];
+    if (!(step > 0))
+      throw InputError(fmt::format("{}:{}: {}: does not grow; expected times in order", d.file,
+                                   rows[i].line, time_column));
+    interval = interval == 0 ? step : std::min(interval, step);
+  }
+  if (d.time.size() < 3)
+    throw InputError(
+        fmt::format("{}: holds {} samples; expected three at least", d.file, d.time.size()));
+  if ((d.time.back() - d.time.front()) / interval > 1e8)
+    throw InputError(
+        fmt::format("{}: {}: two times are only {} s apart; expected samples about "
+                    "evenly spaced",
+                    d.file, time_column, interval));
+  resample(d, interval);
+  if (cfc > 0) {
+    if (interval * cfc * kSamplesPerClass > 1)
+      t.fail("cfc",
+             fmt::format("is {} Hz, of samples {} s apart; expected at most a tenth of their "
+                         "rate",
+                         cfc, interval));
+    d.samples = channel_filter(d.samples, interval, cfc);
+  }
+  d.values = peaks(d.time, d.samples, threshold, dead_time);
+}
+
+}  // namespace
+
+std::vector<double> peaks(const std::vector<double>& time, const std::vector<double>& samples,
+                          double threshold, double dead_time) {
+  std::vector<double> found;
+  double last_above = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (std::abs(samples[i]) < threshold) continue;
+    if (!any || time[i] - last_above > dead_time + 1e-12) {
+      // Neighbouring samples belong together however short the dead time is.
+      const bool goes_on = any && i > 0 && std::abs(samples[i - 1]) >= threshold;
+      if (!goes_on) found.push_back(samples[i]);
+    }
+    if (std::abs(samples[i]) > std::abs(found.back())) found.back() = samples[i];
+    last_above = time[i];
+    any = true;
+  }
+  return found;
+}
+
+MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
+  t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
+           "cfc", "threshold", "dead_time"});
+  MeasuredData d;
+  const std::string kind = t.choice("kind", {"values", "classes", "trace"});
+  d.kind = kind == "values"    ? MeasuredData::Kind::values
+           : kind == "classes" ? MeasuredData::Kind::classes
+                               : MeasuredData::Kind::trace;
+  d.file = (std::filesystem::path(directory) / t.string("file")).lexically_normal().string();
+  d.present = std::filesystem::exists(d.file);
+  d.response = t.string("response");
+  d.source = t.string("source", "");
+  const auto belongs = [&](std::initializer_list<const char*> keys, bool here) {
+    for (const char* key : keys)
+      if (t.has(key) && !here)
+        t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out", kind));
+  };
+  belongs({"classes", "counts"}, kind == "classes");
+  belongs({"column", "unit"}, kind != "classes");
+  belongs({"time", "cfc", "threshold", "dead_time"}, kind == "trace");
+  if (d.kind != MeasuredData::Kind::classes) d.unit = t.string("unit");
+  if (d.kind == MeasuredData::Kind::values) read_values(t, d);
+  if (d.kind == MeasuredData::Kind::classes) read_classes(t, d);
+  if (d.kind == MeasuredData::Kind::trace) read_trace(t, d);
+  if (d.present && d.kind != MeasuredData::Kind::classes && d.values.empty())
+    throw InputError(
+        fmt::format("{}: holds no value; expected one at least{}", d.file,
+                    d.kind == MeasuredData::Kind::trace ? " above the threshold" : ""));
+  return d;
+}
+
+}  // namespace firn

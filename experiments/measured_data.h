@@ -1,0 +1,39 @@
+// Data of an experiment beyond one number: values one by one, counts by class, or a trace of a load
+// cell or an accelerometer. CSV files that users put beside a measurement; docs/measurements.md.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/toml_reader.h"
+
+namespace firn {
+
+struct MeasuredData {
+  enum class Kind {
+    values,   // one a repeat, a particle, an event
+    classes,  // counts
+    trace     // a signal over time, of which the peaks are taken as values
+  };
+  Kind kind = Kind::values;
+  std::string file;      // CSV
+  bool present = false;  // there may be none yet
+  std::string response;  // that has the same values or counts in a run
+  std::string unit;      // of the values: the response's
+  std::string source;
+  std::vector<double> values;         // of a trace: its peaks, in order of time
+  std::vector<std::string> classes;   // in order of the file, with
+  std::vector<double> counts;         // so many each
+  std::vector<double> time, samples;  // of a trace: s, and its filtered samples in `unit`
+};
+
+// [data] of a measurement; `directory`: where its file lies. Throws InputError for keys that are
+// wrong and for a file that is; none is no mistake.
+MeasuredData read_measured_data(const TomlTable& table, const std::string& directory);
+
+// The largest magnitude of each stretch in which a signal's magnitude stays above `threshold`,
+// stretches less than `dead_time` apart taken as one. Signs are kept.
+std::vector<double> peaks(const std::vector<double>& time, const std::vector<double>& samples,
+                          double threshold, double dead_time);
+
+}  // namespace firn

@@ -1,0 +1,196 @@
+#include "solver/bonds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "solver/parallel.h"
+#include "solver/state.h"
+
+namespace firn {
+
+namespace {
+
+constexpr std::size_t kGrain = 64;  // bonds a task
+
+const Shape& shape_of(const Model& model, int particle) {
+  return model.shapes[model.particles[particle].shape];
+}
+
+BodyInMotion body(const State& s, int particle) {
+  const BodyMotion& m = s.motion[particle];
+  return {m.position, m.velocity, m.spin, s.orientation[particle]};
+}
+
+bool acts(const Model& model, const State& s, std::size_t bond) {
+  const Bond& b = model.bonds[bond];
+  return s.bonds[bond].mode == BondMode::whole && s.presence[b.a] == Presence::present &&
+         s.presence[b.b] == Presence::present;
+}
+
+Vec3 middle_of(const BodyInMotion& a, const BeamPose& pose) {
+  return a.position + pose.arm_a + 0.5 * pose.apart;
+}
+
+double energy_now(const Model& model, const BondWorkspace& w, const State& s, std::size_t bond) {
+  if (!acts(model, s, bond)) return 0;
+  const Bond& b = model.bonds[bond];
+  return elastic_energy(w.stiffness[bond],
+                        pose_of(model.beams[b.law], b, body(s, b.a), body(s, b.b)));
+}
+
+void strain(const Model& model, BondWorkspace& w, State& s, std::size_t number) {
+  w.loads[number] = {};
+  w.lost[number] = 0;
+  if (!acts(model, s, number)) return;
+  const Bond& bond = model.bonds[number];
+  const BeamLaw& law = model.beams[bond.law];
+  const BodyInMotion a = body(s, bond.a), b = body(s, bond.b);
+  const BeamPose pose = pose_of(law, bond, a, b);
+  BeamForces forces = elastic_forces(w.stiffness[number], pose);
+  const BeamStress stress = stress_of(law, forces);
+  const BondMode mode = broken_by(law, stress);
+  if (mode != BondMode::whole) {
+    const bool pulled = mode == BondMode::tension || mode == BondMode::bending;
+    s.bonds[number] = {mode, static_cast<double>(s.steps + 1) * model.timestep,
+                       pulled ? stress.tension + stress.bending : stress.shear + stress.torsion,
+                       middle_of(a, pose)};
+    w.lost[number] = elastic_energy(w.stiffness[number], pose);
+    return;
+  }
+  w.lost[number] = model.timestep * add_damping(w.damping[number], pose, a, b, forces);
+  w.loads[number] = load_of(pose, forces);
+}
+
+// Calls visit(bond, is_b) for the bonds of a particle.
+template <class Visit>
+void for_bonds_of(const BondWorkspace& w, int particle, const Visit& visit) {
+  for (std::uint32_t k = w.first[particle]; k < w.first[particle + 1]; ++k)
+    visit(w.ends[k] / 2, w.ends[k] % 2 != 0);
+}
+
+}  // namespace
+
+BondWorkspace::BondWorkspace(const Model& model)
+    : first(model.particles.size() + 1, 0),
+      ends(2 * model.bonds.size()),
+      loads(model.bonds.size()),
+      lost(model.bonds.size(), 0) {
+  for (const Bond& b : model.bonds) {
+    const BeamLaw& law = model.beams[b.law];
+    stiffness.push_back(stiffness_of(law));
+    damping.push_back(damping_of(law, b, shape_of(model, b.a), shape_of(model, b.b)));
+    ++first[b.a + 1];
+    ++first[b.b + 1];
+  }
+  for (std::size_t i = 0; i + 1 < first.size(); ++i) first[i + 1] += first[i];
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t k = 0; k < model.bonds.size(); ++k) {
+    const auto number = static_cast<std::uint32_t>(k);
+    ends[next[model.bonds[k].a]++] = 2 * number;
+    ends[next[model.bonds[k].b]++] = 2 * number + 1;
+  }
+}
+
+void strain_bonds(const Model& model, BondWorkspace& w, State& s) {
+  for_ranges(model.numerics.threads, model.bonds.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) {
+               for (std::size_t k = begin; k < end; ++k) strain(model, w, s, k);
+             });
+  for (const double lost : w.lost) s.lost_in_bonds += lost;
+}
+
+void add_bond_loads(const BondWorkspace& w, State& s, std::size_t begin, std::size_t end) {
+  for (std::size_t i = begin; i < end; ++i) {
+    BodyLoad& load = s.load[i];
+    for_bonds_of(w, static_cast<int>(i), [&](std::size_t bond, bool is_b) {
+      const BeamLoad& one = w.loads[bond];
+      load.force += is_b ? Vec3(-one.force) : one.force;
+      load.torque += is_b ? one.moment_b : one.moment_a;
+    });
+  }
+}
+
+double bond_energy(const Model& model, const BondWorkspace& w, const State& s) {
+  double sum = 0;
+  for (std::size_t k = 0; k < model.bonds.size(); ++k) sum += energy_now(model, w, s, k);
+  return sum;
+}
+
+double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s, int particle) {
+  double sum = 0;
+  for_bonds_of(w, particle, [&](std::size_t k, bool) { sum += energy_now(model, w, s, k); });
+  return sum;
+}
+
+void part_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
+  for_bonds_of(w, particle, [&](std::size_t k, bool) {
+    if (s.bonds[k].mode != BondMode::whole) return;
+    const BondState now = bond_state(model, w, s, k);
+    s.bonds[k] = {BondMode::parted, s.time, 0, now.middle};
+  });
+}
+
+BondState bond_state(const Model& model, const BondWorkspace& w, const State& s,
+                     std::size_t number) {
+  BondState out;
+  out.acts = acts(model, s, number);
+  if (!out.acts) return out;
+  const Bond& bond = model.bonds[number];
+  const BeamLaw& law = model.beams[bond.law];
+  const BodyInMotion a = body(s, bond.a), b = body(s, bond.b);
+  const BeamPose pose = pose_of(law, bond, a, b);
+  out.middle = middle_of(a, pose);
+  out.orientation = Quat(pose.axes);
+  out.forces = elastic_forces(w.stiffness[number], pose);
+  out.stress = stress_of(law, out.forces);
+  BeamForces all = out.forces;
+  add_damping(w.damping[number], pose, a, b, all);
+  out.load = load_of(pose, all);
+  return out;
+}
+
+void check_bonds(const Model& model) {
+  for (const BeamLaw& law : model.beams) {
+    const auto require = [&](double value, const char* what) {
+      if (!(value > 0))
+        throw InputError(
+            fmt::format("bonds.{}: {} is {}; expected more than zero", law.name, what, value));
+    };
+    require(law.length, "length");
+    require(law.young_modulus, "Young's modulus");
+    require(law.shear_modulus, "shear modulus");
+    require(law.tensile_strength, "tensile strength");
+    require(law.shear_strength, "shear strength");
+    require(law.section.area, "cross-section");
+    if (!(law.damping_ratio >= 0))
+      throw InputError(fmt::format("bonds.{}: damping ratio is negative", law.name));
+  }
+  const int particles = static_cast<int>(model.particles.size()),
+            laws = static_cast<int>(model.beams.size());
+  for (const Bond& b : model.bonds) {
+    const bool fits = b.a >= 0 && b.a < particles && b.b >= 0 && b.b < particles && b.a != b.b &&
+                      b.law >= 0 && b.law < laws;
+    if (!fits)
+      throw InputError(fmt::format("bonds: {} and {} are no two particles of the case", b.a, b.b));
+  }
+}
+
+FastestBond fastest_bond(const Model& model) {
+  std::vector<int> bonds(model.particles.size(), 0);
+  for (const Bond& b : model.bonds) {
+    ++bonds[b.a];
+    ++bonds[b.b];
+  }
+  FastestBond fastest;
+  for (std::size_t k = 0; k < model.bonds.size(); ++k) {
+    const Bond& b = model.bonds[k];
+    const double frequency =
+        highest_frequency(model.beams[b.law], b, shape_of(model, b.a), 1.0 / bonds[b.a],
+                          shape_of(model, b.b), 1.0 / bonds[b.b]);
+    if (frequency > fastest.frequency) fastest = {static_cast<int>(k), frequency};
+  }
+  return fastest;
+}
+
+}  // namespace firn
