@@ -10,6 +10,7 @@
 #include "experiments/bin_heap_responses.h"
 #include "experiments/body_responses.h"
 #include "experiments/drained_repose_responses.h"
+#include "experiments/drum_responses.h"
 #include "experiments/recording.h"
 #include "experiments/scene_responses.h"
 #include "experiments/statistics_responses.h"
@@ -93,6 +94,7 @@ std::vector<Response> measure(const Recording& recording) {
   if (c.drained_repose) append(drained_repose_responses(drained_heap(recording, c)));
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
+  append(drum_responses(recording, c));
   append(scene_responses(recording, c));
   append(accelerometer_responses(recording, c));
   append(statistics_responses(recording, c));
