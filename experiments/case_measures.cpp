@@ -54,6 +54,16 @@ void read_heap(const TomlTable& t, Measure& m) {
   }
 }
 
+void read_drum(const TomlTable& t, const Model& model, Measure& m) {
+  t.allow({"kind", "name", "tag", "boundary", "axis", "begin"});
+  m.boundary = t.string("boundary");
+  const int drum = boundary_index(t, "boundary", m.boundary, model.boundaries);
+  if (model.boundaries[static_cast<std::size_t>(drum)].mesh.triangles.empty())
+    t.fail("boundary", fmt::format("\"{}\" is a plane; expected a drum", m.boundary));
+  m.axis = t.choice("axis", {"x", "y"}, "x") == "x" ? 0 : 1;
+  m.begin = t.quantity("begin", dimension::time, Sign::non_negative);
+}
+
 void read_accelerometer(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
   t.allow({"kind", "name", "motion_frame", "axis", "cfc"});
   m.frame = frame_index(t, "motion_frame", model.frames);
@@ -77,7 +87,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Model& model, do
   std::vector<Measure> measures;
   for (const TomlTable& t : root.tables("measure")) {
     const std::string kind =
-        t.choice("kind", {"slip", "slide", "rebound", "heap", "accelerometer"});
+        t.choice("kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum"});
     Measure m;
     if (kind == "slip") {
       m.kind = Measure::Kind::slip;
@@ -91,6 +101,9 @@ std::vector<Measure> read_measures(const TomlTable& root, const Model& model, do
     } else if (kind == "accelerometer") {
       m.kind = Measure::Kind::accelerometer;
       read_accelerometer(t, model, frames_every, m);
+    } else if (kind == "drum") {
+      m.kind = Measure::Kind::drum;
+      read_drum(t, model, m);
     } else {
       m.kind = Measure::Kind::heap;
       read_heap(t, m);

@@ -364,8 +364,7 @@ void check_boundaries(const Case& c) {
 }
 
 void check_particles(const Case& c) {
-  Model model = c.model;
-  Solver solver(std::move(model));
+  Solver solver(bare(c));
   for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
   for (std::size_t i = 0; i < c.placed.size(); ++i) {
     const Case::Placed& p = c.placed[i];
@@ -375,8 +374,7 @@ void check_particles(const Case& c) {
     if (!wall) continue;
     throw InputError(fmt::format(
         "{}: particle {} lies more than {:.3g} mm inside boundary \"{}\"; expected a free place",
-        c.particle_places.at(i), p.particle, 1e3 * depth,
-        c.model.boundaries[index(*wall) - c.model.particles.size()].name));
+        c.particle_places.at(i), p.particle, 1e3 * depth, c.model.boundaries[index(*wall)].name));
   }
 }
 

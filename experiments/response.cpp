@@ -11,6 +11,7 @@
 #include "experiments/body_responses.h"
 #include "experiments/bonds.h"
 #include "experiments/drained_repose_responses.h"
+#include "experiments/drum_responses.h"
 #include "experiments/recording.h"
 #include "experiments/scene_responses.h"
 #include "experiments/statistics_responses.h"
@@ -94,6 +95,7 @@ std::vector<Response> measure(const Recording& recording) {
   if (c.drained_repose) append(drained_repose_responses(drained_heap(recording, c)));
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
+  append(drum_responses(recording, c));
   append(scene_responses(recording, c));
   append(bond_responses(recording, c));
   append(accelerometer_responses(recording, c));

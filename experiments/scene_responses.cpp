@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "experiments/line_fit.h"
 #include "experiments/recording.h"
 
 namespace firn {
@@ -75,11 +76,31 @@ double evenness_of_first_half(const std::vector<int>& batch, const std::vector<d
   return 1 - exchanged;
 }
 
+// Slope of the mass that has passed over time, between a fifth and four fifths of all passages:
+// beginning and end of a discharge left out.
+void add_flow(std::vector<std::pair<double, double>> passages, const std::string& name, Out& out) {
+  constexpr std::size_t kFewest = 10;
+  std::ranges::sort(passages);  // time in s, mass in kg
+  std::vector<double> times, passed;
+  double sum = 0;
+  for (std::size_t i = 0; i < passages.size(); ++i) {
+    sum += passages[i].second;
+    if (5 * i < passages.size() || 5 * (i + 1) > 4 * passages.size()) continue;
+    times.push_back(passages[i].first);
+    passed.push_back(sum);
+  }
+  if (times.size() < kFewest || times.front() == times.back()) return;
+  out.add(
+      name + "mass_flow", {least_squares_line(times, passed).slope}, "kg/s",
+      "line through the mass passed over time, between a fifth and four fifths of all passages");
+}
+
 void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   const std::vector<double> passed = recording.gate_time(gate.name),
                             inserted = recording.insert_time(), mass = recording.mass();
   std::vector<int> batch = recording.batch(), tag = recording.tag();
   std::vector<double> times, residence, came, through;
+  std::vector<std::pair<double, double>> passages;
   std::vector<int> batches, tags;
   double total = 0;
   for (std::size_t i = 0; i < passed.size(); ++i) {
@@ -91,6 +112,7 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
     through.push_back(passed[i]);
     if (std::isnan(passed[i])) continue;
     times.push_back(passed[i]);
+    passages.emplace_back(passed[i], mass[i]);
     total += mass[i];
   }
   const std::string name = gate.name + "_";
@@ -105,6 +127,7 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   for (double r : residence) sum += std::isnan(r) ? 0 : r;
   out.add(name + "residence_time", {sum / static_cast<double>(times.size())}, "s",
           "from insertion to the gate; mean of those that have passed");
+  add_flow(std::move(passages), name, out);
   const Grouped by_batch = grouped(batches, residence), by_tag = grouped(tags, residence);
   const char* const rows = "one value for each number that occurs, ascending";
   out.add(name + "count_by_batch", by_batch.count, "1", rows);

@@ -91,6 +91,39 @@ TEST(ShapeCommand, OpenMeshIsRefusedWithItsDefects) {
   EXPECT_THAT(o.err, HasSubstr("open.stl"));
 }
 
+TEST(ShapeCommand, TellsAndDoesWhatRepairsAMesh) {
+  const Folder folder;
+  auto open = box(10, 10, 10);
+  open.pop_back();
+  folder.write("open.stl", stl(open));
+  const Outcome told = folder.firn({"shape", "open.stl"});
+  EXPECT_EQ(told.status, 2);
+  EXPECT_THAT(told.out, HasSubstr("fills holes with 1 facet"));
+  EXPECT_THAT(told.err, HasSubstr("--repaired FILE.stl writes it repaired"));
+  EXPECT_EQ(folder.firn({"shape", "open.stl", "--repaired", "whole.stl"}).status, 0);
+  const Outcome whole = folder.firn({"shape", "whole.stl", "--json"});
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  EXPECT_NEAR(json::parse(whole.out)["volume"], 1e-6, 1e-11);
+  EXPECT_EQ(json::parse(whole.out)["repair"]["needed"], false);
+  // A lone triangle is beyond repair.
+  folder.write("lone.stl", stl({open[0]}));
+  const Outcome lone = folder.firn({"shape", "lone.stl", "--repaired", "none.stl"});
+  EXPECT_EQ(lone.status, 2);
+  EXPECT_EQ(lines(lone.err), 1U) << lone.err;
+  EXPECT_THAT(lone.err, HasSubstr("cannot be repaired: "));
+}
+
+TEST(ShapeCommand, ReadsObjFiles) {
+  const Folder folder;
+  const Outcome o = folder.firn({"shape",
+                                 folder.write("tetra.obj",
+                                              "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\n"
+                                              "f 1 2 4\nf 2 3 4\nf 3 1 4\n"),
+                                 "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_NEAR(json::parse(o.out)["volume"], 1e-6 / 6, 1e-12);
+}
+
 TEST(ShapeCommand, InsideOutMeshIsRefused) {
   const Folder folder;
   auto turned = box(10, 10, 10);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "experiments/driver.h"
+#include "experiments/machine_check.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
 #include "tests/experiments/results_folder.h"
@@ -86,6 +87,11 @@ TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
   EXPECT_LE(value(summary, "mold_batches"), 24);
   EXPECT_EQ(value(summary, "lost_count"), 0);
   EXPECT_GE(value(summary, "arm_coordinate_end"), 25 * M_PI / 180);
+  // The bucket can be pulled out from there.
+  const Case pull = read_case(shipped("bucket_pull_from"), {{"start.file", path("run.h5")}});
+  EXPECT_EQ(static_cast<double>(pull.placed.size()), value(summary, "present_count"));
+  EXPECT_EQ(pull.frame_starts.size(), 4u);
+  EXPECT_NO_THROW(check_machine(pull));
 }
 
 }  // namespace
