@@ -119,14 +119,15 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
           "particles whose centre has been in the gate");
   out.add(name + "mass", {total}, "kg", "their mass");
-  if (times.empty()) return;
-  const auto [first, last] = std::ranges::minmax(times);
-  out.add(name + "first_time", {first}, "s", "first passage");
-  out.add(name + "last_time", {last}, "s", "last passage");
-  double sum = 0;
-  for (double r : residence) sum += std::isnan(r) ? 0 : r;
-  out.add(name + "residence_time", {sum / static_cast<double>(times.size())}, "s",
-          "from insertion to the gate; mean of those that have passed");
+  if (!times.empty()) {
+    const auto [first, last] = std::ranges::minmax(times);
+    out.add(name + "first_time", {first}, "s", "first passage");
+    out.add(name + "last_time", {last}, "s", "last passage");
+    double sum = 0;
+    for (double r : residence) sum += std::isnan(r) ? 0 : r;
+    out.add(name + "residence_time", {sum / static_cast<double>(times.size())}, "s",
+            "from insertion to the gate; mean of those that have passed");
+  }
   add_flow(std::move(passages), name, out);
   const Grouped by_batch = grouped(batches, residence), by_tag = grouped(tags, residence);
   const char* const rows = "one value for each number that occurs, ascending";

@@ -40,7 +40,7 @@ double energy_now(const Model& model, const BondWorkspace& w, const State& s, st
 }
 
 void strain(const Model& model, BondWorkspace& w, State& s, std::size_t number) {
-  w.loads[number] = {};
+  s.bond_loads[number] = {};
   w.lost[number] = 0;
   if (!acts(model, s, number)) return;
   const Bond& bond = model.bonds[number];
@@ -59,7 +59,7 @@ void strain(const Model& model, BondWorkspace& w, State& s, std::size_t number) 
     return;
   }
   w.lost[number] = model.timestep * add_damping(w.damping[number], pose, a, b, forces);
-  w.loads[number] = load_of(pose, forces);
+  s.bond_loads[number] = load_of(pose, forces);
 }
 
 // Calls visit(bond, is_b) for the bonds of a particle.
@@ -74,7 +74,6 @@ void for_bonds_of(const BondWorkspace& w, int particle, const Visit& visit) {
 BondWorkspace::BondWorkspace(const Model& model)
     : first(model.particles.size() + 1, 0),
       ends(2 * model.bonds.size()),
-      loads(model.bonds.size()),
       lost(model.bonds.size(), 0) {
   for (const Bond& b : model.bonds) {
     const BeamLaw& law = model.beams[b.law];
@@ -104,7 +103,7 @@ void add_bond_loads(const BondWorkspace& w, State& s, std::size_t begin, std::si
   for (std::size_t i = begin; i < end; ++i) {
     BodyLoad& load = s.load[i];
     for_bonds_of(w, static_cast<int>(i), [&](std::size_t bond, bool is_b) {
-      const BeamLoad& one = w.loads[bond];
+      const BeamLoad& one = s.bond_loads[bond];
       load.force += is_b ? Vec3(-one.force) : one.force;
       load.torque += is_b ? one.moment_b : one.moment_a;
     });
@@ -144,9 +143,7 @@ BondState bond_state(const Model& model, const BondWorkspace& w, const State& s,
   out.orientation = Quat(pose.axes);
   out.forces = elastic_forces(w.stiffness[number], pose);
   out.stress = stress_of(law, out.forces);
-  BeamForces all = out.forces;
-  add_damping(w.damping[number], pose, a, b, all);
-  out.load = load_of(pose, all);
+  out.load = s.bond_loads[number];
   return out;
 }
 

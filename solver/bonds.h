@@ -20,9 +20,7 @@ struct BondWorkspace {
   // number of the bond, and 1 more for its end b.
   std::vector<std::uint32_t> first;  // [particles + 1]
   std::vector<std::uint32_t> ends;   // [2 * bonds]
-  // Of the present step:
-  std::vector<BeamLoad> loads;  // [bonds]
-  std::vector<double> lost;     // [bonds] J
+  std::vector<double> lost;          // [bonds] J, in the present step
 };
 
 // The phase of the step: loads of all bonds, and which of them break. A bond that is beyond its

@@ -141,6 +141,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.points);
   ar.group("bonds");
   ar.array(s.bonds);
+  ar.array(s.bond_loads);
   ar.group("energy accounts");
   ar.value(s.work_normal);
   ar.value(s.work_friction);
@@ -325,7 +326,8 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   if (!r.done() || !fits(fresh.statistics, model) ||
       fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size() ||
-      fresh.frames.size() != model.frames.size() || fresh.bonds.size() != model.bonds.size()) {
+      fresh.frames.size() != model.frames.size() || fresh.bonds.size() != model.bonds.size() ||
+      fresh.bond_loads.size() != model.bonds.size()) {
     throw RunError("checkpoint does not fit the case");
   }
   state = std::move(fresh);

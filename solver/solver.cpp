@@ -57,6 +57,7 @@ void resize(const Model& model, State& s) {
   s.boundary_peak.resize(b, 0);
   s.boundary_load.resize(b);
   s.bonds.resize(model.bonds.size());
+  s.bond_loads.resize(model.bonds.size());
   place_boundaries(model, s);
   s.statistics = empty_statistics(model);
 }

@@ -79,7 +79,7 @@ struct BondState {
   Quat orientation = Quat::Identity();  // beam axes -> world
   BeamForces forces;                    // elastic ones
   BeamStress stress;
-  BeamLoad load;  // all, damping included
+  BeamLoad load;  // as the last step has put it on the bodies, damping included
 };
 
 struct Energy {  // J

@@ -122,6 +122,7 @@ struct State {
   std::vector<Vec3> rolling;         // N m, rolling moment on a, of each place of a patch
   std::vector<ContactPoint> points;  // with holes
   std::vector<BondRecord> bonds;     // [bonds]
+  std::vector<BeamLoad> bond_loads;  // [bonds] at `time`
   // Accounts
   double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
   double work_walls = 0;                         // J, the part of both at boundaries

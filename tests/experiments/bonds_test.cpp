@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "experiments/contact_audit.h"
 #include "experiments/export.h"
 #include "experiments/hdf5_file.h"
 #include "experiments/run.h"
@@ -124,6 +125,34 @@ tag = 9
   EXPECT_THAT(complaint(bodies + head + "pairs = [[0, 0]]" + kBridge), HasSubstr("with itself"));
   EXPECT_THAT(complaint(bodies + head + "pairs = [0, 1]" + kBridge), HasSubstr("pairs of whole"));
   EXPECT_THAT(complaint(bodies + head + kBridge), HasSubstr("expected one of source, pairs"));
+}
+
+// What an audit adds up is what moves the bodies.
+TEST(BondCase, AuditsCountBondsAmongTheForces) {
+  const Case c = read(std::string(kBodies) + R"(
+[[particles]]
+shape = "cube"
+position = "0 0 60 mm"
+velocity = "0 0.1 0 m/s"
+grid = [2, 1, 1]
+spacing = "25 0 0 mm"
+angular_velocity = "3 2 1 rad/s"
+[[bonds]]
+name = "b"
+pairs = [[0, 1]]
+)" + kBridge);
+  Solver solver(c.model);
+  for (const Case::Placed& p : c.placed)
+    solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
+  for (int k = 0; k < 50; ++k) solver.step();
+  ASSERT_TRUE(solver.bond(0).acts);
+  ASSERT_GT(solver.bond(0).load.force.norm(), 0);
+  for (const int particle : {0, 1}) {
+    const Balance b = balance_of(solver, particle);
+    EXPECT_LT(b.force_error, 1e-9 * b.scale);
+    EXPECT_LT(b.used_error, 1e-12 * b.scale);
+    EXPECT_LT(b.moment_error, 1e-9 * solver.load(particle).moment.norm());
+  }
 }
 
 TEST(BondCase, MistakesAreToldInOneLine) {

@@ -377,6 +377,13 @@ TEST(Case, WrongValuesAreNamed) {
       {"restitution = 0.3", "restitution = 1.1",
        "c.toml:17: interactions.ice-ice.restitution: is 1.1; expected a number above 0 and up to "
        "1"},
+      {"restitution = 0.3", "restitution = 0.3\nadhesion_stiffness_fraction = 1",
+       "c.toml:18: interactions.ice-ice.adhesion_stiffness_fraction: is 1; expected a number from "
+       "0 "
+       "to below 1"},
+      {"restitution = 0.3", "restitution = 0.3\nadhesion_force = \"1 mN\"\nunloading_floor = 0",
+       "c.toml:19: interactions.ice-ice.unloading_floor: is 0; expected a number above 0 beside "
+       "adhesion, which acts while a contact bears"},
       {"restitution = 0.3", "restitution = nan",
        "c.toml:17: interactions.ice-ice.restitution: is nan; expected a finite number"},
       {"dynamic_friction = 0.1", "dynamic_friction = 0.21",
