@@ -88,6 +88,7 @@ int main_program(int argc, char** argv) {
   add_shape_command(app, status);
   add_export_command(app, status);
   add_validate_command(app, status);
+  add_report_command(app, status);
   add_verify_command(app, status);
   add_contacts_command(app, status);
   add_hashes_command(app, status);

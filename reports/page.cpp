@@ -1,0 +1,335 @@
+#include "reports/page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "reports/assets.h"
+#include "solver/types.h"
+
+namespace firn::page {
+namespace {
+
+const char* mark_class(Mark mark) {
+  switch (mark) {
+    case Mark::good:
+      return "good";
+    case Mark::caution:
+      return "caution";
+    case Mark::bad:
+      return "bad";
+    case Mark::neutral:
+      return "neutral";
+    case Mark::none:
+      break;
+  }
+  return "";
+}
+
+// A tick, a triangle, a cross, a ring: the word beside it says the same to who hears the page.
+const char* mark_shape(Mark mark) {
+  switch (mark) {
+    case Mark::good:
+      return "<path d='M3 9l4 4 7-9'/>";
+    case Mark::caution:
+      return "<path d='M8 2l6.5 12h-13zM8 6.5v3.5M8 12v.6'/>";
+    case Mark::bad:
+      return "<path d='M3.5 3.5l9 9M12.5 3.5l-9 9'/>";
+    default:
+      return "<circle cx='8' cy='8' r='5'/>";
+  }
+}
+
+std::string badge_html(const Badge& badge) {
+  if (badge.mark == Mark::none) return escaped(badge.word);
+  return fmt::format(
+      "<span class=\"badge {}\"><svg viewBox=\"0 0 16 16\" aria-hidden=\"true\">{}</svg>{}</span>",
+      mark_class(badge.mark), mark_shape(badge.mark), escaped(badge.word));
+}
+
+std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
+
+bool numeric(const Cell& cell) { return std::isfinite(cell.value); }
+
+// A column stands to the right when any cell of it is a number.
+std::vector<bool> numeric_columns(const Table& table) {
+  std::vector<bool> result(table.columns.size());
+  for (const auto& row : table.rows)
+    for (std::size_t i = 0; i < row.size(); ++i) result[i] = result[i] || numeric(row[i]);
+  return result;
+}
+
+std::string cell_html(const Cell& cell, bool right) {
+  std::string html = "<td";
+  if (right) html += " class=\"n\"";
+  if (numeric(cell)) html += fmt::format(" data-v=\"{}\"", cell.value);
+  if (std::isfinite(cell.uncertainty)) html += fmt::format(" data-u=\"{}\"", cell.uncertainty);
+  html += ">";
+  if (!cell.badge.word.empty()) html += badge_html(cell.badge) + (cell.text.empty() ? "" : " ");
+  html += cell.anchor.empty()
+              ? escaped(cell.text)
+              : fmt::format("<a href=\"#{}\">{}</a>", escaped(cell.anchor), escaped(cell.text));
+  return html + "</td>";
+}
+
+std::string slug(const std::string& title) {
+  std::string result;
+  for (const char c : title) {
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!result.empty() && result.back() != '-')
+      result += '-';
+  }
+  while (!result.empty() && result.back() == '-') result.pop_back();
+  return result.empty() ? "section" : result;
+}
+
+std::string figure_html(const Figure& figure) {
+  return fmt::format(
+      "<figure><div class=\"plot\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
+      "</figcaption></figure>\n",
+      escaped(figure.alt.empty() ? figure.caption : figure.alt), figure.svg,
+      escaped(figure.caption));
+}
+
+// Nothing may be asked of any network: the browser is told to refuse it.
+constexpr const char* kHead = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<link rel="icon" href="data:,">
+)";
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default: {
+        const auto byte = static_cast<unsigned char>(c);
+        const bool forbidden = (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f;
+        if (forbidden)
+          out += "\xef\xbf\xbd";
+        else
+          out += c;
+      }
+    }
+  }
+  return out;
+}
+
+std::string number_text(double value, int digits) {
+  if (!std::isfinite(value)) return "undefined";
+  const bool whole = value == std::floor(value) && std::abs(value) < 1e9;
+  return whole ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
+}
+
+std::string measured_text(double value, double uncertainty) {
+  if (!(uncertainty > 0) || !std::isfinite(uncertainty) || !std::isfinite(value))
+    return number_text(value);
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(uncertainty)));
+  if (decimals < 0 || decimals > 6) return fmt::format("{:.4g} ± {:.2g}", value, uncertainty);
+  return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, uncertainty, decimals);
+}
+
+Cell Cell::measured(double value, double uncertainty) {
+  Cell cell(measured_text(value, uncertainty));
+  cell.value = value;
+  cell.uncertainty = uncertainty;
+  return cell;
+}
+
+Cell Cell::link(std::string text, std::string anchor) {
+  Cell cell(std::move(text));
+  cell.anchor = std::move(anchor);
+  return cell;
+}
+
+Content& Content::heading(const std::string& title) {
+  html_ += fmt::format("<h3>{}</h3>\n", escaped(title));
+  return *this;
+}
+
+Content& Content::paragraph(const std::string& text) {
+  html_ += fmt::format("<p>{}</p>\n", escaped(text));
+  return *this;
+}
+
+Content& Content::note(const Badge& badge, const std::string& text) {
+  html_ += fmt::format("<p class=\"note {}\">{} {}</p>\n", mark_class(badge.mark),
+                       badge_html(badge), escaped(text));
+  return *this;
+}
+
+Content& Content::list(const std::vector<std::string>& items) {
+  html_ += "<ul>\n";
+  for (const std::string& item : items) html_ += fmt::format("<li>{}</li>\n", escaped(item));
+  html_ += "</ul>\n";
+  return *this;
+}
+
+Content& Content::cards(const std::vector<Card>& cards) {
+  html_ += "<ul class=\"cards\">\n";
+  for (const Card& card : cards) {
+    html_ += fmt::format("<li class=\"card {}\"><span class=\"label\">{}</span><b>{}</b>",
+                         mark_class(card.badge.mark), escaped(card.label), escaped(card.value));
+    if (!card.note.empty())
+      html_ += fmt::format("<span class=\"faint\">{}</span>", escaped(card.note));
+    if (!card.badge.word.empty()) html_ += badge_html(card.badge);
+    html_ += "</li>\n";
+  }
+  html_ += "</ul>\n";
+  return *this;
+}
+
+Content& Content::facts(const std::vector<Fact>& facts) {
+  html_ += "<dl>\n";
+  for (const Fact& fact : facts)
+    html_ += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(fact.name), escaped(fact.value));
+  html_ += "</dl>\n";
+  return *this;
+}
+
+Content& Content::table(const Table& table) {
+  const std::vector<bool> right = numeric_columns(table);
+  html_ += "<div class=\"table\"><table>";
+  if (!table.caption.empty()) html_ += fmt::format("<caption>{}</caption>", escaped(table.caption));
+  html_ += "<thead><tr>";
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    const std::string unit = unit_text(table.columns[i].unit);
+    html_ +=
+        fmt::format("<th scope=\"col\"{} data-unit=\"{}\">{}{}</th>",
+                    right[i] ? " class=\"n\"" : "", escaped(unit), escaped(table.columns[i].title),
+                    unit.empty() ? "" : fmt::format(" <small>{}</small>", escaped(unit)));
+  }
+  html_ += "</tr></thead>\n<tbody>\n";
+  for (const auto& row : table.rows) {
+    if (row.size() != table.columns.size())
+      throw std::logic_error(fmt::format("table \"{}\": a row of {} cells under {} columns",
+                                         table.caption, row.size(), table.columns.size()));
+    html_ += "<tr>";
+    for (std::size_t i = 0; i < row.size(); ++i) html_ += cell_html(row[i], right[i]);
+    html_ += "</tr>\n";
+  }
+  html_ += "</tbody></table></div>\n";
+  return *this;
+}
+
+Content& Content::figure(const Figure& figure) {
+  html_ += figure_html(figure);
+  return *this;
+}
+
+Content& Content::figures(const std::vector<Figure>& figures) {
+  html_ += "<div class=\"figures\">\n";
+  for (const Figure& figure : figures) html_ += figure_html(figure);
+  html_ += "</div>\n";
+  return *this;
+}
+
+Content& Content::code(const std::string& text, const std::string& caption) {
+  if (!caption.empty()) html_ += fmt::format("<p class=\"codecaption\">{}</p>", escaped(caption));
+  html_ += fmt::format("<div class=\"code\"><pre tabindex=\"0\"><code>{}</code></pre></div>\n",
+                       escaped(text));
+  return *this;
+}
+
+Content& Content::fold(const std::string& summary, const Content& content, bool open) {
+  html_ += fmt::format("<details{}><summary>{}</summary>\n{}</details>\n", open ? " open" : "",
+                       escaped(summary), content.html_);
+  return *this;
+}
+
+Content& Content::html(const std::string& trusted) {
+  html_ += trusted;
+  return *this;
+}
+
+Page::Page(std::string title, std::string subtitle)
+    : title_(std::move(title)), subtitle_(std::move(subtitle)) {}
+
+Content& Page::section(const std::string& title, const std::string& anchor) {
+  const std::string wanted = anchor.empty() ? slug(title) : slug(anchor);
+  std::string name = wanted;
+  const auto taken = [&] {
+    return std::ranges::any_of(sections_, [&](const Section& s) { return s.anchor == name; });
+  };
+  for (int i = 2; taken(); ++i) name = fmt::format("{}-{}", wanted, i);
+  sections_.push_back({title, name, {}});
+  return sections_.back().content;
+}
+
+void Page::add_script(std::string_view script) {
+  scripts_ += fmt::format("<script>{}</script>\n", script);
+}
+
+void Page::add_data(const std::string& id, std::string_view base64) {
+  scripts_ +=
+      fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", escaped(id), base64);
+}
+
+std::string Page::html() const {
+  fmt::memory_buffer out;
+  auto to = std::back_inserter(out);
+  fmt::format_to(to, "{}<title>{}</title>\n<style>{}</style></head>\n<body>\n", kHead,
+                 escaped(title_), asset("page.css"));
+  fmt::format_to(to, "<a class=\"skip\" href=\"#content\">Skip to the content</a>\n");
+  fmt::format_to(to, "<header><h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n{}</header>\n",
+                 escaped(title_), escaped(subtitle_), top_.html());
+  if (sections_.size() > 1) {
+    fmt::format_to(to, "<nav aria-label=\"Contents\"><ul>\n");
+    for (const Section& s : sections_)
+      fmt::format_to(to, "<li><a href=\"#{}\">{}</a></li>\n", s.anchor, escaped(s.title));
+    fmt::format_to(to, "</ul></nav>\n");
+  }
+  fmt::format_to(to, "<main id=\"content\">\n");
+  for (const Section& s : sections_)
+    fmt::format_to(to,
+                   "<section id=\"{0}\" aria-labelledby=\"{0}-title\"><h2 id=\"{0}-title\">{1}"
+                   "</h2>\n{2}</section>\n",
+                   s.anchor, escaped(s.title), s.content.html());
+  fmt::format_to(to, "</main>\n<footer>{}</footer>\n<script>{}</script>\n{}</body></html>\n",
+                 escaped(footer_), asset("page.js"), scripts_);
+  return fmt::to_string(out);
+}
+
+void Page::write(const std::string& file) const {
+  if (std::filesystem::path(file).extension() != ".html")
+    throw InputError(fmt::format("{}: no name of a page; expected FILE.html", file));
+  const std::string unfinished = file + ".writing";
+  std::ofstream out(unfinished, std::ios::binary);
+  out << html();
+  out.close();
+  std::error_code error;
+  if (out) std::filesystem::rename(unfinished, file, error);
+  if (!out || error) {
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+    throw InputError(fmt::format("{}: cannot be written; expected a folder that is there", file));
+  }
+}
+
+}  // namespace firn::page

@@ -1,0 +1,133 @@
+// Pages for people: one HTML file each that stands alone, offline, on paper and on a phone.
+//
+//   page::Page page("Auger, half full", "seed 1");
+//   page.top().cards({{"delivered", "75 of 80", "cubes", {page::Mark::good, "within"}}});
+//   page::Content& loads = page.section("Loads");
+//   loads.figure({plots::draw(plot), "Force on the auger.", "Force against time, at most 12 N"});
+//   page.write("auger.html");
+//
+// All texts are plain: whatever they hold is shown as it stands.
+#pragma once
+
+#include <limits>
+#include <list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace firn::page {
+
+// As it may stand between tags and within a quoted attribute. What XML forbids becomes U+FFFD.
+std::string escaped(std::string_view text);
+
+// For people: four significant digits, or as many as given; "undefined" unless finite.
+std::string number_text(double value, int digits = 4);
+// With as many digits as one standard deviation lets count, "11.4 ± 1.2"; without a positive,
+// finite one as number_text().
+std::string measured_text(double value, double uncertainty);
+
+// A verdict, told by shape and word, not by colour alone.
+enum class Mark { none, good, caution, bad, neutral };
+struct Badge {
+  Mark mark = Mark::none;
+  std::string word;
+};
+
+// One number of a summary.
+struct Card {
+  std::string label, value, note;  // "angle of repose", "11.4 ± 1.2 deg", "measured: 10 ± 0.7 deg"
+  Badge badge;
+};
+
+struct Fact {
+  std::string name, value;
+};
+
+// One cell of a table. Columns sort by the values where there are some, else by the texts; copies
+// hold values with all digits, and uncertainties in a column of their own.
+struct Cell {
+  std::string text;
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double uncertainty = std::numeric_limits<double>::quiet_NaN();  // one standard deviation
+  Badge badge;
+  std::string anchor;  // of the section that the text leads to; empty: none
+
+  Cell(std::string plain) : text(std::move(plain)) {}
+  Cell(const char* plain) : text(plain) {}
+  Cell(double number, int digits = 4) : text(number_text(number, digits)), value(number) {}
+  Cell(Badge verdict) : badge(std::move(verdict)) {}
+  static Cell measured(double value, double uncertainty);
+  static Cell link(std::string text, std::string anchor);
+};
+
+struct Column {
+  std::string title;
+  std::string unit;  // empty or "1": none
+};
+
+struct Table {
+  std::string caption;  // what the rows are
+  std::vector<Column> columns;
+  std::vector<std::vector<Cell>> rows;  // each as long as `columns`
+};
+
+struct Figure {
+  std::string svg;      // of plots.h, inline
+  std::string caption;  // what is to be seen
+  std::string alt;      // the same for who cannot see it, numbers included
+};
+
+// What a section or a fold holds, in order.
+class Content {
+ public:
+  Content& heading(const std::string& title);
+  Content& paragraph(const std::string& text);
+  Content& note(const Badge& badge, const std::string& text);  // set off, with its verdict
+  Content& list(const std::vector<std::string>& items);
+  Content& cards(const std::vector<Card>& cards);
+  Content& facts(const std::vector<Fact>& facts);
+  // Throws std::logic_error for a row that is not as long as the columns.
+  Content& table(const Table& table);
+  Content& figure(const Figure& figure);
+  Content& figures(const std::vector<Figure>& figures);  // side by side where there is room
+  // Commands, one a line, with a button that copies them.
+  Content& code(const std::string& text, const std::string& caption = "");
+  // Shown when opened, and on paper.
+  Content& fold(const std::string& summary, const Content& content, bool open = false);
+  Content& html(const std::string& trusted);  // as it stands
+
+  const std::string& html() const { return html_; }
+  bool empty() const { return html_.empty(); }
+
+ private:
+  std::string html_;
+};
+
+class Page {
+ public:
+  Page(std::string title, std::string subtitle);
+
+  Content& top() { return top_; }  // above the table of contents
+  // A new section, listed in the table of contents. The anchor is made of the title unless given;
+  // a second one of a name gets a number. The reference holds as long as the page.
+  Content& section(const std::string& title, const std::string& anchor = "");
+  // At the end of the document, once: a script's text, and data for it (base64) under an id.
+  void add_script(std::string_view script);
+  void add_data(const std::string& id, std::string_view base64);
+  void set_footer(std::string text) { footer_ = std::move(text); }
+
+  std::string html() const;
+  // Replaces an older file in one go. Throws InputError unless FILE.html can be written.
+  void write(const std::string& file) const;
+
+ private:
+  struct Section {
+    std::string title, anchor;
+    Content content;
+  };
+  std::string title_, subtitle_, footer_, scripts_;
+  Content top_;
+  std::list<Section> sections_;
+};
+
+}  // namespace firn::page

@@ -1,0 +1,390 @@
+#include "reports/plots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "reports/plot_svg.h"
+#include "solver/types.h"
+
+namespace firn::plots {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMostPoints = 1200;  // of a line; more cannot be seen
+
+std::string axis_title(const Axis& axis) {
+  if (axis.unit.empty() || axis.unit == "1") return axis.label;
+  return axis.label + " / " + axis.unit;
+}
+
+bool shown(const Axis& axis, double value) {
+  return std::isfinite(value) && (!axis.log || value > 0);
+}
+
+std::string range(const Axis& axis) {
+  const auto end = [](const std::optional<double>& v) {
+    return v ? fmt::format("{:.17g}", *v) : std::string("*");
+  };
+  return fmt::format("[{}:{}]", end(axis.low), end(axis.high));
+}
+
+std::string axis_script(char name, const Axis& axis) {
+  std::string script = fmt::format("set {}label {}\nset {}range {}\n", name, text(axis_title(axis)),
+                                   name, range(axis));
+  if (axis.log) script += fmt::format("set logscale {0}\nset format {0} '%g'\n", name);
+  return script;
+}
+
+std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Rule>& horizontal) {
+  std::string script;
+  for (const Rule& r : vertical) {
+    if (!std::isfinite(r.at)) continue;
+    script += fmt::format(
+        "set arrow from first {0:.17g}, graph 0 to first {0:.17g}, graph 1 nohead lw 1 dt 3 lc rgb "
+        "{1} back\nset label {2} at first {0:.17g}, graph 0.97 right rotate by 90 offset -0.7,0 "
+        "textcolor rgb {1} font ',11'\n",
+        r.at, ink::faint, text(r.text));
+  }
+  for (const Rule& r : horizontal) {
+    if (!std::isfinite(r.at)) continue;
+    script += fmt::format(
+        "set arrow from graph 0, first {0:.17g} to graph 1, first {0:.17g} nohead lw 1 dt 3 lc rgb "
+        "{1} back\nset label {2} at graph 0.99, first {0:.17g} right offset 0,0.5 textcolor rgb "
+        "{1} "
+        "font ',11'\n",
+        r.at, ink::faint, text(r.text));
+  }
+  return script;
+}
+
+// Of every stretch of a long line its lowest and highest point, in order, and nothing else.
+Series thinned(const Series& s) {
+  if (s.x.size() <= kMostPoints || !s.low.empty() || !s.y_error.empty() || !s.x_error.empty() ||
+      s.style == Style::points)
+    return s;
+  Series result{s.name, {}, {}, s.style};
+  const std::size_t stretches = kMostPoints / 2;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    const std::size_t first = k * s.x.size() / stretches, end = (k + 1) * s.x.size() / stretches;
+    std::size_t low = first, high = first;
+    for (std::size_t i = first; i < end; ++i) {
+      if (!(s.y[i] >= s.y[low])) low = i;  // a gap counts, so that it stays one
+      if (s.y[i] > s.y[high]) high = i;
+    }
+    for (const std::size_t i : {std::min(low, high), std::max(low, high)}) {
+      result.x.push_back(s.x[i]);
+      result.y.push_back(s.y[i]);
+    }
+  }
+  return result;
+}
+
+double at(const std::vector<double>& values, std::size_t i) {
+  return i < values.size() ? values[i] : kNone;
+}
+
+// Columns: x y x_error y_error low high.
+std::string write_series(const Drawing& drawing, const std::string& name, const Series& s,
+                         const Axis& x, const Axis& y, bool& any) {
+  std::vector<std::array<double, 6>> rows;
+  for (std::size_t i = 0; i < s.x.size(); ++i) {
+    const bool there = shown(x, s.x[i]) && shown(y, s.y[i]);
+    any = any || there;
+    rows.push_back({s.x[i], there ? s.y[i] : kNone, at(s.x_error, i), at(s.y_error, i),
+                    at(s.low, i), at(s.high, i)});
+  }
+  return drawing.data(name, rows);
+}
+
+std::string with(const Series& s, int k) {
+  const std::string line = fmt::format("lc rgb {} lw 1.8 dt {}", series_ink(k), dash(k));
+  const std::string point = fmt::format("lc rgb {} pt {} ps 0.75 lw 1.4", series_ink(k), marker(k));
+  switch (s.style) {
+    case Style::line:
+      return "using 1:2 with lines " + line;
+    case Style::step:
+      return "using 1:2 with fsteps " + line;
+    case Style::joined:
+      return fmt::format("using 1:2 with linespoints {} pt {} ps 0.75", line, marker(k));
+    case Style::points:
+      return "using 1:2 with points " + point;
+  }
+  return "";
+}
+
+// The plot commands of one series: its band below, its error bars, itself.
+void add_series(std::vector<std::string>& commands, const std::string& file, const Series& s,
+                int k) {
+  if (!s.low.empty())
+    commands.push_back(fmt::format(
+        "{} using 1:5:6 with filledcurves fillstyle transparent solid 0.22 noborder lc rgb {} "
+        "notitle",
+        file, series_ink(k)));
+  const std::string bar = fmt::format("lc rgb {} lw 1.4 dt 1 pt -1 notitle", series_ink(k));
+  if (!s.y_error.empty())
+    commands.push_back(fmt::format("{} using 1:2:4 with yerrorbars {}", file, bar));
+  if (!s.x_error.empty())
+    commands.push_back(fmt::format("{} using 1:2:3 with xerrorbars {}", file, bar));
+  commands.push_back(fmt::format("{} {} {}", file, with(s, k),
+                                 s.name.empty() ? "notitle" : "title " + text(s.name)));
+}
+
+void check(bool good, const char* what) {
+  if (!good) throw std::logic_error(std::string("plot: ") + what);
+}
+
+void check(const Series& s) {
+  const auto fits = [&](const std::vector<double>& v) {
+    return v.empty() || v.size() == s.x.size();
+  };
+  check(s.y.size() == s.x.size() && fits(s.x_error) && fits(s.y_error) && fits(s.low) &&
+            fits(s.high) && s.low.size() == s.high.size(),
+        "lists of a series have different lengths");
+}
+
+}  // namespace
+
+std::string draw(const XyPlot& plot) {
+  Drawing drawing(plot.width, plot.height);
+  std::vector<std::string> commands;
+  bool any = false;
+  for (std::size_t k = 0; k < plot.series.size(); ++k) {
+    check(plot.series[k]);
+    const Series s = thinned(plot.series[k]);
+    const std::string file =
+        write_series(drawing, fmt::format("series{}", k), s, plot.x, plot.y, any);
+    add_series(commands, file, s, static_cast<int>(k));
+  }
+  if (!any) return drawing.nothing(axis_title(plot.x), axis_title(plot.y));
+  return drawing.svg(axis_script('x', plot.x) + axis_script('y', plot.y) +
+                     rules_script(plot.vertical, plot.horizontal) +
+                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
+}
+
+std::string draw(const IntervalPlot& plot) {
+  const std::size_t n = plot.names.size();
+  const double row = static_cast<double>(n) + 1.3;  // a line of text above the intervals
+  Drawing drawing(plot.width,
+                  static_cast<int>(95 + 22 * row * static_cast<double>(plot.rows.size())));
+  std::vector<std::vector<std::array<double, 4>>> data(n);  // middle y low high
+  std::string labels;
+  bool any = false;
+  for (std::size_t i = 0; i < plot.rows.size(); ++i) {
+    check(plot.rows[i].intervals.size() == n, "a row of intervals lacks some");
+    const double top = -static_cast<double>(i) * row;
+    labels += fmt::format("set label {} at graph 0.01, first {} left textcolor rgb {}\n",
+                          text(plot.rows[i].label), top - 0.55, ink::text);
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto& interval = plot.rows[i].intervals[k];
+      if (!interval || !shown(plot.x, interval->low) || !shown(plot.x, interval->high)) continue;
+      any = true;
+      data[k].push_back({interval->middle.value_or(kNone), top - 1.4 - static_cast<double>(k),
+                         interval->low, interval->high});
+    }
+  }
+  if (!any) return drawing.nothing(axis_title(plot.x), "");
+  std::vector<std::string> commands;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (data[k].empty()) continue;
+    const int series = static_cast<int>(k);
+    const std::string file = drawing.data(fmt::format("intervals{}", k), data[k]);
+    commands.push_back(
+        fmt::format("{} using ($3):2:($4-$3):(0) with vectors heads size screen 0.008,90 lc rgb {} "
+                    "lw 2.4 dt {} notitle",
+                    file, series_ink(series), dash(series)));
+    commands.push_back(fmt::format("{} using 1:2 with points lc rgb {} pt {} ps 0.95 notitle", file,
+                                   series_ink(series), marker(series)));
+    commands.push_back(
+        fmt::format("keyentry with linespoints lc rgb {} lw 2.4 dt {} pt {} ps 0.95 title {}",
+                    series_ink(series), dash(series), marker(series), text(plot.names[k])));
+  }
+  return drawing.svg(
+      axis_script('x', plot.x) + rules_script(plot.vertical, {}) + labels +
+      fmt::format("unset ytics\nset border 1\nset lmargin 2\nset yrange [{}:0]\nplot {}\n",
+                  -row * static_cast<double>(plot.rows.size()) + 0.3, fmt::join(commands, ", ")));
+}
+
+std::string draw(const CdfPlot& plot) {
+  XyPlot xy{plot.x, {plot.y_label, "", false, 0, 1.02}, {}, plot.vertical};
+  for (const Samples& samples : plot.samples) {
+    std::vector<double> sorted;
+    std::ranges::copy_if(samples.values, std::back_inserter(sorted),
+                         [&](double v) { return shown(plot.x, v); });
+    std::ranges::sort(sorted);
+    Series s{fmt::format("{} ({})", samples.name, sorted.size()), {}, {}, Style::line};
+    for (std::size_t i = 0; i < sorted.size(); ++i)  // the corners of the steps
+      for (const std::size_t below : {i, i + 1}) {
+        s.x.push_back(sorted[i]);
+        s.y.push_back(static_cast<double>(below) / static_cast<double>(sorted.size()));
+      }
+    xy.series.push_back(std::move(s));
+  }
+  for (const Band& band : plot.bands) {
+    Series s{band.name, band.x, {}, Style::line, {}, {}, band.low, band.high};
+    for (std::size_t i = 0; i < band.x.size(); ++i) s.y.push_back((band.low[i] + band.high[i]) / 2);
+    xy.series.push_back(std::move(s));
+  }
+  return draw(xy);
+}
+
+std::string draw(const HistogramPlot& plot) {
+  Drawing drawing(520, 320);
+  double low = kNone, high = kNone;
+  std::size_t most = 0;
+  for (const Samples& samples : plot.samples) {
+    most = std::max(most, samples.values.size());
+    for (const double v : samples.values)
+      if (shown(plot.x, v)) low = std::fmin(low, v), high = std::fmax(high, v);
+  }
+  if (std::isnan(low)) return drawing.nothing(axis_title(plot.x), plot.y_label);
+  if (low == high) low -= 0.5, high += 0.5;
+  const int bins =
+      plot.bins > 0
+          ? plot.bins
+          : std::max(5, static_cast<int>(std::lround(std::sqrt(static_cast<double>(most)))));
+  const auto scale = [&](double v) { return plot.x.log ? std::log(v) : v; };
+  const auto edge = [&](int i) {
+    const double v = scale(low) + (scale(high) - scale(low)) * i / bins;
+    return plot.x.log ? std::exp(v) : v;
+  };
+  std::vector<std::string> commands;
+  for (std::size_t k = 0; k < plot.samples.size(); ++k) {
+    std::vector<double> count(static_cast<std::size_t>(bins), 0);
+    for (const double v : plot.samples[k].values) {
+      if (!shown(plot.x, v)) continue;
+      const double share = (scale(v) - scale(low)) / (scale(high) - scale(low));
+      ++count[static_cast<std::size_t>(std::clamp(static_cast<int>(share * bins), 0, bins - 1))];
+    }
+    std::vector<std::array<double, 2>> outline = {{edge(0), 0}};
+    for (int i = 0; i < bins; ++i)
+      for (const int side : {i, i + 1})
+        outline.push_back({edge(side), count[static_cast<std::size_t>(i)]});
+    outline.push_back({edge(bins), 0});
+    const std::string file = drawing.data(fmt::format("bins{}", k), outline);
+    const int series = static_cast<int>(k);
+    commands.push_back(
+        fmt::format("{} using 1:2 with filledcurves y1=0 fillstyle transparent solid 0.22 noborder "
+                    "lc rgb {} notitle",
+                    file, series_ink(series)));
+    commands.push_back(fmt::format(
+        "{} using 1:2 with lines lc rgb {} lw 1.8 dt {} title {}", file, series_ink(series),
+        dash(series),
+        text(fmt::format("{} ({})", plot.samples[k].name, plot.samples[k].values.size()))));
+  }
+  return drawing.svg(axis_script('x', plot.x) + axis_script('y', {plot.y_label, "", false, 0, {}}) +
+                     rules_script(plot.vertical, {}) +
+                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
+}
+
+std::string draw(const HeatMap& map) {
+  check(map.z_values.size() == map.x_values.size() * map.y_values.size(), "the map is not x by y");
+  check(map.x_values.size() > 1 && map.y_values.size() > 1, "a map needs two values each way");
+  Drawing drawing(520, 400);
+  // Cells as boxes: right on a log axis, too.
+  const auto edges = [](const std::vector<double>& values, bool log) {
+    const auto to = [&](double v) { return log ? std::log(v) : v; };
+    const double step =
+        (to(values.back()) - to(values.front())) / static_cast<double>(values.size() - 1);
+    std::vector<double> result;
+    for (std::size_t i = 0; i <= values.size(); ++i) {
+      const double v = to(values.front()) + step * (static_cast<double>(i) - 0.5);
+      result.push_back(log ? std::exp(v) : v);
+    }
+    return result;
+  };
+  const std::vector<double> x = edges(map.x_values, map.x.log), y = edges(map.y_values, map.y.log);
+  std::vector<std::array<double, 5>> cells;
+  for (std::size_t j = 0; j + 1 < y.size(); ++j)
+    for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+      const double z = map.z_values[j * map.x_values.size() + i];
+      if (shown(map.z, z)) cells.push_back({x[i], x[i + 1], y[j], y[j + 1], z});
+    }
+  if (cells.empty()) return drawing.nothing(axis_title(map.x), axis_title(map.y));
+  const std::string file = drawing.data("cells", cells);
+  std::vector<std::string> commands = {
+      fmt::format("{} using (($1+$2)/2):(($3+$4)/2):1:2:3:4:5 with boxxyerror fillstyle solid 1 "
+                  "noborder lc palette notitle",
+                  file)};
+  for (std::size_t k = 0; k < map.marks.size(); ++k) {
+    check(map.marks[k]);
+    bool any = false;
+    const std::string marks =
+        write_series(drawing, fmt::format("marks{}", k), map.marks[k], map.x, map.y, any);
+    if (!any) continue;
+    const bool line = map.marks[k].style == Style::line || map.marks[k].style == Style::step;
+    // Light in dark: seen on every colour of the map.
+    const std::array<const char*, 2> colors = {"'#000000'", "'#ffffff'"};
+    for (std::size_t pass = 0; pass < 2; ++pass) {
+      const std::string title =
+          pass == 1 && !map.marks[k].name.empty() ? "title " + text(map.marks[k].name) : "notitle";
+      commands.push_back(
+          line
+              ? fmt::format("{} using 1:2 with lines lc rgb {} lw {} dt {} {}", marks, colors[pass],
+                            pass ? 1.6 : 4, pass ? dash(static_cast<int>(k)) : "1", title)
+              : fmt::format("{} using 1:2 with points lc rgb {} pt {} ps {} {}", marks,
+                            colors[pass], marker(static_cast<int>(k)), pass ? 0.6 : 0.95, title));
+    }
+  }
+  Axis right = map.x, up = map.y;
+  right.low = x.front(), right.high = x.back(), up.low = y.front(), up.high = y.back();
+  return drawing.svg(
+      axis_script('x', right) + axis_script('y', up) +
+      fmt::format("set cblabel {} textcolor rgb {}\nset cbrange {}\n{}", text(axis_title(map.z)),
+                  ink::text, range(map.z), map.z.log ? "set logscale cb\n" : "") +
+      fmt::format("{}unset grid\nplot {}\n", palette_script(), fmt::join(commands, ", ")));
+}
+
+std::string draw(const BarPlot& plot) {
+  const std::size_t n = plot.series.size();
+  std::size_t longest = 0;
+  for (const std::string& name : plot.categories) longest = std::max(longest, name.size());
+  const bool slanted = longest * plot.categories.size() > 56;
+  Drawing drawing(plot.width, plot.height + (slanted ? static_cast<int>(4 * longest) : 0));
+  std::vector<std::string> commands;
+  bool any = false;
+  const double width = 0.78 / static_cast<double>(std::max<std::size_t>(n, 1));
+  for (std::size_t k = 0; k < n; ++k) {
+    const BarSeries& s = plot.series[k];
+    check(s.values.size() == plot.categories.size() &&
+              (s.errors.empty() || s.errors.size() == s.values.size()),
+          "a series of bars is not as long as the categories");
+    std::vector<std::array<double, 3>> rows;
+    for (std::size_t i = 0; i < s.values.size(); ++i) {
+      if (!shown(plot.y, s.values[i])) continue;
+      any = true;
+      rows.push_back({static_cast<double>(i) +
+                          (static_cast<double>(k) - (static_cast<double>(n) - 1) / 2) * width,
+                      s.values[i], at(s.errors, i)});
+    }
+    if (rows.empty()) continue;
+    const int series = static_cast<int>(k);
+    const std::string file = drawing.data(fmt::format("bars{}", k), rows);
+    commands.push_back(fmt::format(
+        "{} using 1:2:({}) with boxes fillstyle transparent solid {} border lc rgb {} title {}",
+        file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_ink(series), text(s.name)));
+    if (!s.errors.empty())
+      commands.push_back(fmt::format(
+          "{} using 1:2:3 with yerrorbars lc rgb {} lw 1.4 pt -1 notitle", file, ink::text));
+  }
+  if (!any) return drawing.nothing(plot.x_label, axis_title(plot.y));
+  std::vector<std::string> tics;
+  for (std::size_t i = 0; i < plot.categories.size(); ++i)
+    tics.push_back(fmt::format("{} {}", text(plot.categories[i]), i));
+  Axis y = plot.y;
+  if (!y.low && !y.log && std::ranges::none_of(plot.series, [](const BarSeries& s) {
+        return std::ranges::any_of(s.values, [](double v) { return v < 0; });
+      }))
+    y.low = 0;
+  return drawing.svg(axis_script('x', {plot.x_label, "", false, -0.6,
+                                       static_cast<double>(plot.categories.size()) - 0.4}) +
+                     axis_script('y', y) +
+                     fmt::format("set xtics ({}) scale 0 {}\nplot {}\n", fmt::join(tics, ", "),
+                                 slanted ? "rotate by -35 left" : "", fmt::join(commands, ", ")));
+}
+
+}  // namespace firn::plots
