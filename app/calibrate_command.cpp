@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
@@ -34,22 +35,11 @@ void draw_example(const StudySummary& summary) {
 
 struct Arguments {
   StudyOptions options;
-  std::string store, time_limit, memory_limit, progress = "people";
+  BatchArguments batch;
+  std::string time_limit, memory_limit;
   std::vector<std::string> scope;  // of a record that is saved
   std::string database;
-  bool no_store = false, json = false;
 };
-
-// The store lies beside the folders of the studies, unless told otherwise.
-std::string store_of(const Arguments& a) {
-  namespace fs = std::filesystem;
-  if (a.no_store) return "";
-  if (!a.store.empty()) return a.store;
-  if (a.options.directory.empty()) return (fs::path("runs") / "store.db").string();
-  fs::path folder = fs::absolute(a.options.directory).lexically_normal();
-  if (!folder.has_filename()) folder = folder.parent_path();
-  return (folder.parent_path() / "store.db").string();
-}
 
 template <class Parse>
 double parsed(const char* option, const std::string& text, Parse parse) {
@@ -104,16 +94,20 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
 
 int run_study(const Arguments& a) {
   StudyOptions options = a.options;
-  options.store = store_of(a);
+  options.directory = a.batch.directory;
+  options.jobs = a.batch.jobs;
+  options.resume = a.batch.resume;
+  options.executor = a.batch.executor;
+  options.store = a.batch.store_file();
   options.time_limit = parsed("--time-limit", a.time_limit, positive_time);
   options.memory_limit = parsed("--memory-limit", a.memory_limit, parse_memory);
-  options.json_progress = a.progress == "json";
-  options.show_progress = a.progress != "none";
+  options.json_progress = a.batch.progress == "json";
+  options.show_progress = a.batch.progress != "none";
   options.interrupt = &interrupt_flag();
   const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
   draw_example(summary);
-  if (a.json) {
+  if (a.batch.json) {
     fmt::print("{}\n", summary.json);
   } else {
     fmt::print("{}\n\n{}", summary.headline, summary.table);
@@ -138,18 +132,7 @@ void add_calibrate_command(CLI::App& app, int& status) {
                    "The study: case, parameters, targets, budget")
       ->required()
       ->type_name("");
-  command
-      ->add_option("-o,--output", options->directory,
-                   "Folder for its journal, runs and results; runs/<study name> by default")
-      ->type_name("DIR");
-  command->add_option("--jobs", options->jobs, "Simulations side by side; one per core by default")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
-  command
-      ->add_option("--executor", options->executor,
-                   "Who simulates: this machine, or the cluster it belongs to")
-      ->check(CLI::IsMember({"local", "slurm"}))
-      ->capture_default_str();
+  add_batch_options(*command, a->batch, "study");
   command
       ->add_option("--time-limit", a->time_limit,
                    "Wall time of one run, e.g. \"10 min\"; in place of the study's")
@@ -158,23 +141,6 @@ void add_calibrate_command(CLI::App& app, int& status) {
       ->add_option("--memory-limit", a->memory_limit,
                    "Main memory of one run, e.g. \"2 GiB\"; in place of the study's")
       ->type_name("SIZE");
-  CLI::Option* store =
-      command
-          ->add_option("--store", a->store,
-                       "Outcomes shared with other studies; store.db beside the folder by default")
-          ->type_name("FILE");
-  command->add_flag("--no-store", a->no_store, "Share no outcomes with other studies")
-      ->excludes(store);
-  command->add_flag(
-      "--resume", options->resume,
-      "Insist on going on: fail when the folder does not hold this study. Without it a "
-      "study goes on too where its folder has finished runs");
-  command
-      ->add_option("--progress", a->progress,
-                   "On standard error: a bar for people, a JSON object a line for each event, or "
-                   "nothing")
-      ->check(CLI::IsMember({"people", "json", "none"}))
-      ->capture_default_str();
   CLI::Option* save_option =
       command
           ->add_option("--save", options->save.name,
@@ -196,7 +162,6 @@ void add_calibrate_command(CLI::App& app, int& status) {
   command->add_option("--database", a->database, "File of material records; docs/materials.md")
       ->needs(save_option)
       ->type_name("FILE");
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->callback([a, &status] { status = run_study(*a); });
 }
 

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "reports/validation_page.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -14,8 +16,8 @@ namespace {
 
 struct Arguments {
   ValidationOptions options;
-  std::string store, progress = "people", require;
-  bool no_store = false, json = false;
+  BatchArguments batch;
+  std::string require;
 };
 
 // Whether the verdicts are what --require asks for.
@@ -29,15 +31,13 @@ bool requirement_met(const Arguments& a, const Validation& v) {
 int run_suite(const Arguments& a) {
   ValidationOptions options = a.options;
   namespace fs = std::filesystem;
-  if (!a.no_store) {
-    fs::path folder = fs::absolute(options.directory.empty() ? fs::path("runs") / "x"
-                                                             : fs::path(options.directory))
-                          .lexically_normal();
-    if (!folder.has_filename()) folder = folder.parent_path();
-    options.store = a.store.empty() ? (folder.parent_path() / "store.db").string() : a.store;
-  }
-  options.json_progress = a.progress == "json";
-  options.show_progress = a.progress != "none";
+  options.directory = a.batch.directory;
+  options.jobs = a.batch.jobs;
+  options.resume = a.batch.resume;
+  options.executor = a.batch.executor;
+  options.store = a.batch.store_file();
+  options.json_progress = a.batch.progress == "json";
+  options.show_progress = a.batch.progress != "none";
   options.interrupt = &interrupt_flag();
   const Validation v = validate(options);
   if (v.interrupted) {
@@ -47,8 +47,16 @@ int run_suite(const Arguments& a) {
                v.directory);
     return ExitStatus::interrupted;
   }
-  fmt::print("{}{}", a.json ? render_json(v) : render_table(v), a.json ? "\n" : "");
-  if (!a.json) fmt::print(stderr, "Everything about this validation is in {}\n", v.directory);
+  const std::string page = (fs::path(v.directory) / "report.html").string();
+  try {
+    validation_page((fs::path(v.directory) / "results.json").string()).write(page);
+  } catch (const InputError& e) {  // without gnuplot; the verdicts stand all the same
+    fmt::print(stderr, "firn: no page: {}\n", e.what());
+  }
+  fmt::print("{}{}", a.batch.json ? render_json(v) : render_table(v), a.batch.json ? "\n" : "");
+  if (!a.batch.json)
+    fmt::print(stderr, "Everything about this validation is in {}; to be read: {}\n", v.directory,
+               page);
   return requirement_met(a, v) ? ExitStatus::done : ExitStatus::requirement_missed;
 }
 
@@ -65,47 +73,19 @@ void add_validate_command(CLI::App& app, int& status) {
       ->required()
       ->type_name("");
   command
-      ->add_option("-o,--output", options->directory,
-                   "Folder for its journal, runs and results; runs/<suite name> by default")
-      ->type_name("DIR");
-  command
       ->add_option("--material", options->material,
                    "A material record in place of the suite's parameter sets")
       ->type_name("NAME[@VERSION]");
   command
       ->add_option("--database", options->database, "File of material records; docs/materials.md")
       ->type_name("FILE");
-  command->add_option("--jobs", options->jobs, "Simulations side by side; one per core by default")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
-  command
-      ->add_option("--executor", options->executor,
-                   "Who simulates: this machine, or the cluster it belongs to")
-      ->check(CLI::IsMember({"local", "slurm"}))
-      ->capture_default_str();
-  CLI::Option* store =
-      command
-          ->add_option("--store", a->store,
-                       "Outcomes shared with studies and other suites; store.db beside the folder "
-                       "by default")
-          ->type_name("FILE");
-  command->add_flag("--no-store", a->no_store, "Share no outcomes")->excludes(store);
-  command->add_flag("--resume", options->resume,
-                    "Insist on going on: fail when the folder does not hold this validation. "
-                    "Without it a suite goes on too where its folder has finished runs");
   command
       ->add_option("--require", a->require,
                    "Leave with status 3 unless no verdict is \"inconsistent\", or all are "
                    "\"consistent\"")
       ->check(CLI::IsMember({"none-inconsistent", "all-consistent"}))
       ->type_name("RULE");
-  command
-      ->add_option("--progress", a->progress,
-                   "On standard error: a bar for people, a JSON object a line for each event, or "
-                   "nothing")
-      ->check(CLI::IsMember({"people", "json", "none"}))
-      ->capture_default_str();
-  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  add_batch_options(*command, a->batch, "validation");
   command->callback([a, &status] { status = run_suite(*a); });
 }
 

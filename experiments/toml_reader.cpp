@@ -379,6 +379,20 @@ std::string TomlTable::value_text(std::string_view key) const {
   return out.str();
 }
 
+std::vector<std::string> TomlTable::value_texts(std::string_view key) const {
+  std::vector<std::string> texts;
+  if (!has(key)) return texts;
+  const toml::node& node = require(key);
+  const toml::array* array = node.as_array();
+  if (array == nullptr) fail(key, fmt::format("is {}; expected a list of values", describe(node)));
+  for (const toml::node& element : *array) {
+    std::ostringstream out;
+    element.visit([&](const auto& value) { out << value; });
+    texts.push_back(out.str());
+  }
+  return texts;
+}
+
 bool TomlTable::boolean(std::string_view key, bool fallback) const {
   if (!has(key)) set(key, fallback);
   const toml::node& node = require(key);

@@ -114,6 +114,8 @@ class TomlTable {
   std::vector<std::string> strings(std::string_view key) const;  // empty when missing
   // Any value as TOML text, as TomlDocument::apply takes it.
   std::string value_text(std::string_view key) const;
+  std::vector<std::string> value_texts(
+      std::string_view key) const;  // of a list; empty when missing
 
   TomlTable table(std::string_view key) const;  // made when missing
   TomlTable required_table(std::string_view key) const;

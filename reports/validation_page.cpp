@@ -76,7 +76,7 @@ void value_content(const Sets& sets, page::Content& content) {
       table.rows.push_back(
           {is_experiment ? "all" : text(*c, "parameter_set"), text(part, "name"),
            part.at("value").is_null() ? Cell("not looked at") : Cell(number(part, "value"), 2),
-           text(part, "how")});
+           is_experiment ? "see above" : text(part, "how")});
     }
     const double measured = number(v, "measured"), simulated = number(v, "simulated");
     const double all = number(v, "standard_uncertainty");
@@ -101,18 +101,15 @@ void value_content(const Sets& sets, page::Content& content) {
 void claims_content(const Sets& sets, page::Content& content) {
   plots::IntervalPlot plot;
   plot.x = {"probability that it holds in a run", "", false, 0.0, 1.0};
-  plot.vertical = {{0.5, "the rule"}};
+  plot.vertical = {{0.5, ""}};
   std::map<std::string, std::size_t> row_of;
   page::Table table;
   table.caption = "Statements, and in how many runs they hold";
-  table.columns = {{"statement", ""},
-                   {"parameters", ""},
-                   {"holds in", ""},
-                   {"probability", ""},
-                   {"verdict", ""}};
+  table.columns = {{"", ""},         {"statement", ""},   {"parameters", ""},
+                   {"holds in", ""}, {"probability", ""}, {"verdict", ""}};
   page::Table meaning;
   meaning.caption = "What the statements are taken to mean";
-  meaning.columns = {{"statement", ""}, {"relation", ""}, {"because", ""}};
+  meaning.columns = {{"", ""}, {"statement", ""}, {"relation", ""}, {"because", ""}};
   std::string seen;
   for (std::size_t s = 0; s < sets.size(); ++s) {
     plot.names.push_back(text(*sets[s], "parameter_set"));
@@ -120,25 +117,63 @@ void claims_content(const Sets& sets, page::Content& content) {
       const std::string statement = text(claim, "statement");
       if (!row_of.contains(statement)) {
         row_of[statement] = plot.rows.size();
-        plot.rows.push_back({statement, std::vector<std::optional<plots::Interval>>(sets.size())});
-        meaning.rows.push_back({statement, text(claim, "relation"), text(claim, "because")});
+        // The plot has no room for sentences: the tables say what the numbers stand for.
+        const std::string label = fmt::format("statement {}", plot.rows.size() + 1);
+        plot.rows.push_back({label, std::vector<std::optional<plots::Interval>>(sets.size())});
+        meaning.rows.push_back({Cell(static_cast<double>(plot.rows.size())), statement,
+                                text(claim, "relation"), text(claim, "because")});
       }
       const Json& p = claim.at("probability_90");
       const int holds = claim.at("holds_in"), runs = claim.at("runs");
       plot.rows[row_of[statement]].intervals[s] = plots::Interval{
           number(p[0]), number(p[1]),
           runs > 0 ? std::optional(static_cast<double>(holds) / runs) : std::nullopt};
-      table.rows.push_back({statement, text(*sets[s], "parameter_set"),
-                            fmt::format("{} of {}", holds, runs), share_range(p),
-                            badge_of(text(claim, "verdict"))});
+      table.rows.push_back({Cell(static_cast<double>(row_of[statement] + 1)), statement,
+                            text(*sets[s], "parameter_set"), fmt::format("{} of {}", holds, runs),
+                            share_range(p), badge_of(text(claim, "verdict"))});
       seen += fmt::format("{}, {}: {} of {}. ", statement, plot.names.back(), holds, runs);
     }
   }
-  content.figure({plots::draw(plot), "Shares of the runs with 95 % bounds on either side.", seen});
+  content.figure(
+      {plots::draw(plot),
+       "Share of the runs in which each statement holds, with 95 % bounds on either side.", seen});
   content.table(table);
   page::Content fold;
   fold.table(meaning);
   content.fold("What the words are taken to mean", fold);
+}
+
+// What was counted or measured one by one beside the same of all runs.
+void distribution_content(const Sets& sets, page::Content& content) {
+  plots::BarPlot bars;
+  plots::CdfPlot steps;
+  bars.y = {"share", "", false, {}, {}};
+  const auto shares = [](std::vector<double> counts) {
+    double sum = 0;
+    for (const double c : counts) sum += c;
+    for (double& c : counts) c /= sum;
+    return counts;
+  };
+  std::string seen;
+  for (const Json* c : sets) {
+    if (!c->contains("distribution")) continue;
+    const Json& d = c->at("distribution");
+    if (bars.categories.empty()) {
+      bars.categories = d.at("classes").get<std::vector<std::string>>();
+      bars.series.push_back({"experiment", shares(numbers(d.at("measured")))});
+      steps.x = {text(d, "response"), text(d, "unit"), false, {}, {}};
+      steps.samples.push_back({"experiment", numbers(d.at("measured"))});
+    }
+    bars.series.push_back({text(*c, "parameter_set"), shares(numbers(d.at("simulated")))});
+    steps.samples.push_back({text(*c, "parameter_set"), numbers(d.at("simulated"))});
+    seen += fmt::format("{}: distance {}, probability {}. ", text(*c, "parameter_set"),
+                        page::number_text(number(d, "distance"), 3),
+                        page::number_text(number(d, "p_value"), 2));
+    steps.y_label = d.at("by_class").get<bool>() ? "" : "share at or below";
+  }
+  if (seen.empty()) return;
+  content.figure({steps.y_label.empty() ? plots::draw(bars) : plots::draw(steps),
+                  "Experiment beside all runs together.", seen});
 }
 
 void damage_content(const Sets& sets, page::Content& content) {
@@ -245,6 +280,7 @@ void comparison_section(const Sets& sets, page::Page& page) {
   const std::string kind = text(first, "kind");
   if (kind == "value") value_content(sets, content);
   if (kind == "claims") claims_content(sets, content);
+  if (kind == "claims") distribution_content(sets, content);
   if (kind == "damage") damage_content(sets, content);
   if (kind == "softening") softening_content(sets, content);
   std::vector<std::string> caveats;
@@ -272,7 +308,10 @@ void summary(const Json& results, const std::vector<Sets>& groups, page::Page& p
   std::vector<page::Card> cards;
   for (const char* verdict :
        {"consistent", "inconsistent", "not enough data to say", "not independent"})
-    cards.push_back({"verdicts", std::to_string(count[verdict]), "", badge_of(verdict)});
+    cards.push_back({verdict == std::string_view("not enough data to say") ? "open" : verdict,
+                     std::to_string(count[verdict]),
+                     "",
+                     {badge_of(verdict).mark, " "}});
   page.top().cards(cards);
   if (!text(results, "note").empty()) page.top().paragraph(text(results, "note"));
   page::Table table;
@@ -350,16 +389,7 @@ void method_section(page::Page& page) {
           "bound it. The probability with Weibull's distribution stands beside it.");
 }
 
-}  // namespace
-
-page::Page validation_page(const std::string& results_file) {
-  std::ifstream stream(results_file);
-  const Json results = Json::parse(stream, nullptr, false);
-  if (results.is_discarded() || results.value("kind", "") != "validation")
-    throw InputError(
-        fmt::format("{}: is no result of a validation; expected the results.json that firn "
-                    "validate writes",
-                    results_file));
+page::Page page_of(const Json& results) {
   page::Page page(text(results, "title"),
                   fmt::format("validation \"{}\", Firn {} ({})", text(results, "name"),
                               text(results, "firn_version"), text(results, "git_commit")));
@@ -370,6 +400,26 @@ page::Page validation_page(const std::string& results_file) {
   method_section(page);
   runs_section(results, page);
   return page;
+}
+
+}  // namespace
+
+page::Page validation_page(const std::string& results_file) {
+  std::ifstream stream(results_file);
+  const Json results = Json::parse(stream, nullptr, false);
+  if (!results.is_object() || results.value("kind", Json()) != "validation")
+    throw InputError(
+        fmt::format("{}: is no result of a validation; expected the results.json that firn "
+                    "validate writes",
+                    results_file));
+  try {
+    return page_of(results);
+  } catch (const Json::exception& e) {
+    throw InputError(
+        fmt::format("{}: lacks what a page needs: {}; expected the results.json that "
+                    "firn validate writes",
+                    results_file, e.what()));
+  }
 }
 
 }  // namespace firn

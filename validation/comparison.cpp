@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "experiments/small_samples.h"
-#include "validation/operand.h"
+#include "experiments/batch/operand.h"
 #include "validation/softening.h"
 
 namespace firn {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "validation/operand.h"
+#include "experiments/batch/operand.h"
 
 namespace firn {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "experiments/case_materials.h"
 #include "experiments/toml_reader.h"
-#include "validation/operand.h"
+#include "experiments/batch/operand.h"
 
 namespace firn {
 namespace {

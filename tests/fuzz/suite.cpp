@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "tests/fuzz/fuzz_target.h"
-#include "validation/operand.h"
+#include "experiments/batch/operand.h"
 #include "validation/suite_file.h"
 
 namespace {

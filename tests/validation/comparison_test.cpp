@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "validation/operand.h"
+#include "experiments/batch/operand.h"
 
 namespace firn {
 namespace {

@@ -1,4 +1,4 @@
-#include "validation/operand.h"
+#include "experiments/batch/operand.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

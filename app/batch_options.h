@@ -1,0 +1,22 @@
+// Options that commands share which carry out many runs: calibrate, validate, sweep.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace firn {
+
+struct BatchArguments {
+  std::string directory, executor = "local", store, progress = "people";
+  int jobs = 0;
+  bool no_store = false, resume = false, json = false;
+
+  // The file of outcomes: beside the folder, which is runs/<name> by default, unless told
+  // otherwise; empty: none.
+  std::string store_file() const;
+};
+
+// `what`: "study", "validation", "sweep".
+void add_batch_options(CLI::App& command, BatchArguments& arguments, const std::string& what);
+
+}  // namespace firn

@@ -1,0 +1,116 @@
+#include "reports/validation_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/experiments/results_folder.h"
+#include "validation/validate.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+JobResult finished(const std::vector<Response>& responses) {
+  JobResult r;
+  r.status = JobStatus::finished;
+  r.responses = responses;
+  return r;
+}
+
+// A validation of every kind, as its own functions make it of invented runs.
+Validation example() {
+  Validation v;
+  v.suite.name = "example";
+  v.suite.title = "Ice & <water>";
+  v.suite.parameter_sets = {{"soft", "", "", {}, 0}, {"hard", "a note", "", {{"a.b", "1"}}, 0}};
+  v.suite.experiments.push_back({"fall", "fall.toml", {}, {1, 2, 3}, {}});
+  Measurement number;
+  number.name = "height";
+  number.value = 1;
+  number.unit = "m";
+  number.standard_deviation = 0.1;
+  number.source = "a notebook";
+  Measurement words;
+  words.status = MeasurementStatus::qualitative;
+  words.statement = "it falls";
+  words.claims = {{"it falls <far>", "height", "0.5", 1, 0, "because"}};
+  MeasuredData counts;
+  counts.present = true;
+  counts.kind = MeasuredData::Kind::classes;
+  counts.response = "counts";
+  counts.classes = {"left", "right"};
+  counts.counts = {3, 4};
+  words.data = counts;
+  Measurement strength;
+  strength.unit = "N";
+  strength.scatter = ScatterKind::range;
+  strength.repeats = 7;
+  strength.minimum = 898.5;
+  strength.value = 1044;
+  strength.maximum = 1227.7;
+  using K = ComparisonKind;
+  v.suite.comparisons = {
+      {"h", "Height", "", K::value, 0, number, {"height"}, {}, true, 0},
+      {"w", "Words", "", K::claims, 0, words, {}, {}, true, 0},
+      {"d", "Damage", "", K::damage, 0, strength, {"opposed_loads"}, {}, true, 0},
+      {"s", "Stiffness", "", K::softening, 0, {}, {"height"}, {}, true, 9.2e9}};
+  for (std::size_t p = 0; p < 2; ++p) {
+    RunGroup base{0, p, RunGroup::Purpose::base, 0, {1, 2, 3}, {"k1", "k2", "k3"}, {}};
+    for (int i = 0; i < 3; ++i)
+      base.results.push_back(finished({{"height", {1 + 0.1 * i}, {}, "m", "", 1},
+                                       {"counts", {5.0 + i, 6}, {}, "1", "", 1},
+                                       {"opposed_loads", {100, 900.0 + i}, {}, "N", "", 1}}));
+    v.groups.push_back(base);
+  }
+  RunGroup stiff{0, 0, RunGroup::Purpose::stiffness, 1e8, {1}, {"k4"}, {}};
+  stiff.results.push_back(finished({{"height", {2}, {}, "m", "", 1}}));
+  v.groups.push_back(stiff);
+  for (const SuiteComparison& what : v.suite.comparisons)
+    for (std::size_t p = 0; p < 2; ++p) {
+      Evidence e;
+      e.base = &v.groups[p];
+      e.numerics_base = &v.groups[0];
+      e.stiffness = {&v.groups[2]};
+      e.base_modulus = 1e7;
+      v.comparisons.push_back(compare(v.suite, what, v.suite.parameter_sets[p], e));
+    }
+  v.command = "firn validate example.toml";
+  return v;
+}
+
+class ValidationPage : public ResultsFolder {
+ protected:
+  std::string file(const std::string& text) const {
+    std::ofstream(path("results.json")) << text;
+    return path("results.json");
+  }
+};
+
+TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
+  const std::string html = validation_page(file(render_json(example()))).html();
+  EXPECT_THAT(html, HasSubstr("Ice &amp; &lt;water&gt;"));
+  EXPECT_THAT(html, HasSubstr("it falls &lt;far&gt;"));
+  EXPECT_THAT(html, Not(HasSubstr("<far>")));
+  EXPECT_THAT(html, HasSubstr("weakest test"));
+  EXPECT_THAT(html, HasSubstr("Grows as E"));
+  EXPECT_THAT(html, HasSubstr("firn validate example.toml"));
+  EXPECT_THAT(html, HasSubstr("k4"));
+  // Nothing is fetched: no address but the name of SVG's namespace.
+  for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
+    EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+TEST_F(ValidationPage, RefusesWhatIsNoResult) {
+  EXPECT_THROW(validation_page(path("none.json")), InputError);
+  EXPECT_THROW(validation_page(file("{")), InputError);
+  EXPECT_THROW(validation_page(file("{\"kind\": \"study\"}")), InputError);
+  EXPECT_THROW(validation_page(file("[1]")), InputError);
+  EXPECT_THROW(validation_page(file("{\"kind\": \"validation\", \"title\": 3}")), InputError);
+}
+
+}  // namespace
+}  // namespace firn
