@@ -44,6 +44,12 @@ TriangleMesh square(double reach) {
           {{0, 1, 2}, {0, 2, 3}}};
 }
 
+// Frames a second.
+double wanted_rate(const std::vector<double>& times, const ReplayOptions& options) {
+  const double length = times.back() - times.front();
+  return length > 0 ? std::max(options.rate, options.at_least / length) : options.rate;
+}
+
 // Particles, then boundaries, at the frames that `rate` asks for.
 PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   PoseTracks times;  // without bodies: which frames
@@ -156,14 +162,15 @@ double plane_reach(const PoseTracks& tracks) {
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
                       const ReplayOptions& options) {
   ReplaySize size;
-  size.recorded_frames = recording.frame_times().size();
-  if (size.recorded_frames == 0) return size;
-  PoseTracks tracks = read_tracks(recording, c, options.rate);
+  const std::vector<double> times = recording.frame_times();
+  size.recorded_frames = times.size();
+  if (times.empty()) return size;
+  double rate = wanted_rate(times, options);
+  PoseTracks tracks = read_tracks(recording, c, rate);
   Json facts = facts_json(recording, c);
   facts["shapes"] = shapes_json(c, recording.particle_count());
   facts["boundaries"] = boundaries_json(c, plane_reach(tracks));
   std::string data = data_text(facts, tracks);
-  double rate = options.rate;
   while (data.size() > options.budget && tracks.time.size() > 2) {
     rate *= std::min(0.8,
                      0.95 * static_cast<double>(options.budget) / static_cast<double>(data.size()));

@@ -9,7 +9,10 @@
 namespace firn {
 
 struct ReplayOptions {
-  double rate = 30;                 // frames a second of simulated time, at most
+  // Frames at most: so many a second of simulated time, or so many where that would be fewer (an
+  // impact is looked at slowly).
+  double rate = 30;
+  double at_least = 900;
   std::size_t budget = 12'000'000;  // characters of data on the page, at most: frames are left out
 };
 

@@ -40,21 +40,11 @@ std::string spaced(std::string name) {
 }
 
 // What people look for first, most telling first. A name, or the end of one.
-constexpr std::array kTelling = {"angle_of_repose",
-                                 "drum_angle",
-                                 "heap_angle",
-                                 "discharge_time",
-                                 "_count",
-                                 "_fifo_index",
-                                 "_residence_time",
-                                 "_mass_flow",
-                                 "_contact_force_peak",
-                                 "arched",
-                                 "_largest_drive",
-                                 "slide_friction",
-                                 "peak_normal_force",
-                                 "present_count",
-                                 "kinetic_energy_end"};
+constexpr std::array kTelling = {
+    "angle_of_repose",   "drum_angle",     "heap_angle",          "discharge_time",
+    "container_count",   "lost_count",     "_time_to_count",      "bonds_broken_count",
+    "_residence_time",   "_mass_flow",     "_contact_force_peak", "arched",
+    "peak_normal_force", "_largest_drive", "present_count",       "kinetic_energy_end"};
 
 std::vector<page::Card> response_cards(const std::vector<Response>& responses) {
   constexpr std::size_t kMost = 6;
@@ -63,6 +53,7 @@ std::vector<page::Card> response_cards(const std::vector<Response>& responses) {
   for (const std::string ending : kTelling) {
     for (const Response& r : responses) {
       if (cards.size() == kMost || !is_scalar(r) || !std::isfinite(r.value[0])) continue;
+      if (r.value[0] == 0 && r.unit != "1") continue;  // nothing moved, nothing was touched
       if (!r.name.ends_with(ending) || std::ranges::find(taken, r.name) != taken.end()) continue;
       const std::string unit = r.unit == "1" ? "" : " " + r.unit;
       cards.push_back(
@@ -126,7 +117,7 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
                                         ? status.substr(std::min<std::size_t>(8, status.size()))
                                     : stages.empty() || stages.back().ended_by.empty()
                                         ? "under way when this page was made"
-                                        : fmt::format("ended by {}", stages.back().ended_by));
+                                        : fmt::format("ended: {}", stages.back().ended_by));
   page.top().facts(
       {{"simulated time",
         fmt::format("{} of at most {} s", page::number_text(times.empty() ? 0 : times.back()),

@@ -18,9 +18,10 @@
   const round = (value, digits = 3) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : 'none';
   const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 
-  // cividis (Nunez, Anderton, Renslow 2018): the same to the colour-blind; ascending in lightness.
-  const SCALE = [[0, 34, 78], [35, 62, 108], [87, 93, 109], [124, 123, 120], [166, 157, 117],
-                 [210, 193, 98], [254, 232, 56]].map((c) => c.map((v) => v / 255));
+  // viridis (van der Walt and Smith 2015) but for its darkest end: ascending in lightness, told apart by
+  // the colour-blind.
+  const SCALE = [[70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58],
+                 [253, 231, 37]].map((c) => c.map((v) => v / 255));
   // Okabe and Ito's, for a few kinds.
   const KINDS = ['#56b4e9', '#e69f00', '#009e73', '#f0e442', '#cc79a7', '#0072b2', '#d55e00', '#999999'];
   const GREY = [0.62, 0.66, 0.7];
@@ -120,7 +121,7 @@
       this.colour = make('select', {change: () => this.setMode(this.colour.value)},
           ...Object.entries(this.modes).map(([key, mode]) => make('option', {value: key}, mode.name)));
       this.legend = make('div', {class: 'replay-legend'});
-      this.opacity = make('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: '0.35',
+      this.opacity = make('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: '0.25',
           input: () => { this.view.setOpacity(Number(this.opacity.value)); this.ask(); }});
       this.walls = make('div', {class: 'replay-walls'});
       this.who = make('input', {type: 'number', min: '0', max: r.particles - 1, step: '1',
@@ -133,7 +134,7 @@
                make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
           make('fieldset', {}, make('legend', {}, 'One particle'),
                make('label', {}, 'number ', this.who), this.facts),
-          make('div', {class: 'replay-actions'}, act('Whole scene', () => { this.view.orbit.frame(this.view.box); this.ask(); }),
+          make('div', {class: 'replay-actions'}, act('Whole scene', () => { this.view.frame(); this.ask(); }),
                act('Copy a link to this view', (event) => this.copyLink(event.target))));
       const hint = make('p', {class: 'replay-hint', id: 'replay-hint'},
           'Drag to turn, with Shift or two fingers to move; wheel (after a click) or pinch to come near; click a ' +
@@ -333,7 +334,7 @@
       else if (e.key === ' ') this.toggle();
       else if (e.key === ',') this.step(-1);
       else if (e.key === '.') this.step(1);
-      else if (e.key === 'Home') orbit.frame(this.view.box);
+      else if (e.key === 'Home') this.view.frame();
       else if (e.key === 'Escape') this.select(-1);
       else return false;
       this.ask();

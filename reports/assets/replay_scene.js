@@ -29,13 +29,22 @@ const FirnReplayScene = (() => {
       this.camera = camera;
       this.target = new THREE.Vector3();
     }
-    frame(box) {
-      const size = box.getSize(new THREE.Vector3());
+    // All of a box, from a little above and the front.
+    frame(box, aspect) {
+      const size = box.getSize(new THREE.Vector3()), corner = new THREE.Vector3();
       box.getCenter(this.target);
       this.radius = 0.5 * size.length();
       this.azimuth = -1.05;
       this.elevation = 0.42;
-      this.distance = 2.05 * this.radius;
+      this.distance = 1;
+      this.apply(aspect);
+      const high = Math.tan(this.camera.fov * Math.PI / 360), m = this.camera.matrix.elements;
+      const along = (k) => corner.x * m[k] + corner.y * m[k + 1] + corner.z * m[k + 2];
+      for (let n = 0; n < 8; ++n) {
+        corner.set(n & 1 ? size.x : -size.x, n & 2 ? size.y : -size.y, n & 4 ? size.z : -size.z).multiplyScalar(0.5);
+        const wanted = along(8) + Math.max(Math.abs(along(4)) / high, Math.abs(along(0)) / (high * aspect));
+        this.distance = Math.max(n ? this.distance : 0, 1.03 * wanted);
+      }
     }
     turn(right, up) {
       this.azimuth -= right;
@@ -54,8 +63,7 @@ const FirnReplayScene = (() => {
     }
     apply(aspect) {
       const c = this.camera, flatness = Math.cos(this.elevation);
-      // A picture that is narrow stands back, so that the width shows as well.
-      const distance = this.distance * Math.max(1, 1.15 / aspect);
+      const distance = this.distance;
       c.position.set(Math.cos(this.azimuth) * flatness, Math.sin(this.azimuth) * flatness,
                      Math.sin(this.elevation)).multiplyScalar(distance).add(this.target);
       c.near = 0.01 * distance;
@@ -76,7 +84,7 @@ const FirnReplayScene = (() => {
       this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 10);
       this.camera.up.set(0, 0, 1);
       this.orbit = new Orbit(this.camera);
-      this.scene.add(new THREE.HemisphereLight(0xffffff, 0x667788, 0.75));
+      this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.85));
       this.light = new THREE.DirectionalLight(0xffffff, 0.55);
       this.scene.add(this.light, this.light.target);
       this.position = [0, 0, 0];
@@ -118,7 +126,7 @@ const FirnReplayScene = (() => {
         this.scene.add(mesh);
         return {mesh, wanted: true, colour: '#' + material.color.getHexString(), body: this.replay.particles + b};
       });
-      this.setOpacity(0.35);
+      this.setOpacity(0.25);
     }
 
     setOpacity(share) {
@@ -167,7 +175,12 @@ const FirnReplayScene = (() => {
         box.expandByScalar(Math.max(1e-3, ...this.groups.map((g) => 2 * g.radius)));
       }
       this.box = box;
-      this.orbit.frame(box);
+      this.frame();
+    }
+
+    frame() {
+      const {clientWidth, clientHeight} = this.renderer.domElement;
+      this.orbit.frame(this.box, clientHeight ? clientWidth / clientHeight : 1.5);
     }
 
     placeBoundary(mesh, t, frame, body) {
