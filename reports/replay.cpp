@@ -38,10 +38,26 @@ Json mesh_json(const std::string& name, const TriangleMesh& mesh, const Vec3& or
   return {{"name", name}, {"vertices", vertices}, {"triangles", triangles}};
 }
 
-// A plane, z = 0 of its axes, as a square of this half edge.
-TriangleMesh square(double reach) {
-  return {{{-reach, -reach, 0}, {reach, -reach, 0}, {reach, reach, 0}, {-reach, reach, 0}},
-          {{0, 1, 2}, {0, 2, 3}}};
+// Where particles have been.
+Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < tracks.position.size(); ++i) {
+    const auto& p = tracks.position[i];
+    if (i % tracks.bodies < particles && !std::isnan(p[0])) box.extend(Vec3(p[0], p[1], p[2]));
+  }
+  if (box.isEmpty()) box.extend(Vec3::Zero());
+  return box;
+}
+
+// A plane, z = 0 of its axes, as a square about what particles have reached.
+TriangleMesh square(const Boundary& plane, const Eigen::AlignedBox3d& box) {
+  const double reach = 0.05 + 0.55 * box.diagonal().norm();
+  const Vec3 middle = plane.orientation.conjugate() * (box.center() - plane.origin);
+  TriangleMesh mesh;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+    mesh.vertices.emplace_back(middle.x() + x * reach, middle.y() + y * reach, 0);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
 }
 
 // Frames a second.
@@ -90,12 +106,12 @@ Json shapes_json(const Case& c, std::size_t particles) {
   return shapes;
 }
 
-Json boundaries_json(const Case& c, double reach) {
+Json boundaries_json(const Case& c, const Eigen::AlignedBox3d& box) {
   const std::size_t each = kBoundaryTriangles / std::max<std::size_t>(c.model.boundaries.size(), 1);
   Json boundaries = Json::array();
   for (const Boundary& b : c.model.boundaries) {
     const bool plane = b.mesh.triangles.empty();
-    Json mesh = mesh_json(b.name, plane ? square(reach) : simplified(b.mesh, each), Vec3::Zero());
+    Json mesh = mesh_json(b.name, plane ? square(b, box) : simplified(b.mesh, each), Vec3::Zero());
     mesh["plane"] = plane;
     boundaries.push_back(mesh);
   }
@@ -149,14 +165,6 @@ std::string data_text(Json facts, const PoseTracks& tracks) {
   return base64(deflated(bytes));
 }
 
-// Half edge of the squares that planes are drawn as, m.
-double plane_reach(const PoseTracks& tracks) {
-  Eigen::AlignedBox3f box;
-  for (const auto& p : tracks.position)
-    if (!std::isnan(p[0])) box.extend(Eigen::Vector3f(p.data()));
-  return box.isEmpty() ? 0.1 : 0.1 + 0.75 * static_cast<double>(box.diagonal().norm());
-}
-
 }  // namespace
 
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
@@ -169,7 +177,7 @@ ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& 
   PoseTracks tracks = read_tracks(recording, c, rate);
   Json facts = facts_json(recording, c);
   facts["shapes"] = shapes_json(c, recording.particle_count());
-  facts["boundaries"] = boundaries_json(c, plane_reach(tracks));
+  facts["boundaries"] = boundaries_json(c, reached(tracks, recording.particle_count()));
   std::string data = data_text(facts, tracks);
   while (data.size() > options.budget && tracks.time.size() > 2) {
     rate *= std::min(0.8,

@@ -168,8 +168,8 @@
         const unit = mode.unit ? ` ${mode.unit}` : '';
         this.legend.append(make('div', {class: 'replay-scale', style: `background: ${SCALE_CSS}`}),
             make('div', {class: 'replay-numbers'}, ...[0, 0.5, 1].map((share) => make('span', {},
-                round(mode.low + share * (mode.high - mode.low)) + unit +
-                (share === 1 && mode.over ? ' and more' : '')))));
+                (share === 1 && mode.over ? '\u2265 ' : '') + round(mode.low + share * (mode.high - mode.low)) +
+                (share === 1 ? unit : '')))));
       }
       this.ask();
     }

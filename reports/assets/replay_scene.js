@@ -119,8 +119,10 @@ const FirnReplayScene = (() => {
       const colours = [0x6f9fc8, 0xc9924f, 0x74a86e, 0xb0698c, 0xa39a45, 0x7480a6, 0x4fa3a3, 0xc4685c];
       this.boundaries = this.replay.boundaries.map((boundary, b) => {
         const material = new THREE.MeshLambertMaterial({color: colours[b % colours.length],
-            side: THREE.DoubleSide, transparent: true, depthWrite: false});
+            // A plane is seen from its free side alone, or those in front would veil the scene.
+            side: boundary.plane ? THREE.FrontSide : THREE.DoubleSide, transparent: true, depthWrite: false});
         const mesh = new THREE.Mesh(flat(boundary), material);
+        mesh.userData.plane = boundary.plane;
         mesh.matrixAutoUpdate = false;
         mesh.frustumCulled = false;
         this.scene.add(mesh);
@@ -132,7 +134,7 @@ const FirnReplayScene = (() => {
     setOpacity(share) {
       this.opacity = share;
       for (const {mesh} of this.boundaries) {
-        mesh.material.opacity = share;
+        mesh.material.opacity = mesh.userData.plane && share < 1 ? 0.6 * share : share;
         mesh.material.transparent = share < 1;
         mesh.material.depthWrite = share >= 1;
         mesh.material.needsUpdate = true;
@@ -155,25 +157,28 @@ const FirnReplayScene = (() => {
       this.bonds.material.depthTest = false;
     }
 
-    // All that stands or moves in the first frames; what falls away later does not make it small.
+    // Boundaries where they start, but for planes, and nearly all places where particles come.
     home() {
-      const box = new THREE.Box3(), r = this.replay, point = new THREE.Vector3();
+      const box = new THREE.Box3(), r = this.replay, along = [[], [], []];
       for (const {mesh, body} of this.boundaries) {
-        const planes = r.boundaries[body - r.particles].plane;
-        if (planes || !this.placeBoundary(mesh, r.start, 0, body)) continue;
+        if (mesh.userData.plane || !this.placeBoundary(mesh, r.start, 0, body)) continue;
         box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.getAttribute('position'))
             .applyMatrix4(mesh.matrix));
       }
-      if (box.isEmpty()) {
-        for (let f = 0; f < r.time.length; f += Math.ceil(r.time.length / 50)) {
-          for (let i = 0; i < r.particles; ++i) {
-            if (!r.present(f, i)) continue;
-            r.position(f, i, this.position);
-            box.expandByPoint(point.fromArray(this.position));
-          }
+      for (let f = 0; f < r.time.length; f += Math.ceil(r.time.length / 40)) {
+        for (let i = 0; i < r.particles; ++i) {
+          if (!r.present(f, i)) continue;
+          r.position(f, i, this.position);
+          this.position.forEach((v, k) => along[k].push(v));
         }
-        box.expandByScalar(Math.max(1e-3, ...this.groups.map((g) => 2 * g.radius)));
       }
+      if (along[0].length) {
+        const places = along.map((values) => Float64Array.from(values).sort());
+        const reach = Math.max(...this.groups.map((g) => g.radius));
+        const corner = (share) => new THREE.Vector3(...places.map((v) => v[Math.round(share * (v.length - 1))]));
+        box.union(new THREE.Box3(corner(0.01), corner(0.99)).expandByScalar(reach));
+      }
+      if (box.isEmpty()) box.setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(0.1, 0.1, 0.1));
       this.box = box;
       this.frame();
     }
