@@ -7,6 +7,7 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "reports/run_page.h"
 #include "reports/validation_page.h"
 #include "solver/types.h"
 
@@ -20,17 +21,28 @@ struct Arguments {
   bool json = false;
 };
 
-int make_report(const Arguments& a) {
-  fs::path source = a.path;
+// A results file, or what a validation left; and where its page goes.
+struct Report {
+  page::Page page;
+  fs::path output;
+};
+
+Report report_of(const std::string& path) {
+  fs::path source = path;
+  if (source.extension() == ".h5")
+    return {run_page(path), fs::path(path).replace_extension(".html")};
   if (fs::is_directory(source)) source /= "results.json";
   if (!fs::exists(source))
-    throw InputError(
-        fmt::format("{}: does not exist; expected the folder of a validation, or its results.json",
-                    source.string()));
-  const page::Page page = validation_page(source.string());
-  const std::string output =
-      a.output.empty() ? (source.parent_path() / "report.html").string() : a.output;
-  page.write(output);
+    throw InputError(fmt::format(
+        "{}: does not exist; expected RUN.h5, the folder of a validation, or its results.json",
+        source.string()));
+  return {validation_page(source.string()), source.parent_path() / "report.html"};
+}
+
+int make_report(const Arguments& a) {
+  const Report report = report_of(a.path);
+  const std::string output = a.output.empty() ? report.output.string() : a.output;
+  report.page.write(output);
   if (a.json)
     fmt::print("{}\n", nlohmann::json{{"report", output}}.dump());
   else
@@ -43,10 +55,15 @@ int make_report(const Arguments& a) {
 void add_report_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "report", "One HTML page that stands alone, from the results of a validation");
-  command->add_option("PATH", a->path, "The folder of a validation")->required()->type_name("");
-  command->add_option("-o,--output", a->output, "The page; report.html in the folder by default")
-      ->type_name("REPORT.html");
+      "report",
+      "One HTML page that stands alone, from the results of a run (with a replay) or a validation");
+  command->add_option("PATH", a->path, "Results file of firn run, or the folder of a validation")
+      ->required()
+      ->type_name("");
+  command
+      ->add_option("-o,--output", a->output,
+                   "The page; by default RUN.html, or report.html in the folder")
+      ->type_name("PAGE.html");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->callback([a, &status] { status = make_report(*a); });
 }

@@ -187,6 +187,13 @@ std::string Recording::status() const {
   return impl_->guarded([&] { return impl_->file.text_attribute("/", "status"); });
 }
 
+std::string Recording::program() const {
+  return impl_->guarded([&] {
+    return fmt::format("Firn {} ({})", impl_->file.text_attribute("/", "firn_version"),
+                       impl_->file.text_attribute("/", "git_commit"));
+  });
+}
+
 std::uint64_t Recording::seed() const {
   return impl_->guarded([&] { return impl_->file.integer_attribute("/", "seed"); });
 }

@@ -286,6 +286,8 @@ void Page::add_script(std::string_view script) {
   scripts_ += fmt::format("<script>{}</script>\n", script);
 }
 
+void Page::add_style(std::string_view css) { styles_ += css; }
+
 void Page::add_data(const std::string& id, std::string_view base64) {
   scripts_ +=
       fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", escaped(id), base64);
@@ -294,8 +296,8 @@ void Page::add_data(const std::string& id, std::string_view base64) {
 std::string Page::html() const {
   fmt::memory_buffer out;
   auto to = std::back_inserter(out);
-  fmt::format_to(to, "{}<title>{}</title>\n<style>{}</style></head>\n<body>\n", kHead,
-                 escaped(title_), asset("page.css"));
+  fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body>\n", kHead,
+                 escaped(title_), asset("page.css"), styles_);
   fmt::format_to(to, "<a class=\"skip\" href=\"#content\">Skip to the content</a>\n");
   fmt::format_to(to, "<header><h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n{}</header>\n",
                  escaped(title_), escaped(subtitle_), top_.html());

@@ -114,6 +114,7 @@ class Page {
   // At the end of the document, once: a script's text, and data for it (base64) under an id.
   void add_script(std::string_view script);
   void add_data(const std::string& id, std::string_view base64);
+  void add_style(std::string_view css);  // after the page's own
   void set_footer(std::string text) { footer_ = std::move(text); }
 
   std::string html() const;
@@ -125,7 +126,7 @@ class Page {
     std::string title, anchor;
     Content content;
   };
-  std::string title_, subtitle_, footer_, scripts_;
+  std::string title_, subtitle_, footer_, styles_, scripts_;
   Content top_;
   std::list<Section> sections_;
 };

@@ -1,0 +1,422 @@
+// The replay's controls: time, colours, boundaries, particles, links to a state.
+'use strict';
+(() => {
+  const root = document.getElementById('replay-view'), source = document.getElementById('replay-data');
+  if (!root || !source) return;
+  const message = root.querySelector('.replay-message');
+
+  // Elements by one call: text children are plain, functions among the attributes are listeners.
+  const make = (tag, attributes = {}, ...children) => {
+    const element = document.createElement(tag);
+    for (const [key, value] of Object.entries(attributes)) {
+      if (typeof value === 'function') element.addEventListener(key, value);
+      else if (value !== false) element.setAttribute(key, value);
+    }
+    element.append(...children);
+    return element;
+  };
+  const round = (value, digits = 3) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : 'none';
+  const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
+
+  // viridis (van der Walt and Smith 2015) but for its darkest end: ascending in lightness, told apart by
+  // the colour-blind.
+  const SCALE = [[70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58],
+                 [253, 231, 37]].map((c) => c.map((v) => v / 255));
+  // Okabe and Ito's, for a few kinds.
+  const KINDS = ['#56b4e9', '#e69f00', '#009e73', '#f0e442', '#cc79a7', '#0072b2', '#d55e00', '#999999'];
+  const GREY = [0.62, 0.66, 0.7];
+  const onScale = (share, out, at) => {
+    const x = clamp(share, 0, 1) * (SCALE.length - 1), i = Math.min(Math.floor(x), SCALE.length - 2);
+    for (let k = 0; k < 3; ++k) out[at + k] = SCALE[i][k] + (x - i) * (SCALE[i + 1][k] - SCALE[i][k]);
+  };
+  const css = (c) => `rgb(${c.map((v) => Math.round(255 * v)).join(' ')})`;
+  const hex = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
+  const SCALE_CSS = `linear-gradient(to right, ${SCALE.map(css).join(', ')})`;
+
+  // Whole numbers that mark kinds: few get a colour each, many a scale.
+  const kinds = (name, values, none) => {
+    const known = [...new Set(values)].filter((v) => v !== none).sort((a, b) => a - b);
+    if (known.length <= KINDS.length) {
+      const colours = new Map(known.map((v, i) => [v, hex(KINDS[i])]));
+      return {
+        name, swatches: known.map((v, i) => [KINDS[i], String(v)]),
+        write: (id, t, frame, out, at) => out.set(colours.get(values[id]) || GREY, at),
+      };
+    }
+    return scale(name, '', known[0], known[known.length - 1], (id) => values[id] === none ? NaN : values[id]);
+  };
+  const scale = (name, unit, low, high, value) => ({
+    name, unit, low, high, write: (id, t, frame, out, at) => {
+      const v = value(id, t, frame);
+      if (Number.isNaN(v)) out.set(GREY, at);
+      else onScale(high > low ? (v - low) / (high - low) : 0, out, at);
+    },
+  });
+
+  const modesOf = (r) => {
+    const inside = (id, t) => t - r.came[id];
+    let longest = 0;
+    const speeds = [];
+    for (let i = 0; i < r.particles; ++i) {
+      longest = Math.max(longest, (Number.isNaN(r.left[i]) ? r.end : r.left[i]) - r.came[i] || 0);
+    }
+    const every = Math.ceil(r.time.length * r.particles / 2e5);
+    for (let n = 0; n < r.time.length * r.particles; n += every) {
+      const speed = r.speed(Math.floor(n / r.particles), n % r.particles);
+      if (speed > 0) speeds.push(speed);
+    }
+    speeds.sort((a, b) => a - b);
+    // Falling bodies would leave all others one colour.
+    const fast = speeds.length ? speeds[Math.floor(0.95 * (speeds.length - 1))] : 1;
+    return {
+      batch: kinds('batch', r.batch, -1),
+      tag: kinds('tag', r.tag, null),
+      time: scale('time inside', 's', 0, longest, inside),
+      speed: Object.assign(scale('speed', 'm/s', 0, fast, (id, t, frame) => r.speed(frame, id)), {over: true}),
+      force: scale('largest contact force of the run', 'N', 0, Math.max(0, ...r.peak_force),
+                   (id) => r.peak_force[id]),
+    };
+  };
+
+  class Player {
+    constructor(replay) {
+      this.r = replay;
+      this.t = replay.start;
+      this.playing = false;
+      this.modes = modesOf(replay);
+      this.mode = new Set(replay.batch.filter((b) => b >= 0)).size > 1 ? 'batch' : 'tag';
+      this.ratio = Math.min(2, devicePixelRatio || 1);
+      this.build();
+      this.view = new FirnReplayScene.Scene(this.canvas, replay);
+      this.listBoundaries();
+      this.hand();
+      this.fromHash();
+      addEventListener('hashchange', () => this.fromHash());
+      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask());
+      new ResizeObserver(() => this.ask()).observe(this.canvas);
+      this.setMode(this.mode);
+      this.draw();
+    }
+
+    build() {
+      const r = this.r, length = r.end - r.start;
+      const few = r.particles === 1 ? '1 particle' : `${r.particles} particles`;
+      this.canvas = make('canvas', {tabindex: '0', role: 'application', 'aria-describedby': 'replay-hint',
+          'aria-label': `Three-dimensional replay: ${few}, ${r.boundaries.length} boundaries, ` +
+              `${round(r.start)} to ${round(r.end)} s`});
+      this.play = make('button', {type: 'button', click: () => this.toggle()}, 'Play');
+      this.scrub = make('input', {type: 'range', min: r.start, max: r.end, step: 'any', value: r.start,
+          'aria-label': 'Time', input: () => { this.stop(); this.seek(Number(this.scrub.value)); }});
+      this.clock = make('output', {class: 'replay-clock'});
+      const speeds = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10];
+      const wanted = clamp(length / 8, 0, 1);
+      const usual = speeds.reduce((a, b) => Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a, 1);
+      this.speed = make('select', {}, ...speeds.map((s) => make('option', {value: s, selected: s === usual && ''},
+          s === 1 ? 'as it is' : s < 1 ? `${round(1 / s)} times slower` : `${s} times faster`)));
+      const step = (label, by, text) =>
+          make('button', {type: 'button', 'aria-label': label, title: label, click: () => this.step(by)}, text);
+      const bar = make('div', {class: 'replay-bar'}, this.play, step('One frame back', -1, '\u25c2'),
+          step('One frame on', 1, '\u25b8'), this.scrub, this.clock, make('label', {}, 'Speed ', this.speed));
+
+      this.colour = make('select', {change: () => this.setMode(this.colour.value)},
+          ...Object.entries(this.modes).map(([key, mode]) => make('option', {value: key}, mode.name)));
+      this.legend = make('div', {class: 'replay-legend'});
+      this.opacity = make('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: '0.25',
+          input: () => { this.view.setOpacity(Number(this.opacity.value)); this.ask(); }});
+      this.walls = make('div', {class: 'replay-walls'});
+      this.who = make('input', {type: 'number', min: '0', max: r.particles - 1, step: '1',
+          change: () => this.select(this.who.value === '' ? -1 : Number(this.who.value))});
+      this.facts = make('dl', {'aria-live': 'polite'});
+      const act = (text, does) => make('button', {type: 'button', click: does}, text);
+      const side = make('div', {class: 'replay-side'},
+          make('fieldset', {}, make('legend', {}, 'Colours'), make('label', {}, 'by ', this.colour), this.legend),
+          make('fieldset', {}, make('legend', {}, 'Boundaries'), this.walls,
+               make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
+          make('fieldset', {}, make('legend', {}, 'One particle'),
+               make('label', {}, 'number ', this.who), this.facts),
+          make('div', {class: 'replay-actions'}, act('Whole scene', () => { this.view.frame(); this.ask(); }),
+               act('Copy a link to this view', (event) => this.copyLink(event.target))));
+      const hint = make('p', {class: 'replay-hint', id: 'replay-hint'},
+          'Drag to turn, with Shift or two fingers to move; wheel (after a click) or pinch to come near; click a ' +
+          'particle for its facts and its path. Keys: arrows turn, with Shift they move, + and \u2212 zoom, space ' +
+          'plays, comma and full stop step, Home shows the whole scene.');
+      root.append(make('div', {class: 'replay-stage'}, this.canvas), bar, side, hint);
+    }
+
+    listBoundaries() {
+      this.boxes = this.view.boundaries.map((boundary, b) => {
+        const box = make('input', {type: 'checkbox', checked: '',
+            change: () => { boundary.wanted = box.checked; this.ask(); }});
+        this.walls.append(make('label', {}, box, make('span', {class: 'replay-swatch',
+            style: `background: ${boundary.colour}`}), ' ', this.r.boundaries[b].name));
+        return box;
+      });
+      if (!this.boxes.length) this.walls.append('none');
+    }
+
+    setMode(key) {
+      this.mode = key;
+      this.colour.value = key;
+      const mode = this.modes[key];
+      this.legend.replaceChildren();
+      if (mode.swatches) {
+        for (const [colour, text] of mode.swatches) {
+          this.legend.append(make('span', {class: 'replay-kind'},
+              make('span', {class: 'replay-swatch', style: `background: ${colour}`}), ' ', text));
+        }
+      } else {
+        const unit = mode.unit ? ` ${mode.unit}` : '';
+        this.legend.append(make('div', {class: 'replay-scale', style: `background: ${SCALE_CSS}`}),
+            make('div', {class: 'replay-numbers'}, ...[0, 0.5, 1].map((share) => make('span', {},
+                (share === 1 && mode.over ? '\u2265 ' : '') + round(mode.low + share * (mode.high - mode.low)) +
+                (share === 1 ? unit : '')))));
+      }
+      this.ask();
+    }
+
+    // Time
+    toggle() { if (this.playing) this.stop(); else this.start(); }
+    start() {
+      if (this.t >= this.r.end) this.t = this.r.start;
+      this.playing = true;
+      this.play.textContent = 'Pause';
+      this.last = 0;
+      this.ask();
+    }
+    stop() {
+      this.playing = false;
+      this.play.textContent = 'Play';
+    }
+    seek(t) {
+      this.t = clamp(t, this.r.start, this.r.end);
+      this.ask();
+    }
+    step(by) {
+      this.stop();
+      const frame = this.r.frameAt(this.t);
+      this.seek(this.r.time[clamp(by < 0 && this.t > this.r.time[frame] ? frame : frame + by, 0, this.r.time.length - 1)]);
+    }
+
+    // One picture at the next occasion, and on while it plays.
+    ask() {
+      if (this.asked) return;
+      this.asked = true;
+      requestAnimationFrame((now) => {
+        this.asked = false;
+        if (this.playing) this.advance(now);
+        this.draw();
+        if (this.playing) this.ask();
+      });
+    }
+    advance(now) {
+      if (this.last) {
+        // Time goes on with the clock, but does not jump where the page slept.
+        this.t += Number(this.speed.value) * Math.min(0.25, (now - this.last) / 1000);
+        this.spare(now - this.last);
+        if (this.t >= this.r.end) {
+          this.t = this.r.end;
+          this.stop();
+        }
+      }
+      this.last = now;
+    }
+    // Fewer pixels where pictures take long: machines without a graphics processor.
+    spare(milliseconds) {
+      this.pace = 0.9 * (this.pace || 16) + 0.1 * milliseconds;
+      if (this.pace > 45 && this.ratio > 0.5) {
+        this.ratio = Math.max(0.5, 0.75 * this.ratio);
+        this.pace = 25;
+      }
+    }
+    draw() {
+      const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
+      if (!width || !height) return;
+      this.view.show(this.t, this.modes[this.mode].write);
+      this.view.render(width, height, this.ratio, getComputedStyle(root).getPropertyValue('--stage').trim());
+      const stage = this.r.stages.filter((s) => s.start <= this.t).pop();
+      const text = `${this.t.toFixed(this.r.end - this.r.start < 5 ? 3 : 2)} s` + (stage ? ` \u00b7 ${stage.name}` : '');
+      if (this.clock.value !== text) this.clock.value = text;
+      this.scrub.value = this.t;
+      this.scrub.setAttribute('aria-valuetext', text);
+      if (this.view.selected >= 0) this.tellSpeed();
+      root.dataset.shown = this.view.groups.reduce((n, g) => n + g.shown.length, 0);
+    }
+
+    // One particle
+    select(id) {
+      const known = Number.isInteger(id) && id >= 0 && id < this.r.particles ? id : -1;
+      this.view.select(known);
+      this.who.value = known >= 0 ? known : '';
+      this.facts.replaceChildren();
+      this.ask();
+      if (known < 0) return;
+      const r = this.r, tell = (name, value) => {
+        const dd = make('dd', {}, value);
+        this.facts.append(make('dt', {}, name), dd);
+        return dd;
+      };
+      tell('shape', r.shapes[r.shape[id]].name);
+      tell('tag', String(r.tag[id]));
+      if (r.batch[id] >= 0) tell('batch', String(r.batch[id]));
+      tell('came at', Number.isNaN(r.came[id]) ? 'has not come' : `${round(r.came[id], 4)} s`);
+      for (const gate of r.gates) {
+        if (!Number.isNaN(gate.time[id])) tell(`in "${gate.name}"`, `${round(gate.time[id], 4)} s`);
+      }
+      if (!Number.isNaN(r.left[id])) {
+        const by = r.outlet[id] >= 0 ? `, by "${r.outlets[r.outlet[id]]}"` : '';
+        tell('left at', `${round(r.left[id], 4)} s${by}`);
+      }
+      tell('largest contact force', `${round(r.peak_force[id])} N`);
+      this.speedNow = tell('speed now', '');
+      this.speedNow.setAttribute('aria-live', 'off');
+    }
+    tellSpeed() {
+      const speed = this.r.speed(this.r.frameAt(this.t), this.view.selected);
+      this.speedNow.textContent = Number.isNaN(speed) ? 'not there' : `${speed.toFixed(3)} m/s`;
+    }
+
+    // Mouse, fingers and keys
+    hand() {
+      const c = this.canvas, down = new Map();
+      let moved = 0;
+      const spread = () => {
+        const [a, b] = [...down.values()];
+        return Math.hypot(a.x - b.x, a.y - b.y);
+      };
+      c.addEventListener('pointerdown', (e) => {
+        c.setPointerCapture(e.pointerId);
+        down.set(e.pointerId, {x: e.clientX, y: e.clientY});
+        moved = down.size > 1 ? Infinity : 0;
+      });
+      c.addEventListener('pointermove', (e) => {
+        const before = down.get(e.pointerId);
+        if (!before) return;
+        const dx = e.clientX - before.x, dy = e.clientY - before.y, height = c.clientHeight, orbit = this.view.orbit;
+        moved += Math.abs(dx) + Math.abs(dy);
+        const apart = down.size === 2 ? spread() : 0;
+        down.set(e.pointerId, {x: e.clientX, y: e.clientY});
+        if (down.size === 2) {
+          orbit.pan(0.5 * dx / height, -0.5 * dy / height);
+          if (spread() > 0) orbit.zoom(apart / spread());
+        } else if (e.shiftKey || e.buttons & 6) {
+          orbit.pan(dx / height, -dy / height);
+        } else {
+          orbit.turn(4 * dx / height, 4 * dy / height);
+        }
+        this.ask();
+      });
+      const up = (e) => {
+        if (down.delete(e.pointerId) && e.type === 'pointerup' && moved < 5 && e.button === 0) {
+          const box = c.getBoundingClientRect();
+          this.select(this.view.pick(2 * (e.clientX - box.left) / box.width - 1, 1 - 2 * (e.clientY - box.top) / box.height));
+        }
+      };
+      c.addEventListener('pointerup', up);
+      c.addEventListener('pointercancel', up);
+      c.addEventListener('contextmenu', (e) => e.preventDefault());
+      // The page scrolls on until somebody takes the picture in hand.
+      c.addEventListener('wheel', (e) => {
+        if (document.activeElement !== c && !e.ctrlKey) return;
+        e.preventDefault();
+        this.view.orbit.zoom(Math.exp(clamp(e.deltaY, -100, 100) * 0.002));
+        this.ask();
+      }, {passive: false});
+      c.addEventListener('keydown', (e) => { if (this.key(e)) e.preventDefault(); });
+    }
+    key(e) {
+      const orbit = this.view.orbit, arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
+      if (e.ctrlKey || e.altKey || e.metaKey) return false;
+      if (arrows[e.key]) {
+        const [right, up] = arrows[e.key];
+        if (e.shiftKey) orbit.pan(0.05 * right, 0.05 * up); else orbit.turn(0.1 * right, 0.1 * up);
+      } else if (e.key === '+' || e.key === '=') orbit.zoom(1 / 1.15);
+      else if (e.key === '-') orbit.zoom(1.15);
+      else if (e.key === ' ') this.toggle();
+      else if (e.key === ',') this.step(-1);
+      else if (e.key === '.') this.step(1);
+      else if (e.key === 'Home') this.view.frame();
+      else if (e.key === 'Escape') this.select(-1);
+      else return false;
+      this.ask();
+      return true;
+    }
+
+    // #t=12.5&colour=batch&hide=bucket,flap&particle=7&opacity=0.2&view=AZIMUTH,ELEVATION,DISTANCE,X,Y,Z
+    fromHash() {
+      if (!location.hash.includes('=')) return;
+      const given = new URLSearchParams(location.hash.slice(1)), number = (key) => Number(given.get(key));
+      if (given.has('t') && Number.isFinite(number('t'))) { this.stop(); this.seek(number('t')); }
+      if (given.get('colour') in this.modes) this.setMode(given.get('colour'));
+      if (given.has('hide')) {
+        const hidden = given.get('hide').split(',');
+        this.view.boundaries.forEach((boundary, b) => {
+          boundary.wanted = !hidden.includes(this.r.boundaries[b].name);
+          this.boxes[b].checked = boundary.wanted;
+        });
+      }
+      if (number('opacity') > 0) {
+        this.opacity.value = number('opacity');
+        this.view.setOpacity(Number(this.opacity.value));
+      }
+      if (given.has('particle')) this.select(number('particle'));
+      const view = (given.get('view') || '').split(',').map(Number), orbit = this.view.orbit;
+      if (view.length === 6 && view.every(Number.isFinite)) {
+        [orbit.azimuth, orbit.elevation, orbit.distance] = view;
+        orbit.target.set(...view.slice(3));
+      }
+      if (given.has('play')) this.start();
+      this.ask();
+      if (!location.hash.includes('stay')) root.closest('section').scrollIntoView();
+    }
+    hash() {
+      const o = this.view.orbit, parts = {t: round(this.t, 6), colour: this.mode};
+      const hidden = this.r.boundaries.filter((_, b) => !this.boxes[b].checked).map((b) => b.name);
+      if (hidden.length) parts.hide = hidden.join(',');
+      if (this.view.selected >= 0) parts.particle = this.view.selected;
+      parts.opacity = round(this.view.opacity);
+      parts.view = [o.azimuth, o.elevation, o.distance, o.target.x, o.target.y, o.target.z].map((v) => round(v, 4)).join(',');
+      return '#' + new URLSearchParams(parts).toString().replaceAll('%2C', ',');
+    }
+    async copyLink(button) {
+      history.replaceState(null, '', this.hash());
+      try {
+        await navigator.clipboard.writeText(location.href);
+        button.textContent = 'Copied';
+      } catch {
+        button.textContent = 'The link is in the address bar';
+      }
+      setTimeout(() => { button.textContent = 'Copy a link to this view'; }, 2000);
+    }
+  }
+
+  const fail = (text) => {
+    message.textContent = text;
+    message.hidden = false;
+    for (const part of [...root.children]) if (part !== message) part.remove();
+    root.dataset.ready = 'no';
+  };
+  const webgl = () => {
+    const context = document.createElement('canvas').getContext('webgl');
+    return context && context.getExtension('ANGLE_instanced_arrays');
+  };
+  const begin = async () => {
+    if (!webgl()) {
+      fail('This browser offers no WebGL, which the replay needs: everything else on this page works ' +
+           'without it, and firn export RUN.h5 --to vtk writes the same scene for ParaView.');
+      return;
+    }
+    try {
+      message.textContent = 'The replay is being unpacked \u2026';
+      const replay = await FirnReplayData.read(source);
+      source.remove();
+      message.hidden = true;
+      root.player = new Player(replay);
+      root.dataset.frames = replay.time.length;
+      root.dataset.ready = 'yes';
+    } catch (error) {
+      fail(error.message);
+      console.error(error);
+    }
+  };
+  begin();
+})();

@@ -1,0 +1,303 @@
+// What a replay shows: bodies, boundaries, paths, and a camera that is turned by hand. Needs three.js.
+'use strict';
+const FirnReplayScene = (() => {
+  // Faces apart, so that each is shaded flat.
+  const flat = (mesh) => {
+    const corners = new Float32Array(3 * mesh.triangles.length);
+    mesh.triangles.forEach((v, i) => corners.set(mesh.vertices.subarray(3 * v, 3 * v + 3), 3 * i));
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(corners, 3));
+    geometry.computeVertexNormals();
+    return geometry;
+  };
+
+  // three.js r111 has no colour of an instance: the shader gets one.
+  const tinted = () => {
+    const material = new THREE.MeshLambertMaterial({color: 0xffffff});
+    material.onBeforeCompile = (shader) => {
+      shader.vertexShader = 'attribute vec3 tint;\nvarying vec3 vTint;\n' + shader.vertexShader.replace(
+          '#include <begin_vertex>', '#include <begin_vertex>\nvTint = tint;');
+      shader.fragmentShader = 'varying vec3 vTint;\n' + shader.fragmentShader.replace(
+          '#include <color_fragment>', '#include <color_fragment>\ndiffuseColor.rgb *= vTint;');
+    };
+    return material;
+  };
+
+  // Turns about a target, z up. Angles in rad.
+  class Orbit {
+    constructor(camera) {
+      this.camera = camera;
+      this.target = new THREE.Vector3();
+    }
+    // All of a box, from a little above and the front.
+    frame(box, aspect) {
+      const size = box.getSize(new THREE.Vector3()), corner = new THREE.Vector3();
+      box.getCenter(this.target);
+      this.radius = 0.5 * size.length();
+      this.azimuth = -1.05;
+      this.elevation = 0.42;
+      this.distance = 1;
+      this.apply(aspect);
+      const high = Math.tan(this.camera.fov * Math.PI / 360), m = this.camera.matrix.elements;
+      const along = (k) => corner.x * m[k] + corner.y * m[k + 1] + corner.z * m[k + 2];
+      for (let n = 0; n < 8; ++n) {
+        corner.set(n & 1 ? size.x : -size.x, n & 2 ? size.y : -size.y, n & 4 ? size.z : -size.z).multiplyScalar(0.5);
+        const wanted = along(8) + Math.max(Math.abs(along(4)) / high, Math.abs(along(0)) / (high * aspect));
+        this.distance = Math.max(n ? this.distance : 0, 1.03 * wanted);
+      }
+    }
+    turn(right, up) {
+      this.azimuth -= right;
+      this.elevation = Math.max(-1.55, Math.min(1.55, this.elevation + up));
+    }
+    zoom(factor) {
+      this.distance = Math.max(0.02 * this.radius, Math.min(20 * this.radius, factor * this.distance));
+    }
+    // Shares of the picture's height.
+    pan(right, up) {
+      const reach = 2 * this.distance * Math.tan(this.camera.fov * Math.PI / 360);
+      const m = this.camera.matrix.elements;
+      for (const [axis, k] of [['x', 0], ['y', 1], ['z', 2]]) {
+        this.target[axis] += reach * (-right * m[k] - up * m[4 + k]);
+      }
+    }
+    apply(aspect) {
+      const c = this.camera, flatness = Math.cos(this.elevation);
+      const distance = this.distance;
+      c.position.set(Math.cos(this.azimuth) * flatness, Math.sin(this.azimuth) * flatness,
+                     Math.sin(this.elevation)).multiplyScalar(distance).add(this.target);
+      c.near = 0.01 * distance;
+      c.far = distance + 30 * this.radius;
+      c.aspect = aspect;
+      c.lookAt(this.target);
+      c.updateProjectionMatrix();
+      c.updateMatrix();
+      c.updateMatrixWorld();
+    }
+  }
+
+  class Scene {
+    constructor(canvas, replay) {
+      this.replay = replay;
+      this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+      this.scene = new THREE.Scene();
+      this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 10);
+      this.camera.up.set(0, 0, 1);
+      this.orbit = new Orbit(this.camera);
+      this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.85));
+      this.light = new THREE.DirectionalLight(0xffffff, 0.55);
+      this.scene.add(this.light, this.light.target);
+      this.position = [0, 0, 0];
+      this.quaternion = [0, 0, 0, 1];
+      this.matrix = new THREE.Matrix4();
+      this.selected = -1;
+      this.addParticles();
+      this.addBoundaries();
+      this.addLines();
+      this.home();
+    }
+
+    addParticles() {
+      const r = this.replay;
+      this.groups = r.shapes.map((shape, s) => {
+        const ids = [];
+        for (let i = 0; i < r.particles; ++i) if (r.shape[i] === s) ids.push(i);
+        const geometry = flat(shape);
+        geometry.computeBoundingSphere();
+        const tint = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, ids.length)), 3);
+        geometry.setAttribute('tint', tint);
+        const mesh = new THREE.InstancedMesh(geometry, tinted(), Math.max(1, ids.length));
+        mesh.frustumCulled = false;
+        mesh.visible = ids.length > 0;
+        this.scene.add(mesh);
+        return {ids, mesh, tint, radius: geometry.boundingSphere.radius + geometry.boundingSphere.center.length(),
+                shown: []};
+      });
+    }
+
+    addBoundaries() {
+      const colours = [0x6f9fc8, 0xc9924f, 0x74a86e, 0xb0698c, 0xa39a45, 0x7480a6, 0x4fa3a3, 0xc4685c];
+      this.boundaries = this.replay.boundaries.map((boundary, b) => {
+        const material = new THREE.MeshLambertMaterial({color: colours[b % colours.length],
+            // A plane is seen from its free side alone, or those in front would veil the scene.
+            side: boundary.plane ? THREE.FrontSide : THREE.DoubleSide, transparent: true, depthWrite: false});
+        const mesh = new THREE.Mesh(flat(boundary), material);
+        mesh.userData.plane = boundary.plane;
+        mesh.matrixAutoUpdate = false;
+        mesh.frustumCulled = false;
+        this.scene.add(mesh);
+        return {mesh, wanted: true, colour: '#' + material.color.getHexString(), body: this.replay.particles + b};
+      });
+      this.setOpacity(0.25);
+    }
+
+    setOpacity(share) {
+      this.opacity = share;
+      for (const {mesh} of this.boundaries) {
+        mesh.material.opacity = mesh.userData.plane && share < 1 ? 0.6 * share : share;
+        mesh.material.transparent = share < 1;
+        mesh.material.depthWrite = share >= 1;
+        mesh.material.needsUpdate = true;
+      }
+    }
+
+    addLines() {
+      const line = (type, points) => {
+        const geometry = new THREE.BufferGeometry();
+        geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * points), 3));
+        geometry.setDrawRange(0, 0);
+        const made = new type(geometry, new THREE.LineBasicMaterial({color: 0xd55e00}));
+        made.frustumCulled = false;
+        this.scene.add(made);
+        return made;
+      };
+      this.path = line(THREE.Line, this.replay.time.length);
+      this.path.material.depthTest = false;  // seen through what is in front
+      this.bonds = line(THREE.LineSegments, Math.max(1, 2 * this.replay.bonds.length));
+      this.bonds.material.depthTest = false;
+    }
+
+    // Boundaries where they start, but for planes, and nearly all places where particles come.
+    home() {
+      const box = new THREE.Box3(), r = this.replay, along = [[], [], []];
+      for (const {mesh, body} of this.boundaries) {
+        if (mesh.userData.plane || !this.placeBoundary(mesh, r.start, 0, body)) continue;
+        box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.getAttribute('position'))
+            .applyMatrix4(mesh.matrix));
+      }
+      for (let f = 0; f < r.time.length; f += Math.ceil(r.time.length / 40)) {
+        for (let i = 0; i < r.particles; ++i) {
+          if (!r.present(f, i)) continue;
+          r.position(f, i, this.position);
+          this.position.forEach((v, k) => along[k].push(v));
+        }
+      }
+      if (along[0].length) {
+        const places = along.map((values) => Float64Array.from(values).sort());
+        const reach = Math.max(...this.groups.map((g) => g.radius));
+        const corner = (share) => new THREE.Vector3(...places.map((v) => v[Math.round(share * (v.length - 1))]));
+        box.union(new THREE.Box3(corner(0.01), corner(0.99)).expandByScalar(reach));
+      }
+      if (box.isEmpty()) box.setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(0.1, 0.1, 0.1));
+      this.box = box;
+      this.frame();
+    }
+
+    frame() {
+      const {clientWidth, clientHeight} = this.renderer.domElement;
+      this.orbit.frame(this.box, clientHeight ? clientWidth / clientHeight : 1.5);
+    }
+
+    placeBoundary(mesh, t, frame, body) {
+      if (!this.replay.pose(t, frame, body, this.position, this.quaternion)) return false;
+      mesh.matrix.compose(new THREE.Vector3().fromArray(this.position),
+          new THREE.Quaternion().fromArray(this.quaternion), new THREE.Vector3(1, 1, 1));
+      mesh.matrixWorldNeedsUpdate = true;
+      return true;
+    }
+
+    // `colour(id, t, frame, out, at)` writes red, green, blue.
+    show(t, colour) {
+      const r = this.replay, frame = r.frameAt(t), m = this.matrix.elements;
+      for (const group of this.groups) {
+        let n = 0;
+        group.shown.length = 0;
+        const matrices = group.mesh.instanceMatrix.array, tints = group.tint.array;
+        for (const id of group.ids) {
+          if (!r.pose(t, frame, id, this.position, this.quaternion)) continue;
+          rotation(this.quaternion, m);
+          m[12] = this.position[0]; m[13] = this.position[1]; m[14] = this.position[2];
+          matrices.set(m, 16 * n);
+          colour(id, t, frame, tints, 3 * n);
+          if (id === this.selected) tints.set([1.6, 0.45, 0.1], 3 * n);
+          group.shown.push(id);
+          ++n;
+        }
+        group.mesh.count = n;
+        group.mesh.instanceMatrix.needsUpdate = true;
+        group.tint.needsUpdate = true;
+      }
+      for (const b of this.boundaries) {
+        b.mesh.visible = b.wanted && this.placeBoundary(b.mesh, t, frame, b.body);
+      }
+      this.showBonds(t, frame);
+    }
+
+    showBonds(t, frame) {
+      const r = this.replay, out = this.bonds.geometry.getAttribute('position');
+      let n = 0;
+      for (const bond of r.bonds) {
+        if (bond.broken <= t) continue;
+        const ends = [bond.a, bond.b].map((id) => {
+          const there = r.pose(t, frame, id, this.position, this.quaternion);
+          return there ? [...this.position] : null;
+        });
+        if (!ends[0] || !ends[1]) continue;
+        out.array.set(ends[0], 3 * n++);
+        out.array.set(ends[1], 3 * n++);
+      }
+      this.bonds.geometry.setDrawRange(0, n);
+      out.needsUpdate = true;
+    }
+
+    select(id) {
+      this.selected = id;
+      const out = this.path.geometry.getAttribute('position');
+      let n = 0;
+      for (let f = 0; id >= 0 && f < this.replay.time.length; ++f) {
+        if (this.replay.present(f, id)) this.replay.position(f, id, out.array, 3 * n++);
+      }
+      this.path.geometry.setDrawRange(0, n);
+      out.needsUpdate = true;
+    }
+
+    // The particle nearest under a point of the picture (-1 ... 1 each way), or -1.
+    pick(x, y) {
+      const caster = new THREE.Raycaster();
+      caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+      const own = new THREE.Ray(), hit = new THREE.Vector3(), inverse = new THREE.Matrix4();
+      const ball = new THREE.Sphere(), corners = [0, 1, 2].map(() => new THREE.Vector3());
+      let best = -1, nearest = Infinity;
+      for (const group of this.groups) {
+        const vertices = group.mesh.geometry.getAttribute('position');
+        group.shown.forEach((id, n) => {
+          this.matrix.fromArray(group.mesh.instanceMatrix.array, 16 * n);
+          ball.set(ball.center.setFromMatrixPosition(this.matrix), group.radius);
+          if (!caster.ray.intersectsSphere(ball)) return;
+          own.copy(caster.ray).applyMatrix4(inverse.getInverse(this.matrix));
+          for (let v = 0; v < vertices.count; v += 3) {
+            corners.forEach((c, k) => c.fromBufferAttribute(vertices, v + k));
+            if (!own.intersectTriangle(...corners, false, hit)) continue;
+            const distance = hit.distanceTo(own.origin);
+            if (distance < nearest) [best, nearest] = [id, distance];
+          }
+        });
+      }
+      return best;
+    }
+
+    render(width, height, ratio, background) {
+      this.renderer.setPixelRatio(ratio);
+      this.renderer.setSize(width, height, false);
+      this.renderer.setClearColor(background);
+      this.orbit.apply(width / height);
+      // From over the viewer's left shoulder.
+      const e = this.camera.matrix.elements;
+      this.light.position.set(e[8] - 0.5 * e[0] + 0.6 * e[4], e[9] - 0.5 * e[1] + 0.6 * e[5],
+                              e[10] - 0.5 * e[2] + 0.6 * e[6]).add(this.orbit.target);
+      this.light.target.position.copy(this.orbit.target);
+      this.light.target.updateMatrixWorld();
+      this.renderer.render(this.scene, this.camera);
+    }
+  }
+
+  // Columns of a rotation matrix from a unit quaternion x y z w.
+  const rotation = ([x, y, z, w], m) => {
+    m[0] = 1 - 2 * (y * y + z * z); m[1] = 2 * (x * y + z * w); m[2] = 2 * (x * z - y * w); m[3] = 0;
+    m[4] = 2 * (x * y - z * w); m[5] = 1 - 2 * (x * x + z * z); m[6] = 2 * (y * z + x * w); m[7] = 0;
+    m[8] = 2 * (x * z + y * w); m[9] = 2 * (y * z - x * w); m[10] = 1 - 2 * (x * x + y * y); m[11] = 0;
+    m[15] = 1;
+  };
+
+  return {Scene};
+})();

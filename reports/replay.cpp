@@ -1,0 +1,211 @@
+#include "reports/replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "experiments/bonds.h"
+#include "reports/assets.h"
+#include "reports/pose_tracks.h"
+#include "reports/simplify_mesh.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Triangles of all particles together, for machines without a graphics processor.
+constexpr std::size_t kParticleTriangles = 150'000, kBoundaryTriangles = 60'000;
+
+// Whole micrometres and microseconds: shorter, and no eye sees less.
+Json micro(double value) {
+  return std::isfinite(value) ? Json(std::llround(value * 1e6)) : Json(nullptr);
+}
+Json micro(const std::vector<double>& values) {
+  Json all = Json::array();
+  for (const double value : values) all.push_back(micro(value));
+  return all;
+}
+
+Json mesh_json(const std::string& name, const TriangleMesh& mesh, const Vec3& origin) {
+  Json vertices = Json::array(), triangles = Json::array();
+  for (const Vec3& v : mesh.vertices)
+    for (int k = 0; k < 3; ++k) vertices.push_back(micro(v[k] - origin[k]));
+  for (const auto& t : mesh.triangles)
+    for (const int corner : t) triangles.push_back(corner);
+  return {{"name", name}, {"vertices", vertices}, {"triangles", triangles}};
+}
+
+// Where particles have been.
+Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < tracks.position.size(); ++i) {
+    const auto& p = tracks.position[i];
+    if (i % tracks.bodies < particles && !std::isnan(p[0])) box.extend(Vec3(p[0], p[1], p[2]));
+  }
+  if (box.isEmpty()) box.extend(Vec3::Zero());
+  return box;
+}
+
+// A plane, z = 0 of its axes, as a square about what particles have reached.
+TriangleMesh square(const Boundary& plane, const Eigen::AlignedBox3d& box) {
+  const double reach = 0.05 + 0.55 * box.diagonal().norm();
+  const Vec3 middle = plane.orientation.conjugate() * (box.center() - plane.origin);
+  TriangleMesh mesh;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+    mesh.vertices.emplace_back(middle.x() + x * reach, middle.y() + y * reach, 0);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+// Frames a second.
+double wanted_rate(const std::vector<double>& times, const ReplayOptions& options) {
+  const double length = times.back() - times.front();
+  return length > 0 ? std::max(options.rate, options.at_least / length) : options.rate;
+}
+
+// Particles, then boundaries, at the frames that `rate` asks for.
+PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
+  PoseTracks times;  // without bodies: which frames
+  times.time = recording.frame_times();
+  const std::vector<double> wanted = times.thinned(rate).time;
+  PoseTracks tracks;
+  tracks.bodies = recording.particle_count() + c.model.boundaries.size();
+  tracks.time = wanted;
+  std::size_t i = 0;
+  for (const double time : wanted) {
+    while (times.time[i] != time) ++i;
+    const Frame frame = recording.frame(i);
+    for (std::size_t n = 0; n < frame.position.size(); ++n) {
+      const auto& p = frame.position[n];
+      const auto& q = frame.orientation[n];
+      tracks.position.push_back(
+          {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+      tracks.orientation.push_back({static_cast<float>(q[0]), static_cast<float>(q[1]),
+                                    static_cast<float>(q[2]), static_cast<float>(q[3])});
+    }
+    for (const Boundary& b : c.model.boundaries) {
+      const BoundaryFrame now = recording.boundary(b.name, i);
+      const Eigen::Vector3f p = now.position.cast<float>();
+      const Eigen::Quaternionf q = now.orientation.cast<float>();
+      tracks.position.push_back({p.x(), p.y(), p.z()});
+      tracks.orientation.push_back({q.w(), q.x(), q.y(), q.z()});
+    }
+  }
+  return tracks;
+}
+
+Json shapes_json(const Case& c, std::size_t particles) {
+  const std::size_t each =
+      std::clamp<std::size_t>(kParticleTriangles / std::max<std::size_t>(particles, 1), 80, 400);
+  Json shapes = Json::array();
+  for (const Shape& shape : c.model.shapes)
+    shapes.push_back(mesh_json(shape.name, simplified(shape.mesh, each), shape.centroid));
+  return shapes;
+}
+
+Json boundaries_json(const Case& c, const Eigen::AlignedBox3d& box) {
+  const std::size_t each = kBoundaryTriangles / std::max<std::size_t>(c.model.boundaries.size(), 1);
+  Json boundaries = Json::array();
+  for (const Boundary& b : c.model.boundaries) {
+    const bool plane = b.mesh.triangles.empty();
+    Json mesh = mesh_json(b.name, plane ? square(b, box) : simplified(b.mesh, each), Vec3::Zero());
+    mesh["plane"] = plane;
+    boundaries.push_back(mesh);
+  }
+  return boundaries;
+}
+
+Json bonds_json(const Recording& recording, const Case& c) {
+  Json bonds = Json::array();
+  if (c.model.bonds.empty()) return bonds;
+  for (const BondOutcome& b : bond_outcomes(recording))
+    bonds.push_back({{"a", b.a}, {"b", b.b}, {"broken", micro(b.time)}});
+  return bonds;
+}
+
+// All but the poses.
+Json facts_json(const Recording& recording, const Case& c) {
+  Json facts;
+  facts["particles"] = recording.particle_count();
+  facts["shape"] = recording.shape();
+  facts["tag"] = recording.tag();
+  facts["batch"] = recording.batch();
+  facts["came"] = micro(recording.insert_time());
+  facts["left"] = micro(recording.exit_time());
+  facts["outlet"] = recording.outlet();
+  facts["peak_force"] = recording.peak_normal_force();
+  facts["outlets"] = Json::array();
+  for (const Outlet& outlet : c.outlets) facts["outlets"].push_back(outlet.name);
+  facts["gates"] = Json::array();
+  for (const Gate& gate : c.gates)
+    facts["gates"].push_back(
+        {{"name", gate.name}, {"time", micro(recording.gate_time(gate.name))}});
+  facts["stages"] = Json::array();
+  for (const StageRecord& s : recording.stages())
+    facts["stages"].push_back({{"name", s.name}, {"start", micro(s.start)}});
+  facts["bonds"] = bonds_json(recording, c);
+  return facts;
+}
+
+// The length of the JSON text (4 bytes, little endian), the text, the packed poses.
+std::string data_text(Json facts, const PoseTracks& tracks) {
+  const PackedTracks packed = pack(tracks);
+  facts["bodies"] = packed.bodies;
+  facts["time"] = micro(tracks.time);
+  facts["low"] = {packed.low.x(), packed.low.y(), packed.low.z()};
+  facts["high"] = {packed.high.x(), packed.high.y(), packed.high.z()};
+  const std::string text = facts.dump();
+  std::vector<std::uint8_t> bytes;
+  for (int k = 0; k < 4; ++k) bytes.push_back(static_cast<std::uint8_t>(text.size() >> (8 * k)));
+  bytes.insert(bytes.end(), text.begin(), text.end());
+  bytes.insert(bytes.end(), packed.bytes.begin(), packed.bytes.end());
+  return base64(deflated(bytes));
+}
+
+}  // namespace
+
+ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
+                      const ReplayOptions& options) {
+  ReplaySize size;
+  const std::vector<double> times = recording.frame_times();
+  size.recorded_frames = times.size();
+  if (times.empty()) return size;
+  double rate = wanted_rate(times, options);
+  PoseTracks tracks = read_tracks(recording, c, rate);
+  Json facts = facts_json(recording, c);
+  facts["shapes"] = shapes_json(c, recording.particle_count());
+  facts["boundaries"] = boundaries_json(c, reached(tracks, recording.particle_count()));
+  std::string data = data_text(facts, tracks);
+  while (data.size() > options.budget && tracks.time.size() > 2) {
+    rate *= std::min(0.8,
+                     0.95 * static_cast<double>(options.budget) / static_cast<double>(data.size()));
+    tracks = tracks.thinned(rate);
+    data = data_text(facts, tracks);
+  }
+  size.frames = tracks.time.size();
+  size.characters = data.size();
+
+  page::Content& section = page.section("Replay", "replay");
+  section.html(
+      "<div class=\"replay\" id=\"replay-view\"><p class=\"replay-message\" role=\"status\">The "
+      "replay "
+      "needs a browser with JavaScript and WebGL.</p></div>\n");
+  const std::string kept = size.frames == size.recorded_frames
+                               ? fmt::format("All {} frames of the results file", size.frames)
+                               : fmt::format("{} of the {} frames of the results file", size.frames,
+                                             size.recorded_frames);
+  section.paragraph(
+      kept +
+      "; between them bodies are moved evenly. Meshes are drawn coarser than they are "
+      "computed.");
+  page.add_style(asset("replay.css"));
+  page.add_data("replay-data", data);
+  for (const char* script : {"three.min.js", "replay_data.js", "replay_scene.js", "replay.js"})
+    page.add_script(asset(script));
+  return size;
+}
+
+}  // namespace firn

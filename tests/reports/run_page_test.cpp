@@ -1,0 +1,170 @@
+#include "reports/run_page.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <regex>
+
+#include "experiments/run.h"
+#include "reports/run_plots.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+// Pages are long: a failure names what is missing, not where.
+void expect_in(const std::string& text, const std::string& word) {
+  EXPECT_TRUE(text.find(word) != std::string::npos) << word;
+}
+
+// Two cubes come one after the other, fall through a gate and onto a floor beside a moving panel.
+constexpr const char* kFall = R"(
+[case]
+name = "two <fall> & \"rest\""
+duration = "0.6 s"
+timestep = "1e-4 s"
+[materials.ice]
+density = "1000 kg/m^3"
+young_modulus = "0.01 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "0.1 0.1 0.1 m"
+material = "ice"
+[[sources]]
+name = "mold"
+shape = "cube"
+position = "0 0 0.7 m"
+batches = 2
+interval = "0.4 s"
+[[gates]]
+name = "half way"
+point = "0 0 0.4 m"
+normal = [0, 0, -1]
+[[boundaries]]
+name = "floor"
+material = "ice"
+kind = "plane"
+normal = [0, 0, 1]
+[[boundaries]]
+name = "panel"
+material = "ice"
+kind = "box"
+position = "0.5 0 0.2 m"
+size = "0.1 0.3 0.3 m"
+motions = [{ kind = "translation", velocity = "0.1 0 0 m/s" }]
+[output]
+frames_every = "10 ms"
+)";
+
+class RunPage : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("firn-run-page-" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    RunOptions options;
+    options.results_file = file();
+    const RunSummary summary = run(read_case_text(kFall, "fall.toml", "."), options);
+    ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string file() const { return (folder_ / "fall.h5").string(); }
+
+  fs::path folder_;
+};
+
+TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
+  const std::string html = run_page(file()).html();
+  for (const char* word :
+       {"seed 1", "finished", "peak_normal_force", "half_way_count", "id=\"replay\"",
+        "id=\"replay-data\"", "id=\"passages\"", "id=\"energy\"", "id=\"loads-on-boundaries\"",
+        "id=\"health\"", "firn measure fall.h5", "duration = "})
+    expect_in(html, word);
+  expect_in(html, "two &lt;fall&gt; &amp; &quot;rest&quot;");
+  EXPECT_EQ(html.find("<fall>"), std::string::npos);
+}
+
+TEST_F(RunPage, AsksNoNetworkForAnything) {
+  const std::string html = run_page(file()).html();
+  const std::regex outside(R"re((src|href)\s*=\s*["']?\s*(https?:|//))re");
+  std::smatch found;
+  EXPECT_FALSE(std::regex_search(html, found, outside)) << found.str();
+  expect_in(html, "default-src 'none'");
+}
+
+TEST_F(RunPage, LeavesFramesOutToKeepTheBudget) {
+  const Recording recording(file());
+  const Case c = recording.read_case();
+  page::Page whole("whole", ""), small("small", "");
+  const ReplaySize all = add_replay(whole, recording, c);
+  EXPECT_EQ(all.frames, recording.frame_times().size());
+  EXPECT_EQ(all.recorded_frames, all.frames);
+  ReplayOptions options;
+  options.budget = all.characters * 3 / 4;
+  const ReplaySize some = add_replay(small, recording, c, options);
+  EXPECT_LE(some.characters, options.budget);
+  EXPECT_LT(some.frames, all.frames);
+  EXPECT_GT(some.frames, 2U);
+  expect_in(small.html(), "of the 61 frames");
+}
+
+TEST(RunPlots, DrawingKeepsPeaks) {
+  std::vector<double> x, y;
+  for (int i = 0; i < 100'000; ++i) {
+    x.push_back(i);
+    y.push_back(i == 54'321 ? 7 : i == 70'001 ? -3 : 0);
+  }
+  const Curve c = for_drawing(x, y, 600);
+  EXPECT_LE(c.x.size(), 601U);
+  EXPECT_EQ(c.x.front(), 0);
+  EXPECT_EQ(c.x.back(), 99'999);
+  EXPECT_TRUE(std::ranges::is_sorted(c.x));
+  EXPECT_EQ(c.x[static_cast<std::size_t>(std::ranges::max_element(c.y) - c.y.begin())], 54'321);
+  EXPECT_EQ(c.x[static_cast<std::size_t>(std::ranges::min_element(c.y) - c.y.begin())], 70'001);
+}
+
+std::string output_of(const std::string& command) {
+  std::string text;
+  FILE* pipe = popen(command.c_str(), "r");
+  std::array<char, 4096> part{};
+  for (std::size_t n = 0; pipe && (n = fread(part.data(), 1, part.size(), pipe)) > 0;)
+    text.append(part.data(), n);
+  if (pipe) pclose(pipe);
+  return text;
+}
+
+// Colours, hidden boundaries and a particle by the address, then what the page says of itself.
+TEST_F(RunPage, PlaysInABrowser) {
+  if (output_of("command -v chromium").empty())
+    GTEST_SKIP() << "chromium is not installed: the replay is not tried in a browser";
+  const std::string page = (folder_ / "fall.html").string();
+  run_page(file()).write(page);
+  const std::string log = (folder_ / "log").string();
+  const std::string dom = output_of(
+      "timeout 120 chromium --headless --no-sandbox --use-angle=swiftshader "
+      "--enable-unsafe-swiftshader --enable-logging=stderr --virtual-time-budget=10000 "
+      "--user-data-dir='" +
+      (folder_ / "profile").string() + "' --dump-dom 'file://" + page +
+      "#t=0.5&colour=speed&hide=panel&particle=0' 2>'" + log + "'");
+  ASSERT_FALSE(dom.empty()) << output_of("tail -n 3 '" + log + "'");
+  // Attributes of the element, without the scripts that hold the same words.
+  const std::size_t at = dom.find("id=\"replay-view\"");
+  ASSERT_NE(at, std::string::npos);
+  const std::string view = dom.substr(at, 12'000);
+  expect_in(view, "data-ready=\"yes\"");
+  expect_in(view, "data-frames=\"61\"");
+  expect_in(view, "data-shown=\"2\"");
+  expect_in(view, "in \"half way\"");
+  // Centre 0.3 m lower: sqrt(2 h / g) = 0.2473 s, looked at every 16 steps.
+  expect_in(view, "0.248 s");
+  EXPECT_EQ(output_of("grep -E 'CONSOLE' '" + log + "' | head -n 5"), "");
+}
+
+}  // namespace
+}  // namespace firn
