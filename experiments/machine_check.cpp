@@ -213,6 +213,7 @@ class BoundaryPairs {
 Model bare(const Case& c) {
   Model model = c.model;
   model.particles.clear();
+  model.bonds.clear();
   model.statistics = {};
   return model;
 }

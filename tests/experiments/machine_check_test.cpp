@@ -174,7 +174,7 @@ TEST(MachineCheckIcemaker, PassesAsShippedAndNotWithATooLargeAuger) {
     }
     return "";
   };
-  EXPECT_THAT(refused("boundaries.auger.position", "-141 0 44 mm"),
+  EXPECT_THAT(refused("boundaries.auger.position", "-76 0 28 mm"),
               MatchesRegex(".*process.toml:[0-9]+: boundaries.6: \"auger\" overlaps boundary "
                            "\"bucket\" at the start.*"));
   EXPECT_THAT(refused("boundaries.ejector.tip_radius", "38.6 mm"),
