@@ -17,7 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Triangles of all particles together, for machines without a graphics processor.
-constexpr std::size_t kParticleTriangles = 150'000, kBoundaryTriangles = 60'000;
+constexpr std::size_t kParticleTriangles = 80'000, kBoundaryTriangles = 60'000;
 
 // Whole micrometres and microseconds: shorter, and no eye sees less.
 Json micro(double value) {
@@ -99,7 +99,7 @@ PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
 
 Json shapes_json(const Case& c, std::size_t particles) {
   const std::size_t each =
-      std::clamp<std::size_t>(kParticleTriangles / std::max<std::size_t>(particles, 1), 80, 400);
+      std::clamp<std::size_t>(kParticleTriangles / std::max<std::size_t>(particles, 1), 60, 400);
   Json shapes = Json::array();
   for (const Shape& shape : c.model.shapes)
     shapes.push_back(mesh_json(shape.name, simplified(shape.mesh, each), shape.centroid));

@@ -40,11 +40,12 @@ std::string spaced(std::string name) {
 }
 
 // What people look for first, most telling first. A name, or the end of one.
-constexpr std::array kTelling = {
-    "angle_of_repose",   "drum_angle",     "heap_angle",          "discharge_time",
-    "container_count",   "lost_count",     "_time_to_count",      "bonds_broken_count",
-    "_residence_time",   "_mass_flow",     "_contact_force_peak", "arched",
-    "peak_normal_force", "_largest_drive", "present_count",       "kinetic_energy_end"};
+constexpr std::array kTelling = {"angle_of_repose",   "drum_angle",          "heap_angle",
+                                 "discharge_time",    "container_count",     "lost_count",
+                                 "_time_to_count",    "bonds_broken_count",  "_residence_time",
+                                 "_mass_flow",        "_contact_force_peak", "arched",
+                                 "peak_normal_force", "_largest_drive",      "discharge_rate",
+                                 "bulk_density",      "present_count"};
 
 std::vector<page::Card> response_cards(const std::vector<Response>& responses) {
   constexpr std::size_t kMost = 6;

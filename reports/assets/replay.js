@@ -88,6 +88,7 @@
       this.ratio = Math.min(2, devicePixelRatio || 1);
       this.build();
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
+      if (this.view.slow) this.ratio = Math.min(1, this.ratio);
       this.listBoundaries();
       this.hand();
       this.fromHash();
@@ -223,8 +224,8 @@
     // Fewer pixels where pictures take long: machines without a graphics processor.
     spare(milliseconds) {
       this.pace = 0.9 * (this.pace || 16) + 0.1 * milliseconds;
-      if (this.pace > 45 && this.ratio > 0.5) {
-        this.ratio = Math.max(0.5, 0.75 * this.ratio);
+      if (this.pace > 45 && this.ratio > 0.7) {
+        this.ratio = Math.max(0.7, 0.8 * this.ratio);
         this.pace = 25;
       }
     }

@@ -23,6 +23,15 @@ const FirnReplayScene = (() => {
     return material;
   };
 
+  // Without a graphics processor smooth edges cost too much.
+  const drawnByProcessor = (canvas) => {
+    const probe = canvas.cloneNode().getContext('webgl');
+    const names = probe && probe.getExtension('WEBGL_debug_renderer_info');
+    const name = names ? String(probe.getParameter(names.UNMASKED_RENDERER_WEBGL)) : '';
+    if (probe && probe.getExtension('WEBGL_lose_context')) probe.getExtension('WEBGL_lose_context').loseContext();
+    return /swiftshader|llvmpipe|software|basic render/i.test(name);
+  };
+
   // Turns about a target, z up. Angles in rad.
   class Orbit {
     constructor(camera) {
@@ -79,7 +88,8 @@ const FirnReplayScene = (() => {
   class Scene {
     constructor(canvas, replay) {
       this.replay = replay;
-      this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+      this.slow = drawnByProcessor(canvas);
+      this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.slow, preserveDrawingBuffer: true});
       this.scene = new THREE.Scene();
       this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 10);
       this.camera.up.set(0, 0, 1);
@@ -157,7 +167,8 @@ const FirnReplayScene = (() => {
       this.bonds.material.depthTest = false;
     }
 
-    // Boundaries where they start, but for planes, and nearly all places where particles come.
+    // Boundaries where they start, but for planes, and where particles mostly are: not all
+    // the way that they fall.
     home() {
       const box = new THREE.Box3(), r = this.replay, along = [[], [], []];
       for (const {mesh, body} of this.boundaries) {
@@ -176,7 +187,7 @@ const FirnReplayScene = (() => {
         const places = along.map((values) => Float64Array.from(values).sort());
         const reach = Math.max(...this.groups.map((g) => g.radius));
         const corner = (share) => new THREE.Vector3(...places.map((v) => v[Math.round(share * (v.length - 1))]));
-        box.union(new THREE.Box3(corner(0.01), corner(0.99)).expandByScalar(reach));
+        box.union(new THREE.Box3(corner(0.1), corner(0.9)).expandByScalar(2 * reach));
       }
       if (box.isEmpty()) box.setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(0.1, 0.1, 0.1));
       this.box = box;
@@ -277,8 +288,13 @@ const FirnReplayScene = (() => {
     }
 
     render(width, height, ratio, background) {
-      this.renderer.setPixelRatio(ratio);
-      this.renderer.setSize(width, height, false);
+      // Even the same size again would make a new, empty picture.
+      const size = `${width} ${height} ${ratio}`;
+      if (size !== this.size) {
+        this.size = size;
+        this.renderer.setPixelRatio(ratio);
+        this.renderer.setSize(width, height, false);
+      }
       this.renderer.setClearColor(background);
       this.orbit.apply(width / height);
       // From over the viewer's left shoulder.
