@@ -7,8 +7,8 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/campaign.h"
-#include "experiments/batch/progress.h"
 #include "calibrate/study_file.h"
+#include "experiments/batch/progress.h"
 
 namespace firn {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "calibrate/answer.h"
-#include "experiments/batch/executor.h"
 #include "calibrate/material_label.h"
+#include "experiments/batch/executor.h"
 
 namespace firn {
 

@@ -9,8 +9,8 @@
 
 #include "calibrate/campaign.h"
 #include "calibrate/optimize.h"
-#include "experiments/small_samples.h"
 #include "calibrate/surrogate.h"
+#include "experiments/small_samples.h"
 
 namespace firn {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/execution.h"
 #include "calibrate/optimize.h"
 #include "calibrate/parameters.h"
+#include "experiments/batch/execution.h"
 #include "experiments/case.h"
 
 namespace firn {

@@ -55,8 +55,8 @@ class Recording {
   Recording(Recording&&) noexcept;
 
   const std::string& file() const;
-  Case read_case() const;      // from the resolved text kept in the file
-  std::string status() const;  // "finished", "failed: ...", "running", "interrupted"
+  Case read_case() const;       // from the resolved text kept in the file
+  std::string status() const;   // "finished", "failed: ...", "running", "interrupted"
   std::string program() const;  // what ran it, "Firn 0.1.0 (89ab...)"
   std::uint64_t seed() const;
   double timestep() const;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/small_samples.h"
 #include "experiments/batch/operand.h"
+#include "experiments/small_samples.h"
 #include "validation/softening.h"
 
 namespace firn {

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "experiments/batch/operand.h"
 #include "experiments/case_materials.h"
 #include "experiments/toml_reader.h"
-#include "experiments/batch/operand.h"
 
 namespace firn {
 namespace {

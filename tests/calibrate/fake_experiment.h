@@ -13,8 +13,8 @@
 #include <sstream>
 #include <string>
 
-#include "experiments/batch/executor.h"
 #include "calibrate/study.h"
+#include "experiments/batch/executor.h"
 
 namespace firn {
 

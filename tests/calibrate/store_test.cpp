@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/campaign.h"
+#include "calibrate/study_file.h"
 #include "experiments/batch/execution.h"
 #include "experiments/batch/run_store.h"
-#include "calibrate/study_file.h"
 #include "tests/calibrate/fake_experiment.h"
 
 namespace firn {

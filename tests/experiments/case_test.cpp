@@ -294,10 +294,11 @@ TEST(Case, MeshesAreFoundByContent) {
       },
       InputError);
   std::filesystem::remove_all(folder);
-  EXPECT_EQ(error_of(with("kind = \"box\"\nsize = \"0.1 0.1 0.1 m\"",
-                          "kind = \"mesh\"\nlength_unit = \"mm\"\nfile = \"none.stl\"")),
-            fmt::format("c.toml:26: shapes.cube.file: {}: cannot be opened; expected an STL or OBJ file",
-                        std::filesystem::absolute("none.stl").string()));
+  EXPECT_EQ(
+      error_of(with("kind = \"box\"\nsize = \"0.1 0.1 0.1 m\"",
+                    "kind = \"mesh\"\nlength_unit = \"mm\"\nfile = \"none.stl\"")),
+      fmt::format("c.toml:26: shapes.cube.file: {}: cannot be opened; expected an STL or OBJ file",
+                  std::filesystem::absolute("none.stl").string()));
 }
 
 TEST(Case, ResolvedTextIsTheSameCase) {

@@ -1,8 +1,8 @@
 // Suite files of validations, beside a case and measurements that exist.
 #include <cmath>
 
-#include "tests/fuzz/fuzz_target.h"
 #include "experiments/batch/operand.h"
+#include "tests/fuzz/fuzz_target.h"
 #include "validation/suite_file.h"
 
 namespace {
