@@ -2,12 +2,14 @@
 #include <fmt/core.h>
 
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "reports/run_page.h"
+#include "reports/study_page.h"
 #include "reports/validation_page.h"
 #include "solver/types.h"
 
@@ -21,11 +23,18 @@ struct Arguments {
   bool json = false;
 };
 
-// A results file, or what a validation left; and where its page goes.
+// A results file, or what a study or a validation left; and where its page goes.
 struct Report {
   page::Page page;
   fs::path output;
 };
+
+// Studies and validations leave files of one name.
+bool is_study(const fs::path& results) {
+  std::ifstream stream(results);
+  const auto json = nlohmann::json::parse(stream, nullptr, false);
+  return json.is_object() && json.contains("study");
+}
 
 Report report_of(const std::string& path) {
   fs::path source = path;
@@ -33,10 +42,13 @@ Report report_of(const std::string& path) {
     return {run_page(path), fs::path(path).replace_extension(".html")};
   if (fs::is_directory(source)) source /= "results.json";
   if (!fs::exists(source))
-    throw InputError(fmt::format(
-        "{}: does not exist; expected RUN.h5, the folder of a validation, or its results.json",
-        source.string()));
-  return {validation_page(source.string()), source.parent_path() / "report.html"};
+    throw InputError(
+        fmt::format("{}: does not exist; expected RUN.h5, the folder of a study or a validation, "
+                    "or its results.json",
+                    source.string()));
+  const bool study = is_study(source);
+  return {study ? study_page(source.string()) : validation_page(source.string()),
+          source.parent_path() / "report.html"};
 }
 
 int make_report(const Arguments& a) {
@@ -54,10 +66,12 @@ int make_report(const Arguments& a) {
 
 void add_report_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "report",
-      "One HTML page that stands alone, from the results of a run (with a replay) or a validation");
-  command->add_option("PATH", a->path, "Results file of firn run, or the folder of a validation")
+  CLI::App* command = app.add_subcommand("report",
+                                         "One HTML page that stands alone, from the results of a "
+                                         "run (with a replay), a study or a validation");
+  command
+      ->add_option("PATH", a->path,
+                   "Results file of firn run, or the folder of a study or a validation")
       ->required()
       ->type_name("");
   command

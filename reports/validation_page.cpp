@@ -8,30 +8,18 @@
 #include <fstream>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
+#include "reports/json_values.h"
 #include "reports/plots.h"
 #include "solver/types.h"
 
 namespace firn {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using page::Badge;
 using page::Cell;
 using page::Mark;
-
-double number(const Json& j) {
-  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-double number(const Json& j, const char* key) { return number(j.at(key)); }
-std::string text(const Json& j, const char* key) { return j.at(key).get<std::string>(); }
-std::vector<double> numbers(const Json& j) {
-  std::vector<double> all;
-  for (const Json& one : j) all.push_back(number(one));
-  return all;
-}
 
 Badge badge_of(const std::string& verdict) {
   if (verdict == "consistent") return {Mark::good, verdict};

@@ -1,0 +1,73 @@
+#include "reports/study_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/experiments/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// What firn calibrate leaves, cut to what a page needs.
+constexpr const char* kResults = R"({
+ "study": "heap & <cubes>", "verdict": "undetermined", "headline": "a valley",
+ "targets": [{"response": "angle", "value": 10, "uncertainty": 1, "unit": "deg", "source": "s",
+              "reach": {"lowest": 2, "highest": 30}}],
+ "parameters": [
+  {"name": "a", "keys": ["x.y"], "min": 0.02, "max": 0.2, "unit": "1", "scale": "log",
+   "median": 0.05, "interval_95": [0.02, 0.1], "width_ratio": 0.5, "at_min": true, "at_max": false,
+   "profile": {"interval_95": [0.02, 0.1], "values": [0.02, 0.05, 0.2],
+               "minus_twice_log_likelihood": [3, 2, 9]}},
+  {"name": "b", "keys": ["x.z"], "min": 0.1, "max": 0.4, "unit": "1", "scale": "linear",
+   "median": 0.2, "interval_95": [0.1, 0.3], "width_ratio": 0.9}],
+ "combinations": [
+  {"identified": true, "terms": [{"parameter": "a", "of": "logarithm", "coefficient": 0.5},
+                                 {"parameter": "b", "of": "value", "coefficient": 0.9}],
+   "value": -3.27, "uncertainty": 0.12},
+  {"identified": false, "terms": [{"parameter": "a", "of": "logarithm", "coefficient": 0.8}],
+   "value": null, "uncertainty": null}],
+ "answer": {"name": "answer", "parameters": {"a": 0.05, "b": 0.2},
+            "fit": {"angle": {"value": 10.1, "uncertainty": 0.9, "unit": "deg"}},
+            "simulated": {"angle": {"value": 11.4, "standard_error": 1.2, "unit": "deg"}}},
+ "valley": [{"name": "member 1", "parameters": {"a": 0.02, "b": 0.3}}],
+ "sensitivity": [{"response": "angle", "parameters": {"a": {"first": 0.4}, "b": {"first": 0.6}}}],
+ "measure_next": [{"response": "height", "uncertainty": 0.01, "unit": "m",
+                   "information_bits": 0.38, "longest_direction_left": 0.76,
+                   "effort_seconds": 1260}],
+ "refinement": {"rounds": 2, "stopped": "the runs are used"},
+ "runs": {"total": 20, "finished": 19, "failed": 0, "cut_short": []}
+})";
+
+class StudyPage : public ResultsFolder {
+ protected:
+  std::string file(const std::string& text) const {
+    std::ofstream(path("results.json")) << text;
+    return path("results.json");
+  }
+};
+
+TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
+  const std::string html = study_page(file(kResults)).html();
+  for (const char* part :
+       {"heap &amp; &lt;cubes&gt;", "its lower bound limits it", "0.50 ln(a) + 0.90 b",
+        "-3.27 ± 0.12", "limited by the range only", "11.4 ± 1.2", "10.10 ± 0.90", "member 1",
+        "the runs are used", "0.38", "2 to 30"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+  for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
+    EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+TEST_F(StudyPage, RefusesWhatIsNoResult) {
+  EXPECT_THROW(study_page(path("none.json")), InputError);
+  EXPECT_THROW(study_page(file("{")), InputError);
+  EXPECT_THROW(study_page(file("{\"kind\": \"validation\"}")), InputError);
+  EXPECT_THROW(study_page(file("{\"study\": \"x\"}")), InputError);
+}
+
+}  // namespace
+}  // namespace firn
