@@ -17,7 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Triangles of all particles together, for machines without a graphics processor.
-constexpr std::size_t kParticleTriangles = 80'000, kBoundaryTriangles = 60'000;
+constexpr std::size_t kParticleTriangles = 80'000, kBoundaryTriangles = 24'000;
 
 // Whole micrometres and microseconds: shorter, and no eye sees less.
 Json micro(double value) {

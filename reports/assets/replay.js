@@ -85,10 +85,10 @@
       this.playing = false;
       this.modes = modesOf(replay);
       this.mode = new Set(replay.batch.filter((b) => b >= 0)).size > 1 ? 'batch' : 'tag';
-      this.ratio = Math.min(2, devicePixelRatio || 1);
+      this.fine = this.ratio = Math.min(2, devicePixelRatio || 1);  // pixels of the picture a pixel of the page
       this.build();
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
-      if (this.view.slow) this.ratio = Math.min(1, this.ratio);
+      if (this.view.slow) [this.fine, this.ratio] = [1, 0.75];
       this.listBoundaries();
       this.hand();
       this.fromHash();
@@ -187,6 +187,7 @@
     stop() {
       this.playing = false;
       this.play.textContent = 'Play';
+      this.ask();
     }
     seek(t) {
       this.t = clamp(t, this.r.start, this.r.end);
@@ -212,7 +213,7 @@
     advance(now) {
       if (this.last) {
         // Time goes on with the clock, but does not jump where the page slept.
-        this.t += Number(this.speed.value) * Math.min(0.25, (now - this.last) / 1000);
+        this.t += Number(this.speed.value) * Math.min(0.5, (now - this.last) / 1000);
         this.spare(now - this.last);
         if (this.t >= this.r.end) {
           this.t = this.r.end;
@@ -224,8 +225,8 @@
     // Fewer pixels where pictures take long: machines without a graphics processor.
     spare(milliseconds) {
       this.pace = 0.9 * (this.pace || 16) + 0.1 * milliseconds;
-      if (this.pace > 45 && this.ratio > 0.7) {
-        this.ratio = Math.max(0.7, 0.8 * this.ratio);
+      if (this.pace > 45 && this.ratio > 0.5) {
+        this.ratio = Math.max(0.5, 0.75 * this.ratio);
         this.pace = 25;
       }
     }
@@ -233,7 +234,7 @@
       const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
       if (!width || !height) return;
       this.view.show(this.t, this.modes[this.mode].write);
-      this.view.render(width, height, this.ratio, getComputedStyle(root).getPropertyValue('--stage').trim());
+      this.view.render(width, height, this.playing ? this.ratio : this.fine, getComputedStyle(root).getPropertyValue('--stage').trim());
       const stage = this.r.stages.filter((s) => s.start <= this.t).pop();
       const text = `${this.t.toFixed(this.r.end - this.r.start < 5 ? 3 : 2)} s` + (stage ? ` \u00b7 ${stage.name}` : '');
       if (this.clock.value !== text) this.clock.value = text;
