@@ -131,37 +131,92 @@ void claims_content(const Sets& sets, page::Content& content) {
   content.fold("What the words are taken to mean", fold);
 }
 
-// What was counted or measured one by one beside the same of all runs.
+std::vector<double> shares_of(std::vector<double> counts) {
+  double sum = 0;
+  for (const double c : counts) sum += c;
+  for (double& c : counts) c /= sum;
+  return counts;
+}
+
+// What was counted or measured one by one, where there is such, beside the same of all runs.
 void distribution_content(const Sets& sets, page::Content& content) {
   plots::BarPlot bars;
   plots::CdfPlot steps;
-  bars.y = {"share", "", false, {}, {}};
-  const auto shares = [](std::vector<double> counts) {
-    double sum = 0;
-    for (const double c : counts) sum += c;
-    for (double& c : counts) c /= sum;
-    return counts;
-  };
-  std::string seen;
+  bars.y = {"share", "", false, 0.0, {}};
+  std::string seen, response;
+  bool by_class = false, measured = false;
   for (const Json* c : sets) {
     if (!c->contains("distribution")) continue;
     const Json& d = c->at("distribution");
-    if (bars.categories.empty()) {
-      bars.categories = d.at("classes").get<std::vector<std::string>>();
-      bars.series.push_back({"experiment", shares(numbers(d.at("measured")))});
-      steps.x = {text(d, "response"), text(d, "unit"), false, {}, {}};
-      steps.samples.push_back({"experiment", numbers(d.at("measured"))});
+    by_class = d.at("by_class").get<bool>();
+    // A set whose runs have ended early may have fewer classes.
+    if (const auto classes = d.at("classes").get<std::vector<std::string>>();
+        classes.size() > bars.categories.size())
+      bars.categories = classes;
+    if (response.empty()) {
+      response = text(d, "response");
+      bars.x_label = response;
+      steps.x = {response, text(d, "unit"), false, {}, {}};
+      measured = !d.at("measured").empty();
+      if (measured) {
+        bars.series.push_back({"experiment", shares_of(numbers(d.at("measured")))});
+        steps.samples.push_back({"experiment", numbers(d.at("measured"))});
+      }
     }
-    bars.series.push_back({text(*c, "parameter_set"), shares(numbers(d.at("simulated")))});
+    bars.series.push_back({text(*c, "parameter_set"), shares_of(numbers(d.at("simulated"))),
+                           numbers(d.at("deviation"))});
     steps.samples.push_back({text(*c, "parameter_set"), numbers(d.at("simulated"))});
-    seen += fmt::format("{}: distance {}, probability {}. ", text(*c, "parameter_set"),
-                        page::number_text(number(d, "distance"), 3),
-                        page::number_text(number(d, "p_value"), 2));
-    steps.y_label = d.at("by_class").get<bool>() ? "" : "share at or below";
+    if (measured)
+      seen += fmt::format("{}: distance {}, probability {}. ", text(*c, "parameter_set"),
+                          page::number_text(number(d, "distance"), 3),
+                          page::number_text(number(d, "p_value"), 2));
   }
-  if (seen.empty()) return;
-  content.figure({steps.y_label.empty() ? plots::draw(bars) : plots::draw(steps),
-                  "Experiment beside all runs together.", seen});
+  if (response.empty()) return;
+  for (plots::BarSeries& series : bars.series) {
+    series.values.resize(bars.categories.size());
+    if (!series.errors.empty()) series.errors.resize(bars.categories.size());
+  }
+  const std::string scatter =
+      by_class ? " Bars: one standard deviation of a single run's share." : "";
+  content.figure({by_class ? plots::draw(bars) : plots::draw(steps),
+                  (measured ? "Experiment beside all runs together."
+                            : "All runs together; the experiment's numbers are not here.") +
+                      scatter,
+                  response + ": " + (seen.empty() ? "simulation alone" : seen)});
+}
+
+// What numerics and variants change, as shares of what was there before.
+void choices_content(const Sets& sets, page::Content& content) {
+  plots::IntervalPlot plot;
+  plot.x = {"change, with 95 % interval", "%", false, {}, {}};
+  plot.vertical = {{0, ""}};
+  plot.names = {""};
+  page::Table table;
+  table.caption = "Means over the seeds that both have";
+  table.columns = {{"response", ""}, {"choice", ""},  {"before", ""}, {"with it", ""},
+                   {"unit", ""},     {"change", "%"}, {"seeds", ""}};
+  std::string seen;
+  for (const Json* c : sets) {
+    if (!c->contains("choices")) continue;
+    for (const Json& r : c->at("choices")) {
+      const double before = number(r, "before"), after = number(r, "after");
+      const double percent = 100 / std::abs(before);
+      const double change = (after - before) * percent, error = number(r, "error") * percent;
+      table.rows.push_back({text(r, "response"), text(r, "choice"), Cell(before), Cell(after),
+                            text(r, "unit"),
+                            std::isfinite(error) ? Cell::measured(change, error) : Cell(change, 3),
+                            Cell(number(r, "seeds"), 3)});
+      if (!std::isfinite(change)) continue;
+      const double reach = std::isfinite(error) ? 2 * error : 0;
+      plot.rows.push_back({fmt::format("{}: {}", text(r, "choice"), text(r, "response")),
+                           {plots::Interval{change - reach, change + reach, change}}});
+      seen += fmt::format("{} with {}: {} %. ", text(r, "response"), text(r, "choice"),
+                          page::measured_text(change, error));
+    }
+  }
+  if (!plot.rows.empty())
+    content.figure({plots::draw(plot), "What each choice changes, in per cent.", seen});
+  content.table(table);
 }
 
 void damage_content(const Sets& sets, page::Content& content) {
@@ -271,6 +326,7 @@ void comparison_section(const Sets& sets, page::Page& page) {
   if (kind == "claims") distribution_content(sets, content);
   if (kind == "damage") damage_content(sets, content);
   if (kind == "softening") softening_content(sets, content);
+  if (kind == "choices") choices_content(sets, content);
   std::vector<std::string> caveats;
   for (const Json* c : sets)
     for (const Json& caveat : c->at("caveats"))
@@ -343,7 +399,8 @@ void runs_section(const Json& results, page::Page& page) {
                    {"ended", ""},      {"wall time", "s"}, {"key", ""}};
   for (const Json& e : results.at("experiments"))
     for (const Json& r : e.at("runs"))
-      table.rows.push_back({text(e, "name"), text(r, "parameter_set"), text(r, "purpose"),
+      table.rows.push_back({text(e, "name"), text(r, "parameter_set"),
+                            text(r, "variant").empty() ? text(r, "purpose") : text(r, "variant"),
                             Cell(number(r, "seed"), 6), text(r, "status"),
                             Cell(number(r, "wall"), 3), text(r, "key")});
   page::Content& content = page.section("Runs and commands", "runs");

@@ -25,13 +25,14 @@ const char* to_string(ValidationVerdict verdict);
 
 // The runs of one experiment with one parameter set and one choice of numerics, in order of seeds.
 struct RunGroup {
-  enum class Purpose { base, input, timestep, stiffness };
+  enum class Purpose { base, input, timestep, stiffness, variant };
   std::size_t experiment = 0, parameter_set = 0;
   Purpose purpose = Purpose::base;
-  double setting = 0;  // time step, s, or Young's modulus, Pa, of all groups but base and input
+  double setting = 0;  // time step, s, or Young's modulus, Pa, of groups of these purposes
   std::vector<std::uint64_t> seeds;
   std::vector<std::string> keys;
   std::vector<JobResult> results;
+  std::size_t variant = 0;  // of the experiment's, of groups of this purpose
 
   // Of the finished runs.
   std::vector<const JobResult*> finished() const;
@@ -50,11 +51,16 @@ struct Evidence {
   std::vector<const RunGroup*> stiffness;   // ascending modulus, without the base
   double base_modulus = 0;                  // Pa; 0: not known
   const MaterialRecord* material = nullptr;
+  struct Other {
+    const Variant* what = nullptr;
+    const RunGroup* runs = nullptr;
+  };
+  std::vector<Other> variants = {};
 };
 
 // One part of the uncertainty of a difference, one standard deviation.
 struct UncertaintyPart {
-  std::string name;             // "seeds", "time step", "stiffness", "input", "experiment"
+  std::string name;  // "seeds", "time step", "stiffness", "input", "experiment", or a variant's
   std::optional<double> value;  // nothing: not looked at
   std::string how;
 };
@@ -80,12 +86,13 @@ struct ClaimResult {
 };
 
 // Values or counts of an experiment beside those of all runs together; particles and events are
-// taken as independent of each other.
+// taken as independent of each other. Without the experiment's, what the runs have.
 struct DistributionResult {
   std::string response, unit;
   bool by_class = false;
   std::vector<std::string> classes;         // with
   std::vector<double> measured, simulated;  // counts by class; else values, ascending
+  std::vector<double> deviation;            // by class: of a run's share, over the runs
   double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's
   double p_value = 0;   // of such a distance or a larger one, were both of one distribution
   double area = 0;      // between the cumulative distributions, in `unit`; none by class
@@ -111,6 +118,14 @@ struct SofteningResult {
   std::string word;       // what to make of it
 };
 
+// What another choice of numerics or of the instrument does to a response.
+struct ChoiceResult {
+  std::string response, unit, choice;
+  int seeds = 0;                 // that both have finished
+  double before = 0, after = 0;  // means over these
+  double error = 0;              // of their difference, one standard deviation; NaN: one seed
+};
+
 struct Comparison {
   std::string name, title, note, experiment, parameter_set;
   ComparisonKind kind = ComparisonKind::value;
@@ -128,6 +143,7 @@ struct Comparison {
   std::optional<WeibullFit> strength;
   Measurement breaking_force;  // of a comparison of damage
   std::vector<SofteningResult> softening;
+  std::vector<ChoiceResult> choices;
 };
 
 // Pure function of its arguments. Throws InputError for responses that runs do not have, or whose

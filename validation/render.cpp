@@ -56,11 +56,17 @@ Json claim_json(const ClaimResult& r) {
 }
 
 Json distribution_json(const DistributionResult& d) {
-  Json j = {{"response", d.response},          {"unit", d.unit},
-            {"by_class", d.by_class},          {"classes", d.classes},
-            {"measured", numbers(d.measured)}, {"simulated", numbers(d.simulated)},
-            {"distance", number(d.distance)},  {"p_value", number(d.p_value)},
+  Json j = {{"response", d.response},
+            {"unit", d.unit},
+            {"by_class", d.by_class},
+            {"classes", d.classes},
+            {"measured", numbers(d.measured)},
+            {"simulated", numbers(d.simulated)},
+            {"deviation", numbers(d.deviation)},
             {"verdict", to_string(d.verdict)}};
+  if (d.measured.empty()) return j;
+  j["distance"] = number(d.distance);
+  j["p_value"] = number(d.p_value);
   if (!d.by_class) j["area"] = {{"value", number(d.area)}, {"p_value", number(d.area_p_value)}};
   return j;
 }
@@ -95,6 +101,13 @@ Json softening_json(const SofteningResult& s) {
           {"word", s.word}};
 }
 
+Json choice_json(const ChoiceResult& c) {
+  return {{"response", c.response},     {"unit", c.unit},
+          {"choice", c.choice},         {"seeds", c.seeds},
+          {"before", number(c.before)}, {"after", number(c.after)},
+          {"error", number(c.error)}};
+}
+
 Json comparison_json(const Comparison& c) {
   Json j = {{"name", c.name},
             {"title", c.title},
@@ -122,6 +135,7 @@ Json comparison_json(const Comparison& c) {
                           {"interval_95", interval(c.strength->shape_95)}};
   }
   for (const SofteningResult& s : c.softening) j["softening"].push_back(softening_json(s));
+  for (const ChoiceResult& r : c.choices) j["choices"].push_back(choice_json(r));
   return j;
 }
 
@@ -136,6 +150,9 @@ Json experiment_json(const Validation& v, std::size_t e) {
                            {"parameter_set", v.suite.parameter_sets[group.parameter_set].name},
                            {"purpose", to_string(group.purpose)},
                            {"setting", group.setting},
+                           {"variant", group.purpose == RunGroup::Purpose::variant
+                                           ? experiment.variants[group.variant].name
+                                           : ""},
                            {"seed", group.seeds[i]},
                            {"status", to_string(r.status)},
                            {"reason", r.reason},
@@ -158,6 +175,11 @@ std::string render_table(const Validation& v) {
                           r.claim.statement);
     for (const SofteningResult& s : c.softening)
       text += fmt::format("    {}: {}\n", s.response, s.word);
+    for (const ChoiceResult& r : c.choices)
+      text += fmt::format(
+          "    {} with {}: {:.3g} instead of {:.3g} {} (difference +- {:.2g}, {} "
+          "seeds)\n",
+          r.response, r.choice, r.after, r.before, r.unit, r.error, r.seeds);
     if (!c.would_decide.empty()) text += fmt::format("    would decide: {}\n", c.would_decide);
     for (const std::string& caveat : c.caveats) text += fmt::format("    note: {}\n", caveat);
   }

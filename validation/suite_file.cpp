@@ -68,8 +68,20 @@ Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
   return r;
 }
 
+Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, const Seeds& seeds) {
+  t.allow({"name", "set", "seeds", "numerics"});
+  Variant v;
+  v.name = fresh_name(t, others);
+  v.set = read_set(t);
+  if (v.set.empty())
+    t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
+  v.seeds = seed_list(seeds.first, t.integer("seeds", 1, std::min(3, seeds.count)));
+  v.numerics = t.boolean("numerics", true);
+  return v;
+}
+
 SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Seeds& of_suite) {
-  t.allow({"name", "case", "set", "seeds", "refine"});
+  t.allow({"name", "case", "set", "seeds", "refine", "variants"});
   SuiteExperiment e;
   e.name = fresh_name(t, suite.experiments);
   e.case_file = beside(suite, t.string("case"));
@@ -81,14 +93,17 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   seeds.count = t.integer("seeds", 1, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
   if (t.has("refine")) e.refine = read_refinement(t.required_table("refine"), seeds);
+  for (const TomlTable& v : t.tables("variants"))
+    e.variants.push_back(read_variant(v, e.variants, seeds));
   return e;
 }
 
 ComparisonKind read_kind(const TomlTable& t) {
-  const std::string kind = t.choice("kind", {"value", "claims", "damage", "softening"});
-  if (kind == "value") return ComparisonKind::value;
-  if (kind == "claims") return ComparisonKind::claims;
-  return kind == "damage" ? ComparisonKind::damage : ComparisonKind::softening;
+  const std::string kind = t.choice("kind", {"value", "claims", "damage", "softening", "choices"});
+  for (const auto k : {ComparisonKind::value, ComparisonKind::claims, ComparisonKind::damage,
+                       ComparisonKind::softening})
+    if (kind == to_string(k)) return k;
+  return ComparisonKind::choices;
 }
 
 void read_value(const TomlTable& t, SuiteComparison& c) {
@@ -135,12 +150,11 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   const bool damage = c.kind == ComparisonKind::damage;
   belongs("response", c.kind == ComparisonKind::value);
   belongs("tolerance", c.kind == ComparisonKind::value);
-  belongs("responses", damage || c.kind == ComparisonKind::softening);
+  belongs("responses", damage || !measures(c.kind));
   belongs("expects", damage);
   belongs("real_modulus", c.kind == ComparisonKind::softening);
-  belongs("measurement", c.kind != ComparisonKind::softening);
-  if (c.kind != ComparisonKind::softening)
-    c.measurement = read_measurement(beside(suite, t.string("measurement")));
+  belongs("measurement", measures(c.kind));
+  if (measures(c.kind)) c.measurement = read_measurement(beside(suite, t.string("measurement")));
   switch (c.kind) {
     case ComparisonKind::value:
       read_value(t, c);
@@ -163,6 +177,13 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
                                          "refine.stiffness there",
                                          experiment));
       break;
+    case ComparisonKind::choices:
+      read_operands(t, c);
+      if (found->refine.stiffness.empty() && found->refine.timestep == 0 && found->variants.empty())
+        t.fail("experiment", fmt::format("\"{}\" is simulated in one way only; expected refine or "
+                                         "variants there",
+                                         experiment));
+      break;
   }
   return c;
 }
@@ -179,8 +200,14 @@ const char* to_string(ComparisonKind kind) {
       return "damage";
     case ComparisonKind::softening:
       return "softening";
+    case ComparisonKind::choices:
+      return "choices";
   }
   return "";
+}
+
+bool measures(ComparisonKind kind) {
+  return kind != ComparisonKind::softening && kind != ComparisonKind::choices;
 }
 
 Suite read_suite(const std::string& file) {

@@ -29,27 +29,38 @@ struct Refinement {
   std::vector<std::uint64_t> seeds;
 };
 
+// Runs of the first parameter set with other keys: a coarser mesh, another sampling rate.
+struct Variant {
+  std::string name;
+  std::vector<Override> set;
+  std::vector<std::uint64_t> seeds;
+  bool numerics = true;  // what it changes is uncertainty; else only for comparisons of choices
+};
+
 struct SuiteExperiment {
   std::string name, case_file;
   std::vector<Override> set;
   std::vector<std::uint64_t> seeds;
   Refinement refine;
+  std::vector<Variant> variants = {};
 };
 
 enum class ComparisonKind {
-  value,     // a number against a number
-  claims,    // what was seen, as relations that hold in a run or not
-  damage,    // loads on particles against their breaking force
-  softening  // no measurement: what a reduced stiffness does to responses
+  value,      // a number against a number
+  claims,     // what was seen, as relations that hold in a run or not
+  damage,     // loads on particles against their breaking force
+  softening,  // no measurement: what a reduced stiffness does to responses
+  choices     // no measurement: what numerics and the experiment's variants do to responses
 };
 const char* to_string(ComparisonKind kind);
+bool measures(ComparisonKind kind);  // has a measurement
 
 struct SuiteComparison {
   std::string name, title, note;
   ComparisonKind kind = ComparisonKind::value;
   std::size_t experiment = 0;
   Measurement measurement;             // none for softening
-  std::vector<std::string> responses;  // one for a value; operands for damage and softening
+  std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
   std::optional<double> tolerance;     // of a value: what difference would matter; its unit
   bool expects_damage = true;          // what the experiment's authors say of it
   double real_modulus = 0;             // Pa, for softening

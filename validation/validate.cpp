@@ -63,8 +63,8 @@ class Runner {
   }
 
   void add(std::size_t experiment, std::size_t set, Purpose purpose, double setting,
-           std::vector<std::uint64_t> seeds) {
-    groups_.push_back({experiment, set, purpose, setting, std::move(seeds), {}, {}});
+           std::vector<std::uint64_t> seeds, std::size_t variant = 0) {
+    groups_.push_back({experiment, set, purpose, setting, std::move(seeds), {}, {}, variant});
   }
 
   void plan(std::size_t e, std::size_t p) {
@@ -96,6 +96,8 @@ class Runner {
     std::vector<double> moduli = refine.stiffness;
     std::ranges::sort(moduli);
     for (const double modulus : moduli) add(e, p, Purpose::stiffness, modulus, refine.seeds);
+    for (std::size_t k = 0; k < experiment.variants.size(); ++k)
+      add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
   }
 
   static std::vector<Override> overrides(const SuiteExperiment& experiment, const ParameterSet& set,
@@ -119,6 +121,8 @@ class Runner {
       return {{fmt::format("materials.{}.young_modulus",
                            suite_.experiments[group.experiment].refine.material),
                fmt::format("\"{} Pa\"", group.setting)}};
+    if (group.purpose == Purpose::variant)
+      return suite_.experiments[group.experiment].variants[group.variant].set;
     return {};
   }
 
@@ -175,6 +179,8 @@ class Runner {
       // These exist for the first parameter set only; what they show is taken over to the others.
       if (group.purpose == Purpose::timestep) e.timestep = &group;
       if (group.purpose == Purpose::stiffness) e.stiffness.push_back(&group);
+      if (group.purpose == Purpose::variant)
+        e.variants.push_back({&suite_.experiments[experiment].variants[group.variant], &group});
       if (group.purpose == Purpose::base && group.parameter_set == 0) e.numerics_base = &group;
       if (group.parameter_set != set) continue;
       if (group.purpose == Purpose::base) e.base = &group;
@@ -189,7 +195,7 @@ class Runner {
   void compare_all(Validation& v) const {
     for (const SuiteComparison& what : suite_.comparisons)
       for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p) {
-        if (what.kind == ComparisonKind::softening && p > 0) continue;
+        if (!measures(what.kind) && p > 0) continue;  // about numerics, looked at with the first
         v.comparisons.push_back(
             compare(suite_, what, suite_.parameter_sets[p], evidence(what.experiment, p)));
       }

@@ -30,6 +30,10 @@ timestep = 0.5
 material = "ice"
 stiffness = ["2 MPa", "4 MPa"]
 seeds = 1
+[[experiments.variants]]
+name = "heavier"
+set = { "materials.ice.density" = "1833.4 kg/m^3" }
+seeds = 2
 [[comparisons]]
 name = "mass"
 kind = "value"
@@ -46,6 +50,11 @@ kind = "softening"
 experiment = "fall"
 responses = ["peak_normal_force"]
 real_modulus = "9.2 GPa"
+[[comparisons]]
+name = "choices"
+kind = "choices"
+experiment = "fall"
+responses = ["present_mass"]
 )";
 
 constexpr const char* mass = R"(name = "mass of two boxes"
@@ -93,9 +102,12 @@ TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
   const Outcome o = folder.firn({"validate", "suite.toml", "-o", "out", "--json"});
   ASSERT_EQ(o.status, 0) << o.err;
   const json result = json::parse(o.out);
-  ASSERT_EQ(result["comparisons"].size(), 5u);  // two for both sets, stiffness for the first
+  ASSERT_EQ(result["comparisons"].size(), 6u);  // two for both sets, two for the first alone
   const json& value = result["comparisons"][0];
+  // The variant doubles the mass, and what it changes is taken for uncertainty.
   EXPECT_EQ(value["verdict"], "consistent");
+  EXPECT_EQ(value["value"]["parts"][5]["name"], "heavier");
+  EXPECT_NEAR(value["value"]["parts"][5]["value"], 2 * 916.7 * 8e-6, 1e-5);
   EXPECT_NEAR(value["value"]["simulated"], 2 * 916.7 * 8e-6, 1e-5);
   EXPECT_EQ(value["value"]["runs"], 5);
   EXPECT_NEAR(value["value"]["measured"], 0.0147, 1e-12);
@@ -113,7 +125,12 @@ TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
   EXPECT_EQ(soft["modulus"], json({1e6, 2e6, 4e6}));
   EXPECT_GT(soft["exponent"], 0.2);
   EXPECT_LT(soft["exponent"], 0.8);
-  EXPECT_EQ(result["experiments"][0]["runs"].size(), 13u);
+  const json& choices = result["comparisons"][5]["choices"];
+  ASSERT_EQ(choices.size(), 4u);  // time step, two stiffnesses, the variant
+  EXPECT_EQ(choices[3]["choice"], "heavier");
+  EXPECT_EQ(choices[3]["seeds"], 2);
+  EXPECT_NEAR(choices[3]["after"], 2 * choices[3]["before"].get<double>(), 1e-12);
+  EXPECT_EQ(result["experiments"][0]["runs"].size(), 15u);
   EXPECT_EQ(result, json::parse(read_text(folder.path() / "out/results.json")));
 
   const Outcome again =
@@ -165,6 +182,10 @@ TEST(ValidateCommand, RefusesInOneLine) {
   refused("responses = [\"peak_normal_force\"]", "", "is missing");
   refused("name = \"claims\"", "name = \"mass\"", "is taken already");
   refused("stiffness = [\"2 MPa\", \"4 MPa\"]", "stiffness = [\"2 m\"]", "stiffness");
+  refused("name = \"heavier\"\nset = {", "name = \"heavier\"\nset_ = {", "set_");
+  refused("{ \"materials.ice.density\" = \"1833.4 kg/m^3\" }", "{}", "expected what differs");
+  refused("{ \"materials.ice.density\"", "{ \"materials.ice.densty\"", "densty");
+  refused("responses = [\"present_mass\"]", "tolerance = \"1 kg\"", "does not go with");
   EXPECT_EQ(folder.firn({"validate", "none.toml"}).status, 2);
 }
 

@@ -57,7 +57,8 @@ Validation example() {
       {"h", "Height", "", K::value, 0, number, {"height"}, {}, true, 0},
       {"w", "Words", "", K::claims, 0, words, {}, {}, true, 0},
       {"d", "Damage", "", K::damage, 0, strength, {"opposed_loads"}, {}, true, 0},
-      {"s", "Stiffness", "", K::softening, 0, {}, {"height"}, {}, true, 9.2e9}};
+      {"s", "Stiffness", "", K::softening, 0, {}, {"height"}, {}, true, 9.2e9},
+      {"c", "Choices", "", K::choices, 0, {}, {"height"}, {}, true, 0}};
   for (std::size_t p = 0; p < 2; ++p) {
     RunGroup base{0, p, RunGroup::Purpose::base, 0, {1, 2, 3}, {"k1", "k2", "k3"}, {}};
     for (int i = 0; i < 3; ++i)
@@ -97,6 +98,7 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   EXPECT_THAT(html, Not(HasSubstr("<far>")));
   EXPECT_THAT(html, HasSubstr("weakest test"));
   EXPECT_THAT(html, HasSubstr("Grows as E"));
+  EXPECT_THAT(html, HasSubstr("Young&#39;s modulus 0.1 GPa"));
   EXPECT_THAT(html, HasSubstr("firn validate example.toml"));
   EXPECT_THAT(html, HasSubstr("k4"));
   // Nothing is fetched: no address but the name of SVG's namespace.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/batch/operand.h"
+#include "experiments/small_samples.h"
 
 namespace firn {
 namespace {
@@ -100,6 +101,44 @@ TEST_F(Comparisons, JudgeByDifferenceUncertaintyAndTolerance) {
   EXPECT_THAT(result().would_decide, HasSubstr("more than one run"));
 }
 
+TEST_F(Comparisons, OfAValueCountNumericalVariantsOnly) {
+  const RunGroup base = group(RunGroup::Purpose::base, {9, 10, 11});
+  const RunGroup coarse = group(RunGroup::Purpose::variant, {9.5, 10.5, 11.5});
+  const Variant mesh{"68 facets", {{"shapes.cube.facets", "68"}}, {1, 2, 3}, true};
+  const Variant other{"slower sampling", {{"a.b", "1"}}, {1, 2, 3}, false};
+  evidence.base = evidence.numerics_base = &base;
+  evidence.variants = {{&mesh, &coarse}, {&other, &coarse}};
+  const Comparison c = result();
+  ASSERT_EQ(c.value->parts.size(), 6u);
+  EXPECT_EQ(c.value->parts.back().name, "68 facets");
+  EXPECT_NEAR(*c.value->parts.back().value, 0.5, 1e-12);
+}
+
+TEST_F(Comparisons, OfChoicesTellWhatStandsOutFromTheSeeds) {
+  const RunGroup base = group(RunGroup::Purpose::base, {9, 10, 11, 12});
+  const RunGroup half = group(RunGroup::Purpose::timestep, {9.1, 9.9, 11.1}, 5e-6);
+  const RunGroup stiff = group(RunGroup::Purpose::stiffness, {20, 21.1, 22}, 1e8);
+  RunGroup broken = group(RunGroup::Purpose::variant, {9});
+  broken.results[0].status = JobStatus::failed;
+  const Variant variant{"broken", {{"a.b", "1"}}, {1}, false};
+  what.kind = ComparisonKind::choices;
+  evidence = {&base, nullptr, &base, &half, {&stiff}, 1e7, nullptr};
+  evidence.variants = {{&variant, &broken}};
+  const Comparison c = result();
+  EXPECT_EQ(c.verdict, ValidationVerdict::information);
+  ASSERT_EQ(c.choices.size(), 2u);
+  EXPECT_EQ(c.choices[0].choice, "time step 5 us");
+  EXPECT_EQ(c.choices[0].seeds, 3);
+  EXPECT_NEAR(c.choices[0].before, 10, 1e-12);  // over the seeds that both have
+  EXPECT_NEAR(c.choices[0].after - c.choices[0].before, 0.1 / 3, 1e-12);
+  const double sd = std::sqrt((0.1 * 0.1 + 0.1 * 0.1 + 0.1 * 0.1 - 0.1 * 0.1 / 3) / 2);
+  // Three differences: the variance of their mean widened by Student's.
+  EXPECT_NEAR(c.choices[0].error, std::sqrt(widened(sd * sd / 3, 2)), 1e-12);
+  EXPECT_THAT(c.headline, HasSubstr("1 of 2 changes stand out"));
+  EXPECT_THAT(c.headline, HasSubstr("from 10 deg to 21 deg with Young's modulus 0.1 GPa"));
+  EXPECT_THAT(c.caveats, testing::Contains("broken: no run finished"));
+}
+
 TEST_F(Comparisons, RefuseTheMeasurementThatTheParametersWereFittedTo) {
   const RunGroup base = group(RunGroup::Purpose::base, {10, 10.2, 9.8});
   MaterialRecord record;
@@ -181,6 +220,12 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   what.measurement.data = data;
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
   EXPECT_THAT(result().caveats, testing::Contains(HasSubstr("as counts.csv they would be")));
+  // Without the experiment's numbers the runs' own are there all the same, and judge nothing.
+  ASSERT_TRUE(result().distribution);
+  EXPECT_EQ(result().distribution->verdict, ValidationVerdict::information);
+  EXPECT_THAT(result().distribution->simulated, testing::ElementsAre(180, 60));
+  EXPECT_THAT(result().distribution->deviation, testing::ElementsAre(0, 0));
+  EXPECT_THAT(result().distribution->classes, testing::ElementsAre("1", "2"));
   data.present = true;
   data.classes = {"left", "right"};
   data.counts = {31, 9};

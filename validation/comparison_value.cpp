@@ -1,0 +1,160 @@
+// A number against a number.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/batch/operand.h"
+#include "experiments/small_samples.h"
+#include "validation/comparison_parts.h"
+
+namespace firn::comparison {
+namespace {
+
+// What a change of numerics does: the difference of the means over the same seeds, or its standard
+// error where that is larger: a change that seeds hide is not known to be smaller.
+UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
+                              const RunGroup& base, const std::string& operand,
+                              const std::string& setting) {
+  if (changed == nullptr) return {name, std::nullopt, "not looked at"};
+  const Change c = change_between(base, *changed, operand);
+  const double difference = c.after - c.before;
+  if (c.seeds == 0) return {name, std::nullopt, setting + ": no run finished"};
+  if (c.seeds == 1)
+    return {name, std::abs(difference),
+            fmt::format("{}: changes by {:.3g} in one run", setting, difference)};
+  return {name, std::max(std::abs(difference), c.error),
+          fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting, difference, c.error,
+                      c.seeds)};
+}
+
+UncertaintyPart seeds_part(const SampleFacts& f) {
+  if (f.count < 2) return {"seeds", std::nullopt, "one run tells no scatter"};
+  return {"seeds", std::sqrt(widened(f.error() * f.error(), f.count - 1)),
+          fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count)};
+}
+
+// What is left of the scatter over draws from the family when that over seeds is taken out.
+UncertaintyPart input_part(const Evidence& e, const std::string& operand, const SampleFacts& base) {
+  if (e.input == nullptr)
+    return {"input", std::nullopt,
+            e.material == nullptr ? "the parameters come without an uncertainty"
+                                  : "not sampled from the material's family"};
+  const SampleFacts f = facts_of(defined(e.input->values(operand)));
+  if (f.count < 2) return {"input", std::nullopt, "fewer than two draws finished"};
+  const double seeds = base.count < 2 ? 0 : base.deviation * base.deviation;
+  const double variance = std::max(0.0, f.deviation * f.deviation - seeds);
+  return {"input", std::sqrt(variance),
+          fmt::format("standard deviation {:.3g} over {} draws from the family, of which seeds "
+                      "explain {:.3g}",
+                      f.deviation, f.count, std::sqrt(seeds))};
+}
+
+bool calibrated_to(const MaterialRecord* material, const Measurement& m) {
+  if (material == nullptr || m.source.empty()) return false;
+  return std::ranges::any_of(material->provenance.measurements, [&](const UsedMeasurement& used) {
+    return used.value == m.value && used.unit == m.unit &&
+           used.source.find(m.source) != std::string::npos;
+  });
+}
+
+const UncertaintyPart& largest_part(const ValueComparison& v) {
+  return *std::ranges::max_element(v.parts, {},
+                                   [](const UncertaintyPart& p) { return p.value.value_or(-1); });
+}
+
+std::string remedy(const ValueComparison& v) {
+  for (const UncertaintyPart& p : v.parts)
+    if (p.name == "seeds" && !p.value) return "more than one run";
+  const std::string& largest = largest_part(v).name;
+  if (largest == "seeds") return "more runs with other seeds: their scatter is the largest part";
+  if (largest == "experiment") return "more repeats of the experiment, each value given";
+  if (largest == "input")
+    return "parameters that are better known: a further bench test in their calibration";
+  if (largest == "time step") return "a finer time step: it is the largest part";
+  return fmt::format("finer numerics: \"{}\" is the largest part", largest);
+}
+
+void judge_value(const SuiteComparison& what, Comparison& c) {
+  const ValueComparison& v = *c.value;
+  const double expanded = 2 * v.uncertainty, off = std::abs(v.difference);
+  const bool seeds_known = v.parts.front().value.has_value();
+  c.headline = fmt::format(
+      "simulated {}, measured {}: {} by {} +- {}", with_unit(v.simulation.mean, v.unit),
+      with_unit(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
+      with_unit(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit), with_unit(expanded, v.unit));
+  if (!seeds_known) {
+    c.verdict = ValidationVerdict::not_enough_data;
+  } else if (what.tolerance && off + expanded <= *what.tolerance) {
+    c.verdict = ValidationVerdict::consistent;
+    c.headline += fmt::format(", within {}", with_unit(*what.tolerance, v.unit));
+  } else if (off > expanded) {
+    c.verdict = ValidationVerdict::inconsistent;
+  } else if (what.tolerance && expanded > *what.tolerance) {
+    c.verdict = ValidationVerdict::not_enough_data;
+    c.headline +=
+        fmt::format(", too uncertain to tell within {}", with_unit(*what.tolerance, v.unit));
+  } else {
+    c.verdict = ValidationVerdict::consistent;
+    c.headline +=
+        fmt::format("; a difference of {} could hide in this", with_unit(off + expanded, v.unit));
+  }
+  if (c.verdict == ValidationVerdict::not_enough_data) c.would_decide = remedy(v);
+}
+
+}  // namespace
+
+void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+  const Measurement& m = what.measurement;
+  const std::string& response = what.responses.front();
+  require_unit(response, *e.base, m);
+  ValueComparison v;
+  v.unit = m.unit;
+  const std::vector<double> all = e.base->values(response);
+  v.samples = defined(all);
+  if (const std::size_t missing = all.size() - v.samples.size(); missing > 0)
+    c.caveats.push_back(fmt::format(
+        "{} of {} runs did not come to the point where the response is read: the mean is of the "
+        "others",
+        missing, all.size()));
+  v.simulation = facts_of(v.samples);
+  v.measured = m.value;
+  if (v.samples.empty()) {
+    c.headline = "no run gave the response";
+    c.would_decide = "runs that finish";
+    return;
+  }
+  const std::string half =
+      e.timestep == nullptr ? "" : fmt::format("time step {:.3g} us", e.timestep->setting * 1e6);
+  const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
+  const std::string stiff =
+      stiffest == nullptr ? ""
+                          : fmt::format("Young's modulus {:.3g} GPa", stiffest->setting * 1e-9);
+  v.parts = {seeds_part(v.simulation),
+             numerics_part("time step", e.timestep, *e.numerics_base, response, half),
+             numerics_part("stiffness", stiffest, *e.numerics_base, response, stiff),
+             input_part(e, response, v.simulation),
+             {"experiment", m.believed_uncertainty(), m.sentence()}};
+  for (const Evidence::Other& other : e.variants)
+    if (other.what->numerics)
+      v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response,
+                                      other.what->name));
+  v.difference = v.simulation.mean - v.measured;
+  for (const UncertaintyPart& p : v.parts) {
+    v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
+    if (!p.value && p.name != "seeds") c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));
+  }
+  if (const auto band = distribution_of(m)) v.area = area_metric(v.samples, *band);
+  c.value = v;
+  judge_value(what, c);
+  if (calibrated_to(e.material, m)) {
+    c.verdict = ValidationVerdict::not_independent;
+    c.headline += fmt::format(
+        "; but {} was calibrated to this measurement, which therefore cannot "
+        "validate it",
+        e.material->reference());
+    c.would_decide = "another measurement";
+  }
+}
+
+}  // namespace firn::comparison
