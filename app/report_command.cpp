@@ -1,5 +1,6 @@
 // firn report: a page for people from what has been computed.
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <fstream>
@@ -19,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string path, output;
+  std::string path, output, figures;
   bool json = false;
 };
 
@@ -55,10 +56,15 @@ int make_report(const Arguments& a) {
   const Report report = report_of(a.path);
   const std::string output = a.output.empty() ? report.output.string() : a.output;
   report.page.write(output);
+  std::vector<std::string> figures;
+  if (!a.figures.empty()) figures = report.page.write_figures(a.figures);
+  nlohmann::json done = {{"report", output}};
+  if (!a.figures.empty()) done["figures"] = figures;
   if (a.json)
-    fmt::print("{}\n", nlohmann::json{{"report", output}}.dump());
+    fmt::print("{}\n", done.dump());
   else
-    fmt::print("{}\n", output);
+    fmt::print("{}\n{}", output,
+               figures.empty() ? "" : fmt::format("{}\n", fmt::join(figures, "\n")));
   return ExitStatus::done;
 }
 
@@ -78,6 +84,9 @@ void add_report_command(CLI::App& app, int& status) {
       ->add_option("-o,--output", a->output,
                    "The page; by default RUN.html, or report.html in the folder")
       ->type_name("PAGE.html");
+  command
+      ->add_option("--figures", a->figures, "Also write every plot as an SVG file into this folder")
+      ->type_name("FOLDER");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->callback([a, &status] { status = make_report(*a); });
 }

@@ -89,6 +89,17 @@ std::string slug(const std::string& title) {
   return result.empty() ? "section" : result;
 }
 
+// A plot whose colours the page names gets them itself, and a white ground.
+std::string standing_alone(const std::string& svg) {
+  const std::string_view css = asset("page.css");
+  const std::size_t from = css.find(":root"), to = css.find('}', from);
+  const std::size_t tag = svg.find('>');
+  return fmt::format(
+      "{0}>\n<style>{1}}} svg {{ background: #fff; font-family: \"DejaVu Sans\", sans-serif; "
+      "}}</style>\n{2}\n",
+      svg.substr(0, tag), css.substr(from, to - from), svg.substr(tag + 1));
+}
+
 std::string figure_html(const Figure& figure) {
   return fmt::format(
       "<figure><div class=\"plot\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
@@ -260,6 +271,7 @@ Content& Content::code(const std::string& text, const std::string& caption) {
 Content& Content::fold(const std::string& summary, const Content& content, bool open) {
   html_ += fmt::format("<details{}><summary>{}</summary>\n{}</details>\n", open ? " open" : "",
                        escaped(summary), content.html_);
+  drawings_.insert(drawings_.end(), content.drawings_.begin(), content.drawings_.end());
   return *this;
 }
 
@@ -316,6 +328,26 @@ std::string Page::html() const {
   fmt::format_to(to, "</main>\n<footer>{}</footer>\n<script>{}</script>\n{}</body></html>\n",
                  escaped(footer_), asset("page.js"), scripts_);
   return fmt::to_string(out);
+}
+
+std::vector<std::string> Page::write_figures(const std::string& folder) const {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  std::vector<std::string> files;
+  const auto write_all = [&](const std::string& name, const std::vector<std::string>& drawings) {
+    for (std::size_t k = 0; k < drawings.size(); ++k) {
+      const std::string number = k == 0 ? "" : fmt::format("-{}", k + 1);
+      files.push_back((std::filesystem::path(folder) / (name + number + ".svg")).string());
+      std::ofstream out(files.back());
+      out << standing_alone(drawings[k]);
+      if (!out.flush())
+        throw InputError(
+            fmt::format("{}: cannot be written; expected a folder for figures", files.back()));
+    }
+  };
+  write_all("summary", top_.drawings());
+  for (const Section& section : sections_) write_all(section.anchor, section.content.drawings());
+  return files;
 }
 
 void Page::write(const std::string& file) const {

@@ -98,9 +98,11 @@ class Content {
 
   const std::string& html() const { return html_; }
   bool empty() const { return html_.empty(); }
+  const std::vector<std::string>& drawings() const { return drawings_; }  // the figures' <svg>
 
  private:
   std::string html_;
+  std::vector<std::string> drawings_;
 };
 
 class Page {
@@ -120,6 +122,9 @@ class Page {
   std::string html() const;
   // Replaces an older file in one go. Throws InputError unless FILE.html can be written.
   void write(const std::string& file) const;
+  // Every figure as an SVG file of its own, in the colours of day on white: <section>.svg,
+  // <section>-2.svg, ... Makes the folder; throws InputError where it cannot. The files' names.
+  std::vector<std::string> write_figures(const std::string& folder) const;
 
  private:
   struct Section {

@@ -23,6 +23,20 @@ TEST(ReportCommand, APageOfARunLiesBesideIt) {
   EXPECT_TRUE(folder.contains("other.html"));
 }
 
+TEST(ReportCommand, PlotsAreFilesOfTheirOwn) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "two.h5"}).status, 0);
+  const Outcome o = folder.firn({"report", "two.h5", "--figures", "plots"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(o.out, HasSubstr("plots/energy.svg\n"));
+  const std::string svg = read_text(folder.path() / "plots/energy.svg");
+  EXPECT_THAT(svg, HasSubstr("--series-1: #"));  // as the page has it, without the page
+  EXPECT_THAT(svg, testing::EndsWith("</svg>\n"));
+  folder.write("taken", "a file\n");
+  EXPECT_EQ(folder.firn({"report", "two.h5", "--figures", "taken"}).status, 2);
+}
+
 TEST(ReportCommand, WhatIsNoResultsFileIsOneLineOfAnError) {
   const Folder folder;
   folder.write("text.h5", "no results\n");
