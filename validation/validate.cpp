@@ -73,7 +73,7 @@ class Runner {
     const Case base = read_case(experiment.case_file, overrides(experiment, set, 1, {}),
                                 {request(set, {}), options_.database});
     add(e, p, Purpose::base, 0, experiment.seeds);
-    if (set.samples > 0) {
+    if (set.samples > 0 && has_value(e)) {
       // Other draws, other seeds: what seeds do is taken out of their scatter.
       std::vector<std::uint64_t> seeds;
       for (int k = 0; k < set.samples; ++k)
@@ -98,6 +98,13 @@ class Runner {
     for (const double modulus : moduli) add(e, p, Purpose::stiffness, modulus, refine.seeds);
     for (std::size_t k = 0; k < experiment.variants.size(); ++k)
       add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
+  }
+
+  // Only comparisons of values have a place for the uncertainty of the input.
+  bool has_value(std::size_t experiment) const {
+    return std::ranges::any_of(suite_.comparisons, [&](const SuiteComparison& c) {
+      return c.experiment == experiment && c.kind == ComparisonKind::value;
+    });
   }
 
   static std::vector<Override> overrides(const SuiteExperiment& experiment, const ParameterSet& set,

@@ -224,7 +224,8 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   ASSERT_TRUE(result().distribution);
   EXPECT_EQ(result().distribution->verdict, ValidationVerdict::information);
   EXPECT_THAT(result().distribution->simulated, testing::ElementsAre(180, 60));
-  EXPECT_THAT(result().distribution->deviation, testing::ElementsAre(0, 0));
+  EXPECT_THAT(result().distribution->deviation,
+              testing::Pointwise(testing::DoubleNear(1e-12), {0, 0}));
   EXPECT_THAT(result().distribution->classes, testing::ElementsAre("1", "2"));
   data.present = true;
   data.classes = {"left", "right"};
