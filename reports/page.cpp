@@ -96,7 +96,7 @@ std::string standing_alone(const std::string& svg) {
   const std::size_t tag = svg.find('>');
   return fmt::format(
       "{0}>\n<style>{1}}} svg {{ background: #fff; font-family: \"DejaVu Sans\", sans-serif; "
-      "}}</style>\n{2}\n",
+      "}}</style>\n{2}",
       svg.substr(0, tag), css.substr(from, to - from), svg.substr(tag + 1));
 }
 
@@ -251,12 +251,13 @@ Content& Content::table(const Table& table) {
 
 Content& Content::figure(const Figure& figure) {
   html_ += figure_html(figure);
+  drawings_.push_back(figure.svg);
   return *this;
 }
 
 Content& Content::figures(const std::vector<Figure>& figures) {
   html_ += "<div class=\"figures\">\n";
-  for (const Figure& figure : figures) html_ += figure_html(figure);
+  for (const Figure& one : figures) figure(one);
   html_ += "</div>\n";
   return *this;
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
+#include <set>
 
 #include "reports/plots.h"
 
@@ -54,6 +56,44 @@ std::vector<double> column(const std::vector<double>& rows, std::size_t width, s
   std::vector<double> values;
   for (std::size_t i = k; i < rows.size(); i += width) values.push_back(rows[i]);
   return values;
+}
+
+// How far something has turned, in degrees within one turn, from its orientations [T, 4] (w x y z).
+// NaN once it is gone. Empty where it turns too fast for its frames to tell, or not at all.
+std::vector<double> turned(const std::vector<double>& orientations) {
+  constexpr double too_fast = 150, nothing = 1;  // deg
+  std::vector<double> angle;
+  double sum = 0, farthest = 0;
+  std::optional<Quat> before;
+  Vec3 axis = Vec3::Zero();
+  for (std::size_t i = 0; i + 3 < orientations.size(); i += 4) {
+    const Quat q(orientations[i], orientations[i + 1], orientations[i + 2], orientations[i + 3]);
+    if (before && std::isfinite(q.w())) {
+      const Eigen::AngleAxisd step(q * before->conjugate());
+      if (step.angle() * 180 / std::numbers::pi > too_fast) return {};
+      if (axis.isZero() && step.angle() > 1e-9) axis = step.axis();
+      sum += step.angle() * 180 / std::numbers::pi * (step.axis().dot(axis) < 0 ? -1 : 1);
+      farthest = std::max(farthest, std::abs(sum));
+    }
+    if (std::isfinite(q.w())) before = q;
+    angle.push_back(std::isfinite(q.w()) ? std::fmod(sum, 360) : std::nan(""));
+  }
+  return farthest > nothing ? angle : std::vector<double>();
+}
+
+// Boundaries on a motion frame that turns them, one of each frame; and those that turn alone.
+std::vector<page::Figure> angle_figures(const Recording& recording, const Case& c) {
+  std::vector<plots::Series> series;
+  std::set<int> seen;
+  for (const Boundary& b : c.model.boundaries) {
+    const int frame = b.frame;
+    if (frame >= 0 && !seen.insert(frame).second) continue;
+    const std::vector<double> angle =
+        turned(recording.series("/boundaries/" + b.name + "/orientation"));
+    if (!angle.empty()) series.push_back(curve(b.name, recording, angle));
+  }
+  if (series.empty()) return {};
+  return {over_time("angle within one turn", "deg", series, "Boundaries that turn: how far.")};
 }
 
 page::Figure passages_over_time(const std::map<std::string, std::vector<double>>& sorted,
@@ -183,7 +223,7 @@ std::vector<page::Figure> load_figures(const Recording& recording, const Case& c
 }
 
 std::vector<page::Figure> motion_figures(const Recording& recording, const Case& c) {
-  std::vector<page::Figure> figures;
+  std::vector<page::Figure> figures = angle_figures(recording, c);
   for (const MotionFrame& frame : c.model.frames) {
     const std::string group = "/motion_frames/" + frame.name;
     if (frame.free && recording.contains(group + "/coordinate")) {

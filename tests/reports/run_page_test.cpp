@@ -59,6 +59,13 @@ kind = "box"
 position = "0.5 0 0.2 m"
 size = "0.1 0.3 0.3 m"
 motions = [{ kind = "translation", velocity = "0.1 0 0 m/s" }]
+[[boundaries]]
+name = "wheel"
+material = "ice"
+kind = "box"
+position = "0.9 0 0.2 m"
+size = "0.1 0.3 0.3 m"
+motions = [{ kind = "rotation", axis = [0, 0, 1], angular_velocity = "-90 deg/s" }]
 [output]
 frames_every = "10 ms"
 )";
@@ -112,6 +119,13 @@ TEST_F(RunPage, LeavesFramesOutToKeepTheBudget) {
   EXPECT_LT(some.frames, all.frames);
   EXPECT_GT(some.frames, 2U);
   expect_in(small.html(), "of the 61 frames");
+}
+
+TEST_F(RunPage, TellsHowFarWhatTurnsHasTurned) {
+  const Recording recording(file());
+  const std::vector<page::Figure> figures = motion_figures(recording, recording.read_case());
+  ASSERT_EQ(figures.size(), 1U);  // the panel only slides
+  EXPECT_EQ(figures[0].alt, "angle within one turn against time: wheel at most 54 deg");
 }
 
 TEST(RunPlots, DrawingKeepsPeaks) {
