@@ -78,7 +78,7 @@ void ValidationReplays::add(const std::string& experiment, const std::string& an
   }
   --waiting_;
   if (watch.empty()) return;
-  content.html("<div class=\"screen-only\">\n");
+  content.html("<div class=\"replay-watch\">\n");
   content.heading("Watch it");
   content.html(watch.html() + "</div>\n");
 }

@@ -69,7 +69,7 @@ const FirnReplay = (() => {
       this.facts = make('dl', {'aria-live': 'polite'});
       const act = (text, does) => make('button', {type: 'button', click: does}, text);
       const side = make('div', {class: 'replay-side'},
-          make('fieldset', {}, make('legend', {}, 'Colours'), make('label', {}, 'by ', this.colour), this.legend),
+          make('fieldset', {class: 'replay-colours'}, make('legend', {}, 'Colours'), make('label', {}, 'by ', this.colour), this.legend),
           make('fieldset', {}, make('legend', {}, 'Boundaries'), this.walls,
                make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
           make('fieldset', {}, make('legend', {}, 'One particle'),

@@ -105,6 +105,7 @@ const FirnReplayMaps = (() => {
       this.legend.replaceChildren();
       this.note.textContent = '';
       this.largest.hidden = !this.range;
+      this.panel.classList.toggle('replay-idle', !this.key);
       if (!this.key) return;
       const targets = this.targets(), field = this.fieldsOf(targets[0]).find((f) => f.key === this.key);
       const triangles = targets.reduce((n, t) => n + t.map.fields[0].values.length, 0);
