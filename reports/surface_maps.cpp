@@ -22,27 +22,46 @@ Vec3 middle(const TriangleMesh& mesh, const Corners& t) {
   return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
 }
 
-// Corners that lie in the same cube of a lattice and face the same way, as one of them: the first.
-// The two sides of a thin wall stay two.
+// Corners that lie in the same cube of a lattice and face the same way, as one of them: the
+// sharpest. The two sides of a thin wall stay two, and edges keep to themselves, so that they stay
+// where they are.
 class Clusters {
  public:
   Clusters(const TriangleMesh& mesh, double edge) : of_(mesh.vertices.size()) {
     std::vector<Vec3> facing(mesh.vertices.size(), Vec3::Zero());
-    for (const Corners& t : mesh.triangles)
-      for (const int v : t) facing[v] += area_vector(mesh, t);
-    std::map<std::array<long, 4>, int> known;
-    for (std::size_t v = 0; v < of_.size(); ++v) {
-      int axis = 0;
-      facing[v].cwiseAbs().maxCoeff(&axis);
-      std::array<long, 4> cell{};
-      for (int k = 0; k < 3; ++k) cell[k] = std::lround(mesh.vertices[v][k] / edge);
-      cell[3] = facing[v][axis] < 0 ? axis : axis + 3;
-      of_[v] = known.emplace(cell, static_cast<int>(v)).first->second;
+    std::vector<double> area(mesh.vertices.size(), 0), sharpness;
+    for (const Corners& t : mesh.triangles) {
+      const Vec3 a = area_vector(mesh, t);
+      for (const int v : t) {
+        facing[v] += a;
+        area[v] += a.norm();
+      }
     }
+    std::map<std::array<long, 6>, std::size_t> known;  // the sharpest of each cluster
+    std::vector<std::array<long, 6>> key;
+    for (std::size_t v = 0; v < of_.size(); ++v) {
+      sharpness.push_back(area[v] > 0 ? 1 - facing[v].norm() / area[v] : 0);
+      key.push_back(key_of(mesh.vertices[v] / edge, facing[v].normalized(), sharpness[v]));
+      std::size_t& best = known.emplace(key[v], v).first->second;
+      if (sharpness[v] > sharpness[best] + 1e-9) best = v;
+    }
+    for (std::size_t v = 0; v < of_.size(); ++v) of_[v] = static_cast<int>(known.at(key[v]));
   }
   Corners of(const Corners& t) const { return {of_[t[0]], of_[t[1]], of_[t[2]]}; }
 
  private:
+  // The cube, and which way: on an edge by the signs of the direction, elsewhere along which axis.
+  static std::array<long, 6> key_of(const Vec3& place, const Vec3& facing, double sharpness) {
+    std::array<long, 6> key{};
+    for (int k = 0; k < 3; ++k) key[k] = std::lround(place[k]);
+    int axis = 0;
+    facing.cwiseAbs().maxCoeff(&axis);
+    for (int k = 0; k < 3; ++k)
+      if (sharpness > 0.1 ? std::abs(facing[k]) > 0.2 : k == axis)
+        key[3 + k] = (sharpness > 0.1 ? 2 : 1) * (facing[k] < 0 ? -1 : 1);
+    return key;
+  }
+
   std::vector<int> of_;
 };
 
@@ -174,14 +193,18 @@ MapField over_run(const BoundaryLoads& loads, const TriangleField& field) {
   return out;
 }
 
+// The smallest first: what they leave is for the others.
 std::vector<SurfaceMap> within(std::vector<SurfaceMap> maps, std::size_t most) {
-  std::size_t all = 0;
+  std::vector<SurfaceMap*> order;
   for (SurfaceMap& map : maps) {
     map.computed = map.mesh.triangles.size();
-    all += map.computed;
+    order.push_back(&map);
   }
-  if (all > most)
-    for (SurfaceMap& map : maps) map = coarsened(map, map.computed * most / all);
+  std::ranges::stable_sort(order, {}, [](const SurfaceMap* map) { return map->computed; });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    *order[i] = coarsened(*order[i], most / (order.size() - i));
+    most -= std::min(most, order[i]->mesh.triangles.size());
+  }
   return maps;
 }
 

@@ -26,7 +26,7 @@ struct SurfaceMap {
 };
 
 // Of the watched boundaries, over all intervals; of the shapes, over all particles of each. At most
-// `most` triangles over all of them together, each in proportion. None where the case asked for
+// `most` triangles over all of them together. None where the case asked for
 // none.
 std::vector<SurfaceMap> boundary_maps(const Recording& recording, std::size_t most);
 std::vector<SurfaceMap> shape_maps(const Recording& recording, std::size_t most);

@@ -19,7 +19,7 @@ const FirnReplay = (() => {
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
       if (this.view.slow) [this.fine, this.ratio] = [1, 0.75];
       this.listBoundaries();
-      this.maps = new FirnReplayMaps.Maps(replay, this.view, () => this.ask());
+      this.maps = new FirnReplayMaps.Maps(replay, this.view, () => this.ask(), (b, wanted) => this.want(b, wanted));
       if (this.maps.there) this.walls.parentElement.after(this.maps.panel);
       this.hand();
       matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask(), {signal: this.over.signal});
@@ -91,12 +91,19 @@ const FirnReplay = (() => {
     listBoundaries() {
       this.boxes = this.view.boundaries.map((boundary, b) => {
         const box = make('input', {type: 'checkbox', checked: '',
-            change: () => { boundary.wanted = box.checked; this.ask(); }});
+            change: () => this.want(b, box.checked)});
         this.walls.append(make('label', {}, box, make('span', {class: 'replay-swatch',
             style: `background: ${boundary.colour}`}), ' ', this.r.boundaries[b].name));
         return box;
       });
       if (!this.boxes.length) this.walls.append('none');
+    }
+
+    want(b, wanted) {
+      const boundary = this.view.boundaries[b];
+      boundary.wanted = this.boxes[b].checked = wanted;
+      boundary.mesh.visible = wanted;  // until the next picture knows better
+      this.ask();
     }
 
     setMode(key) {

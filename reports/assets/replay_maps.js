@@ -35,11 +35,12 @@ const FirnReplayMaps = (() => {
   };
 
   class Maps {
-    // `ask` draws anew.
-    constructor(replay, view, ask) {
+    // `ask` draws anew; `want(body, wanted)` shows or hides a boundary.
+    constructor(replay, view, ask, want) {
       this.r = replay;
       this.view = view;
       this.ask = ask;
+      this.want = want;
       this.shape = -1;  // the scene
       this.key = '';
       this.boundaries = replay.boundaries.map((b, body) => ({...b, body})).filter((b) => b.map);
@@ -137,7 +138,12 @@ const FirnReplayMaps = (() => {
     }
     goToLargest() {
       const place = this.placeOfLargest();
+      if (this.shape < 0) this.want(place.index, true);
       this.view.face(place.index, place.triangle);
+      // Opaque ones in front of it, such as the bucket around an auger, go.
+      for (let hit = this.view.probe(0, 0); this.shape < 0 && hit && hit.index !== place.index; hit = this.view.probe(0, 0)) {
+        this.want(hit.index, false);
+      }
       this.tell(place);
       this.ask();
     }

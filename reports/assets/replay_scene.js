@@ -211,6 +211,7 @@ const FirnReplayScene = (() => {
       geometry.computeBoundingSphere();
       this.orbit.from(face.getMidpoint(new THREE.Vector3()).applyMatrix4(mesh.matrix), normal,
                       2.5 * geometry.boundingSphere.radius);
+      this.orbit.apply(this.camera.aspect);
     }
 
     // The triangle of a map nearest under a point of the picture, or null.

@@ -87,6 +87,24 @@ TEST_F(ReplayPage, MapsAreColouredAndTheirScalesTold) {
   EXPECT_NE(cube.find("per triangle: largest"), std::string::npos);
 }
 
+TEST_F(ReplayPage, TheLargestIsFoundAndItsBoundaryShown) {
+  if (!has_browser()) GTEST_SKIP() << "chromium is not installed: maps are not drawn";
+  const std::string dom = document_of(written(1, R"(
+const root = document.querySelector('.replay');
+const look = () => {
+  if (root.dataset.ready !== 'yes' || !root.querySelector('.replay-map select option:checked').value) {
+    return setTimeout(look, 20);
+  }
+  [...root.querySelectorAll('button')].find((b) => b.textContent === 'Go to the largest').click();
+  document.title = root.querySelector('output.replay-note').value.replace(/[0-9.]+ .?Pa/, 'V') + ' | ' +
+      root.querySelector('.replay-walls input').checked;
+};
+setTimeout(look, 500);
+)"),
+                                      "#t=0.2&map=peak_stress&hide=slab");
+  EXPECT_EQ(title_of(dom), "Here, on \"slab\": V | true");
+}
+
 TEST_F(ReplayPage, OfSeveralOnlyTheLastThreeAreLive) {
   if (!has_browser()) GTEST_SKIP() << "chromium is not installed: replays are not opened";
   const std::string dom = document_of(written(4, R"(
