@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string path, output, figures;
-  bool json = false;
+  bool json = false, no_replays = false;
 };
 
 // A results file, or what a study or a validation left; and where its page goes.
@@ -37,7 +37,7 @@ bool is_study(const fs::path& results) {
   return json.is_object() && json.contains("study");
 }
 
-Report report_of(const std::string& path) {
+Report report_of(const std::string& path, bool replays) {
   fs::path source = path;
   if (source.extension() == ".h5")
     return {run_page(path), fs::path(path).replace_extension(".html")};
@@ -48,12 +48,13 @@ Report report_of(const std::string& path) {
                     "or its results.json",
                     source.string()));
   const bool study = is_study(source);
-  return {study ? study_page(source.string()) : validation_page(source.string()),
-          source.parent_path() / "report.html"};
+  return {
+      study ? study_page(source.string()) : validation_page(source.string(), {.replays = replays}),
+      source.parent_path() / "report.html"};
 }
 
 int make_report(const Arguments& a) {
-  const Report report = report_of(a.path);
+  const Report report = report_of(a.path, !a.no_replays);
   const std::string output = a.output.empty() ? report.output.string() : a.output;
   report.page.write(output);
   std::vector<std::string> figures;
@@ -87,6 +88,8 @@ void add_report_command(CLI::App& app, int& status) {
   command
       ->add_option("--figures", a->figures, "Also write every plot as an SVG file into this folder")
       ->type_name("FOLDER");
+  command->add_flag("--no-replays", a->no_replays,
+                    "Leave the replays out of the page of a validation");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->callback([a, &status] { status = make_report(*a); });
 }

@@ -77,18 +77,6 @@ std::string cell_html(const Cell& cell, bool right) {
   return html + "</td>";
 }
 
-std::string slug(const std::string& title) {
-  std::string result;
-  for (const char c : title) {
-    if (std::isalnum(static_cast<unsigned char>(c)))
-      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    else if (!result.empty() && result.back() != '-')
-      result += '-';
-  }
-  while (!result.empty() && result.back() == '-') result.pop_back();
-  return result.empty() ? "section" : result;
-}
-
 // A plot whose colours the page names gets them itself, and a white ground.
 std::string standing_alone(const std::string& svg) {
   const std::string_view css = asset("page.css");
@@ -118,6 +106,18 @@ constexpr const char* kHead = R"(<!DOCTYPE html>
 )";
 
 }  // namespace
+
+std::string anchor_of(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!result.empty() && result.back() != '-')
+      result += '-';
+  }
+  while (!result.empty() && result.back() == '-') result.pop_back();
+  return result.empty() ? "section" : result;
+}
 
 std::string escaped(std::string_view text) {
   std::string out;
@@ -285,7 +285,7 @@ Page::Page(std::string title, std::string subtitle)
     : title_(std::move(title)), subtitle_(std::move(subtitle)) {}
 
 Content& Page::section(const std::string& title, const std::string& anchor) {
-  const std::string wanted = anchor.empty() ? slug(title) : slug(anchor);
+  const std::string wanted = anchor_of(anchor.empty() ? title : anchor);
   std::string name = wanted;
   const auto taken = [&] {
     return std::ranges::any_of(sections_, [&](const Section& s) { return s.anchor == name; });
@@ -295,15 +295,20 @@ Content& Page::section(const std::string& title, const std::string& anchor) {
   return sections_.back().content;
 }
 
-void Page::add_script(std::string_view script) {
-  scripts_ += fmt::format("<script>{}</script>\n", script);
+bool Page::added_before(std::string_view text) {
+  return !added_.insert(std::hash<std::string_view>{}(text)).second;
 }
 
-void Page::add_style(std::string_view css) { styles_ += css; }
+void Page::add_script(std::string_view script) {
+  if (!added_before(script)) scripts_ += fmt::format("<script>{}</script>\n", script);
+}
+
+void Page::add_style(std::string_view css) {
+  if (!added_before(css)) styles_ += css;
+}
 
 void Page::add_data(const std::string& id, std::string_view base64) {
-  scripts_ +=
-      fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", escaped(id), base64);
+  data_ += fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", escaped(id), base64);
 }
 
 std::string Page::html() const {
@@ -326,8 +331,8 @@ std::string Page::html() const {
                    "<section id=\"{0}\" aria-labelledby=\"{0}-title\"><h2 id=\"{0}-title\">{1}"
                    "</h2>\n{2}</section>\n",
                    s.anchor, escaped(s.title), s.content.html());
-  fmt::format_to(to, "</main>\n<footer>{}</footer>\n<script>{}</script>\n{}</body></html>\n",
-                 escaped(footer_), asset("page.js"), scripts_);
+  fmt::format_to(to, "</main>\n<footer>{}</footer>\n<script>{}</script>\n{}{}</body></html>\n",
+                 escaped(footer_), asset("page.js"), data_, scripts_);
   return fmt::to_string(out);
 }
 

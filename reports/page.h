@@ -11,11 +11,15 @@
 
 #include <limits>
 #include <list>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace firn::page {
+
+// A text as an anchor: letters and digits in lower case, hyphens between them.
+std::string anchor_of(const std::string& text);
 
 // As it may stand between tags and within a quoted attribute. What XML forbids becomes U+FFFD.
 std::string escaped(std::string_view text);
@@ -113,10 +117,11 @@ class Page {
   // A new section, listed in the table of contents. The anchor is made of the title unless given;
   // a second one of a name gets a number. The reference holds as long as the page.
   Content& section(const std::string& title, const std::string& anchor = "");
-  // At the end of the document, once: a script's text, and data for it (base64) under an id.
+  // At the end of the document: data (base64) under an id, and behind all of them scripts, each
+  // text once, however often it is added.
   void add_script(std::string_view script);
   void add_data(const std::string& id, std::string_view base64);
-  void add_style(std::string_view css);  // after the page's own
+  void add_style(std::string_view css);  // after the page's own; each text once
   void set_footer(std::string text) { footer_ = std::move(text); }
 
   std::string html() const;
@@ -131,7 +136,10 @@ class Page {
     std::string title, anchor;
     Content content;
   };
-  std::string title_, subtitle_, footer_, styles_, scripts_;
+  bool added_before(std::string_view text);
+
+  std::string title_, subtitle_, footer_, styles_, scripts_, data_;
+  std::set<std::size_t> added_;  // hashes of scripts and styles
   Content top_;
   std::list<Section> sections_;
 };

@@ -10,6 +10,7 @@
 #include "reports/assets.h"
 #include "reports/pose_tracks.h"
 #include "reports/simplify_mesh.h"
+#include "reports/surface_maps.h"
 
 namespace firn {
 namespace {
@@ -18,6 +19,8 @@ using Json = nlohmann::ordered_json;
 
 // Triangles of all particles together, for machines without a graphics processor.
 constexpr std::size_t kParticleTriangles = 80'000, kBoundaryTriangles = 24'000;
+// Of maps of where bodies are hit: all boundaries, all shapes.
+constexpr std::size_t kMapTriangles = 24'000;
 
 // Whole micrometres and microseconds: shorter, and no eye sees less.
 Json micro(double value) {
@@ -106,16 +109,52 @@ Json shapes_json(const Case& c, std::size_t particles) {
   return shapes;
 }
 
-Json boundaries_json(const Case& c, const Eigen::AlignedBox3d& box) {
+// Three significant digits: what a colour tells.
+Json map_json(const SurfaceMap& map) {
+  Json fields = Json::array();
+  for (const MapField& field : map.fields) {
+    Json values = Json::array();
+    for (const double v : field.values)
+      values.push_back(v == 0 || !std::isfinite(v) ? Json(0)
+                                                   : Json(std::stod(fmt::format("{:.3g}", v))));
+    fields.push_back({{"key", field.key},
+                      {"name", field.name},
+                      {"unit", field.unit},
+                      {"per_triangle", field.merge == MapMerge::sum},
+                      {"values", std::move(values)}});
+  }
+  return {{"computed", map.computed}, {"fields", fields}};
+}
+
+// One with a map is drawn by the triangles of its map.
+Json boundaries_json(const Recording& recording, const Case& c, const Eigen::AlignedBox3d& box) {
   const std::size_t each = kBoundaryTriangles / std::max<std::size_t>(c.model.boundaries.size(), 1);
+  const std::vector<SurfaceMap> maps = boundary_maps(recording, kMapTriangles);
   Json boundaries = Json::array();
   for (const Boundary& b : c.model.boundaries) {
     const bool plane = b.mesh.triangles.empty();
-    Json mesh = mesh_json(b.name, plane ? square(b, box) : simplified(b.mesh, each), Vec3::Zero());
+    const auto map = std::ranges::find(maps, b.name, &SurfaceMap::body);
+    const bool mapped = map != maps.end();
+    Json mesh = mesh_json(b.name,
+                          mapped  ? map->mesh
+                          : plane ? square(b, box)
+                                  : simplified(b.mesh, each),
+                          Vec3::Zero());
     mesh["plane"] = plane;
+    if (mapped) mesh["map"] = map_json(*map);
     boundaries.push_back(mesh);
   }
   return boundaries;
+}
+
+Json shape_maps_json(const Recording& recording) {
+  Json maps = Json::array();
+  for (const SurfaceMap& map : shape_maps(recording, kMapTriangles)) {
+    Json mesh = mesh_json(map.body, map.mesh, Vec3::Zero());
+    mesh["map"] = map_json(map);
+    maps.push_back(mesh);
+  }
+  return maps;
 }
 
 Json bonds_json(const Recording& recording, const Case& c) {
@@ -167,8 +206,8 @@ std::string data_text(Json facts, const PoseTracks& tracks) {
 
 }  // namespace
 
-ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
-                      const ReplayOptions& options) {
+ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
+                        const Recording& recording, const Case& c, const ReplayOptions& options) {
   ReplaySize size;
   const std::vector<double> times = recording.frame_times();
   size.recorded_frames = times.size();
@@ -177,7 +216,8 @@ ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& 
   PoseTracks tracks = read_tracks(recording, c, rate);
   Json facts = facts_json(recording, c);
   facts["shapes"] = shapes_json(c, recording.particle_count());
-  facts["boundaries"] = boundaries_json(c, reached(tracks, recording.particle_count()));
+  facts["boundaries"] = boundaries_json(recording, c, reached(tracks, recording.particle_count()));
+  facts["maps"] = shape_maps_json(recording);
   std::string data = data_text(facts, tracks);
   while (data.size() > options.budget && tracks.time.size() > 2) {
     rate *= std::min(0.8,
@@ -188,24 +228,33 @@ ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& 
   size.frames = tracks.time.size();
   size.characters = data.size();
 
-  page::Content& section = page.section("Replay", "replay");
-  section.html(
-      "<div class=\"replay\" id=\"replay-view\"><p class=\"replay-message\" role=\"status\">The "
-      "replay "
-      "needs a browser with JavaScript and WebGL.</p></div>\n");
+  const std::string id = page::escaped(name.anchor);
+  content.html(fmt::format(
+      "<div class=\"replay\" id=\"replay-{0}\" data-name=\"{0}\" data-title=\"{1}\" "
+      "data-source=\"replay-data-{0}\"><p class=\"replay-message\" role=\"status\">The replay "
+      "needs a browser with JavaScript and WebGL.</p></div>\n",
+      id, page::escaped(name.title)));
   const std::string kept = size.frames == size.recorded_frames
                                ? fmt::format("All {} frames of the results file", size.frames)
                                : fmt::format("{} of the {} frames of the results file", size.frames,
                                              size.recorded_frames);
-  section.paragraph(
+  content.paragraph(
       kept +
       "; between them bodies are moved evenly. Meshes are drawn coarser than they are "
       "computed.");
+  page.add_data("replay-data-" + name.anchor, data);
   page.add_style(asset("replay.css"));
-  page.add_data("replay-data", data);
-  for (const char* script : {"three.min.js", "replay_data.js", "replay_scene.js", "replay.js"})
+  for (const char* script : {"three.min.js", "replay_data.js", "replay_colours.js",
+                             "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
     page.add_script(asset(script));
   return size;
+}
+
+ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
+                      const ReplayOptions& options) {
+  if (recording.frame_times().empty()) return {};
+  return place_replay(page, page.section("Replay", "replay"), {"run", c.name}, recording, c,
+                      options);
 }
 
 }  // namespace firn

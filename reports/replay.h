@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 #include "experiments/recording.h"
 #include "reports/page.h"
@@ -22,7 +23,17 @@ struct ReplaySize {
   std::size_t characters = 0;  // of data
 };
 
-// Adds a section with the replay, its scripts and data. A run without a frame gets none.
+struct ReplayName {
+  std::string anchor;  // in ids and links: letters, digits, hyphens; one of its own on a page
+  std::string title;   // for people
+};
+
+// A replay at the end of `content`, with its data and, once on a page, its scripts. Where a page
+// has several, each is unpacked when the reader asks for it. A run without a frame gets none.
+ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
+                        const Recording& recording, const Case& c,
+                        const ReplayOptions& options = {});
+// A section with the only replay of a page.
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
                       const ReplayOptions& options = {});
 

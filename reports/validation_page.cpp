@@ -3,15 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "reports/json_values.h"
 #include "reports/plots.h"
+#include "reports/validation_replays.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -35,13 +37,6 @@ std::string share_range(const Json& interval) {
 
 // All parameter sets of one comparison, in the suite's order.
 using Sets = std::vector<const Json*>;
-
-std::string anchor_of(const std::string& name) {
-  std::string anchor = name;
-  std::ranges::replace_if(
-      anchor, [](unsigned char c) { return std::isalnum(c) == 0; }, '-');
-  return anchor;
-}
 
 void value_content(const Sets& sets, page::Content& content) {
   plots::IntervalPlot plot;
@@ -306,9 +301,10 @@ void softening_content(const Sets& sets, page::Content& content) {
   content.table(table);
 }
 
-void comparison_section(const Sets& sets, page::Page& page) {
+void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page& page) {
   const Json& first = *sets.front();
-  page::Content& content = page.section(text(first, "title"), anchor_of(text(first, "name")));
+  const std::string anchor = page::anchor_of(text(first, "name"));
+  page::Content& content = page.section(text(first, "title"), anchor);
   if (!text(first, "note").empty()) content.paragraph(text(first, "note"));
   if (!text(first, "measurement").empty())
     content.facts({{"measured", text(first, "measurement")},
@@ -333,6 +329,7 @@ void comparison_section(const Sets& sets, page::Page& page) {
       caveats.push_back(
           fmt::format("{}: {}", text(*c, "parameter_set"), caveat.get<std::string>()));
   if (!caveats.empty()) content.list(caveats);
+  if (replays) replays->add(text(first, "experiment"), anchor, page, content);
 }
 
 // By comparison, in the suite's order.
@@ -368,7 +365,7 @@ void summary(const Json& results, const std::vector<Sets>& groups, page::Page& p
   }
   for (const Sets& group : groups) {
     std::vector<Cell> row = {
-        Cell::link(text(*group.front(), "title"), anchor_of(text(*group.front(), "name")))};
+        Cell::link(text(*group.front(), "title"), page::anchor_of(text(*group.front(), "name")))};
     for (const std::string& set : sets) {
       const auto found = std::ranges::find_if(
           group, [&](const Json* c) { return text(*c, "parameter_set") == set; });
@@ -434,13 +431,16 @@ void method_section(page::Page& page) {
           "bound it. The probability with Weibull's distribution stands beside it.");
 }
 
-page::Page page_of(const Json& results) {
+page::Page page_of(const Json& results, const std::string& folder,
+                   const ValidationPageOptions& options) {
   page::Page page(text(results, "title"),
                   fmt::format("validation \"{}\", Firn {} ({})", text(results, "name"),
                               text(results, "firn_version"), text(results, "git_commit")));
   const std::vector<Sets> groups = grouped(results);
   summary(results, groups, page);
-  for (const Sets& group : groups) comparison_section(group, page);
+  std::optional<ValidationReplays> replays;
+  if (options.replays) replays.emplace(results, folder, options.replay_budget);
+  for (const Sets& group : groups) comparison_section(group, replays ? &*replays : nullptr, page);
   parameters_section(results, page);
   method_section(page);
   runs_section(results, page);
@@ -449,7 +449,7 @@ page::Page page_of(const Json& results) {
 
 }  // namespace
 
-page::Page validation_page(const std::string& results_file) {
+page::Page validation_page(const std::string& results_file, const ValidationPageOptions& options) {
   std::ifstream stream(results_file);
   const Json results = Json::parse(stream, nullptr, false);
   if (!results.is_object() || results.value("kind", Json()) != "validation")
@@ -458,7 +458,7 @@ page::Page validation_page(const std::string& results_file) {
                     "validate writes",
                     results_file));
   try {
-    return page_of(results);
+    return page_of(results, std::filesystem::path(results_file).parent_path().string(), options);
   } catch (const Json::exception& e) {
     throw InputError(
         fmt::format("{}: lacks what a page needs: {}; expected the results.json that "

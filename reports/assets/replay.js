@@ -1,86 +1,15 @@
 // The replay's controls: time, colours, boundaries, particles, links to a state.
 'use strict';
-(() => {
-  const root = document.getElementById('replay-view'), source = document.getElementById('replay-data');
-  if (!root || !source) return;
-  const message = root.querySelector('.replay-message');
-
-  // Elements by one call: text children are plain, functions among the attributes are listeners.
-  const make = (tag, attributes = {}, ...children) => {
-    const element = document.createElement(tag);
-    for (const [key, value] of Object.entries(attributes)) {
-      if (typeof value === 'function') element.addEventListener(key, value);
-      else if (value !== false) element.setAttribute(key, value);
-    }
-    element.append(...children);
-    return element;
-  };
-  const round = (value, digits = 3) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : 'none';
-  const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
-
-  // viridis (van der Walt and Smith 2015) but for its darkest end: ascending in lightness, told apart by
-  // the colour-blind.
-  const SCALE = [[70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58],
-                 [253, 231, 37]].map((c) => c.map((v) => v / 255));
-  // Okabe and Ito's, for a few kinds.
-  const KINDS = ['#56b4e9', '#e69f00', '#009e73', '#f0e442', '#cc79a7', '#0072b2', '#d55e00', '#999999'];
-  const GREY = [0.62, 0.66, 0.7];
-  const onScale = (share, out, at) => {
-    const x = clamp(share, 0, 1) * (SCALE.length - 1), i = Math.min(Math.floor(x), SCALE.length - 2);
-    for (let k = 0; k < 3; ++k) out[at + k] = SCALE[i][k] + (x - i) * (SCALE[i + 1][k] - SCALE[i][k]);
-  };
-  const css = (c) => `rgb(${c.map((v) => Math.round(255 * v)).join(' ')})`;
-  const hex = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
-  const SCALE_CSS = `linear-gradient(to right, ${SCALE.map(css).join(', ')})`;
-
-  // Whole numbers that mark kinds: few get a colour each, many a scale.
-  const kinds = (name, values, none) => {
-    const known = [...new Set(values)].filter((v) => v !== none).sort((a, b) => a - b);
-    if (known.length <= KINDS.length) {
-      const colours = new Map(known.map((v, i) => [v, hex(KINDS[i])]));
-      return {
-        name, swatches: known.map((v, i) => [KINDS[i], String(v)]),
-        write: (id, t, frame, out, at) => out.set(colours.get(values[id]) || GREY, at),
-      };
-    }
-    return scale(name, '', known[0], known[known.length - 1], (id) => values[id] === none ? NaN : values[id]);
-  };
-  const scale = (name, unit, low, high, value) => ({
-    name, unit, low, high, write: (id, t, frame, out, at) => {
-      const v = value(id, t, frame);
-      if (Number.isNaN(v)) out.set(GREY, at);
-      else onScale(high > low ? (v - low) / (high - low) : 0, out, at);
-    },
-  });
-
-  const modesOf = (r) => {
-    const inside = (id, t) => t - r.came[id];
-    let longest = 0;
-    const speeds = [];
-    for (let i = 0; i < r.particles; ++i) {
-      longest = Math.max(longest, (Number.isNaN(r.left[i]) ? r.end : r.left[i]) - r.came[i] || 0);
-    }
-    const every = Math.ceil(r.time.length * r.particles / 2e5);
-    for (let n = 0; n < r.time.length * r.particles; n += every) {
-      const speed = r.speed(Math.floor(n / r.particles), n % r.particles);
-      if (speed > 0) speeds.push(speed);
-    }
-    speeds.sort((a, b) => a - b);
-    // Falling bodies would leave all others one colour.
-    const fast = speeds.length ? speeds[Math.floor(0.95 * (speeds.length - 1))] : 1;
-    return {
-      batch: kinds('batch', r.batch, -1),
-      tag: kinds('tag', r.tag, null),
-      time: scale('time inside', 's', 0, longest, inside),
-      speed: Object.assign(scale('speed', 'm/s', 0, fast, (id, t, frame) => r.speed(frame, id)), {over: true}),
-      force: scale('largest contact force of the run', 'N', 0, Math.max(0, ...r.peak_force),
-                   (id) => r.peak_force[id]),
-    };
-  };
+const FirnReplay = (() => {
+  const {make, round, clamp, SCALE_CSS, modesOf} = FirnReplayColours;
 
   class Player {
-    constructor(replay) {
+    // `name`: of this replay in links, where a page has several.
+    constructor(root, replay, name) {
+      this.root = root;
       this.r = replay;
+      this.name = name;
+      this.over = new AbortController();  // ends what listens beyond the root
       this.t = replay.start;
       this.playing = false;
       this.modes = modesOf(replay);
@@ -90,19 +19,29 @@
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
       if (this.view.slow) [this.fine, this.ratio] = [1, 0.75];
       this.listBoundaries();
+      this.maps = new FirnReplayMaps.Maps(replay, this.view, () => this.ask(), (b, wanted) => this.want(b, wanted));
+      if (this.maps.there) this.walls.parentElement.after(this.maps.panel);
       this.hand();
-      this.fromHash();
-      addEventListener('hashchange', () => this.fromHash());
-      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask());
-      new ResizeObserver(() => this.ask()).observe(this.canvas);
+      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask(), {signal: this.over.signal});
+      this.resized = new ResizeObserver(() => this.ask());
+      this.resized.observe(this.canvas);
       this.setMode(this.mode);
       this.draw();
+    }
+
+    // Leaves the root empty and gives the context back.
+    dispose() {
+      this.stop();
+      this.over.abort();
+      this.resized.disconnect();
+      this.view.dispose();
+      for (const part of this.parts) part.remove();
     }
 
     build() {
       const r = this.r, length = r.end - r.start;
       const few = r.particles === 1 ? '1 particle' : `${r.particles} particles`;
-      this.canvas = make('canvas', {tabindex: '0', role: 'application', 'aria-describedby': 'replay-hint',
+      this.canvas = make('canvas', {tabindex: '0', role: 'application', 'aria-describedby': `${this.root.id}-hint`,
           'aria-label': `Three-dimensional replay: ${few}, ${r.boundaries.length} boundaries, ` +
               `${round(r.start)} to ${round(r.end)} s`});
       this.play = make('button', {type: 'button', click: () => this.toggle()}, 'Play');
@@ -130,29 +69,41 @@
       this.facts = make('dl', {'aria-live': 'polite'});
       const act = (text, does) => make('button', {type: 'button', click: does}, text);
       const side = make('div', {class: 'replay-side'},
-          make('fieldset', {}, make('legend', {}, 'Colours'), make('label', {}, 'by ', this.colour), this.legend),
+          make('fieldset', {class: 'replay-colours'}, make('legend', {}, 'Colours'), make('label', {}, 'by ', this.colour), this.legend),
           make('fieldset', {}, make('legend', {}, 'Boundaries'), this.walls,
                make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
           make('fieldset', {}, make('legend', {}, 'One particle'),
                make('label', {}, 'number ', this.who), this.facts),
           make('div', {class: 'replay-actions'}, act('Whole scene', () => { this.view.frame(); this.ask(); }),
                act('Copy a link to this view', (event) => this.copyLink(event.target))));
-      const hint = make('p', {class: 'replay-hint', id: 'replay-hint'},
-          'Drag to turn, with Shift or two fingers to move; wheel (after a click) or pinch to come near; click a ' +
-          'particle for its facts and its path. Keys: arrows turn, with Shift they move, + and \u2212 zoom, space ' +
+      const hint = make('p', {class: 'replay-hint', id: `${this.root.id}-hint`},
+          matchMedia('(pointer: coarse)').matches
+              ? 'Tap the picture, then turn it with one finger, move it with two, pinch to come near; tap a particle ' +
+                'for its facts and its path. Tap beside the picture to scroll over it again. '
+              : 'Drag to turn, with Shift or two fingers to move; wheel (after a click) or pinch to come near; click ' +
+                'a particle for its facts and its path. ',
+          'Keys: arrows turn, with Shift they move, + and \u2212 zoom, space ' +
           'plays, comma and full stop step, Home shows the whole scene.');
-      root.append(make('div', {class: 'replay-stage'}, this.canvas), bar, side, hint);
+      this.parts = [make('div', {class: 'replay-stage'}, this.canvas), bar, side, hint];
+      this.root.append(...this.parts);
     }
 
     listBoundaries() {
       this.boxes = this.view.boundaries.map((boundary, b) => {
         const box = make('input', {type: 'checkbox', checked: '',
-            change: () => { boundary.wanted = box.checked; this.ask(); }});
+            change: () => this.want(b, box.checked)});
         this.walls.append(make('label', {}, box, make('span', {class: 'replay-swatch',
             style: `background: ${boundary.colour}`}), ' ', this.r.boundaries[b].name));
         return box;
       });
       if (!this.boxes.length) this.walls.append('none');
+    }
+
+    want(b, wanted) {
+      const boundary = this.view.boundaries[b];
+      boundary.wanted = this.boxes[b].checked = wanted;
+      boundary.mesh.visible = wanted;  // until the next picture knows better
+      this.ask();
     }
 
     setMode(key) {
@@ -201,10 +152,11 @@
 
     // One picture at the next occasion, and on while it plays.
     ask() {
-      if (this.asked) return;
+      if (this.asked || this.over.signal.aborted) return;
       this.asked = true;
       requestAnimationFrame((now) => {
         this.asked = false;
+        if (this.over.signal.aborted) return;
         if (this.playing) this.advance(now);
         this.draw();
         if (this.playing) this.ask();
@@ -234,14 +186,15 @@
       const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
       if (!width || !height) return;
       this.view.show(this.t, this.modes[this.mode].write);
-      this.view.render(width, height, this.playing ? this.ratio : this.fine, getComputedStyle(root).getPropertyValue('--stage').trim());
+      this.view.render(width, height, this.playing ? this.ratio : this.fine,
+                       getComputedStyle(this.root).getPropertyValue('--stage').trim());
       const stage = this.r.stages.filter((s) => s.start <= this.t).pop();
       const text = `${this.t.toFixed(this.r.end - this.r.start < 5 ? 3 : 2)} s` + (stage ? ` \u00b7 ${stage.name}` : '');
       if (this.clock.value !== text) this.clock.value = text;
       this.scrub.value = this.t;
       this.scrub.setAttribute('aria-valuetext', text);
       if (this.view.selected >= 0) this.tellSpeed();
-      root.dataset.shown = this.view.groups.reduce((n, g) => n + g.shown.length, 0);
+      this.root.dataset.shown = this.view.groups.reduce((n, g) => n + g.shown.length, 0);
     }
 
     // One particle
@@ -303,14 +256,17 @@
         } else if (e.shiftKey || e.buttons & 6) {
           orbit.pan(dx / height, -dy / height);
         } else {
-          orbit.turn(4 * dx / height, 4 * dy / height);
+          const scrolls = e.pointerType === 'touch' && document.activeElement !== c;  // up and down: replay.css
+          orbit.turn(4 * dx / height, scrolls ? 0 : 4 * dy / height);
         }
         this.ask();
       });
       const up = (e) => {
-        if (down.delete(e.pointerId) && e.type === 'pointerup' && moved < 5 && e.button === 0) {
+        if (!down.delete(e.pointerId) || e.type !== 'pointerup') return;
+        c.focus({preventScroll: true});  // a finger that scrolls the page ends in pointercancel
+        if (moved < 5 && e.button === 0) {
           const box = c.getBoundingClientRect();
-          this.select(this.view.pick(2 * (e.clientX - box.left) / box.width - 1, 1 - 2 * (e.clientY - box.top) / box.height));
+          this.point(2 * (e.clientX - box.left) / box.width - 1, 1 - 2 * (e.clientY - box.top) / box.height);
         }
       };
       c.addEventListener('pointerup', up);
@@ -324,6 +280,17 @@
         this.ask();
       }, {passive: false});
       c.addEventListener('keydown', (e) => { if (this.key(e)) e.preventDefault(); });
+    }
+    // What is in front there: a triangle of a map, or a particle, or nobody.
+    point(x, y) {
+      const triangle = this.maps.under(x, y);
+      if (this.view.shape) {
+        if (triangle) this.maps.tell(triangle);
+        return;
+      }
+      const {particle, distance} = this.view.pick(x, y);
+      if (triangle && triangle.distance < distance) this.maps.tell(triangle);
+      else this.select(particle);
     }
     key(e) {
       const orbit = this.view.orbit, arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
@@ -343,10 +310,9 @@
       return true;
     }
 
-    // #t=12.5&colour=batch&hide=bucket,flap&particle=7&opacity=0.2&view=AZIMUTH,ELEVATION,DISTANCE,X,Y,Z
-    fromHash() {
-      if (!location.hash.includes('=')) return;
-      const given = new URLSearchParams(location.hash.slice(1)), number = (key) => Number(given.get(key));
+    // As hash() writes it.
+    apply(given) {
+      const number = (key) => Number(given.get(key));
       if (given.has('t') && Number.isFinite(number('t'))) { this.stop(); this.seek(number('t')); }
       if (given.get('colour') in this.modes) this.setMode(given.get('colour'));
       if (given.has('hide')) {
@@ -361,6 +327,7 @@
         this.view.setOpacity(Number(this.opacity.value));
       }
       if (given.has('particle')) this.select(number('particle'));
+      this.maps.apply(given);
       const view = (given.get('view') || '').split(',').map(Number), orbit = this.view.orbit;
       if (view.length === 6 && view.every(Number.isFinite)) {
         [orbit.azimuth, orbit.elevation, orbit.distance] = view;
@@ -368,10 +335,12 @@
       }
       if (given.has('play')) this.start();
       this.ask();
-      if (!location.hash.includes('stay')) root.closest('section').scrollIntoView();
     }
+    // #t=12.5&colour=batch&hide=bucket,flap&particle=7&opacity=0.2&map=peak_stress&log=1&shape=cube
+    // &alone=1&view=AZIMUTH,ELEVATION,DISTANCE,X,Y,Z, and replay=NAME in front where a page has several
     hash() {
-      const o = this.view.orbit, parts = {t: round(this.t, 6), colour: this.mode};
+      const o = this.view.orbit, parts = this.name ? {replay: this.name} : {};
+      Object.assign(parts, {t: round(this.t, 6), colour: this.mode}, this.maps.state());
       const hidden = this.r.boundaries.filter((_, b) => !this.boxes[b].checked).map((b) => b.name);
       if (hidden.length) parts.hide = hidden.join(',');
       if (this.view.selected >= 0) parts.particle = this.view.selected;
@@ -391,34 +360,5 @@
     }
   }
 
-  const fail = (text) => {
-    message.textContent = text;
-    message.hidden = false;
-    for (const part of [...root.children]) if (part !== message) part.remove();
-    root.dataset.ready = 'no';
-  };
-  const webgl = () => {
-    const context = document.createElement('canvas').getContext('webgl');
-    return context && context.getExtension('ANGLE_instanced_arrays');
-  };
-  const begin = async () => {
-    if (!webgl()) {
-      fail('This browser offers no WebGL, which the replay needs: everything else on this page works ' +
-           'without it, and firn export RUN.h5 --to vtk writes the same scene for ParaView.');
-      return;
-    }
-    try {
-      message.textContent = 'The replay is being unpacked \u2026';
-      const replay = await FirnReplayData.read(source);
-      source.remove();
-      message.hidden = true;
-      root.player = new Player(replay);
-      root.dataset.frames = replay.time.length;
-      root.dataset.ready = 'yes';
-    } catch (error) {
-      fail(error.message);
-      console.error(error);
-    }
-  };
-  begin();
+  return {Player};
 })();

@@ -23,6 +23,22 @@ const FirnReplayScene = (() => {
     return material;
   };
 
+  // A colour for each triangle, little shaded: what it is on the scale must be seen.
+  const mapped = () => {
+    const material = new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors, side: THREE.DoubleSide});
+    material.onBeforeCompile = (shader) => {
+      shader.fragmentShader = shader.fragmentShader.replace('#include <envmap_fragment>', `
+          float lit = dot(outgoingLight, vec3(1.0)) / max(1e-3, dot(diffuseColor.rgb, vec3(1.0)));
+          outgoingLight = diffuseColor.rgb * mix(0.68, 1.0, clamp((lit - 0.4) / 0.9, 0.0, 1.0));`);
+    };
+    return material;
+  };
+  const paint = (geometry, colours) => {
+    const corners = new Float32Array(3 * colours.length);
+    for (let i = 0; i < corners.length; ++i) corners[i] = colours[3 * Math.floor(i / 9) + i % 3];
+    geometry.setAttribute('color', new THREE.BufferAttribute(corners, 3));
+  };
+
   // Without a graphics processor smooth edges cost too much.
   const drawnByProcessor = (canvas) => {
     const probe = canvas.cloneNode().getContext('webgl');
@@ -54,6 +70,13 @@ const FirnReplayScene = (() => {
         const wanted = along(8) + Math.max(Math.abs(along(4)) / high, Math.abs(along(0)) / (high * aspect));
         this.distance = Math.max(n ? this.distance : 0, 1.03 * wanted);
       }
+    }
+    // A point from a direction.
+    from(point, direction, distance) {
+      this.target.copy(point);
+      if (Math.hypot(direction.x, direction.y) > 1e-3) this.azimuth = Math.atan2(direction.y, direction.x);
+      this.elevation = Math.max(-1.4, Math.min(1.4, Math.asin(direction.z)));
+      this.distance = distance;
     }
     turn(right, up) {
       this.azimuth -= right;
@@ -93,10 +116,13 @@ const FirnReplayScene = (() => {
       this.scene = new THREE.Scene();
       this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 10);
       this.camera.up.set(0, 0, 1);
-      this.orbit = new Orbit(this.camera);
-      this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.85));
+      this.orbit = this.sceneOrbit = new Orbit(this.camera);
+      this.sky = new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.85);
       this.light = new THREE.DirectionalLight(0xffffff, 0.55);
-      this.scene.add(this.light, this.light.target);
+      this.scene.add(this.sky, this.light, this.light.target);
+      this.shapes = new Map();  // surfaces with maps, each in a scene of its own
+      this.shape = null;        // the one that is shown
+      this.alone = false;       // boundaries without particles
       this.position = [0, 0, 0];
       this.quaternion = [0, 0, 0, 1];
       this.matrix = new THREE.Matrix4();
@@ -136,19 +162,67 @@ const FirnReplayScene = (() => {
         mesh.matrixAutoUpdate = false;
         mesh.frustumCulled = false;
         this.scene.add(mesh);
-        return {mesh, wanted: true, colour: '#' + material.color.getHexString(), body: this.replay.particles + b};
+        return {mesh, material, wanted: true, colour: '#' + material.color.getHexString(), body: this.replay.particles + b};
       });
       this.setOpacity(0.25);
     }
 
     setOpacity(share) {
       this.opacity = share;
-      for (const {mesh} of this.boundaries) {
-        mesh.material.opacity = mesh.userData.plane && share < 1 ? 0.6 * share : share;
-        mesh.material.transparent = share < 1;
-        mesh.material.depthWrite = share >= 1;
-        mesh.material.needsUpdate = true;
+      for (const {mesh, material} of this.boundaries) {
+        material.opacity = mesh.userData.plane && share < 1 ? 0.6 * share : share;
+        material.transparent = share < 1;
+        material.depthWrite = share >= 1;
+        material.needsUpdate = true;
       }
+    }
+
+    // A colour for each triangle, opaque; null: as it was.
+    paintBoundary(b, colours) {
+      const {mesh, material} = this.boundaries[b];
+      if (colours) paint(mesh.geometry, colours);
+      mesh.material = colours ? this.map = this.map || mapped() : material;
+    }
+
+    // A shape by its map in place of the scene; -1: the scene.
+    showShape(k) {
+      if (k >= 0 && !this.shapes.has(k)) {
+        const mesh = new THREE.Mesh(flat(this.replay.maps[k]), this.map = this.map || mapped());
+        const shape = {scene: new THREE.Scene(), mesh, orbit: new Orbit(this.camera)};
+        mesh.geometry.computeBoundingBox();
+        shape.scene.add(mesh);
+        this.shapes.set(k, shape);
+        this.shape = shape;
+        this.orbit = shape.orbit;
+        this.frame();
+      }
+      this.shape = k < 0 ? null : this.shapes.get(k);
+      this.orbit = this.shape ? this.shape.orbit : this.sceneOrbit;
+      (this.shape ? this.shape.scene : this.scene).add(this.sky, this.light, this.light.target);
+    }
+    paintShape(k, colours) { paint(this.shapes.get(k).mesh.geometry, colours); }
+
+    // Looks at a triangle of a boundary's map, or of the shape's that is shown, from its free side.
+    face(b, triangle) {
+      const mesh = this.shape ? this.shape.mesh : this.boundaries[b].mesh, geometry = mesh.geometry;
+      const corner = (k) => new THREE.Vector3().fromBufferAttribute(geometry.getAttribute('position'), 3 * triangle + k);
+      const face = new THREE.Triangle(corner(0), corner(1), corner(2));
+      const normal = face.getNormal(new THREE.Vector3()).transformDirection(mesh.matrix);
+      geometry.computeBoundingSphere();
+      this.orbit.from(face.getMidpoint(new THREE.Vector3()).applyMatrix4(mesh.matrix), normal,
+                      2.5 * geometry.boundingSphere.radius);
+      this.orbit.apply(this.camera.aspect);
+    }
+
+    // The triangle of a map nearest under a point of the picture, or null.
+    probe(x, y) {
+      const caster = new THREE.Raycaster();
+      caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+      const meshes = this.shape ? [this.shape.mesh]
+                                : this.boundaries.map((b) => b.mesh).filter((m) => m.visible && m.material === this.map);
+      const [hit] = caster.intersectObjects(meshes);
+      return hit ? {index: this.boundaries.findIndex((b) => b.mesh === hit.object), triangle: hit.faceIndex,
+                    distance: hit.distance} : null;
     }
 
     addLines() {
@@ -196,7 +270,8 @@ const FirnReplayScene = (() => {
 
     frame() {
       const {clientWidth, clientHeight} = this.renderer.domElement;
-      this.orbit.frame(this.box, clientHeight ? clientWidth / clientHeight : 1.5);
+      this.orbit.frame(this.shape ? this.shape.mesh.geometry.boundingBox : this.box,
+                       clientHeight ? clientWidth / clientHeight : 1.5);
     }
 
     placeBoundary(mesh, t, frame, body) {
@@ -214,7 +289,7 @@ const FirnReplayScene = (() => {
         let n = 0;
         group.shown.length = 0;
         const matrices = group.mesh.instanceMatrix.array, tints = group.tint.array;
-        for (const id of group.ids) {
+        for (const id of this.alone ? [] : group.ids) {
           if (!r.pose(t, frame, id, this.position, this.quaternion)) continue;
           rotation(this.quaternion, m);
           m[12] = this.position[0]; m[13] = this.position[1]; m[14] = this.position[2];
@@ -262,7 +337,7 @@ const FirnReplayScene = (() => {
       out.needsUpdate = true;
     }
 
-    // The particle nearest under a point of the picture (-1 ... 1 each way), or -1.
+    // The particle nearest under a point of the picture (-1 ... 1 each way), -1: none; and how far.
     pick(x, y) {
       const caster = new THREE.Raycaster();
       caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
@@ -279,12 +354,18 @@ const FirnReplayScene = (() => {
           for (let v = 0; v < vertices.count; v += 3) {
             corners.forEach((c, k) => c.fromBufferAttribute(vertices, v + k));
             if (!own.intersectTriangle(...corners, false, hit)) continue;
-            const distance = hit.distanceTo(own.origin);
+            const distance = hit.distanceTo(own.origin);  // bodies are not scaled
             if (distance < nearest) [best, nearest] = [id, distance];
           }
         });
       }
-      return best;
+      return {particle: best, distance: nearest};
+    }
+
+    // Browsers allow few contexts: this one is given back.
+    dispose() {
+      this.renderer.dispose();
+      this.renderer.forceContextLoss();
     }
 
     render(width, height, ratio, background) {
@@ -303,7 +384,7 @@ const FirnReplayScene = (() => {
                               e[10] - 0.5 * e[2] + 0.6 * e[6]).add(this.orbit.target);
       this.light.target.position.copy(this.orbit.target);
       this.light.target.updateMatrixWorld();
-      this.renderer.render(this.scene, this.camera);
+      this.renderer.render(this.shape ? this.shape.scene : this.scene, this.camera);
     }
   }
 

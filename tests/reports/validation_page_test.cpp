@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "tests/experiments/results_folder.h"
@@ -104,6 +105,59 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   // Nothing is fetched: no address but the name of SVG's namespace.
   for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
     EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+constexpr const char* kFall = R"(
+[case]
+name = "fall"
+duration = "0.05 s"
+timestep = "1e-4 s"
+[materials.ice]
+density = "1000 kg/m^3"
+young_modulus = "0.01 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "0.1 0.1 0.1 m"
+material = "ice"
+[[particles]]
+shape = "cube"
+position = "0 0 0.7 m"
+[output]
+frames_every = "10 ms"
+)";
+
+std::size_t times(const std::string& text, const std::string& word) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++n;
+  return n;
+}
+
+// Four comparisons of one experiment; the folder has been moved since.
+TEST_F(ValidationPage, CarriesOneReplayOfAnExperiment) {
+  std::filesystem::create_directories(path("runs"));
+  run(read_case_text(kFall, "fall.toml", "."), options("runs/k1.h5"));
+  Validation v = example();
+  v.groups[0].results[0].results_file = "/elsewhere/runs/k1.h5";
+  const std::string results = file(render_json(v)), html = validation_page(results).html();
+  EXPECT_EQ(times(html, "id=\"replay-fall\""), 1U);
+  EXPECT_EQ(times(html, "id=\"replay-data-fall\""), 1U);
+  EXPECT_EQ(times(html, "const FirnReplayData"), 1U);
+  EXPECT_THAT(html, HasSubstr("results file k1.h5, parameter set soft, seed 1"));
+  EXPECT_EQ(times(html, "<a href=\"#h\">above</a>"), 3U);
+  const std::string without = validation_page(results, {.replays = false}).html();
+  EXPECT_THAT(without, Not(HasSubstr("FirnReplay")));
+  EXPECT_THAT(without, Not(HasSubstr("Watch it")));
+}
+
+TEST_F(ValidationPage, SaysWhyThereIsNoReplay) {
+  std::filesystem::create_directories(path("runs"));
+  std::ofstream(path("runs/k1.h5")) << "no results";
+  Validation v = example();
+  v.groups[0].results[0].results_file = path("runs/k1.h5");
+  EXPECT_THAT(validation_page(file(render_json(v))).html(), HasSubstr("no replay"));
 }
 
 TEST_F(ValidationPage, RefusesWhatIsNoResult) {
