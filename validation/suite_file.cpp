@@ -81,7 +81,7 @@ Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, con
 }
 
 SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Seeds& of_suite) {
-  t.allow({"name", "case", "set", "seeds", "refine", "variants"});
+  t.allow({"name", "case", "set", "seeds", "samples", "parameter_sets", "refine", "variants"});
   SuiteExperiment e;
   e.name = fresh_name(t, suite.experiments);
   e.case_file = beside(suite, t.string("case"));
@@ -92,6 +92,15 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   Seeds seeds = of_suite;
   seeds.count = t.integer("seeds", 1, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
+  if (t.has("samples")) e.samples = t.integer("samples", 0);
+  for (const std::string& name : t.strings("parameter_sets")) {
+    if (std::ranges::find(suite.parameter_sets, name, &ParameterSet::name) ==
+        suite.parameter_sets.end())
+      t.fail(
+          "parameter_sets",
+          fmt::format("\"{}\" is none of the suite's; expected names of [[parameter_sets]]", name));
+    e.parameter_sets.push_back(name);
+  }
   if (t.has("refine")) e.refine = read_refinement(t.required_table("refine"), seeds);
   for (const TomlTable& v : t.tables("variants"))
     e.variants.push_back(read_variant(v, e.variants, seeds));
@@ -204,6 +213,10 @@ const char* to_string(ComparisonKind kind) {
       return "choices";
   }
   return "";
+}
+
+bool SuiteExperiment::runs_with(const ParameterSet& set) const {
+  return parameter_sets.empty() || std::ranges::count(parameter_sets, set.name) > 0;
 }
 
 bool measures(ComparisonKind kind) {

@@ -43,6 +43,9 @@ struct SuiteExperiment {
   std::vector<std::uint64_t> seeds;
   Refinement refine;
   std::vector<Variant> variants = {};
+  std::vector<std::string> parameter_sets = {};  // with these only; empty: with all
+  std::optional<int> samples = {};               // draws in place of those of the parameter sets
+  bool runs_with(const ParameterSet& set) const;
 };
 
 enum class ComparisonKind {

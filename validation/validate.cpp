@@ -23,7 +23,8 @@ class Runner {
       : options_(options), suite_(std::move(suite)) {
     find_materials();
     for (std::size_t e = 0; e < suite_.experiments.size(); ++e)
-      for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p) plan(e, p);
+      for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p)
+        if (suite_.experiments[e].runs_with(suite_.parameter_sets[p])) plan(e, p);
   }
 
   Validation carry_out(const std::string& directory) {
@@ -73,15 +74,16 @@ class Runner {
     const Case base = read_case(experiment.case_file, overrides(experiment, set, 1, {}),
                                 {request(set, {}), options_.database});
     add(e, p, Purpose::base, 0, experiment.seeds);
-    if (set.samples > 0 && has_value(e)) {
+    if (const int samples = experiment.samples.value_or(set.samples);
+        samples > 0 && !set.material.empty() && has_value(e)) {
       // Other draws, other seeds: what seeds do is taken out of their scatter.
       std::vector<std::uint64_t> seeds;
-      for (int k = 0; k < set.samples; ++k)
+      for (int k = 0; k < samples; ++k)
         seeds.push_back(experiment.seeds.front() + static_cast<std::uint64_t>(k));
       add(e, p, Purpose::input, 0, seeds);
     }
     const Refinement& refine = experiment.refine;
-    if (p > 0) return;  // what numerics do is looked at with the first set
+    if (p != first_set(e)) return;
     if (!refine.material.empty()) {
       const auto found = std::ranges::find(base.model.materials, refine.material, &Material::name);
       if (found == base.model.materials.end())
@@ -98,6 +100,14 @@ class Runner {
     for (const double modulus : moduli) add(e, p, Purpose::stiffness, modulus, refine.seeds);
     for (std::size_t k = 0; k < experiment.variants.size(); ++k)
       add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
+  }
+
+  // What numerics do is looked at with the first parameter set of an experiment.
+  std::size_t first_set(std::size_t experiment) const {
+    const auto& sets = suite_.parameter_sets;
+    const auto found = std::ranges::find_if(
+        sets, [&](const ParameterSet& p) { return suite_.experiments[experiment].runs_with(p); });
+    return static_cast<std::size_t>(found - sets.begin());
   }
 
   // Only comparisons of values have a place for the uncertainty of the input.
@@ -188,7 +198,8 @@ class Runner {
       if (group.purpose == Purpose::stiffness) e.stiffness.push_back(&group);
       if (group.purpose == Purpose::variant)
         e.variants.push_back({&suite_.experiments[experiment].variants[group.variant], &group});
-      if (group.purpose == Purpose::base && group.parameter_set == 0) e.numerics_base = &group;
+      if (group.purpose == Purpose::base && group.parameter_set == first_set(experiment))
+        e.numerics_base = &group;
       if (group.parameter_set != set) continue;
       if (group.purpose == Purpose::base) e.base = &group;
       if (group.purpose == Purpose::input) e.input = &group;
@@ -202,7 +213,9 @@ class Runner {
   void compare_all(Validation& v) const {
     for (const SuiteComparison& what : suite_.comparisons)
       for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p) {
-        if (!measures(what.kind) && p > 0) continue;  // about numerics, looked at with the first
+        if (!suite_.experiments[what.experiment].runs_with(suite_.parameter_sets[p])) continue;
+        // About numerics, looked at with the first set.
+        if (!measures(what.kind) && p != first_set(what.experiment)) continue;
         v.comparisons.push_back(
             compare(suite_, what, suite_.parameter_sets[p], evidence(what.experiment, p)));
       }
@@ -234,6 +247,7 @@ Validation validate(const ValidationOptions& options) {
     for (const ParameterSet& p : suite.parameter_sets)
       set.samples = std::max(set.samples, p.samples);
     suite.parameter_sets = {set};
+    for (SuiteExperiment& e : suite.experiments) e.parameter_sets.clear();
   }
   const std::string directory =
       options.directory.empty() ? (fs::path("runs") / suite.name).string() : options.directory;

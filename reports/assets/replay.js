@@ -333,6 +333,8 @@ const FirnReplay = (() => {
         [orbit.azimuth, orbit.elevation, orbit.distance] = view;
         orbit.target.set(...view.slice(3));
       }
+      // For stills and slides: the picture fills the window.
+      this.root.classList.toggle('replay-alone', given.has('still'));
       if (given.has('play')) this.start();
       this.ask();
     }

@@ -159,6 +159,22 @@ TEST(ValidateCommand, TakesARecordInPlaceOfTheSets) {
   EXPECT_EQ(result["parameter_sets"][0]["material"], "paper-table-1@1");
 }
 
+TEST(ValidateCommand, RunsAnExperimentWithSomeSetsOnly) {
+  const Suite folder;
+  std::string text = suite;
+  const std::string at = "case = \"case.toml\"\n";
+  folder.write("some.toml",
+               text.replace(text.find(at), at.size(), at + "parameter_sets = [\"printed\"]\n"));
+  const Outcome o = folder.firn({"validate", "some.toml", "-o", "some", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["comparisons"].size(), 4u);
+  for (const json& c : result["comparisons"]) EXPECT_EQ(c["parameter_set"], "printed");
+  // Numerics are looked at with the set that there is.
+  EXPECT_TRUE(result["comparisons"][0]["value"]["parts"][1]["value"].is_number());
+  EXPECT_EQ(result["experiments"][0]["runs"].size(), 10u);
+}
+
 TEST(ValidateCommand, RefusesInOneLine) {
   const Suite folder;
   const auto refused = [&](const char* part, const char* other, const char* says) {
@@ -182,6 +198,9 @@ TEST(ValidateCommand, RefusesInOneLine) {
   refused("responses = [\"peak_normal_force\"]", "", "is missing");
   refused("name = \"claims\"", "name = \"mass\"", "is taken already");
   refused("stiffness = [\"2 MPa\", \"4 MPa\"]", "stiffness = [\"2 m\"]", "stiffness");
+  refused("seeds = 1", "seeds = 1\nparameter_sets = [\"x\"]", "parameter_sets");
+  refused("case = \"case.toml\"", "case = \"case.toml\"\nparameter_sets = [\"print\"]",
+          "is none of the suite's");
   refused("name = \"heavier\"\nset = {", "name = \"heavier\"\nset_ = {", "set_");
   refused("{ \"materials.ice.density\" = \"1833.4 kg/m^3\" }", "{}", "expected what differs");
   refused("{ \"materials.ice.density\"", "{ \"materials.ice.densty\"", "densty");
