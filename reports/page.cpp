@@ -81,11 +81,11 @@ std::string cell_html(const Cell& cell, bool right) {
 std::string standing_alone(const std::string& svg) {
   const std::string_view css = asset("page.css");
   const std::size_t from = css.find(":root"), to = css.find('}', from);
-  const std::size_t tag = svg.find('>');
+  const std::size_t tag = svg.find('>'), last = svg.rfind('>');
   return fmt::format(
       "{0}>\n<style>{1}}} svg {{ background: #fff; font-family: \"DejaVu Sans\", sans-serif; "
-      "}}</style>\n{2}",
-      svg.substr(0, tag), css.substr(from, to - from), svg.substr(tag + 1));
+      "}}</style>\n{2}\n",
+      svg.substr(0, tag), css.substr(from, to - from), svg.substr(tag + 1, last - tag));
 }
 
 std::string figure_html(const Figure& figure) {
