@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "experiments/accelerometer.h"
 #include "experiments/csv_rows.h"
@@ -13,13 +14,17 @@ namespace firn {
 namespace {
 
 void read_values(const TomlTable& t, MeasuredData& d) {
-  const std::string column = t.string("column");
+  const std::string column = t.string("column"), censored = t.string("at_least", "");
   const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
   if (!d.present) return;
   const std::vector<CsvRow> rows = read_csv_table(d.file);
   const CsvColumn values = find_csv_column(d.file, rows.front(), column, unit.dimension);
-  for (std::size_t i = 1; i < rows.size(); ++i)
-    d.values.push_back(csv_number(d.file, rows[i], values) / unit.factor);
+  std::optional<CsvColumn> marks;
+  if (!censored.empty()) marks = find_csv_column(d.file, rows.front(), censored, std::nullopt);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const bool open = marks && csv_number(d.file, rows[i], *marks) != 0;
+    (open ? d.at_least : d.values).push_back(csv_number(d.file, rows[i], values) / unit.factor);
+  }
 }
 
 void read_classes(const TomlTable& t, MeasuredData& d) {
@@ -123,7 +128,7 @@ std::vector<double> peaks(const std::vector<double>& time, const std::vector<dou
 
 MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
   t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
-           "cfc", "threshold", "dead_time"});
+           "cfc", "threshold", "dead_time", "at_least"});
   MeasuredData d;
   const std::string kind = t.choice("kind", {"values", "classes", "trace"});
   d.kind = kind == "values"    ? MeasuredData::Kind::values
@@ -140,6 +145,7 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   };
   belongs({"classes", "counts"}, kind == "classes");
   belongs({"column", "unit"}, kind != "classes");
+  belongs({"at_least"}, kind == "values");
   belongs({"time", "cfc", "threshold", "dead_time"}, kind == "trace");
   if (d.kind != MeasuredData::Kind::classes) d.unit = t.string("unit");
   if (d.kind == MeasuredData::Kind::values) read_values(t, d);

@@ -95,6 +95,17 @@ void add_flow(std::vector<std::pair<double, double>> passages, const std::string
       "line through the mass passed over time, between a fifth and four fifths of all passages");
 }
 
+// Of those that have not passed: until they left, or the run ended.
+std::vector<double> waiting_times(const Recording& recording, const std::vector<double>& passed) {
+  const std::vector<double> came = recording.insert_time(), left = recording.exit_time();
+  const double end = recording.frame_times().empty() ? 0 : recording.frame_times().back();
+  std::vector<double> waiting;
+  for (std::size_t i = 0; i < passed.size(); ++i)
+    if (std::isnan(passed[i]) && !std::isnan(came[i]))
+      waiting.push_back((std::isnan(left[i]) ? end : left[i]) - came[i]);
+  return waiting;
+}
+
 void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   const std::vector<double> passed = recording.gate_time(gate.name),
                             inserted = recording.insert_time(), mass = recording.mass();
@@ -136,6 +147,10 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
   out.add(name + "residence_times", residence, "s",
           "from insertion to the gate, one value a particle that came; undefined: not passed yet");
+  if (const std::vector<double> waiting = waiting_times(recording, passed); !waiting.empty())
+    out.add(name + "waiting_times", waiting, "s",
+            "of those that have not passed: from insertion to the end of the run, or until they "
+            "left by an outlet");
   out.add(name + "fifo_index", {fifo_index(came, through)}, "1",
           "1: the older always first, 0: no order by age, -1: the younger always first");
   out.add(

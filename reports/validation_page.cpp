@@ -133,6 +133,28 @@ std::vector<double> shares_of(std::vector<double> counts) {
   return counts;
 }
 
+// Where some values are only known to be larger, the share that has passed is drawn, not the
+// values.
+void add_to(plots::CdfPlot& plot, const std::string& name, const Json& d, const char* values,
+            const char* passed) {
+  if (!d.contains(passed)) {
+    plot.samples.push_back({name, numbers(d.at(values))});
+    return;
+  }
+  const Json& p = d.at(passed);
+  plots::Band band;
+  band.name = fmt::format("{} ({} passed, {} still inside)", name, d.at(values).size(),
+                          p.at("still_inside").get<int>());
+  const std::vector<double> x = numbers(p.at("x")), share = numbers(p.at("share")),
+                            error = numbers(p.at("error"));
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    band.x.push_back(x[i]);
+    band.low.push_back(std::max(0.0, share[i] - 2 * error[i]));
+    band.high.push_back(std::min(1.0, share[i] + 2 * error[i]));
+  }
+  plot.bands.push_back(band);
+}
+
 // What was counted or measured one by one, where there is such, beside the same of all runs.
 void distribution_content(const Sets& sets, page::Content& content) {
   plots::BarPlot bars;
@@ -155,12 +177,12 @@ void distribution_content(const Sets& sets, page::Content& content) {
       measured = !d.at("measured").empty();
       if (measured) {
         bars.series.push_back({"experiment", shares_of(numbers(d.at("measured")))});
-        steps.samples.push_back({"experiment", numbers(d.at("measured"))});
+        if (!by_class) add_to(steps, "experiment", d, "measured", "measured_passed");
       }
     }
     bars.series.push_back({text(*c, "parameter_set"), shares_of(numbers(d.at("simulated"))),
                            numbers(d.at("deviation"))});
-    steps.samples.push_back({text(*c, "parameter_set"), numbers(d.at("simulated"))});
+    if (!by_class) add_to(steps, text(*c, "parameter_set"), d, "simulated", "simulated_passed");
     if (measured)
       seen += fmt::format("{}: distance {}, probability {}. ", text(*c, "parameter_set"),
                           page::number_text(number(d, "distance"), 3),

@@ -93,9 +93,12 @@ struct DistributionResult {
   std::vector<std::string> classes;         // with
   std::vector<double> measured, simulated;  // counts by class; else values, ascending
   std::vector<double> deviation;            // by class: of a run's share, over the runs
-  double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's
+  // Values that are only known to be larger: of residence times, of what was still inside.
+  std::vector<double> measured_at_least, simulated_at_least;
+  double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's, of
+                        // Kaplan and Meier's shares as far as both reach where values are open
   double p_value = 0;   // of such a distance or a larger one, were both of one distribution
-  double area = 0;      // between the cumulative distributions, in `unit`; none by class
+  double area = 0;      // between the cumulative distributions, in `unit`; none by class; NaN: open
   double area_p_value = 0;
   ValidationVerdict verdict = ValidationVerdict::not_enough_data;
 };

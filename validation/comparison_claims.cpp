@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string_view>
 
 #include "experiments/batch/operand.h"
 #include "experiments/small_samples.h"
@@ -101,12 +103,35 @@ void add_values(const std::vector<const Response*>& runs, DistributionResult& d)
   std::ranges::sort(d.simulated);
 }
 
+// The companion of residence times: how long what has not passed has been inside.
+std::vector<double> still_inside(const RunGroup& base, const std::string& response) {
+  constexpr std::string_view times = "_residence_times", waiting = "_waiting_times";
+  std::vector<double> all;
+  if (!response.ends_with(times)) return all;
+  const std::string name =
+      response.substr(0, response.size() - times.size()) + std::string(waiting);
+  for (const JobResult* run : base.finished())
+    if (const auto found = std::ranges::find(run->responses, name, &Response::name);
+        found != run->responses.end())
+      all.insert(all.end(), found->value.begin(), found->value.end());
+  return all;
+}
+
+void judge_open_times(DistributionResult& d) {
+  const CensoredTimes a{d.simulated, d.simulated_at_least}, b{d.measured, d.measured_at_least};
+  d.distance = passed_distance(kaplan_meier(a), kaplan_meier(b));
+  d.p_value = log_rank_p_value(a, b, 999);
+  d.area = d.area_p_value = std::numeric_limits<double>::quiet_NaN();
+}
+
 void judge_distribution(DistributionResult& d) {
   const bool any = std::ranges::any_of(d.simulated, [&](double v) { return !d.by_class || v > 0; });
   if (!any) return;
   if (d.by_class) {
     d.distance = share_distance(d.simulated, d.measured);
     d.p_value = share_p_value(d.simulated, d.measured);
+  } else if (!d.simulated_at_least.empty() || !d.measured_at_least.empty()) {
+    judge_open_times(d);
   } else {
     d.distance = smirnov_distance(d.simulated, d.measured);
     d.p_value = smirnov_p_value(d.simulated, d.measured);
@@ -131,6 +156,8 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
     add_counts(runs, d);
   else
     add_values(runs, d);
+  d.measured_at_least = data.at_least;
+  d.simulated_at_least = still_inside(base, data.response);
   if (data.present)
     judge_distribution(d);
   else
@@ -140,10 +167,14 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
 
 std::string distribution_words(const DistributionResult& d) {
   if (d.verdict == ValidationVerdict::not_enough_data) return "no run gave values";
-  return fmt::format("{}: {:.2g} {}, which chance alone exceeds in {:.2g} % of all cases",
+  const bool open = !d.simulated_at_least.empty() || !d.measured_at_least.empty();
+  const std::string area =
+      d.by_class || open ? "" : fmt::format(" (area {:.3g} {})", d.area, d.unit);
+  return fmt::format("{}: {:.2g}{}; {} exceeds what is seen in {:.2g} % of all cases",
                      d.by_class ? "share that would have to be exchanged"
-                                : "largest distance of the cumulative distributions",
-                     d.distance, d.by_class ? "" : fmt::format("(area {:.3g} {})", d.area, d.unit),
+                     : open ? "largest distance of the shares that have passed (Kaplan and Meier)"
+                            : "largest distance of the cumulative distributions",
+                     d.distance, area, open ? "by the log-rank test chance alone" : "chance alone",
                      100 * d.p_value);
 }
 

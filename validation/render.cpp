@@ -64,6 +64,16 @@ Json distribution_json(const DistributionResult& d) {
             {"simulated", numbers(d.simulated)},
             {"deviation", numbers(d.deviation)},
             {"verdict", to_string(d.verdict)}};
+  for (const auto& [key, of] :
+       {std::pair{"measured_passed", CensoredTimes{d.measured, d.measured_at_least}},
+        std::pair{"simulated_passed", CensoredTimes{d.simulated, d.simulated_at_least}}}) {
+    if (d.by_class || of.inside.empty()) continue;
+    const PassedShare s = kaplan_meier(of);
+    j[key] = {{"x", numbers(s.x)},
+              {"share", numbers(s.share)},
+              {"error", numbers(s.error)},
+              {"still_inside", of.inside.size()}};
+  }
   if (d.measured.empty()) return j;
   j["distance"] = number(d.distance);
   j["p_value"] = number(d.p_value);

@@ -62,6 +62,25 @@ double permutation_p_value(
     const std::function<double(const std::vector<double>&, const std::vector<double>&)>& statistic,
     int draws = 9999);
 
+// Times until something has happened, and times after which it had not yet: of those still inside
+// when the watch ended.
+struct CensoredTimes {
+  std::vector<double> passed, inside;
+};
+// Share that has passed by x, steps at x ascending: one less Kaplan and Meier's (1958) share that
+// is still inside. It does not reach 1 when the last ones were not seen to pass.
+struct PassedShare {
+  std::vector<double> x, share;
+  std::vector<double> error;  // one standard deviation (Greenwood 1926)
+};
+PassedShare kaplan_meier(const CensoredTimes& times);
+// Largest distance of two of them, as far as both reach.
+double passed_distance(const PassedShare& a, const PassedShare& b);
+// Mantel's (1966) log-rank statistic, about chi-squared with one degree of freedom.
+double log_rank(const CensoredTimes& a, const CensoredTimes& b);
+// Probability of such a statistic or a larger one when the two could have been exchanged at random.
+double log_rank_p_value(const CensoredTimes& a, const CensoredTimes& b, int draws = 9999);
+
 // Counts by class of two collections: half the sum of the differences of their shares, 0 ... 1.
 double share_distance(const std::vector<double>& a, const std::vector<double>& b);
 // Probability of such a distance or a larger one when all counted things were dealt out at random.

@@ -54,6 +54,16 @@ TEST_F(MeasuredDataTest, ReadsValuesInTheResponsesUnit) {
   EXPECT_THAT(read(kValues).data->values, ElementsAre(500, 1250));
 }
 
+TEST_F(MeasuredDataTest, KeepsApartWhatIsOnlyALowerBound) {
+  csv("force [kN],open\n0.5,0\n1.25,1\n2,0\n");
+  const Measurement m = read(std::string(kValues) + "at_least = \"open\"\n");
+  EXPECT_THAT(m.data->values, ElementsAre(500, 2000));
+  EXPECT_THAT(m.data->at_least, ElementsAre(1250));
+  EXPECT_THAT(complaint(std::string(kTrace) + "at_least = \"open\"\n"),
+              HasSubstr("does not go with"));
+  EXPECT_THAT(complaint(std::string(kValues) + "at_least = \"shut\"\n"), HasSubstr("shut"));
+}
+
 TEST_F(MeasuredDataTest, ReadsCountsByClass) {
   csv("class,count\nleft,3\nright,9\n");
   const Measurement m = read(kClasses);

@@ -249,6 +249,33 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   EXPECT_EQ(result().verdict, ValidationVerdict::inconsistent);
 }
 
+TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
+  what.kind = ComparisonKind::claims;
+  what.measurement.claims = {{"more than nothing", "angle", "0", 1, 0, "x"}};
+  RunGroup base = group(RunGroup::Purpose::base, {1, 2, 3, 4, 5, 6});
+  for (JobResult& r : base.results) {
+    r.responses.push_back(response("bin_residence_times", {1, 2, 3, NAN}, "s"));
+    r.responses.push_back(response("bin_waiting_times", {40}, "s"));
+  }
+  evidence.base = &base;
+  MeasuredData data;
+  data.response = "bin_residence_times";
+  data.present = true;
+  data.unit = "s";
+  data.values = {1, 2, 3};
+  data.at_least = {5};
+  what.measurement.data = data;
+  const Comparison c = result();
+  EXPECT_EQ(c.distribution->verdict, ValidationVerdict::consistent);
+  EXPECT_EQ(c.distribution->simulated_at_least.size(), 6u);
+  EXPECT_NEAR(c.distribution->distance, 0, 1e-12);  // a quarter stays in both
+  EXPECT_THAT(c.headline, HasSubstr("log-rank"));
+  // As if the two that pass last had: not the same times.
+  what.measurement.data->values = {20, 21, 22, 23};
+  what.measurement.data->at_least = {};
+  EXPECT_EQ(result().distribution->verdict, ValidationVerdict::inconsistent);
+}
+
 TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
   what.kind = ComparisonKind::damage;
   what.responses = {"loads"};

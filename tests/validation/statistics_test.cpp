@@ -247,5 +247,36 @@ TEST(Damage, WeibullIntervalsOfSummariesCoverTheTruth) {
   EXPECT_GE(covered, 0.95 * trials - 3 * std::sqrt(trials * 0.05 * 0.95));
 }
 
+// Freireich et al. (1963): weeks of remission under 6-mercaptopurine and under placebo, the
+// textbook case of both (Kalbfleisch and Prentice, chapter 1).
+const CensoredTimes treated{{6, 6, 6, 7, 10, 13, 16, 22, 23},
+                            {6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35}};
+const CensoredTimes placebo{{1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 12, 15, 17, 22, 23},
+                            {}};
+
+TEST(Censored, KaplanAndMeierAsPrinted) {
+  const PassedShare s = kaplan_meier(treated);
+  EXPECT_THAT(s.x, testing::ElementsAre(6, 7, 10, 13, 16, 22, 23));
+  const std::vector<double> inside = {0.8571, 0.8067, 0.7529, 0.6902, 0.6275, 0.5378, 0.4482};
+  const std::vector<double> error = {0.0764, 0.0869, 0.0963, 0.1068, 0.1141, 0.1282, 0.1346};
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    EXPECT_NEAR(1 - s.share[i], inside[i], 1e-4);
+    EXPECT_NEAR(s.error[i], error[i], 1e-4);
+  }
+  // Nobody left out: the share of those at or below.
+  EXPECT_NEAR(kaplan_meier(placebo).share[2], 5.0 / 21, 1e-12);
+  EXPECT_NEAR(kaplan_meier(placebo).share.back(), 1, 1e-12);
+}
+
+TEST(Censored, LogRankAsPrinted) {
+  EXPECT_NEAR(log_rank(treated, placebo), 16.79, 0.01);
+  EXPECT_NEAR(log_rank(placebo, treated), log_rank(treated, placebo), 1e-9);
+  EXPECT_LT(log_rank_p_value(treated, placebo, 999), 0.005);
+  EXPECT_NEAR(log_rank(treated, treated), 0, 1e-12);
+  EXPECT_EQ(log_rank_p_value({{1, 2}, {}}, {{1, 2}, {}}), 1);
+  // All six ways of splitting four: the two that keep them apart are the most extreme.
+  EXPECT_NEAR(log_rank_p_value({{1, 2}, {}}, {{3}, {4}}), 2.0 / 6, 1e-12);
+}
+
 }  // namespace
 }  // namespace firn
