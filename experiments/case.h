@@ -139,7 +139,7 @@ struct DrainedRepose {
 
 // What the case asks to be measured beside the responses of every case.
 struct Measure {
-  enum class Kind { slip, slide, rebound, heap, accelerometer, drum };
+  enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve };
   Kind kind = Kind::slip;
   std::string name;        // stands before the names of its responses; may be empty
   std::optional<int> tag;  // only particles that carry it; none: all
@@ -158,6 +158,10 @@ struct Measure {
   double cfc = 0;  // Hz, channel frequency class
   // drum: turns about the horizontal axis `axis` (0 x, 1 y) of the world, steadily from `begin` on.
   double begin = 0;  // s
+  // curve: one quantity of a boundary (or of a motion frame and its axis, when there is none) over
+  // another, filtered by `cfc` unless that is 0.
+  std::string x, y;
+  int points = 0;
 };
 
 // What a material record brought into a case.

@@ -81,13 +81,43 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frames_ev
   }
 }
 
+void read_curve(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+  t.allow({"kind", "name", "boundary", "motion_frame", "axis", "x", "y", "points", "cfc"});
+  if (t.has("boundary") == t.has("motion_frame"))
+    t.fail("boundary", "and motion_frame exclude each other; expected one of them");
+  if (t.string("name", "").empty())
+    t.fail("name", "is missing; expected a name, which the responses bear");
+  if (t.has("boundary")) {
+    m.boundary = t.string("boundary");
+    boundary_index(t, "boundary", m.boundary, model.boundaries);
+    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    m.x = t.choice("x", {"time", "displacement"}, "time");
+    m.y = t.choice("y", {"force", "torque", "peak_normal_force"});
+  } else {
+    m.frame = frame_index(t, "motion_frame", model.frames);
+    m.axis = t.integer("axis", 0, 0);
+    const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
+    if (!free || m.axis >= static_cast<int>(free->axes.size()))
+      t.fail("axis", "is none of a free motion frame; expected one");
+    m.x = t.choice("x", {"time", "coordinate"}, "time");
+    m.y = t.choice("y", {"coordinate", "rate", "acceleration", "drive", "force"});
+  }
+  m.points = t.integer("points", 2, 500);
+  if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
+  m.cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
+  if (!(frames_every * kSamplesPerClass * m.cfc <= 1 + 1e-9))
+    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
+                              "apart; expected shorter output.frames_every",
+                              m.cfc, 1e3 / (kSamplesPerClass * m.cfc), 1e3 * frames_every));
+}
+
 }  // namespace
 
 std::vector<Measure> read_measures(const TomlTable& root, const Model& model, double frames_every) {
   std::vector<Measure> measures;
   for (const TomlTable& t : root.tables("measure")) {
     const std::string kind =
-        t.choice("kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum"});
+        t.choice("kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum", "curve"});
     Measure m;
     if (kind == "slip") {
       m.kind = Measure::Kind::slip;
@@ -101,6 +131,9 @@ std::vector<Measure> read_measures(const TomlTable& root, const Model& model, do
     } else if (kind == "accelerometer") {
       m.kind = Measure::Kind::accelerometer;
       read_accelerometer(t, model, frames_every, m);
+    } else if (kind == "curve") {
+      m.kind = Measure::Kind::curve;
+      read_curve(t, model, frames_every, m);
     } else if (kind == "drum") {
       m.kind = Measure::Kind::drum;
       read_drum(t, model, m);

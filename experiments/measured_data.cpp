@@ -105,6 +105,52 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
   d.values = peaks(d.time, d.samples, threshold, dead_time);
 }
 
+void read_curve(const TomlTable& t, MeasuredData& d) {
+  const std::string x = t.string("x"), y = t.string("y"), repeat = t.string("repeat", "");
+  d.x_unit = t.string("x_unit");
+  const Unit x_unit = t.at("x_unit", [&] { return parse_unit(d.x_unit); });
+  const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
+  const double cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
+  const std::string align = t.choice("align", {"none", "onset", "best"}, "none");
+  d.align = align == "none"    ? MeasuredData::Alignment::none
+            : align == "onset" ? MeasuredData::Alignment::onset
+                               : MeasuredData::Alignment::best;
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn xs = find_csv_column(d.file, rows.front(), x, x_unit.dimension);
+  const CsvColumn ys = find_csv_column(d.file, rows.front(), y, unit.dimension);
+  std::optional<CsvColumn> marks;
+  if (!repeat.empty()) marks = find_csv_column(d.file, rows.front(), repeat, std::nullopt);
+  std::string before;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const std::string mark = marks ? rows[i].fields[marks->index] : "";
+    if (d.repeats.empty() || mark != before) d.repeats.emplace_back();
+    before = mark;
+    d.repeats.back().x.push_back(csv_number(d.file, rows[i], xs) / x_unit.factor);
+    d.repeats.back().y.push_back(csv_number(d.file, rows[i], ys) / unit.factor);
+  }
+  for (MeasuredData::Repeat& r : d.repeats) {
+    if (r.x.size() < 3)
+      throw InputError(fmt::format("{}: a repeat holds {} samples; expected three at least", d.file,
+                                   r.x.size()));
+    if (cfc == 0) continue;
+    // The filter asks for equal steps, here in x, which is then a time.
+    MeasuredData evenly;
+    evenly.time = r.x;
+    evenly.samples = r.y;
+    const double interval = (r.x.back() - r.x.front()) / static_cast<double>(r.x.size() - 1);
+    if (x_unit.dimension != dimension::time || !(interval > 0) ||
+        interval * x_unit.factor * cfc * kSamplesPerClass > 1)
+      t.fail("cfc",
+             fmt::format("is {} Hz; expected curves over a time that grows, with ten samples "
+                         "in a period",
+                         cfc));
+    resample(evenly, interval);
+    r.x = evenly.time;
+    r.y = channel_filter(evenly.samples, interval * x_unit.factor, cfc);
+  }
+}
+
 }  // namespace
 
 std::vector<double> peaks(const std::vector<double>& time, const std::vector<double>& samples,
@@ -128,12 +174,13 @@ std::vector<double> peaks(const std::vector<double>& time, const std::vector<dou
 
 MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
   t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
-           "cfc", "threshold", "dead_time", "at_least"});
+           "cfc", "threshold", "dead_time", "at_least", "x", "y", "x_unit", "repeat", "align"});
   MeasuredData d;
-  const std::string kind = t.choice("kind", {"values", "classes", "trace"});
+  const std::string kind = t.choice("kind", {"values", "classes", "trace", "curve"});
   d.kind = kind == "values"    ? MeasuredData::Kind::values
            : kind == "classes" ? MeasuredData::Kind::classes
-                               : MeasuredData::Kind::trace;
+           : kind == "trace"   ? MeasuredData::Kind::trace
+                               : MeasuredData::Kind::curve;
   d.file = (std::filesystem::path(directory) / t.string("file")).lexically_normal().string();
   d.present = std::filesystem::exists(d.file);
   d.response = t.string("response");
@@ -144,14 +191,19 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
         t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out", kind));
   };
   belongs({"classes", "counts"}, kind == "classes");
-  belongs({"column", "unit"}, kind != "classes");
+  belongs({"unit"}, kind != "classes");
+  belongs({"column"}, kind == "values" || kind == "trace");
   belongs({"at_least"}, kind == "values");
-  belongs({"time", "cfc", "threshold", "dead_time"}, kind == "trace");
+  belongs({"time", "threshold", "dead_time"}, kind == "trace");
+  belongs({"cfc"}, kind == "trace" || kind == "curve");
+  belongs({"x", "y", "x_unit", "repeat", "align"}, kind == "curve");
   if (d.kind != MeasuredData::Kind::classes) d.unit = t.string("unit");
   if (d.kind == MeasuredData::Kind::values) read_values(t, d);
   if (d.kind == MeasuredData::Kind::classes) read_classes(t, d);
   if (d.kind == MeasuredData::Kind::trace) read_trace(t, d);
-  if (d.present && d.kind != MeasuredData::Kind::classes && d.values.empty())
+  if (d.kind == MeasuredData::Kind::curve) read_curve(t, d);
+  const bool empty = d.kind == MeasuredData::Kind::curve ? d.repeats.empty() : d.values.empty();
+  if (d.present && d.kind != MeasuredData::Kind::classes && empty)
     throw InputError(
         fmt::format("{}: holds no value; expected one at least{}", d.file,
                     d.kind == MeasuredData::Kind::trace ? " above the threshold" : ""));

@@ -13,7 +13,8 @@ struct MeasuredData {
   enum class Kind {
     values,   // one a repeat, a particle, an event
     classes,  // counts
-    trace     // a signal over time, of which the peaks are taken as values
+    trace,    // a signal over time, of which the peaks are taken as values
+    curve     // one quantity over another
   };
   Kind kind = Kind::values;
   std::string file;      // CSV
@@ -26,6 +27,16 @@ struct MeasuredData {
   std::vector<std::string> classes;   // in order of the file, with
   std::vector<double> counts;         // so many each
   std::vector<double> time, samples;  // of a trace: s, and its filtered samples in `unit`
+  // Of a curve: its repeats, each in order of the file, x in `x_unit` and y in `unit`.
+  struct Repeat {
+    std::vector<double> x, y;
+  };
+  std::vector<Repeat> repeats;
+  std::string x_unit;
+  // How curves are laid over each other: as they are; each shifted so that x = 0 where y first
+  // reaches a twentieth of its largest magnitude; or to where they differ least.
+  enum class Alignment { none, onset, best };
+  Alignment align = Alignment::none;
 };
 
 // [data] of a measurement; `directory`: where its file lies. Throws InputError for keys that are

@@ -209,7 +209,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     m.data = read_measured_data(t.required_table("data"),
                                 std::filesystem::path(source).parent_path().string());
   }
-  m.response = m.claims.empty() ? t.string("response") : t.string("response", "");
+  m.response = m.data || !m.claims.empty() ? t.string("response", m.data ? m.data->response : "")
+                                           : t.string("response");
   m.source = t.string("source");
   m.apparatus = t.string("apparatus", "");
   m.notes = t.string("notes", "");

@@ -11,6 +11,7 @@
 #include "experiments/body_responses.h"
 #include "experiments/bonds.h"
 #include "experiments/drained_repose_responses.h"
+#include "experiments/curve_responses.h"
 #include "experiments/drum_responses.h"
 #include "experiments/recording.h"
 #include "experiments/scene_responses.h"
@@ -99,6 +100,7 @@ std::vector<Response> measure(const Recording& recording) {
   append(scene_responses(recording, c));
   append(bond_responses(recording, c));
   append(accelerometer_responses(recording, c));
+  append(curve_responses(recording, c));
   append(statistics_responses(recording, c));
   return responses;
 }

@@ -202,6 +202,39 @@ void distribution_content(const Sets& sets, page::Content& content) {
                   response + ": " + (seen.empty() ? "simulation alone" : seen)});
 }
 
+// Means with bands of 95 %.
+void curve_content(const Sets& sets, page::Content& content) {
+  plots::XyPlot plot;
+  std::string seen;
+  for (const Json* c : sets) {
+    if (!c->contains("curve")) continue;
+    const Json& v = c->at("curve");
+    const auto add = [&](const std::string& name, const char* mean, const char* error) {
+      plots::Series s;
+      s.name = name;
+      s.x = numbers(v.at("x"));
+      s.y = numbers(v.at(mean));
+      const std::vector<double> one = numbers(v.at(error));
+      for (std::size_t i = 0; i < s.y.size(); ++i) {
+        const double reach = std::isfinite(one[i]) ? 2 * one[i] : 0;
+        s.low.push_back(s.y[i] - reach);
+        s.high.push_back(s.y[i] + reach);
+      }
+      plot.series.push_back(std::move(s));
+    };
+    if (plot.series.empty()) {
+      plot.x = {"x", text(v, "x_unit"), false, {}, {}};
+      plot.y = {"y", text(v, "unit"), false, {}, {}};
+      add("experiment", "measured", "measured_error");
+    }
+    add(text(*c, "parameter_set"), "simulated", "simulated_error");
+    seen += fmt::format("{}: {} % of the range. ", text(*c, "parameter_set"),
+                        page::number_text(100 * number(v, "difference"), 2));
+  }
+  if (!plot.series.empty())
+    content.figure({plots::draw(plot), "Means, with 95 % bands of the means.", seen});
+}
+
 // What numerics and variants change, as shares of what was there before.
 void choices_content(const Sets& sets, page::Content& content) {
   plots::IntervalPlot plot;
@@ -345,6 +378,7 @@ void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page
   if (kind == "damage") damage_content(sets, content);
   if (kind == "softening") softening_content(sets, content);
   if (kind == "choices") choices_content(sets, content);
+  if (kind == "curve") curve_content(sets, content);
   std::vector<std::string> caveats;
   for (const Json* c : sets)
     for (const Json& caveat : c->at("caveats"))

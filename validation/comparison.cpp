@@ -136,6 +136,9 @@ Comparison compare(const Suite& suite, const SuiteComparison& what, const Parame
     case ComparisonKind::damage:
       comparison::compare_damage(what, e, c);
       break;
+    case ComparisonKind::curve:
+      comparison::compare_curve(what, e, c);
+      break;
     case ComparisonKind::choices:
       comparison::compare_choices(what, e, c);
       break;

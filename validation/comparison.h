@@ -8,6 +8,7 @@
 
 #include "experiments/batch/executor.h"
 #include "experiments/material_record.h"
+#include "validation/curves.h"
 #include "validation/statistics.h"
 #include "validation/strength.h"
 #include "validation/suite_file.h"
@@ -147,6 +148,7 @@ struct Comparison {
   Measurement breaking_force;  // of a comparison of damage
   std::vector<SofteningResult> softening;
   std::vector<ChoiceResult> choices;
+  std::optional<CurveComparison> curve;
 };
 
 // Pure function of its arguments. Throws InputError for responses that runs do not have, or whose

@@ -27,6 +27,7 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
 void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c);
 void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& c);
 void compare_damage(const SuiteComparison& what, const Evidence& e, Comparison& c);
+void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c);
 void compare_choices(const SuiteComparison& what, const Evidence& e, Comparison& c);
 
 }  // namespace firn::comparison

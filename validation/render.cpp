@@ -111,6 +111,24 @@ Json softening_json(const SofteningResult& s) {
           {"word", s.word}};
 }
 
+Json curve_json(const CurveComparison& c) {
+  return {{"x_unit", c.x_unit},
+          {"unit", c.y_unit},
+          {"runs", c.runs},
+          {"repeats", c.repeats},
+          {"x", numbers(c.x)},
+          {"measured", numbers(c.measured)},
+          {"measured_error", numbers(c.measured_error)},
+          {"simulated", numbers(c.simulated)},
+          {"simulated_error", numbers(c.simulated_error)},
+          {"shift", number(c.shift)},
+          {"range", number(c.range)},
+          {"difference", number(c.difference)},
+          {"uncertainty", number(c.uncertainty)},
+          {"largest", number(c.largest)},
+          {"at", number(c.at)}};
+}
+
 Json choice_json(const ChoiceResult& c) {
   return {{"response", c.response},     {"unit", c.unit},
           {"choice", c.choice},         {"seeds", c.seeds},
@@ -146,6 +164,7 @@ Json comparison_json(const Comparison& c) {
   }
   for (const SofteningResult& s : c.softening) j["softening"].push_back(softening_json(s));
   for (const ChoiceResult& r : c.choices) j["choices"].push_back(choice_json(r));
+  if (c.curve) j["curve"] = curve_json(*c.curve);
   return j;
 }
 

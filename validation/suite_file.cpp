@@ -108,9 +108,10 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
 }
 
 ComparisonKind read_kind(const TomlTable& t) {
-  const std::string kind = t.choice("kind", {"value", "claims", "damage", "softening", "choices"});
-  for (const auto k : {ComparisonKind::value, ComparisonKind::claims, ComparisonKind::damage,
-                       ComparisonKind::softening})
+  const std::string kind =
+      t.choice("kind", {"value", "curve", "claims", "damage", "softening", "choices"});
+  for (const auto k : {ComparisonKind::value, ComparisonKind::curve, ComparisonKind::claims,
+                       ComparisonKind::damage, ComparisonKind::softening})
     if (kind == to_string(k)) return k;
   return ComparisonKind::choices;
 }
@@ -158,7 +159,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   };
   const bool damage = c.kind == ComparisonKind::damage;
   belongs("response", c.kind == ComparisonKind::value);
-  belongs("tolerance", c.kind == ComparisonKind::value);
+  belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
   belongs("responses", damage || !measures(c.kind));
   belongs("expects", damage);
   belongs("real_modulus", c.kind == ComparisonKind::softening);
@@ -167,6 +168,13 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   switch (c.kind) {
     case ComparisonKind::value:
       read_value(t, c);
+      break;
+    case ComparisonKind::curve:
+      if (!c.measurement.data || c.measurement.data->kind != MeasuredData::Kind::curve)
+        t.fail("measurement", "has no [data] of the kind \"curve\"; expected one that has");
+      if (t.has("tolerance")) c.tolerance = t.number("tolerance", 0);
+      if (c.tolerance && !(*c.tolerance > 0))
+        t.fail("tolerance", "is not above zero; expected a share of the measured range");
       break;
     case ComparisonKind::claims:
       if (c.measurement.claims.empty())
@@ -203,6 +211,8 @@ const char* to_string(ComparisonKind kind) {
   switch (kind) {
     case ComparisonKind::value:
       return "value";
+    case ComparisonKind::curve:
+      return "curve";
     case ComparisonKind::claims:
       return "claims";
     case ComparisonKind::damage:

@@ -50,6 +50,7 @@ struct SuiteExperiment {
 
 enum class ComparisonKind {
   value,      // a number against a number
+  curve,      // one quantity over another, against the same measured
   claims,     // what was seen, as relations that hold in a run or not
   damage,     // loads on particles against their breaking force
   softening,  // no measurement: what a reduced stiffness does to responses
@@ -64,9 +65,10 @@ struct SuiteComparison {
   std::size_t experiment = 0;
   Measurement measurement;             // none for softening
   std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
-  std::optional<double> tolerance;     // of a value: what difference would matter; its unit
-  bool expects_damage = true;          // what the experiment's authors say of it
-  double real_modulus = 0;             // Pa, for softening
+  // What difference would matter: of a value in its unit, of a curve as a share of its range.
+  std::optional<double> tolerance;
+  bool expects_damage = true;  // what the experiment's authors say of it
+  double real_modulus = 0;     // Pa, for softening
 };
 
 struct Suite {

@@ -71,6 +71,25 @@ TEST_F(MeasuredDataTest, ReadsCountsByClass) {
   EXPECT_THAT(m.data->counts, ElementsAre(3, 9));
 }
 
+constexpr const char* kCurve =
+    "file = \"a.csv\"\nkind = \"curve\"\nresponse = \"press\"\nx = \"way\"\nx_unit = \"m\"\n"
+    "y = \"force\"\nunit = \"N\"\n";
+
+TEST_F(MeasuredDataTest, ReadsCurvesByRepeat) {
+  EXPECT_FALSE(read(kCurve).data->present);
+  csv("test,way [mm],force [kN]\na,0,0\na,1,0.5\na,2,0.75\nb,0,0\nb,1,1\nb,3,2\n");
+  const Measurement m = read(std::string(kCurve) + "repeat = \"test\"\nalign = \"onset\"\n");
+  ASSERT_EQ(m.data->repeats.size(), 2U);
+  EXPECT_THAT(m.data->repeats[0].y, ElementsAre(0, 500, 750));
+  EXPECT_NEAR(m.data->repeats[1].x[2], 3e-3, 1e-12);
+  EXPECT_EQ(m.data->align, MeasuredData::Alignment::onset);
+  EXPECT_EQ(read(kCurve).data->repeats.size(), 1U);
+  EXPECT_THAT(complaint(std::string(kCurve) + "cfc = \"100 Hz\"\n"), HasSubstr("over a time"));
+  EXPECT_THAT(complaint(std::string(kCurve) + "threshold = \"1 N\"\n"), HasSubstr("does not go"));
+  csv("way [mm],force [kN]\n0,0\n1,1\n");
+  EXPECT_THAT(complaint(kCurve), HasSubstr("expected three at least"));
+}
+
 TEST_F(MeasuredDataTest, TakesPeaksOfATrace) {
   // Two half sines of 1 ms and 100 and 40 N, 20 ms apart, every 0.05 ms, with ripple below.
   std::string text = "time [ms],force [N]\n";

@@ -276,6 +276,43 @@ TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
   EXPECT_EQ(result().distribution->verdict, ValidationVerdict::inconsistent);
 }
 
+TEST_F(Comparisons, OfACurveJudgeByATolerance) {
+  what.kind = ComparisonKind::curve;
+  const auto runs = [](std::initializer_list<double> slopes) {
+    RunGroup g;
+    for (const double slope : slopes) {
+      g.seeds.push_back(g.seeds.size() + 1);
+      g.results.push_back(finished({response("press_curve_x", {0, 1, 2}, "m"),
+                                    response("press_curve_y", {0, slope, 2 * slope}, "N")}));
+    }
+    return g;
+  };
+  const RunGroup base = runs({10, 10.1, 9.9});
+  evidence.base = evidence.numerics_base = &base;
+  MeasuredData data;
+  data.kind = MeasuredData::Kind::curve;
+  data.response = "press";
+  data.file = "press.csv";
+  data.unit = "N";
+  data.x_unit = "m";
+  what.measurement.data = data;
+  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
+  EXPECT_THAT(result().would_decide, HasSubstr("press.csv"));
+  const auto verdict = [&](double slope, std::optional<double> tolerance) {
+    data.present = true;
+    data.repeats = {{{0, 2}, {0, 2 * slope}}, {{0, 2}, {0, 2.02 * slope}}};
+    what.measurement.data = data;
+    what.tolerance = tolerance;
+    return result().verdict;
+  };
+  EXPECT_EQ(verdict(10, 0.2), ValidationVerdict::consistent);
+  EXPECT_EQ(verdict(20, 0.2), ValidationVerdict::inconsistent);
+  EXPECT_EQ(verdict(10, 0.01), ValidationVerdict::not_enough_data);
+  EXPECT_EQ(verdict(20, {}), ValidationVerdict::information);
+  what.measurement.data->x_unit = "s";
+  EXPECT_THAT([&] { result(); }, ThrowsMessage<InputError>(HasSubstr("press_curve_x")));
+}
+
 TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
   what.kind = ComparisonKind::damage;
   what.responses = {"loads"};
