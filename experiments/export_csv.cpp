@@ -32,16 +32,33 @@ void export_frames(const Recording& recording, const std::string& directory) {
 
 void export_particles(const Recording& recording, const std::string& directory) {
   CsvFile csv(directory, "particles.csv");
-  csv.line("particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],door_time [s]");
-  const std::vector<int> shape = recording.shape(), tag = recording.tag();
+  const Case c = recording.read_case();
+  std::string header =
+      "particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],door_time [s],batch,"
+      "insert_time [s],outlet";
+  std::vector<std::vector<double>> gates;
+  for (const Gate& gate : c.gates) {
+    header += "," + quoted(gate.name + "_time [s]");
+    gates.push_back(recording.gate_time(gate.name));
+  }
+  csv.line(header);
+  const std::vector<int> shape = recording.shape(), tag = recording.tag(),
+                         batch = recording.batch(), outlet = recording.outlet();
   const std::vector<double> mass = recording.mass(), peak = recording.peak_normal_force(),
-                            exit = recording.exit_time(), door = recording.door_time();
+                            exit = recording.exit_time(), door = recording.door_time(),
+                            came = recording.insert_time();
   const auto or_empty = [](double t) {
     return std::isnan(t) ? std::string() : fmt::format("{}", t);
   };
-  for (std::size_t i = 0; i < recording.particle_count(); ++i)
-    csv.line(fmt::format("{},{},{},{},{},{},{}", i, shape[i], tag[i], mass[i], peak[i],
-                         or_empty(exit[i]), or_empty(door[i])));
+  for (std::size_t i = 0; i < recording.particle_count(); ++i) {
+    const std::string by =
+        outlet[i] < 0 ? "" : quoted(c.outlets[static_cast<std::size_t>(outlet[i])].name);
+    std::string line =
+        fmt::format("{},{},{},{},{},{},{},{},{},{}", i, shape[i], tag[i], mass[i], peak[i],
+                    or_empty(exit[i]), or_empty(door[i]), batch[i], or_empty(came[i]), by);
+    for (const std::vector<double>& times : gates) line += "," + or_empty(times[i]);
+    csv.line(line);
+  }
   csv.close();
 }
 

@@ -39,7 +39,8 @@ double error_at(const std::vector<SampledCurve>& curves, double x) {
 double span(const SampledCurve& c) { return c.x.back() - c.x.front(); }
 
 // Where all of them reach.
-std::vector<double> common_grid(const std::vector<SampledCurve>& a, const std::vector<SampledCurve>& b) {
+std::vector<double> common_grid(const std::vector<SampledCurve>& a,
+                                const std::vector<SampledCurve>& b) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const auto* curves : {&a, &b})
     for (const SampledCurve& c : *curves) {

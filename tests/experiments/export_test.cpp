@@ -54,6 +54,10 @@ orientation = [1, 0, 0, 0]
 size = "0.2 0.2 0.2 m"
 may_touch = ["floor"]
 motions = [{ kind = "translation", velocity = "1 0 0 m/s" }]
+[[gates]]
+name = "half way"
+point = "0 0 0.5 m"
+normal = [0, 0, -1]
 [output]
 frames_every = "20 ms"
 )";
@@ -99,7 +103,10 @@ TEST_F(ExportTest, CsvReadsBackExactly) {
   EXPECT_THAT(series[0], HasSubstr(",boundaries/panel/position.x [m],"));
   EXPECT_EQ(std::count(series[0].begin(), series[0].end(), ','),
             std::count(series[6].begin(), series[6].end(), ','));
+  EXPECT_THAT(lines("particles.csv")[0],
+              testing::EndsWith(",batch,insert_time [s],outlet,half way_time [s]"));
   EXPECT_THAT(lines("particles.csv")[1], StartsWith("0,0,4,1"));
+  EXPECT_THAT(lines("particles.csv")[1], testing::EndsWith(",-1,0,,"));  // not through the gate
   EXPECT_EQ(lines("responses.csv")[0], "name,index,value,uncertainty,unit,method,method_version");
 }
 
