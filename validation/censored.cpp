@@ -66,22 +66,9 @@ double passed_distance(const PassedShare& a, const PassedShare& b) {
   return largest;
 }
 
-double log_rank(const CensoredTimes& a, const CensoredTimes& b) {
-  std::vector<double> times = a.passed;
-  times.insert(times.end(), b.passed.begin(), b.passed.end());
-  double excess = 0, variance = 0;
-  for (const double x : distinct(times)) {
-    const double na = at_risk(a, x), n = na + at_risk(b, x);
-    const double d = passing(a, x) + passing(b, x);
-    excess += passing(a, x) - d * na / n;
-    if (n > 1) variance += d * (na / n) * (1 - na / n) * (n - d) / (n - 1);
-  }
-  return variance > 0 ? excess * excess / variance : 0;
-}
-
-double log_rank_p_value(const CensoredTimes& a, const CensoredTimes& b, int draws) {
+double passed_p_value(const CensoredTimes& a, const CensoredTimes& b, int draws) {
   const auto statistic = [](const std::vector<double>& x, const std::vector<double>& y) {
-    return log_rank(from_signed(x), from_signed(y));
+    return passed_distance(kaplan_meier(from_signed(x)), kaplan_meier(from_signed(y)));
   };
   return permutation_p_value(signed_times(a), signed_times(b), statistic, draws);
 }

@@ -120,7 +120,7 @@ std::vector<double> still_inside(const RunGroup& base, const std::string& respon
 void judge_open_times(DistributionResult& d) {
   const CensoredTimes a{d.simulated, d.simulated_at_least}, b{d.measured, d.measured_at_least};
   d.distance = passed_distance(kaplan_meier(a), kaplan_meier(b));
-  d.p_value = log_rank_p_value(a, b, 999);
+  d.p_value = passed_p_value(a, b, 999);
   d.area = d.area_p_value = std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -168,14 +168,14 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
 std::string distribution_words(const DistributionResult& d) {
   if (d.verdict == ValidationVerdict::not_enough_data) return "no run gave values";
   const bool open = !d.simulated_at_least.empty() || !d.measured_at_least.empty();
+  const std::string what =
+      d.by_class ? "share that would have to be exchanged"
+      : open     ? "largest distance of the shares that have passed (Kaplan and Meier)"
+                 : "largest distance of the cumulative distributions";
   const std::string area =
       d.by_class || open ? "" : fmt::format(" (area {:.3g} {})", d.area, d.unit);
-  return fmt::format("{}: {:.2g}{}; {} exceeds what is seen in {:.2g} % of all cases",
-                     d.by_class ? "share that would have to be exchanged"
-                     : open ? "largest distance of the shares that have passed (Kaplan and Meier)"
-                            : "largest distance of the cumulative distributions",
-                     d.distance, area, open ? "by the log-rank test chance alone" : "chance alone",
-                     100 * d.p_value);
+  return fmt::format("{}: {:.2g}{}, which chance alone exceeds in {:.2g} % of all cases", what,
+                     d.distance, area, 100 * d.p_value);
 }
 
 }  // namespace

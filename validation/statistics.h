@@ -76,10 +76,8 @@ struct PassedShare {
 PassedShare kaplan_meier(const CensoredTimes& times);
 // Largest distance of two of them, as far as both reach.
 double passed_distance(const PassedShare& a, const PassedShare& b);
-// Mantel's (1966) log-rank statistic, about chi-squared with one degree of freedom.
-double log_rank(const CensoredTimes& a, const CensoredTimes& b);
-// Probability of such a statistic or a larger one when the two could have been exchanged at random.
-double log_rank_p_value(const CensoredTimes& a, const CensoredTimes& b, int draws = 9999);
+// Probability of such a distance or a larger one when the two could have been exchanged at random.
+double passed_p_value(const CensoredTimes& a, const CensoredTimes& b, int draws = 9999);
 
 // Counts by class of two collections: half the sum of the differences of their shares, 0 ... 1.
 double share_distance(const std::vector<double>& a, const std::vector<double>& b);

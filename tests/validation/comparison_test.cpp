@@ -269,7 +269,7 @@ TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
   EXPECT_EQ(c.distribution->verdict, ValidationVerdict::consistent);
   EXPECT_EQ(c.distribution->simulated_at_least.size(), 6u);
   EXPECT_NEAR(c.distribution->distance, 0, 1e-12);  // a quarter stays in both
-  EXPECT_THAT(c.headline, HasSubstr("log-rank"));
+  EXPECT_THAT(c.headline, HasSubstr("Kaplan and Meier"));
   // As if the two that pass last had: not the same times.
   what.measurement.data->values = {20, 21, 22, 23};
   what.measurement.data->at_least = {};
