@@ -15,14 +15,17 @@ import subprocess
 import sys
 import tempfile
 
+BUCKET = "-1.05,0.42,0.72,0,0,0.09"  # azimuth, elevation, distance, and the place looked at
+AUGER = "-1.05,0.3,1.1,0.06,0,-0.03"
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FIRN = str(ROOT / "firn")
 
 
 def run(*command):
-    done = subprocess.run([str(c) for c in command], stdout=subprocess.PIPE, text=True)
+    done = subprocess.run([str(c) for c in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode != 0:
-        sys.exit(f"paper_figures: {' '.join(str(c) for c in command)}: status {done.returncode}")
+        sys.exit(f"paper_figures: {' '.join(str(c) for c in command)}: status {done.returncode}\n{done.stderr}")
     return done.stdout
 
 
@@ -37,7 +40,8 @@ class Runs:
         for experiment in results["experiments"]:
             for one in experiment["runs"]:
                 if (one["purpose"], one["parameter_set"], one["seed"]) == ("base", self.set, seed):
-                    self.files[experiment["name"]] = self.folder / "runs" / (one["key"] + ".h5")
+                    here = self.folder / "runs" / (one["key"] + ".h5")
+                    self.files[experiment["name"]] = here if here.exists() else pathlib.Path(one["results_file"])
 
     def file(self, experiment):
         file = self.files.get(experiment)
@@ -77,7 +81,8 @@ class Figures:
 
 
 def responses(results):
-    return {r["name"]: r["value"] for r in json.loads(run(FIRN, "measure", results, "--json"))["responses"]}
+    measured = json.loads(run(FIRN, "measure", results, "--json"))["responses"]
+    return {name: r["value"] for name, r in measured.items()}
 
 
 def number(value):
@@ -108,7 +113,7 @@ def main():
         glass = runs.file("glass impact")
         walls = json.loads(run(FIRN, "shape", ROOT / "experiments/icemaker/glass_impact.toml", "--json"))
         hide = ",".join(b["name"] for b in walls.get("boundaries", []))
-        f.still("figure-04-cube", glass, size=(600, 400), t=0, hide=hide, colour="tag", view="-1,0.5,0.13,0.208,0,0")
+        f.still("figure-04-cube", glass, size=(600, 400), t=0, hide=hide, colour="tag", view="-1,0.9,0.13,0.208,0,0")
 
         # 5: what stays in the drained box, with the lines through both slopes.
         run(FIRN, "export", runs.file("drained repose"), "--to", "png", "-o", f.out / "figure-05-drained.png")
@@ -119,12 +124,12 @@ def main():
         run(FIRN, "run", ROOT / "experiments/icemaker/harvest.toml", "--set", "case.duration=4 s", "-o", short)
         f.plot("figure-06-angles", f.page(short)[1], "moving-parts")
         for letter, t in (("a", 18.0), ("b", 19.5)):
-            f.still(f"figure-06{letter}-harvest", harvest, t=t, hide="cover,chute,container,guard", colour="batch")
+            f.still(f"figure-06{letter}-harvest", harvest, t=t, hide="cover,chute,container,guard", colour="batch", view=BUCKET)
 
         # 7: the bucket is out; what fell behind it is marked, with its way.
         pull = runs.file("bucket pull")
         state = dict(t=round(sum(number(v) for k, v in responses(pull).items() if k.startswith("duration_")), 2),
-                     hide="cover,container,guard", colour="batch")
+                     hide="cover,container,guard", colour="batch", view="-1.05,0.35,1.1,0,0.1,0")
         lost = [p for p in particles(pull, work) if p["lost_time [s]"]]
         if lost:
             last = max(lost, key=lambda p: float(p["lost_time [s]"]))
@@ -136,7 +141,7 @@ def main():
         r = responses(half)
         start = number(r["duration_harvest"]) + number(r["duration_settle"])
         f.still("figure-08-half-full", half, t=round(start + 0.5 * number(r["duration_dispense"]), 2), colour="time",
-                hide="mold,ejector,stripper,cover,arm,guard")
+                hide="mold,ejector,stripper,cover,arm,guard", view=AUGER)
         f.plot("figure-09-batches", work / "suite", "mixing-2")
 
         # 10: the full bucket by columns, before and after.
@@ -145,12 +150,13 @@ def main():
         start = number(r["duration_harvest"]) + number(r["duration_settle"])
         for letter, t in (("a", start + 0.05), ("b", start + number(r["duration_dispense"]))):
             f.still(f"figure-10{letter}-columns", full, t=round(t, 2), colour="tag",
-                    hide="mold,ejector,stripper,cover,arm,guard")
+                    hide="mold,ejector,stripper,cover,arm,guard", view=AUGER)
         f.plot("figure-10c-columns", work / "suite", "columns-2")
 
         # 11: forces on the container, and where it is hit. 12: loads on all cubes beside the breaking force.
         f.plot("figure-11-impact", f.page(glass)[1], "loads-on-boundaries")
-        f.still("figure-11-map", glass, t=3, map="peak_stress", hide="chute")
+        f.still("figure-11-map", glass, t=3, map="peak_stress", log=1, alone=1, hide="chute,mold,ejector,stripper,cover,arm,guard,bucket,auger,flap",
+                view="-1.05,0.9,0.45,0.212,0,-0.24")
         f.plot("figure-12-loads", work / "suite", "damage")
 
 
