@@ -365,11 +365,13 @@ std::string draw(const BarPlot& plot) {
     const int series = static_cast<int>(k);
     const std::string file = drawing.data(fmt::format("bars{}", k), rows);
     commands.push_back(fmt::format(
-        "{} using 1:2:({}) with boxes fillstyle transparent solid {} border lc rgb {} title {}",
+        "{0} using 1:2:({1}) with boxes lc rgb {3} fillstyle transparent solid {2} border lc rgb "
+        "{3} title {4}",
         file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_ink(series), text(s.name)));
     if (!s.errors.empty())
-      commands.push_back(fmt::format(
-          "{} using 1:2:3 with yerrorbars lc rgb {} lw 1.4 pt -1 notitle", file, ink::text));
+      commands.push_back(
+          fmt::format("{} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb {} lw 1.6 notitle",
+                      file, ink::text));
   }
   if (!any) return drawing.nothing(plot.x_label, axis_title(plot.y));
   std::vector<std::string> tics;
