@@ -197,7 +197,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   check_stage_names(root, c);
   add_coming_particles(c);
   read_bonds(root, c);
-  c.measures = read_measures(root, model, c.frames_every);
+  c.measures = read_measures(root, c);
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
     root.fail("particles",

@@ -139,7 +139,7 @@ struct DrainedRepose {
 
 // What the case asks to be measured beside the responses of every case.
 struct Measure {
-  enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve };
+  enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve, load };
   Kind kind = Kind::slip;
   std::string name;        // stands before the names of its responses; may be empty
   std::optional<int> tag;  // only particles that carry it; none: all
@@ -162,6 +162,10 @@ struct Measure {
   // another, filtered by `cfc` unless that is 0.
   std::string x, y;
   int points = 0;
+  // load: force of contacts on a boundary (or on a motion frame, when there is none) along a
+  // direction of the world (0: its magnitude), during one stage (empty: all the time).
+  Vec3 direction = Vec3::Zero();  // unit
+  std::string stage;
 };
 
 // What a material record brought into a case.

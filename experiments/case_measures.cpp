@@ -64,6 +64,14 @@ void read_drum(const TomlTable& t, const Model& model, Measure& m) {
   m.begin = t.quantity("begin", dimension::time, Sign::non_negative);
 }
 
+// A channel class asks for so many frames in its period.
+void require_samples(const TomlTable& t, double frames_every, double cfc) {
+  if (!(frames_every * kSamplesPerClass * cfc <= 1 + 1e-9))
+    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
+                              "apart; expected shorter output.frames_every",
+                              cfc, 1e3 / (kSamplesPerClass * cfc), 1e3 * frames_every));
+}
+
 void read_accelerometer(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
   t.allow({"kind", "name", "motion_frame", "axis", "cfc"});
   m.frame = frame_index(t, "motion_frame", model.frames);
@@ -74,19 +82,20 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frames_ev
       free->axes[static_cast<std::size_t>(m.axis)].kind == FreeAxis::Kind::translation;
   if (!moves) t.fail("axis", "is no translation of a free motion frame; expected one");
   m.cfc = t.quantity("cfc", dimension::frequency, Sign::positive, "1000 Hz");
-  if (!(frames_every * kSamplesPerClass * m.cfc <= 1 + 1e-9)) {
-    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
-                              "apart; expected shorter output.frames_every",
-                              m.cfc, 1e3 / (kSamplesPerClass * m.cfc), 1e3 * frames_every));
-  }
+  require_samples(t, frames_every, m.cfc);
 }
 
-void read_curve(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
-  t.allow({"kind", "name", "boundary", "motion_frame", "axis", "x", "y", "points", "cfc"});
+// Of a measure of a part of a machine.
+void require_one_body(const TomlTable& t) {
   if (t.has("boundary") == t.has("motion_frame"))
     t.fail("boundary", "and motion_frame exclude each other; expected one of them");
   if (t.string("name", "").empty())
     t.fail("name", "is missing; expected a name, which the responses bear");
+}
+
+void read_curve(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+  t.allow({"kind", "name", "boundary", "motion_frame", "axis", "x", "y", "points", "cfc"});
+  require_one_body(t);
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
     boundary_index(t, "boundary", m.boundary, model.boundaries);
@@ -105,19 +114,32 @@ void read_curve(const TomlTable& t, const Model& model, double frames_every, Mea
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
   m.cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
-  if (!(frames_every * kSamplesPerClass * m.cfc <= 1 + 1e-9))
-    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
-                              "apart; expected shorter output.frames_every",
-                              m.cfc, 1e3 / (kSamplesPerClass * m.cfc), 1e3 * frames_every));
+  require_samples(t, frames_every, m.cfc);
+}
+
+void read_load(const TomlTable& t, const Case& c, Measure& m) {
+  t.allow({"kind", "name", "boundary", "motion_frame", "direction", "stage"});
+  require_one_body(t);
+  if (t.has("boundary")) {
+    m.boundary = t.string("boundary");
+    boundary_index(t, "boundary", m.boundary, c.model.boundaries);
+  } else {
+    m.frame = frame_index(t, "motion_frame", c.model.frames);
+  }
+  if (t.has("direction")) m.direction = t.direction("direction");
+  m.stage = t.string("stage", "");
+  if (!m.stage.empty() && std::ranges::count(c.stages, m.stage, &Stage::name) == 0)
+    t.fail("stage", fmt::format("\"{}\" is no stage; expected one of [[stages]]", m.stage));
 }
 
 }  // namespace
 
-std::vector<Measure> read_measures(const TomlTable& root, const Model& model, double frames_every) {
+std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
+  const Model& model = c.model;
   std::vector<Measure> measures;
   for (const TomlTable& t : root.tables("measure")) {
-    const std::string kind =
-        t.choice("kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum", "curve"});
+    const std::string kind = t.choice(
+        "kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum", "curve", "load"});
     Measure m;
     if (kind == "slip") {
       m.kind = Measure::Kind::slip;
@@ -130,10 +152,13 @@ std::vector<Measure> read_measures(const TomlTable& root, const Model& model, do
       t.allow({"kind", "name", "tag"});
     } else if (kind == "accelerometer") {
       m.kind = Measure::Kind::accelerometer;
-      read_accelerometer(t, model, frames_every, m);
+      read_accelerometer(t, model, c.frames_every, m);
     } else if (kind == "curve") {
       m.kind = Measure::Kind::curve;
-      read_curve(t, model, frames_every, m);
+      read_curve(t, model, c.frames_every, m);
+    } else if (kind == "load") {
+      m.kind = Measure::Kind::load;
+      read_load(t, c, m);
     } else if (kind == "drum") {
       m.kind = Measure::Kind::drum;
       read_drum(t, model, m);

@@ -1,4 +1,4 @@
-// [[measure]] of a case file: what is measured of single bodies and of heaps.
+// [[measure]] of a case file: what is measured of single bodies, heaps and parts of machines.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,7 @@
 
 namespace firn {
 
-// The model must have its particles and boundaries.
-// `frames_every` (s): of [output], which samples must suit.
-std::vector<Measure> read_measures(const TomlTable& root, const Model& model, double frames_every);
+// The case must have its model, its stages and its output interval.
+std::vector<Measure> read_measures(const TomlTable& root, const Case& c);
 
 }  // namespace firn

@@ -46,22 +46,22 @@ void read_classes(const TomlTable& t, MeasuredData& d) {
   if (!(sum > 0)) throw InputError(fmt::format("{}: {}: counts nothing", d.file, counts));
 }
 
-// Filters ask for equal steps: the samples are taken anew, on straight lines between them, at the
-// smallest step of the file.
-void resample(MeasuredData& d, double interval) {
-  std::vector<double> time, samples;
-  const auto steps = static_cast<std::size_t>(
-      std::floor((d.time.back() - d.time.front()) / interval * (1 + 1e-12)));
+// Filters ask for equal steps: the samples are taken anew, on straight lines between them, at steps
+// of `interval`.
+void resample(std::vector<double>& time, std::vector<double>& samples, double interval) {
+  std::vector<double> even_time, even;
+  const auto steps =
+      static_cast<std::size_t>(std::floor((time.back() - time.front()) / interval * (1 + 1e-12)));
   std::size_t at = 0;
   for (std::size_t k = 0; k <= steps; ++k) {
-    const double t = d.time.front() + static_cast<double>(k) * interval;
-    while (at + 2 < d.time.size() && d.time[at + 1] < t) ++at;
-    const double share = std::clamp((t - d.time[at]) / (d.time[at + 1] - d.time[at]), 0.0, 1.0);
-    time.push_back(t);
-    samples.push_back(d.samples[at] + share * (d.samples[at + 1] - d.samples[at]));
+    const double t = time.front() + static_cast<double>(k) * interval;
+    while (at + 2 < time.size() && time[at + 1] < t) ++at;
+    const double share = std::clamp((t - time[at]) / (time[at + 1] - time[at]), 0.0, 1.0);
+    even_time.push_back(t);
+    even.push_back(samples[at] + share * (samples[at + 1] - samples[at]));
   }
-  d.time = std::move(time);
-  d.samples = std::move(samples);
+  time = std::move(even_time);
+  samples = std::move(even);
 }
 
 void read_trace(const TomlTable& t, MeasuredData& d) {
@@ -93,7 +93,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
         fmt::format("{}: {}: two times are only {} s apart; expected samples about "
                     "evenly spaced",
                     d.file, time_column, interval));
-  resample(d, interval);
+  resample(d.time, d.samples, interval);  // the smallest step of the file
   if (cfc > 0) {
     if (interval * cfc * kSamplesPerClass > 1)
       t.fail("cfc",
@@ -135,9 +135,6 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
                                    r.x.size()));
     if (cfc == 0) continue;
     // The filter asks for equal steps, here in x, which is then a time.
-    MeasuredData evenly;
-    evenly.time = r.x;
-    evenly.samples = r.y;
     const double interval = (r.x.back() - r.x.front()) / static_cast<double>(r.x.size() - 1);
     if (x_unit.dimension != dimension::time || !(interval > 0) ||
         interval * x_unit.factor * cfc * kSamplesPerClass > 1)
@@ -145,9 +142,8 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
              fmt::format("is {} Hz; expected curves over a time that grows, with ten samples "
                          "in a period",
                          cfc));
-    resample(evenly, interval);
-    r.x = evenly.time;
-    r.y = channel_filter(evenly.samples, interval * x_unit.factor, cfc);
+    resample(r.x, r.y, interval);
+    r.y = channel_filter(r.y, interval * x_unit.factor, cfc);
   }
 }
 

@@ -13,6 +13,7 @@
 #include "experiments/curve_responses.h"
 #include "experiments/drained_repose_responses.h"
 #include "experiments/drum_responses.h"
+#include "experiments/load_responses.h"
 #include "experiments/recording.h"
 #include "experiments/scene_responses.h"
 #include "experiments/statistics_responses.h"
@@ -101,6 +102,7 @@ std::vector<Response> measure(const Recording& recording) {
   append(bond_responses(recording, c));
   append(accelerometer_responses(recording, c));
   append(curve_responses(recording, c));
+  append(load_responses(recording, c));
   append(statistics_responses(recording, c));
   return responses;
 }

@@ -106,7 +106,25 @@ std::vector<double> waiting_times(const Recording& recording, const std::vector<
   return waiting;
 }
 
-void add_gate(const Recording& recording, const Gate& gate, Out& out) {
+// Of each column of each rule, in the order of the case: how many that carry its tag have passed. A
+// column in which nothing lay counts 0.
+void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
+                 const std::vector<double>& passed, const std::string& name, Out& out) {
+  std::vector<double> count;
+  for (const TagRule& rule : rules)
+    for (int k = 0; k < rule.columns; ++k) {
+      double through = 0;
+      for (std::size_t i = 0; i < tag.size(); ++i)
+        through += tag[i] == rule.first + k && !std::isnan(passed[i]) ? 1 : 0;
+      count.push_back(through);
+    }
+  if (!count.empty())
+    out.add(name + "count_by_column", std::move(count), "1",
+            "one value for each column of [[tags]], in order");
+}
+
+void add_gate(const Recording& recording, const Gate& gate, const std::vector<TagRule>& rules,
+              Out& out) {
   const std::vector<double> passed = recording.gate_time(gate.name),
                             inserted = recording.insert_time(), mass = recording.mass();
   std::vector<int> batch = recording.batch(), tag = recording.tag();
@@ -145,6 +163,7 @@ void add_gate(const Recording& recording, const Gate& gate, Out& out) {
   out.add(name + "count_by_batch", by_batch.count, "1", rows);
   out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
+  add_columns(rules, tags, through, name, out);
   out.add(name + "residence_times", residence, "s",
           "from insertion to the gate, one value a particle that came; undefined: not passed yet");
   if (const std::vector<double> waiting = waiting_times(recording, passed); !waiting.empty())
@@ -228,7 +247,7 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
     out.add(s.name + "_batches", {batches}, "1", "that came");
   }
   add_loads(recording, inserted, out);
-  for (const Gate& gate : c.gates) add_gate(recording, gate, out);
+  for (const Gate& gate : c.gates) add_gate(recording, gate, c.tag_rules, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
   return out.responses;
 }

@@ -30,14 +30,13 @@ ValidationReplays::ValidationReplays(const Json& results, const std::string& fol
     : budget_(budget) {
   std::set<std::string> compared;
   for (const Json& c : results.at("comparisons")) compared.insert(text(c, "experiment"));
-  const std::string first_set = text(results.at("parameter_sets").at(0), "name");
   for (const Json& e : results.at("experiments")) {
     if (!compared.contains(text(e, "name")) || !e.contains("runs")) continue;
     for (const Json& r : e.at("runs")) {
-      if (text(r, "purpose") != "base" || text(r, "parameter_set") != first_set) continue;
+      if (text(r, "purpose") != "base") continue;
       const fs::path file = found(r.value("results_file", ""), folder);
       if (!file.empty())
-        runs_[text(e, "name")] = {file.string(), file.filename().string(), first_set,
+        runs_[text(e, "name")] = {file.string(), file.filename().string(), text(r, "parameter_set"),
                                   number(r, "seed"), ""};
       break;
     }

@@ -109,11 +109,11 @@ def main():
         f = Figures(a.output, work)
         run(FIRN, "report", a.folder, "-o", work / "suite.html", "--no-replays", "--figures", work / "suite")
 
-        # 4: the cube, from near; every wall is hidden.
-        glass = runs.file("glass impact")
-        walls = json.loads(run(FIRN, "shape", ROOT / "experiments/icemaker/glass_impact.toml", "--json"))
-        hide = ",".join(b["name"] for b in walls.get("boundaries", []))
-        f.still("figure-04-cube", glass, size=(600, 400), t=0, hide=hide, colour="tag", view="-1,0.9,0.13,0.208,0,0")
+        # 4: the cube, as it lies on a table.
+        cube = work / "cube.h5"
+        run(FIRN, "run", ROOT / "experiments/icemaker/platen_test.toml", "--set", "case.duration=20 ms", "-o", cube)
+        f.still("figure-04-cube", cube, size=(600, 400), t=0, hide="upper platen,lower platen", colour="batch",
+                view="-1.2,0.8,0.16,0,0,0.01")
 
         # 5: what stays in the drained box, with the lines through both slopes.
         run(FIRN, "export", runs.file("drained repose"), "--to", "png", "-o", f.out / "figure-05-drained.png")
@@ -154,9 +154,10 @@ def main():
         f.plot("figure-10c-columns", work / "suite", "columns-2")
 
         # 11: forces on the container, and where it is hit. 12: loads on all cubes beside the breaking force.
+        glass = runs.file("glass impact")
         f.plot("figure-11-impact", f.page(glass)[1], "loads-on-boundaries")
         f.still("figure-11-map", glass, t=3, map="peak_stress", log=1, alone=1, hide="chute,mold,ejector,stripper,cover,arm,guard,bucket,auger,flap",
-                view="-1.05,0.9,0.45,0.212,0,-0.24")
+                view="-1.05,1.4,0.4,0.212,0,-0.24")
         f.plot("figure-12-loads", work / "suite", "damage")
 
 

@@ -17,8 +17,9 @@ class TriangleIndex {
 
   // The number of the triangle nearest to a place (m, axes of the mesh) among those that face
   // `out` (outward normal within 90 degrees); of all where none does. On an edge, always the same
-  // one of its neighbours.
-  int nearest(const Vec3& place, const Vec3& out) const;
+  // one of its neighbours. A good `guess`, as the answer for a place nearby, saves most of the
+  // search and changes nothing else; any number will do.
+  int nearest(const Vec3& place, const Vec3& out, int guess = -1) const;
   int nearest(const Vec3& place) const;
 
  private:

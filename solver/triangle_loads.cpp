@@ -45,14 +45,17 @@ class BoundaryReader {
     const int number = watched(pair.b);
     if (number < 0) return;
     const TriangleIndex& index = w_.watched_index[number];
+    const std::uint32_t first = w_.first_of_watched[number];
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
       const Patch& patch = s_.patches[pair.first_patch + k];
       const Vec3 place = a.position + patch.arm - b.position, out = to_boundary * -patch.normal;
       for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
-        const int nearest = index.nearest(to_boundary * (place + s_.points[i].offset), out);
-        triangles_[i] = w_.first_of_watched[number] + static_cast<std::uint32_t>(nearest);
+        // What the point's place in memory had last is near, mostly.
+        const int last = static_cast<int>(triangles_[i]) - static_cast<int>(first);
+        const int nearest = index.nearest(to_boundary * (place + s_.points[i].offset), out, last);
+        triangles_[i] = first + static_cast<std::uint32_t>(nearest);
       }
     }
   }

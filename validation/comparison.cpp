@@ -34,6 +34,12 @@ void require_unit(const std::string& response, const RunGroup& base, const Measu
                       m.file, response, m.unit, unit));
 }
 
+std::string words_on(const RunGroup& group) {
+  return group.purpose == RunGroup::Purpose::timestep
+             ? fmt::format("time step {:.3g} us", group.setting * 1e6)
+             : fmt::format("Young's modulus {:.3g} GPa", group.setting * 1e-9);
+}
+
 Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand) {
   const Operand o = parse_operand(operand);
   std::vector<double> before, after, difference;

@@ -18,10 +18,8 @@ struct Choice {
 
 std::vector<Choice> choices_of(const Evidence& e) {
   std::vector<Choice> all;
-  if (e.timestep != nullptr)
-    all.push_back({fmt::format("time step {:.3g} us", e.timestep->setting * 1e6), e.timestep});
-  for (const RunGroup* group : e.stiffness)
-    all.push_back({fmt::format("Young's modulus {:.3g} GPa", group->setting * 1e-9), group});
+  if (e.timestep != nullptr) all.push_back({words_on(*e.timestep), e.timestep});
+  for (const RunGroup* group : e.stiffness) all.push_back({words_on(*group), group});
   for (const Evidence::Other& other : e.variants) all.push_back({other.what->name, other.runs});
   return all;
 }

@@ -16,6 +16,8 @@ std::string with_unit(double value, const std::string& unit);
 std::vector<double> defined(std::vector<double> values);
 // Throws InputError unless runs give the response in the measurement's unit.
 void require_unit(const std::string& response, const RunGroup& base, const Measurement& m);
+// "time step 5 us" or "Young's modulus 0.03 GPa", of a group with such a setting.
+std::string words_on(const RunGroup& group);
 // Means over the seeds that two groups share, and the standard error of the difference.
 struct Change {
   int seeds = 0;

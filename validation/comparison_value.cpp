@@ -14,9 +14,10 @@ namespace {
 // What a change of numerics does: the difference of the means over the same seeds, or its standard
 // error where that is larger: a change that seeds hide is not known to be smaller.
 UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
-                              const RunGroup& base, const std::string& operand,
-                              const std::string& setting) {
+                              const RunGroup& base, const std::string& operand) {
   if (changed == nullptr) return {name, std::nullopt, "not looked at"};
+  const std::string setting =
+      changed->purpose == RunGroup::Purpose::variant ? name : words_on(*changed);
   const Change c = change_between(base, *changed, operand);
   const double difference = c.after - c.before;
   if (c.seeds == 0) return {name, std::nullopt, setting + ": no run finished"};
@@ -124,21 +125,15 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
     c.would_decide = "runs that finish";
     return;
   }
-  const std::string half =
-      e.timestep == nullptr ? "" : fmt::format("time step {:.3g} us", e.timestep->setting * 1e6);
   const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
-  const std::string stiff =
-      stiffest == nullptr ? ""
-                          : fmt::format("Young's modulus {:.3g} GPa", stiffest->setting * 1e-9);
   v.parts = {seeds_part(v.simulation),
-             numerics_part("time step", e.timestep, *e.numerics_base, response, half),
-             numerics_part("stiffness", stiffest, *e.numerics_base, response, stiff),
+             numerics_part("time step", e.timestep, *e.numerics_base, response),
+             numerics_part("stiffness", stiffest, *e.numerics_base, response),
              input_part(e, response, v.simulation),
              {"experiment", m.believed_uncertainty(), m.sentence()}};
   for (const Evidence::Other& other : e.variants)
     if (other.what->numerics)
-      v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response,
-                                      other.what->name));
+      v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response));
   v.difference = v.simulation.mean - v.measured;
   for (const UncertaintyPart& p : v.parts) {
     v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));

@@ -7,13 +7,13 @@
 #include <limits>
 
 #include "experiments/batch/operand.h"
+#include "experiments/batch/power_law.h"
 
 namespace firn {
 namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-constexpr double trusted_reach = 3;      // beyond this factor an extrapolation is a guess
-constexpr double least_relative = 0.02;  // error of a mean of few seeds that happen to agree
+constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is a guess
 
 void add_point(const RunGroup& group, const std::string& operand, double modulus,
                SofteningResult& s) {
@@ -39,40 +39,13 @@ std::string word_on(const SofteningResult& s) {
   return "can be extrapolated";
 }
 
-// Weighted least squares of ln(mean) over ln(modulus).
 void fit(SofteningResult& s, double real_modulus) {
-  double w0 = 0, wx = 0, wy = 0, wxx = 0, wxy = 0;
-  const std::size_t n = s.modulus.size();
-  std::vector<double> x(n), y(n), w(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    x[i] = std::log(s.modulus[i]);
-    y[i] = std::log(s.mean[i]);
-    const double relative =
-        std::hypot(std::isfinite(s.error[i]) ? s.error[i] / s.mean[i] : 0, least_relative);
-    w[i] = 1 / (relative * relative);
-    w0 += w[i];
-    wx += w[i] * x[i];
-    wy += w[i] * y[i];
-    wxx += w[i] * x[i] * x[i];
-    wxy += w[i] * x[i] * y[i];
-  }
-  const double determinant = w0 * wxx - wx * wx;
-  s.exponent = (w0 * wxy - wx * wy) / determinant;
-  const double constant = (wy - s.exponent * wx) / w0;
-  double misfit = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double rest = y[i] - constant - s.exponent * x[i];
-    misfit += w[i] * rest * rest;
-  }
-  if (n < 3) return;
-  // A line that misses by more than the errors say is no better known than it misses.
-  const double freedom = static_cast<double>(n) - 2;
-  const double scale = std::max(1.0, misfit / freedom);
-  s.exponent_error = std::sqrt(scale * w0 / determinant);
-  const double at = std::log(real_modulus), centre = wx / w0;
-  const double error =
-      std::sqrt(scale * (1 / w0 + (at - centre) * (at - centre) * w0 / determinant));
-  const double mid = constant + s.exponent * at, k = student_factor(freedom);
+  const PowerLaw law = fit_power_law(s.modulus, s.mean, s.error);
+  s.exponent = law.exponent;
+  s.exponent_error = law.exponent_error;
+  if (!std::isfinite(law.exponent_error)) return;
+  const auto [mid, error] = law.at(real_modulus);
+  const double k = student_factor(law.degrees_of_freedom);
   s.extrapolated = {std::exp(mid - k * error), std::exp(mid + k * error)};
 }
 
@@ -94,7 +67,7 @@ SofteningResult soften(const std::string& operand, const Evidence& e, double rea
     return s;
   }
   s.reach = real_modulus / s.modulus.back();
-  if (s.modulus.size() < 2 || std::ranges::any_of(s.mean, [](double m) { return !(m > 0); })) {
+  if (!has_power_law(s.modulus, s.mean)) {
     s.word = "has no power law: it is not above zero at two stiffnesses or more";
     return s;
   }

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "experiments/batch/batch_folder.h"
@@ -16,6 +17,7 @@
 #include "experiments/case_materials.h"
 #include "experiments/csv_file.h"
 #include "experiments/toml_reader.h"
+#include "experiments/units.h"
 
 namespace firn {
 namespace {
@@ -131,6 +133,21 @@ Scatter scatter(const SweepResult& r, std::size_t combination, std::size_t respo
   for (const double v : values) squares += (v - s.mean) * (v - s.mean);
   if (s.count > 1) s.deviation = std::sqrt(squares / (s.count - 1));
   return s;
+}
+
+// A value that is a number, with a unit or without, in SI.
+std::optional<double> number(const std::string& value) {
+  const std::string text = plain(value);
+  double n = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
+  if (error != std::errc()) return std::nullopt;
+  const std::string unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  if (unit.empty()) return n;
+  try {
+    return n * parse_unit(unit).factor;
+  } catch (const InputError&) {
+    return std::nullopt;  // a vector, a file
+  }
 }
 
 BatchFolderOptions folder_options(const Sweep& s, const SweepOptions& options,
@@ -258,6 +275,24 @@ SweepResult sweep(const SweepOptions& options) {
   return r;
 }
 
+std::vector<SweptPower> powers(const SweepResult& r) {
+  if (r.sweep.vary.size() != 1) return {};
+  std::vector<double> x;
+  for (const std::string& value : r.sweep.vary.front().values)
+    x.push_back(number(value).value_or(undefined));
+  std::vector<SweptPower> all;
+  for (std::size_t i = 0; i < r.responses.size(); ++i) {
+    std::vector<double> mean, error;
+    for (std::size_t c = 0; c < x.size(); ++c) {
+      const Scatter s = scatter(r, c, i);
+      mean.push_back(s.mean);
+      error.push_back(s.deviation / std::sqrt(s.count));
+    }
+    if (has_power_law(x, mean)) all.push_back({r.responses[i], fit_power_law(x, mean, error)});
+  }
+  return all;
+}
+
 std::string render_table(const SweepResult& r) {
   std::string text;
   for (std::size_t c = 0; c < r.sweep.combinations(); ++c) {
@@ -280,12 +315,19 @@ std::string render_table(const SweepResult& r) {
         text += fmt::format("    seed {} {}: {}\n", run.seed, to_string(run.result.status),
                             run.result.reason);
   }
+  const std::vector<SweptPower> laws = powers(r);
+  if (!laws.empty()) text += fmt::format("as a power of {}:\n", r.sweep.vary.front().name);
+  for (const auto& [response, law] : laws)
+    text += fmt::format("    {:<36} {:>12.2f} {}\n", response, law.exponent,
+                        std::isfinite(law.exponent_error)
+                            ? fmt::format("+- {:.2g}, one standard error", law.exponent_error)
+                            : "(two values: how straight it is, is not known)");
   return text;
 }
 
 std::string render_json(const SweepResult& r) {
   using Json = nlohmann::ordered_json;
-  const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
+  const auto defined = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   Json j = {{"kind", "sweep"}, {"name", r.sweep.name}, {"case", r.sweep.case_file}};
   j["responses"] = Json::array();
   for (std::size_t i = 0; i < r.responses.size(); ++i)
@@ -298,14 +340,18 @@ std::string render_json(const SweepResult& r) {
       row["values"][r.sweep.vary[i].name] = plain(values[i]);
     for (std::size_t i = 0; i < r.responses.size(); ++i) {
       const Scatter s = scatter(r, c, i);
-      row["responses"][r.responses[i]] = {
-          {"mean", number(s.mean)}, {"standard_deviation", number(s.deviation)}, {"runs", s.count}};
+      row["responses"][r.responses[i]] = {{"mean", defined(s.mean)},
+                                          {"standard_deviation", defined(s.deviation)},
+                                          {"runs", s.count}};
     }
     j["combinations"].push_back(row);
   }
+  for (const auto& [response, law] : powers(r))
+    j["powers"][response] = {{"exponent", defined(law.exponent)},
+                             {"standard_error", defined(law.exponent_error)}};
   for (const SweepRun& run : r.runs) {
     Json values = Json::array();
-    for (const double v : run.values) values.push_back(number(v));
+    for (const double v : run.values) values.push_back(defined(v));
     j["runs"].push_back({{"combination", run.combination},
                          {"seed", run.seed},
                          {"key", run.key},

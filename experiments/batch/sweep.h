@@ -8,6 +8,7 @@
 
 #include "experiments/batch/execution.h"
 #include "experiments/batch/executor.h"
+#include "experiments/batch/power_law.h"
 #include "experiments/case.h"
 
 namespace firn {
@@ -71,6 +72,15 @@ struct SweepResult {
 // InputError for a wrong file, a directory that holds something else, or a response that the case
 // does not have.
 SweepResult sweep(const SweepOptions& options);
+
+// A response as a power of the one key that a sweep varies.
+struct SweptPower {
+  std::string response;
+  PowerLaw law;
+};
+// Of the means over seeds. Empty unless one key alone is varied, over numbers above zero (with
+// units or without); a response that is not above zero everywhere is left out.
+std::vector<SweptPower> powers(const SweepResult& result);
 
 std::string render_table(const SweepResult& result);  // for people: means and scatter
 std::string render_json(const SweepResult& result);

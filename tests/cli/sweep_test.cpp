@@ -97,6 +97,29 @@ TEST(SweepCommand, TakesListsAndRepetitions) {
   EXPECT_THAT(repeat.out, HasSubstr("r: 3 of 3 runs finished"));
 }
 
+TEST(SweepCommand, TellsTheExponentOverOneKeyThatIsANumber) {
+  const Sweep folder;
+  const auto swept = [&](const char* name, const char* key, const char* values) {
+    folder.write("one.toml", std::string("[sweep]\nname = \"") + name +
+                                 "\"\ncase = \"case.toml\"\nresponses = [\"present_mass\"]\n"
+                                 "[[vary]]\nname = \"x\"\nkeys = [\"" +
+                                 key + "\"]\nvalues = " + values + "\n");
+    return folder.firn({"sweep", "one.toml", "--progress", "none"});
+  };
+  // Mass goes with density to the first power, whatever the unit.
+  const Outcome three =
+      swept("three", "materials.ice.density", R"(["900 kg/m^3", "1.8 g/cm^3", "3600 kg/m^3"])");
+  ASSERT_EQ(three.status, 0) << three.err;
+  EXPECT_THAT(three.out, HasSubstr("as a power of x:"));
+  EXPECT_THAT(three.out, testing::ContainsRegex("present_mass +1\\.00 \\+- 0\\.0"));
+  const Outcome two = swept("two", "materials.ice.density", R"(["900 kg/m^3", "1800 kg/m^3"])");
+  ASSERT_EQ(two.status, 0) << two.err;
+  EXPECT_THAT(two.out, testing::ContainsRegex("present_mass +1\\.00 \\(two values"));
+  const Outcome vectors = swept("vectors", "case.gravity", R"(["0 0 -9 m/s^2", "0 0 -8 m/s^2"])");
+  ASSERT_EQ(vectors.status, 0) << vectors.err;
+  EXPECT_THAT(vectors.out, testing::Not(HasSubstr("as a power")));
+}
+
 TEST(SweepCommand, RefusesInOneLine) {
   const Sweep folder;
   const auto refused = [&](const char* part, const char* other, const char* says) {

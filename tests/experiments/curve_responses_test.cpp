@@ -70,6 +70,22 @@ boundary = "platen"
 x = "displacement"
 y = "force"
 points = 50
+[[stages]]
+name = "near"
+max_duration = "0.1 s"
+[[stages]]
+name = "press"
+max_duration = "0.1 s"
+[[measure]]
+kind = "load"
+name = "all"
+boundary = "platen"
+[[measure]]
+kind = "load"
+name = "late"
+boundary = "platen"
+direction = [0, 0, 2]
+stage = "press"
 [output]
 frames_every = "0.2 ms"
 )";
@@ -100,6 +116,20 @@ TEST_F(Curves, HaveTheSlopesOfTheirSprings) {
   EXPECT_THAT(force.method, HasSubstr("force over displacement of \"platen\""));
 }
 
+// The platen touches after 0.02 s and comes 5 mm/s nearer: a force that grows with time.
+TEST_F(Curves, LoadsAreMeansOverTheirStage) {
+  const RunSummary summary = run(read_case_text(kBench, "bench.toml", "."), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const auto response = [&](const std::string& name) {
+    return std::ranges::find(summary.responses, name, &Response::name)->value.at(0);
+  };
+  const double rate = 0.5 * 1e6 * 0.02 * 5e-3;  // N/s
+  EXPECT_NEAR(response("late_load_mean"), rate * (0.15 - 0.02), 0.02 * rate * 0.13);
+  EXPECT_NEAR(response("late_load_peak"), rate * (0.2 - 0.02), 0.02 * rate * 0.18);
+  EXPECT_NEAR(response("all_load_mean"), rate * 0.18 * 0.18 / 2 / 0.2, 0.02 * rate * 0.081);
+  EXPECT_EQ(response("all_load_peak"), response("late_load_peak"));
+}
+
 TEST_F(Curves, AreRefusedInOneLine) {
   const auto complaint = [](const std::string& key, const std::string& value) -> std::string {
     try {
@@ -115,6 +145,9 @@ TEST_F(Curves, AreRefusedInOneLine) {
   EXPECT_THAT(complaint("measure.press.points", "1"), HasSubstr("points"));
   EXPECT_THAT(complaint("measure.spring.axis", "1"), HasSubstr("is none of a free motion frame"));
   EXPECT_THAT(complaint("measure.spring.cfc", "1000 Hz"), HasSubstr("needs a sample every"));
+  EXPECT_THAT(complaint("measure.late.stage", "after"), HasSubstr("\"after\" is no stage"));
+  EXPECT_THAT(complaint("measure.late.motion_frame", "cup"), HasSubstr("expected one of them"));
+  EXPECT_THAT(complaint("measure.late.direction", "[0, 0, 0]"), HasSubstr("direction"));
 }
 
 }  // namespace

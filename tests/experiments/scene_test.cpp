@@ -128,10 +128,10 @@ normal = [0, 0, -1]
 [[tags]]
 stage = "drop"
 axis = "z"
-columns = 3
+columns = 4
 first = 1
 region_min = "-20 -20 0 mm"
-region_max = "20 20 60 mm"
+region_max = "20 20 80 mm"
 
 [[stages]]
 name = "harvest"
@@ -221,6 +221,9 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
     return std::ranges::find(summary.responses, name, &Response::name)->value;
   };
   EXPECT_EQ(response("below_fifo_index"), std::vector<double>{1});
+  EXPECT_EQ(response("below_count_by_tag"), (std::vector<double>{1, 1, 1}));
+  // Nothing lay in the fourth column.
+  EXPECT_EQ(response("below_count_by_column"), (std::vector<double>{1, 1, 1, 0}));
   EXPECT_NEAR(response("below_first_half_evenness").at(0), 2.0 / 3, 1e-12);
   EXPECT_EQ(response("below_residence_times").size(), 3u);
   EXPECT_NEAR(response("below_residence_times").at(1), passed[1] - inserted[1], 1e-12);

@@ -384,6 +384,27 @@ TEST(TriangleIndex, FindsTheNearestTriangleOfMany) {
   }
 }
 
+// Corners and middles of edges have several nearest triangles, to the last bit or nearly.
+TEST(TriangleIndex, AnswersTheSameWhateverTheGuess) {
+  const TriangleMesh mesh = refined(box_mesh({0.1, 0.08, 0.02}), 0.013);
+  const TriangleIndex index(mesh);
+  const int count = static_cast<int>(mesh.triangles.size());
+  scenes::Random random(6);
+  for (int i = 0; i < 300; ++i) {
+    const auto& corners = mesh.triangles[static_cast<std::size_t>(random.uniform(0, count - 1e-9))];
+    Vec3 place = mesh.vertices[corners[0]];
+    if (i % 3 == 1) place = 0.5 * (place + mesh.vertices[corners[1]]);
+    if (i % 3 == 2) place += Vec3(random.uniform(-1, 1), random.uniform(-1, 1), 0) * 0.02;
+    const Vec3 out(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const int expected = index.nearest(place, out);
+    EXPECT_GE(area_normal(mesh, static_cast<std::size_t>(expected)).dot(out), 0);
+    for (const int guess : {-7, 0, expected, count - 1, count, static_cast<int>(1e9)})
+      EXPECT_EQ(index.nearest(place, out, guess), expected);
+    for (int k = 0; k < 20; ++k)
+      EXPECT_EQ(index.nearest(place, out, static_cast<int>(random.uniform(0, count))), expected);
+  }
+}
+
 // A plate whose top is z = 0, turned about z, with the triangles of its top and sides.
 Model over_plate(Model model, double edge) {
   const Vec3 size(0.3, 0.3, 0.02);
