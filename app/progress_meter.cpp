@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/units.h"
+
 namespace firn {
 namespace {
 
@@ -15,14 +17,6 @@ constexpr double smoothing_time = 20;  // s, memory of the rate
 constexpr int bar_width = 24;
 
 }  // namespace
-
-std::string duration_text(double seconds) {
-  if (seconds < 10) return fmt::format("{:.1f} s", seconds);
-  const auto total = static_cast<long>(std::ceil(seconds));
-  if (total < 60) return fmt::format("{} s", total);
-  if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);
-  return fmt::format("{} h {:02} min", total / 3600, total % 3600 / 60);
-}
 
 ProgressMeter::ProgressMeter(double timestep)
     : timestep_(timestep), terminal_(isatty(STDERR_FILENO) == 1) {}

@@ -32,7 +32,4 @@ class ProgressMeter {
   double rate_ = 0;
 };
 
-// "1.5 s", "42 s", "3 min 05 s", "2 h 07 min".
-std::string duration_text(double seconds);
-
 }  // namespace firn

@@ -8,8 +8,8 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
-#include "app/progress_meter.h"
 #include "app/report_text.h"
+#include "experiments/units.h"
 #include "experiments/version.h"
 #include "reports/verification_page.h"
 #include "validation/verification/suite.h"

@@ -84,7 +84,7 @@ struct Outlet {
 
 // A part of the run, ended by an event. On entry, boundaries are removed and motions started.
 struct Stage {
-  enum class Until { time, at_rest, empty, switched, passed, stalled, force, torque };
+  enum class Until { time, at_rest, empty, switched, passed, stalled, force, torque, filled };
   std::string name;
   std::vector<Until> until;  // whatever comes first; none: time
   double max_duration = 0;   // s; a stage that has not ended by then ends anyway
@@ -106,7 +106,12 @@ struct Stage {
   double force = 0, force_hold = 0;  // N, s
   int torque_frame = 0;
   double torque = 0, torque_hold = 0;  // N m, s
-  std::vector<std::string> remove;     // boundaries
+  // filled: so many particles lie (centres, slower than 0.1 m/s) at a height or above it, for the
+  // hold time; against gravity from the world's origin.
+  double fill_height = 0;  // m
+  int fill_count = 0;
+  double fill_hold = 0;             // s
+  std::vector<std::string> remove;  // boundaries
   // On entry, times relative to the stage. Some end with it.
   struct StartedMotion {
     int boundary = -1, frame = -1;  // one of the two

@@ -29,7 +29,8 @@ const std::initializer_list<Word> kWords = {
     {"passed", Until::passed, {"gate", "count", "mass"}},
     {"stalled", Until::stalled, {"stall_frame", "stall_axis", "stall_hold"}},
     {"force", Until::force, {"force_frame", "force", "force_hold"}},
-    {"torque", Until::torque, {"torque_frame", "torque", "torque_hold"}}};
+    {"torque", Until::torque, {"torque_frame", "torque", "torque_hold"}},
+    {"filled", Until::filled, {"fill_height", "fill_count", "fill_hold"}}};
 
 std::vector<Until> read_until(const TomlTable& t) {
   std::vector<std::string> asked{"time"};
@@ -101,6 +102,14 @@ void read_torque(const TomlTable& t, const Case& c, Stage& stage) {
   stage.torque_hold = t.quantity("torque_hold", dimension::time, Sign::positive, "0.1 s");
 }
 
+void read_filled(const TomlTable& t, const Case& c, Stage& stage) {
+  if (c.model.gravity.norm() == 0)
+    t.fail("until", "is \"filled\" without gravity; expected a case with one");
+  stage.fill_height = t.quantity("fill_height", dimension::length, Sign::any);
+  stage.fill_count = t.integer("fill_count", 1, 3);
+  stage.fill_hold = t.quantity("fill_hold", dimension::time, Sign::positive, "0.2 s");
+}
+
 Stage::StartedMotion read_started_motion(const TomlTable& t, const Case& c) {
   Stage::StartedMotion start;
   start.motion = read_motion(t, {"boundary", "motion_frame", "ends_with_stage"});
@@ -155,6 +164,7 @@ Stage read_stage(const TomlTable& t, const Case& c) {
   if (stage.ends_on(Until::stalled)) read_stall(t, c, stage);
   if (stage.ends_on(Until::force)) read_force(t, c, stage);
   if (stage.ends_on(Until::torque)) read_torque(t, c, stage);
+  if (stage.ends_on(Until::filled)) read_filled(t, c, stage);
   stage.remove = t.strings("remove");
   for (const std::string& name : stage.remove)
     boundary_index(t, "remove", name, c.model.boundaries);

@@ -80,10 +80,14 @@ std::vector<double> thinned(const std::vector<double>& all, std::size_t points) 
 
 std::vector<Response> curve_responses(const Recording& recording, const Case& c) {
   std::vector<Response> out;
+  const std::vector<double> times = recording.frame_times();
   for (const Measure& m : c.measures) {
     if (m.kind != Measure::Kind::curve) continue;
     Signal x = signal_of(recording, c, m, m.x), y = signal_of(recording, c, m, m.y);
-    const std::size_t frames = std::min(x.values.size(), y.values.size());
+    std::size_t frames = std::min(x.values.size(), y.values.size());
+    // The last frame may follow the one before it sooner, which a filter does not expect.
+    if (m.cfc > 0 && frames > 2 && times[frames - 1] - times[frames - 2] < 0.5 * c.frames_every)
+      --frames;
     if (frames < 2) continue;
     x.values.resize(frames);
     y.values.resize(frames);

@@ -67,8 +67,8 @@ void walk(const Each& each, T& traffic, P& watch) {
   for (auto* times : {&p.exit_time, &p.door_time, &p.insert_time}) each(*times);
   for (auto* numbers : {&p.outlet, &p.batch, &p.tag}) each(*numbers);
   for (auto& times : p.gate_time) each(times);
-  for (auto* since :
-       {&watch.rest_since, &watch.force_since, &watch.torque_since, &watch.driven_since})
+  for (auto* since : {&watch.rest_since, &watch.force_since, &watch.torque_since,
+                      &watch.filled_since, &watch.driven_since})
     each(*since);
   each(watch.driven_from);
   each(watch.stalled);

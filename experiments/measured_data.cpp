@@ -108,6 +108,8 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
 void read_curve(const TomlTable& t, MeasuredData& d) {
   const std::string x = t.string("x"), y = t.string("y"), repeat = t.string("repeat", "");
   d.x_unit = t.string("x_unit");
+  d.x_name = x;
+  d.y_name = y;
   const Unit x_unit = t.at("x_unit", [&] { return parse_unit(d.x_unit); });
   const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
   const double cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);

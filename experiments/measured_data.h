@@ -33,6 +33,7 @@ struct MeasuredData {
   };
   std::vector<Repeat> repeats;
   std::string x_unit;
+  std::string x_name, y_name;  // as the file heads them
   // How curves are laid over each other: as they are; each shifted so that x = 0 where y first
   // reaches a twentieth of its largest magnitude; or to where they differ least.
   enum class Alignment { none, onset, best };

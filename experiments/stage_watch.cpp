@@ -11,6 +11,7 @@ namespace {
 using Until = Stage::Until;
 
 constexpr double kStalled = 0.1;  // of a drive's speed
+constexpr double kLies = 0.1;     // m/s: what falls is faster after 0.5 mm
 
 constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -48,7 +49,8 @@ StageWatch::StageWatch(const Case& c) : case_(c) {
 }
 
 void StageWatch::enter_stage() {
-  state.rest_since = state.force_since = state.torque_since = state.driven_since = -1;
+  state.rest_since = state.force_since = state.torque_since = -1;
+  state.filled_since = state.driven_since = -1;
   state.empty = state.passed = state.stalled = 0;
 }
 
@@ -112,6 +114,19 @@ bool StageWatch::is_quiet(const Stage& stage, const Solver& solver) const {
   return total <= stage.rest_kinetic_energy * static_cast<double>(present);
 }
 
+// What has just come in, or leaps at its highest point, is slow for a moment: hence the hold time.
+bool StageWatch::is_filled(const Stage& stage, const Solver& solver) const {
+  const Vec3 up = -case_.model.gravity.normalized();
+  const ParticleState& particles = solver.particles();
+  int above = 0;
+  for (std::size_t i = 0; i < particles.presence.size(); ++i) {
+    above += particles.presence[i] == Presence::present &&
+             particles.position[i].dot(up) >= stage.fill_height &&
+             particles.velocity[i].norm() < kLies;
+  }
+  return above >= stage.fill_count;
+}
+
 void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& traffic,
                       const Traffic::Now& now, bool left) {
   look_at_switches(solver);
@@ -136,6 +151,8 @@ void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& t
   if (stage.ends_on(Until::torque))
     keep_since(solver.frame_load(stage.torque_frame).moment.norm() > stage.torque, solver,
                state.torque_since);
+  if (stage.ends_on(Until::filled))
+    keep_since(is_filled(stage, solver), solver, state.filled_since);
 }
 
 // "12 of 75 particles came through \"container\"": a closed outlet, or a jam.
@@ -173,6 +190,7 @@ std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver
   if (state.passed) return fmt::format("passed \"{}\"", case_.gates[index(stage.gate)].name);
   if (held(Until::force, state.force_since, stage.force_hold)) return "force";
   if (held(Until::torque, state.torque_since, stage.torque_hold)) return "torque";
+  if (held(Until::filled, state.filled_since, stage.fill_hold)) return "filled";
   if (stage.ends_on(Until::switched) && state.closed[index(stage.closed_switch)])
     return fmt::format("switch \"{}\"", case_.switches[index(stage.closed_switch)].name);
   return std::nullopt;

@@ -15,7 +15,7 @@ namespace firn {
 // What a checkpoint keeps of it. Steps since when something has held without a break; -1: it does
 // not hold.
 struct StageWatchState {
-  std::int64_t rest_since = -1, force_since = -1, torque_since = -1;
+  std::int64_t rest_since = -1, force_since = -1, torque_since = -1, filled_since = -1;
   std::int64_t driven_since = -1;  // or since the last look at how far the drive had come
   double driven_from = 0;          // m or rad, the coordinate then
   std::uint8_t empty = 0, passed = 0, stalled = 0;  // at the last look
@@ -42,6 +42,7 @@ class StageWatch {
   void look_at_switches(const Solver& solver);
   void look_at_drive(const Stage& stage, const Solver& solver, std::uint64_t stage_start);
   bool is_quiet(const Stage& stage, const Solver& solver) const;
+  bool is_filled(const Stage& stage, const Solver& solver) const;
   std::string shortfall(const Stage& stage, const Traffic& traffic, const Traffic::Now& now) const;
 
   const Case& case_;

@@ -60,6 +60,9 @@ std::string example(const Dimension& dimension, int components = 1);
 // A value in SI as a text that reads back to the same bits: "0.06096 m".
 std::string si_text(double value, const Dimension& dimension);
 
+// For people: "7.3 s", "48 s", "12 min 05 s", "3 h 20 min".
+std::string duration_text(double seconds);
+
 // "a, b, c"
 template <class Words>
 std::string comma_list(const Words& words) {

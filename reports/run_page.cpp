@@ -10,6 +10,7 @@
 
 #include "experiments/bonds.h"
 #include "experiments/recording.h"
+#include "experiments/units.h"
 #include "experiments/version.h"
 #include "reports/run_plots.h"
 
@@ -125,7 +126,7 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
                     page::number_text(c.duration))},
        {"particles", fmt::format("{} came, {} left through outlets", counts.came, counts.left)},
        {"time step", fmt::format("{} s", page::number_text(recording.timestep()))},
-       {"wall time", fmt::format("{} s", page::number_text(recording.wall_time(), 3))}});
+       {"wall time", duration_text(recording.wall_time())}});
   const std::vector<page::Card> cards = response_cards(responses);
   if (!cards.empty()) page.top().cards(cards);
 }

@@ -206,13 +206,16 @@ void curve_content(const Sets& sets, page::Content& content) {
       plot.series.push_back(std::move(s));
     };
     if (plot.series.empty()) {
-      plot.x = {"x", text(v, "x_unit"), false, {}, {}};
-      plot.y = {"y", text(v, "unit"), false, {}, {}};
-      add("experiment", "measured", "measured_error");
+      plot.x = {text(v, "x_name"), text(v, "x_unit"), false, {}, {}};
+      plot.y = {text(v, "y_name"), text(v, "unit"), false, {}, {}};
+      if (!v.at("measured").empty()) add("experiment", "measured", "measured_error");
     }
     add(text(*c, "parameter_set"), "simulated", "simulated_error");
-    seen += fmt::format("{}: {} % of the range. ", text(*c, "parameter_set"),
-                        page::number_text(100 * number(v, "difference"), 2));
+    seen += text(*c, "parameter_set") +
+            (v.at("measured").empty()
+                 ? ": simulation alone. "
+                 : fmt::format(": {} % of the range. ",
+                               page::number_text(100 * number(v, "difference"), 2)));
   }
   if (!plot.series.empty())
     content.figure({plots::draw(plot), "Means, with 95 % bands of the means.", seen});

@@ -83,7 +83,8 @@ void summary(const Json& results, const std::vector<Sets>& groups, page::Page& p
     for (const std::string& set : sets) {
       const auto found = std::ranges::find_if(
           group, [&](const Json* c) { return text(*c, "parameter_set") == set; });
-      row.push_back(found == group.end() ? Cell("") : Cell(badge_of(text(**found, "verdict"))));
+      row.push_back(found == group.end() ? Cell("not run")
+                                         : Cell(badge_of(text(**found, "verdict"))));
     }
     table.rows.push_back(row);
   }

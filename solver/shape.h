@@ -75,6 +75,8 @@ struct CrescentParameters {
   int facets = 1272;            // wanted triangles of the mesh (the nearest even count is made)
   int parts = 4;                // convex pieces along the chord, for contact
   int arc_segments = 12;        // flat pieces of the outer arc, for contact
+
+  bool operator==(const CrescentParameters&) const = default;
 };
 TriangleMesh crescent_mesh(const CrescentParameters& p);
 Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options);

@@ -124,7 +124,9 @@ Comparison compare(const Suite& suite, const SuiteComparison& what, const Parame
   c.experiment = suite.experiments[what.experiment].name;
   c.parameter_set = parameters.name;
   if (measures(what.kind)) {
-    c.measurement = what.measurement.sentence() + "; " + what.measurement.source;
+    c.measurement = what.measurement.sentence();
+    if (c.measurement.ends_with('.')) c.measurement.pop_back();
+    c.measurement += "; " + what.measurement.source;
     c.measurement_status = to_string(what.measurement.status);
   }
   c.runs = static_cast<int>(e.base->results.size());

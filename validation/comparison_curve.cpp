@@ -58,19 +58,23 @@ void judge(double tolerance, Comparison& c) {
 void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c) {
   const MeasuredData& data = *what.measurement.data;
   const std::vector<SampledCurve> simulated = curves_of(*e.base, data);
+  c.curve = compare_curves(simulated, data.repeats, data.align);
+  if (c.curve) {
+    c.curve->x_name = data.x_name;
+    c.curve->x_unit = data.x_unit;
+    c.curve->y_name = data.y_name;
+    c.curve->y_unit = data.unit;
+  }
   if (!data.present) {
     c.headline = "the experiment's curve is not here";
     c.would_decide = fmt::format("its samples, as {}", data.file);
     return;
   }
-  c.curve = compare_curves(simulated, data.repeats, data.align);
   if (!c.curve) {
     c.headline = simulated.empty() ? "no run gave a curve" : "the curves have no x in common";
     c.would_decide = "curves over the same x";
     return;
   }
-  c.curve->x_unit = data.x_unit;
-  c.curve->y_unit = data.unit;
   if (c.curve->repeats < 2)
     c.caveats.push_back("one measured curve: its own scatter is not known and not counted");
   judge(what.tolerance.value_or(0), c);

@@ -135,9 +135,9 @@ std::optional<CurveComparison> compare_curves(std::vector<SampledCurve> simulate
       if (align == MeasuredData::Alignment::onset && !one.x.empty()) one = from_onset(one);
     }
     std::erase_if(*curves, [](const SampledCurve& one) { return one.x.size() < 2; });
-    if (curves->empty()) return std::nullopt;
   }
-  if (align == MeasuredData::Alignment::best) {
+  if (simulated.empty()) return std::nullopt;
+  if (align == MeasuredData::Alignment::best && !measured.empty()) {
     const SampledCurve reference = measured.front();
     for (std::size_t i = 1; i < measured.size(); ++i)
       move(measured[i], best_shift(measured[i], reference));
@@ -152,12 +152,17 @@ std::optional<CurveComparison> compare_curves(std::vector<SampledCurve> simulate
   c.runs = static_cast<int>(simulated.size());
   c.repeats = static_cast<int>(measured.size());
   c.simulated = mean_of(simulated, c.x).y;
+  for (const double x : c.x) c.simulated_error.push_back(error_at(simulated, x));
+  if (measured.empty()) {
+    c.range = c.difference = c.uncertainty = c.largest = c.at =
+        std::numeric_limits<double>::quiet_NaN();
+    return c;
+  }
   c.measured = mean_of(measured, c.x).y;
   const auto [low, high] = std::ranges::minmax(c.measured);
   c.range = high - low;
   double squares = 0, variances = 0;
   for (std::size_t k = 0; k < c.x.size(); ++k) {
-    c.simulated_error.push_back(error_at(simulated, c.x[k]));
     c.measured_error.push_back(error_at(measured, c.x[k]));
     const double d = c.simulated[k] - c.measured[k];
     squares += d * d;

@@ -13,7 +13,7 @@ namespace firn {
 using SampledCurve = MeasuredData::Repeat;
 
 struct CurveComparison {
-  std::string x_unit, y_unit;
+  std::string x_name, x_unit, y_name, y_unit;
   int runs = 0, repeats = 0;
   std::vector<double> x;  // evenly spaced, where all of them reach
   // Means at x, and one standard deviation of each mean: NaN for a single curve.
@@ -35,7 +35,8 @@ SampledCurve from_onset(SampledCurve curve, double share = 0.05);
 // half of the shorter one at least).
 double best_shift(const SampledCurve& curve, const SampledCurve& other);
 
-// Nothing where they do not overlap.
+// Nothing where they do not overlap. Without measured curves the simulated ones alone: x, their
+// mean and its error.
 std::optional<CurveComparison> compare_curves(std::vector<SampledCurve> simulated,
                                               std::vector<SampledCurve> measured,
                                               MeasuredData::Alignment align);

@@ -112,7 +112,9 @@ Json softening_json(const SofteningResult& s) {
 }
 
 Json curve_json(const CurveComparison& c) {
-  return {{"x_unit", c.x_unit},
+  return {{"x_name", c.x_name},
+          {"x_unit", c.x_unit},
+          {"y_name", c.y_name},
           {"unit", c.y_unit},
           {"runs", c.runs},
           {"repeats", c.repeats},

@@ -15,6 +15,7 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr int most_seeds = 10000;
 
 struct Seeds {
   int count = 3, first = 1;
@@ -22,7 +23,8 @@ struct Seeds {
 
 std::vector<std::uint64_t> seed_list(int first, int count) {
   std::vector<std::uint64_t> seeds;
-  for (int i = 0; i < count; ++i) seeds.push_back(static_cast<std::uint64_t>(first + i));
+  for (int i = 0; i < count; ++i)
+    seeds.push_back(static_cast<std::uint64_t>(first) + static_cast<std::uint64_t>(i));
   return seeds;
 }
 
@@ -51,6 +53,13 @@ ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   return p;
 }
 
+int read_seeds(const TomlTable& t, int fallback) {
+  const int count = t.integer("seeds", 1, fallback);
+  if (count > most_seeds)
+    t.fail("seeds", fmt::format("are more than {}; expected fewer", most_seeds));
+  return count;
+}
+
 Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
   t.allow({"timestep", "stiffness", "material", "seeds"});
   Refinement r;
@@ -64,7 +73,7 @@ Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
   }
   for (const double modulus : r.stiffness)
     if (!(modulus > 0)) t.fail("stiffness", "is not above zero; expected Young's moduli");
-  r.seeds = seed_list(seeds.first, t.integer("seeds", 1, std::min(3, seeds.count)));
+  r.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
   return r;
 }
 
@@ -75,7 +84,7 @@ Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, con
   v.set = read_set(t);
   if (v.set.empty())
     t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
-  v.seeds = seed_list(seeds.first, t.integer("seeds", 1, std::min(3, seeds.count)));
+  v.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
   v.numerics = t.boolean("numerics", true);
   return v;
 }
@@ -90,7 +99,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
                                e.case_file));
   e.set = read_set(t);
   Seeds seeds = of_suite;
-  seeds.count = t.integer("seeds", 1, of_suite.count);
+  seeds.count = read_seeds(t, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
   if (t.has("samples")) e.samples = t.integer("samples", 0);
   for (const std::string& name : t.strings("parameter_sets")) {
@@ -252,7 +261,7 @@ Suite read_suite(const std::string& file) {
   suite.title = head.string("title", suite.name);
   suite.note = head.string("note", "");
   suite.threads = head.integer("threads", 1, 1);
-  const Seeds seeds{head.integer("seeds", 1, 3), head.integer("first_seed", 1, 1)};
+  const Seeds seeds{read_seeds(head, 3), head.integer("first_seed", 1, 1)};
   for (const TomlTable& t : root.tables("parameter_sets"))
     suite.parameter_sets.push_back(read_parameter_set(t, suite));
   if (suite.parameter_sets.empty())

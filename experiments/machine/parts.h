@@ -24,6 +24,8 @@ struct Mold {
   double wall = 4e-3;         // around and below the cavities, end walls at the rim
   double notch_width = 4e-3;  // channel through the webs that the water runs along; 0: none
   double notch_depth = 4e-3;  // of the channel below the water line
+
+  bool operator==(const Mold&) const = default;
 };
 Solid make_mold(const Mold& mold);
 // Height (m) of the crescent's water line above the axis; below zero.
@@ -38,6 +40,8 @@ struct Ejector {
   double blade_thickness = 3e-3;  // along z
   double shaft_diameter = 10e-3;
   double shaft_length = 220e-3;
+
+  bool operator==(const Ejector&) const = default;
 };
 Solid make_ejector(const Ejector& ejector);
 
@@ -53,6 +57,8 @@ struct Stripper {
   double slope = 25 * kDegree;
   double thickness = 3e-3;
   double apron = 10e-3;  // along y
+
+  bool operator==(const Stripper&) const = default;
 };
 Solid make_stripper(const Stripper& stripper);
 
@@ -60,6 +66,8 @@ Solid make_stripper(const Stripper& stripper);
 struct Wire {
   double diameter = 3e-3;
   std::vector<Vec3> points;
+
+  bool operator==(const Wire&) const = default;
 };
 Solid make_wire(const Wire& wire);
 
@@ -81,6 +89,8 @@ struct Bucket {
   double outlet_width = 95e-3;
   double outlet_height = 95e-3;  // end: above z = 0
   double outlet_length = 90e-3;  // floor: along x
+
+  bool operator==(const Bucket&) const = default;
 };
 Solid make_bucket(const Bucket& bucket);
 
@@ -94,6 +104,8 @@ struct Auger {
   double blade_thickness = 3e-3;
   double overhang = 10e-3;  // of the shaft beyond both ends of the blade
   bool left_handed = false;
+
+  bool operator==(const Auger&) const = default;
 };
 Solid make_auger(const Auger& auger);
 
@@ -104,6 +116,8 @@ struct WireAuger {
   double pitch = 55e-3;
   double turns = 5;
   bool left_handed = false;
+
+  bool operator==(const WireAuger&) const = default;
 };
 Solid make_wire_auger(const WireAuger& auger);
 
@@ -113,6 +127,8 @@ struct Trough {
   double length = 300e-3;
   double wall = 3e-3;
   double angle = 180 * kDegree;  // of the arc
+
+  bool operator==(const Trough&) const = default;
 };
 Solid make_trough(const Trough& trough);
 
@@ -128,6 +144,8 @@ struct Chute {
   double length = 150e-3;
   double bend = 0;
   double bend_length = 150e-3;
+
+  bool operator==(const Chute&) const = default;
 };
 Solid make_chute(const Chute& chute);
 
@@ -138,6 +156,8 @@ struct Container {
   double length = 85e-3, width = 85e-3;  // inner, along x and y
   double height = 120e-3;                // inner
   double wall = 3e-3, floor = 3e-3;
+
+  bool operator==(const Container&) const = default;
 };
 Solid make_container(const Container& container);
 
@@ -148,6 +168,8 @@ struct Drum {
   int lifters = 0;
   double lifter_height = 20e-3;     // inwards
   double lifter_thickness = 10e-3;  // along the circumference
+
+  bool operator==(const Drum&) const = default;
 };
 Solid make_drum(const Drum& drum);
 
@@ -157,6 +179,8 @@ struct Platen {
   double diameter = 100e-3;
   double length = 100e-3, width = 100e-3;
   double thickness = 20e-3;
+
+  bool operator==(const Platen&) const = default;
 };
 Solid make_platen(const Platen& platen);
 
@@ -166,6 +190,8 @@ struct TrapDoorBox {
   double length = 596.9e-3, width = 139.7e-3, height = 314.96e-3;  // inner
   double wall = 10e-3, floor = 10e-3;
   double door_length = 146.05e-3;
+
+  bool operator==(const TrapDoorBox&) const = default;
 };
 Solid make_trap_door_box(const TrapDoorBox& box);
 

@@ -242,6 +242,75 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   EXPECT_NEAR(resting, 0.03, 2e-3);
 }
 
+// A shaft that takes cubes of 20 mm one on the other, one every 0.5 s.
+constexpr const char* kShaft = R"(
+[case]
+duration = "4 s"
+steps_per_quarter_period = 6
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, 1]
+[[boundaries]]
+name = "left"
+kind = "plane"
+material = "plastic"
+point = "-11 0 0 mm"
+normal = [1, 0, 0]
+[[boundaries]]
+name = "right"
+kind = "plane"
+material = "plastic"
+point = "11 0 0 mm"
+normal = [-1, 0, 0]
+[[boundaries]]
+name = "front"
+kind = "plane"
+material = "plastic"
+point = "0 -11 0 mm"
+normal = [0, 1, 0]
+[[boundaries]]
+name = "back"
+kind = "plane"
+material = "plastic"
+point = "0 11 0 mm"
+normal = [0, -1, 0]
+[[fills]]
+shape = "cube"
+count = 10
+batch = 1
+interval = "0.5 s"
+random_orientation = false
+region_min = "-10.9 -10.9 75 mm"
+region_max = "10.9 10.9 140 mm"
+stage = "fill"
+[[stages]]
+name = "fill"
+until = "filled"
+fill_height = "49 mm"
+fill_count = 1
+max_duration = "3 s"
+[[stages]]
+name = "wait"
+max_duration = "0.6 s"
+)";
+
+// The third cube's centre rests at 50 mm. It comes at 1 s and falls by 90 mm at most; the fourth
+// one would come at 1.5 s.
+TEST_F(SceneTest, AFillEndsAtItsHeight) {
+  const RunSummary summary = run(read(kShaft), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const Recording recording((directory_ / "run.h5").string());
+  EXPECT_EQ(recording.stages().at(0).ended_by, "filled");
+  EXPECT_GT(recording.stages().at(0).end, 1.2);
+  EXPECT_LT(recording.stages().at(0).end, 1.5);
+  EXPECT_EQ(std::ranges::count_if(recording.insert_time(), [](double t) { return t >= 0; }), 3);
+  EXPECT_THAT(complaint(kShaft, {{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
+  EXPECT_THAT(complaint(kShaft, {{"stages.fill.until", "time"}}),
+              HasSubstr("expected until = \"filled\" beside it"));
+}
+
 TEST_F(SceneTest, HarvestGoesOnFromACheckpointBitForBit) {
   const Case c = read(kHarvest);
   std::atomic<bool> stop{false};

@@ -298,6 +298,12 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
   what.measurement.data = data;
   EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
   EXPECT_THAT(result().would_decide, HasSubstr("press.csv"));
+  // What the runs have is shown all the same.
+  ASSERT_TRUE(result().curve);
+  EXPECT_TRUE(result().curve->measured.empty());
+  EXPECT_NEAR(result().curve->simulated.back(), 20, 1e-9);
+  // 0.2 / sqrt(3), widened as three runs hardly tell their scatter.
+  EXPECT_NEAR(result().curve->simulated_error.back(), 0.2, 1e-9);
   const auto verdict = [&](double slope, std::optional<double> tolerance) {
     data.present = true;
     data.repeats = {{{0, 2}, {0, 2 * slope}}, {{0, 2}, {0, 2.02 * slope}}};

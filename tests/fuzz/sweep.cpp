@@ -1,0 +1,32 @@
+// Sweep files, beside a case that exists.
+#include "experiments/batch/sweep.h"
+
+#include "tests/fuzz/fuzz_target.h"
+
+namespace {
+
+class SweepFolder : public firn::fuzz::Folder {
+ public:
+  SweepFolder() {
+    namespace fs = std::filesystem;
+    fs::copy_file(fs::path(FIRN_SOURCE_DIR) / "experiments" / "bounce" / "case.toml",
+                  path("case.toml"));
+  }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace firn;
+  static const SweepFolder folder;
+  const std::string file = folder.put("sweep.toml", fuzz::text_of(data, size));
+  fuzz::accepts([&] {
+    const Sweep sweep = read_sweep(file);
+    fuzz::require(!sweep.name.empty() && !sweep.seeds.empty(), "a sweep has a name and seeds");
+    fuzz::require(sweep.combinations() >= 1, "a sweep has something to run");
+    const std::size_t last = sweep.combinations() - 1;
+    for (const std::size_t c : {std::size_t{0}, last})
+      fuzz::require(sweep.values(c).size() == sweep.vary.size(), "every key has its value");
+  });
+  return 0;
+}
