@@ -19,9 +19,10 @@ struct MoldSection {
   std::vector<bool> web;  // [polygon]
 };
 
-// Where the arc's polygon is at this y.
+// Where the arc's polygon is at this y, from its first corner to its last one.
 double arc_height(const std::vector<Point2>& arc, double y) {
-  const auto next = std::ranges::find_if(arc, [y](const Point2& p) { return p.x() >= y; });
+  const auto next = std::ranges::find_if(arc.begin() + 1, arc.end() - 1,
+                                         [y](const Point2& p) { return p.x() >= y; });
   const Point2 &a = *(next - 1), &b = *next;
   return a.y() + (y - a.x()) / (b.x() - a.x()) * (b.y() - a.y());
 }

