@@ -33,7 +33,7 @@ std::string path_name(const TomlTable& table);
 // and for one that an earlier table has.
 template <class Named>
 std::string fresh_name(const TomlTable& table, const std::vector<Named>& earlier) {
-  const std::string name = path_name(table);
+  std::string name = path_name(table);
   for (const Named& other : earlier)
     if (other.name == name)
       table.fail("name", '"' + name + "\" is taken already; expected another name");

@@ -140,7 +140,8 @@ TriangleMesh refined(const TriangleMesh& mesh, double edge) {
     if (ab < longest) return bc == longest ? self(self, b, c, a) : self(self, c, a, b);
     const auto [middle, is_new] =
         middles.try_emplace(std::minmax(a, b), static_cast<int>(out.vertices.size()));
-    if (is_new) out.vertices.push_back(0.5 * (out.vertices[a] + out.vertices[b]));
+    const Vec3 between = 0.5 * (out.vertices[a] + out.vertices[b]);
+    if (is_new) out.vertices.push_back(between);
     const int m = middle->second;
     self(self, a, m, c);
     self(self, m, b, c);

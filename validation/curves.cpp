@@ -31,6 +31,7 @@ SampledCurve mean_of(const std::vector<SampledCurve>& curves, const std::vector<
 // Standard error of the mean of so few values, wide enough for them.
 double error_at(const std::vector<SampledCurve>& curves, double x) {
   std::vector<double> values;
+  values.reserve(curves.size());
   for (const SampledCurve& c : curves) values.push_back(curve_at(c, x));
   const SampleFacts f = facts_of(values);
   return f.count < 2 ? undefined : std::sqrt(widened(f.error() * f.error(), f.count - 1));
