@@ -103,7 +103,7 @@ std::vector<Vec3> grid_positions(const TomlTable& t) {
   for (int i = 0; i < grid.count[0]; ++i)
     for (int j = 0; j < grid.count[1]; ++j)
       for (int k = 0; k < grid.count[2]; ++k)
-        positions.push_back(first + Vec3(i, j, k).cwiseProduct(grid.spacing));
+        positions.emplace_back(first + Vec3(i, j, k).cwiseProduct(grid.spacing));
   return positions;
 }
 

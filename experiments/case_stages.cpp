@@ -71,6 +71,7 @@ template <class Named>
 int named(const TomlTable& t, std::string_view key, const std::vector<Named>& all,
           std::string_view what) {
   std::vector<std::string_view> names;
+  names.reserve(all.size());
   for (const Named& one : all) names.push_back(one.name);
   return index_of(t, key, t.string(key), names, what);
 }

@@ -343,11 +343,11 @@ int edit_distance(std::string_view a, std::string_view b) {
   };
   std::vector<int> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = kStep * static_cast<int>(j);
-  for (std::size_t i = 0; i < a.size(); ++i) {
+  for (const char letter : a) {
     int diagonal = row[0];
     row[0] += kStep;
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const int replaced = diagonal + substitution(a[i], b[j]);
+      const int replaced = diagonal + substitution(letter, b[j]);
       diagonal = row[j + 1];
       row[j + 1] = std::min({replaced, row[j] + kStep, row[j + 1] + kStep});
     }
