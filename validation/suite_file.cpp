@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "experiments/batch/execution.h"
 #include "experiments/batch/operand.h"
 #include "experiments/case_materials.h"
 #include "experiments/toml_reader.h"
@@ -20,13 +21,6 @@ constexpr int most_seeds = 10000;
 struct Seeds {
   int count = 3, first = 1;
 };
-
-std::vector<std::uint64_t> seed_list(int first, int count) {
-  std::vector<std::uint64_t> seeds;
-  for (int i = 0; i < count; ++i)
-    seeds.push_back(static_cast<std::uint64_t>(first) + static_cast<std::uint64_t>(i));
-  return seeds;
-}
 
 std::string beside(const Suite& suite, const std::string& file) {
   return (fs::path(suite.source).parent_path() / file).lexically_normal().string();

@@ -46,6 +46,14 @@ Execution read_execution(const TomlTable& study) {
   return e;
 }
 
+std::vector<std::uint64_t> seed_list(int first, int count) {
+  std::vector<std::uint64_t> seeds;
+  seeds.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    seeds.push_back(static_cast<std::uint64_t>(first) + static_cast<std::uint64_t>(i));
+  return seeds;
+}
+
 double parse_memory(const std::string& text) {
   std::size_t used = 0;
   double value = std::numeric_limits<double>::quiet_NaN();

@@ -25,6 +25,9 @@ struct Execution {
 // Throws InputError with file, line and key.
 Execution read_execution(const TomlTable& study);
 
+// `count` (not below 0) seeds from `first` on.
+std::vector<std::uint64_t> seed_list(int first, int count);
+
 // "2 GiB" in bytes; kB, MB, GB, TB and KiB, MiB, GiB, TiB. Throws InputError (one sentence).
 double parse_memory(const std::string& text);
 

@@ -221,8 +221,7 @@ Sweep read_sweep(const std::string& file) {
   const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);
   if (seeds > static_cast<int>(most_runs))
     head.fail("seeds", fmt::format("are more than {}; expected fewer", most_runs));
-  for (int i = 0; i < seeds; ++i)
-    s.seeds.push_back(static_cast<std::uint64_t>(first) + static_cast<std::uint64_t>(i));
+  s.seeds = seed_list(first, seeds);
   s.grid = head.choice("design", {"grid", "list"}, "grid") == "grid";
   s.threads = head.integer("threads", 1, 1);
   std::size_t runs = s.seeds.size();

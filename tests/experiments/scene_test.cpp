@@ -37,10 +37,38 @@ material = "ice"
 rounding = "1 mm"
 )";
 
+// A shaft 22 mm wide.
+constexpr const char* kWalls = R"(
+[[boundaries]]
+name = "left"
+kind = "plane"
+material = "plastic"
+point = "-11 0 0 mm"
+normal = [1, 0, 0]
+[[boundaries]]
+name = "right"
+kind = "plane"
+material = "plastic"
+point = "11 0 0 mm"
+normal = [-1, 0, 0]
+[[boundaries]]
+name = "front"
+kind = "plane"
+material = "plastic"
+point = "0 -11 0 mm"
+normal = [0, 1, 0]
+[[boundaries]]
+name = "back"
+kind = "plane"
+material = "plastic"
+point = "0 11 0 mm"
+normal = [0, -1, 0]
+)";
+
 // An icemaker in small. A cube comes into a shaft every 0.3 s while a plate is held up; then the
 // plate is let go and rests on the column. Held high enough by it, it closes a switch; the floor
 // vanishes, and the cubes fall through a gate.
-constexpr const char* kHarvest = R"(
+const std::string kHarvest = std::string(R"(
 [case]
 duration = "5 s"
 steps_per_quarter_period = 6
@@ -72,31 +100,6 @@ kind = "box"
 material = "plastic"
 size = "100 100 20 mm"
 position = "0 0 -10 mm"
-[[boundaries]]
-name = "left"
-kind = "plane"
-material = "plastic"
-point = "-11 0 0 mm"
-normal = [1, 0, 0]
-[[boundaries]]
-name = "right"
-kind = "plane"
-material = "plastic"
-point = "11 0 0 mm"
-normal = [-1, 0, 0]
-[[boundaries]]
-name = "front"
-kind = "plane"
-material = "plastic"
-point = "0 -11 0 mm"
-normal = [0, 1, 0]
-[[boundaries]]
-name = "back"
-kind = "plane"
-material = "plastic"
-point = "0 11 0 mm"
-normal = [0, -1, 0]
-
 [[sources]]
 name = "mold"
 shape = "cube"
@@ -152,7 +155,7 @@ count = 3
 min_duration = "0.01 s"
 max_duration = "1 s"
 remove = ["floor"]
-)";
+)") + kWalls;
 
 class SceneTest : public ResultsFolder {
  protected:
@@ -243,7 +246,7 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
 }
 
 // A shaft that takes cubes of 20 mm one on the other, one every 0.5 s.
-constexpr const char* kShaft = R"(
+const std::string kShaft = std::string(R"(
 [case]
 duration = "4 s"
 steps_per_quarter_period = 6
@@ -252,30 +255,6 @@ name = "floor"
 kind = "plane"
 material = "plastic"
 normal = [0, 0, 1]
-[[boundaries]]
-name = "left"
-kind = "plane"
-material = "plastic"
-point = "-11 0 0 mm"
-normal = [1, 0, 0]
-[[boundaries]]
-name = "right"
-kind = "plane"
-material = "plastic"
-point = "11 0 0 mm"
-normal = [-1, 0, 0]
-[[boundaries]]
-name = "front"
-kind = "plane"
-material = "plastic"
-point = "0 -11 0 mm"
-normal = [0, 1, 0]
-[[boundaries]]
-name = "back"
-kind = "plane"
-material = "plastic"
-point = "0 11 0 mm"
-normal = [0, -1, 0]
 [[fills]]
 shape = "cube"
 count = 10
@@ -294,7 +273,7 @@ max_duration = "3 s"
 [[stages]]
 name = "wait"
 max_duration = "0.6 s"
-)";
+)") + kWalls;
 
 // The third cube's centre rests at 50 mm. It comes at 1 s and falls by 90 mm at most; the fourth
 // one would come at 1.5 s.
