@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "experiments/material_database.h"
 
@@ -12,6 +13,8 @@ namespace firn {
 namespace {
 
 constexpr const char* tables_name = "material_records";
+constexpr const char* laws_name = "interactions";
+constexpr std::string_view law_prefix = "interactions.";
 
 class Application {
  public:
@@ -19,6 +22,8 @@ class Application {
       : document_(document), request_(request) {
     if (const toml::table* t = document.root()["materials"].as_table())
       for (const auto& [name, value] : *t) materials_.emplace_back(name.str());
+    if (const toml::table* t = document.root()[laws_name].as_table())
+      for (const auto& [name, value] : *t) laws_.insert(std::string(law_prefix).append(name.str()));
   }
 
   std::vector<AppliedMaterial> carry_out() {
@@ -29,6 +34,7 @@ class Application {
     }
     const std::size_t named = applied_.size();
     for (const TomlTable& table : TomlTable::root(document_).tables(tables_name)) read(table);
+    for (std::size_t i = 0; i < named; ++i) leave_out_parts_of_laws(applied_[i]);
     // Noted behind those of the file, so that they read the same.
     for (std::size_t i = 0; i < named; ++i) append(applied_[i], choices_[i]);
     std::ranges::rotate(applied_, applied_.begin() + static_cast<std::ptrdiff_t>(named));
@@ -82,12 +88,48 @@ class Application {
         a.sets.push_back(place);
       }
     }
-    if (a.sets.empty() && a.kept.empty())
-      throw InputError(fmt::format(
-          "material {}: holds no value for a case whose materials are {}; expected a record about "
-          "them",
-          a.record, materials_.empty() ? "none" : comma_list(materials_)));
+    if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
     return a;
+  }
+
+  [[noreturn]] void fail_without_value(const AppliedMaterial& a) const {
+    throw InputError(fmt::format(
+        "material {}: holds no value for a case whose materials are {}; expected a record about "
+        "them",
+        a.record, materials_.empty() ? "none" : comma_list(materials_)));
+  }
+
+  // The law of contact that a key belongs to, "interactions.a-b"; empty for a key of a material.
+  static std::string law_of(const std::string& path) {
+    const std::string key = parse_material_key(path).key;
+    const std::string table = path.substr(0, path.size() - key.size() - 1);
+    return table.starts_with(law_prefix) ? table : "";
+  }
+
+  // Whether case and requested records together say less of a pair than a law of contact takes, and
+  // the case itself says nothing of it.
+  bool is_part_of_a_law(const std::string& law) const {
+    const bool of_the_case =
+        laws_.contains(law) || std::ranges::any_of(set_by_, [&](const auto& s) {
+          return !s.second.over_file && law_of(s.first) == law;
+        });
+    return !of_the_case &&
+           !(document_.has(law + ".static_friction") && document_.has(law + ".restitution"));
+  }
+
+  // A requested record may hold some numbers of two materials that never meet in this case, which
+  // then has no law for them. They go again, and are told.
+  void leave_out_parts_of_laws(AppliedMaterial& a) {
+    const auto left_out = std::ranges::stable_partition(a.sets, [&](const std::string& key) {
+      const std::string law = law_of(key);
+      return law.empty() || !is_part_of_a_law(law);
+    });
+    for (const std::string& key : left_out) {
+      document_.root()[laws_name].as_table()->erase(law_of(key).substr(law_prefix.size()));
+      a.unused.push_back(key);
+    }
+    a.sets.erase(left_out.begin(), left_out.end());
+    if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
   }
 
   // Whether something stronger has set the key.
@@ -174,6 +216,7 @@ class Application {
   TomlDocument& document_;
   const MaterialRequest& request_;
   std::vector<std::string> materials_;  // of the case
+  std::set<std::string> laws_;          // "interactions.a-b" that the case has, as it spells them
   std::unique_ptr<MaterialDatabase> database_;
   std::vector<AppliedMaterial> applied_;
   std::vector<MaterialChoice> choices_;   // of the request

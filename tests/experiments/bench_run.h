@@ -30,15 +30,20 @@ struct BenchRun {
 };
 
 inline BenchRun run_case(const Case& c) {
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / ("firn-bench-" + std::to_string(::getpid()) + ".h5");
+  struct Folder {  // gone with all that is in it, whatever happens
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("firn-bench-" + std::to_string(::getpid()));
+    Folder() { std::filesystem::create_directory(path); }
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+    }
+  } const folder;
   RunOptions options;
-  options.results_file = file.string();
+  options.results_file = (folder.path / "run.h5").string();
   const RunSummary summary = run(c, options);
   if (summary.status != RunStatus::finished) throw std::runtime_error(summary.reason);
-  BenchRun result{summary.responses, measure(Recording(file.string()))};
-  std::filesystem::remove(file);
-  return result;
+  return {summary.responses, measure(Recording(options.results_file))};
 }
 
 // `name` below experiments/, such as "tilt/case.toml".

@@ -15,6 +15,7 @@ namespace {
 using test::calibrated_record;
 using test::MaterialFolder;
 using test::printed_record;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -196,6 +197,34 @@ TEST_F(MaterialApplication, KeysWithoutAPlaceAreTold) {
                           "interactions.ice-plastic.static_friction",
                           "interactions.ice-plastic.dynamic_friction"));
   EXPECT_EQ(cubes(c), 0.1);
+}
+
+// Two materials that never meet need no law of contact: some of its numbers are none.
+TEST_F(MaterialApplication, NumbersOfAPairThatTheCaseHasNoLawForAreTold) {
+  const auto text = [](const std::string& head) {
+    std::string all = case_text(head,
+                                "[interactions.ice-plastic]\nstatic_friction = 0.1\n"
+                                "restitution = 0.4\n");
+    for (std::size_t at; (at = all.find("steel")) != std::string::npos;)
+      all.replace(at, 5, "plastic");
+    return all;
+  };
+  const std::string record = "ice-plastic-drained-repose";
+  const std::string friction = "interactions.ice-ice.static_friction";
+  const Override modulus{"materials.ice.young_modulus", "0.01 GPa"};
+  const Case c = read(text(""), {record}, {modulus});
+  EXPECT_THAT(c.material_records[0].unused, Contains(friction));
+  EXPECT_THAT(c.material_records[0].sets, Contains("interactions.ice-plastic.static_friction"));
+  EXPECT_EQ(c.resolved.find("ice-ice"), std::string::npos);
+  // With what is missing it is a law.
+  const Case whole =
+      read(text(""), {record}, {modulus, {"interactions.ice-ice.restitution", "0.3"}});
+  EXPECT_THAT(whole.material_records[0].sets, Contains(friction));
+  // A case that names the record itself wants all of it.
+  EXPECT_THAT(refusal([&] {
+                read(text("[[material_records]]\nrecord = \"" + record + "\"\n"), {}, {modulus});
+              }),
+              HasSubstr("interactions.ice-ice.restitution"));
 }
 
 }  // namespace

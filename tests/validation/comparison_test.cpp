@@ -315,6 +315,16 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
   EXPECT_EQ(verdict(20, 0.2), ValidationVerdict::inconsistent);
   EXPECT_EQ(verdict(10, 0.01), ValidationVerdict::not_enough_data);
   EXPECT_EQ(verdict(20, {}), ValidationVerdict::information);
+  // The experiment's own units: the simulation is brought to them.
+  data.x_unit = "mm";
+  data.unit = "kN";
+  data.repeats = {{{0, 2000}, {0, 0.020}}, {{0, 2000}, {0, 0.0202}}};
+  what.measurement.data = data;
+  what.tolerance = 0.2;
+  EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+  EXPECT_EQ(result().curve->x_unit, "mm");
+  EXPECT_NEAR(result().curve->x.back(), 2000, 1e-9);
+  EXPECT_NEAR(result().curve->simulated.back(), 0.020, 1e-12);
   what.measurement.data->x_unit = "s";
   EXPECT_THAT([&] { result(); }, ThrowsMessage<InputError>(HasSubstr("press_curve_x")));
 }
