@@ -1,0 +1,33 @@
+// How messages name places and values of a TOML document.
+#pragma once
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace firn::toml_text {
+
+inline std::string join_path(std::string_view path, std::string_view key) {
+  if (path.empty()) return std::string(key);
+  if (key.empty()) return std::string(path);
+  return fmt::format("{}.{}", path, key);
+}
+
+inline unsigned line_of(const toml::node& node) { return node.source().begin.line; }
+
+// How messages call a value of the wrong type.
+inline std::string describe(const toml::node& node) {
+  if (const auto s = node.value_exact<std::string>()) return fmt::format("\"{}\"", *s);
+  if (const auto i = node.value_exact<std::int64_t>()) return fmt::format("the bare number {}", *i);
+  if (const auto d = node.value_exact<double>()) return fmt::format("the bare number {}", *d);
+  if (const auto b = node.value_exact<bool>()) return *b ? "true" : "false";
+  if (node.is_array_of_tables()) return "an array of tables";
+  if (node.is_array()) return "an array";
+  if (node.is_table()) return "a table";
+  return "a date or time";
+}
+
+}  // namespace firn::toml_text
