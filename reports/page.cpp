@@ -66,7 +66,11 @@ std::vector<bool> numeric_columns(const Table& table) {
 
 std::string cell_html(const Cell& cell, bool right) {
   std::string html = "<td";
-  if (right) html += " class=\"n\"";
+  constexpr std::size_t kLong = 24;  // characters
+  if (right)
+    html += " class=\"n\"";
+  else if (cell.text.size() > kLong)
+    html += " class=\"long\"";
   if (numeric(cell)) html += fmt::format(" data-v=\"{}\"", cell.value);
   if (std::isfinite(cell.uncertainty)) html += fmt::format(" data-u=\"{}\"", cell.uncertainty);
   html += ">";

@@ -168,25 +168,24 @@ std::string draw(const XyPlot& plot) {
 
 std::string draw(const IntervalPlot& plot) {
   const std::size_t n = plot.names.size();
-  const double row = static_cast<double>(n) + 1.3;  // a line of text above the intervals
-  Drawing drawing(plot.width,
-                  static_cast<int>(95 + 22 * row * static_cast<double>(plot.rows.size())));
   std::vector<std::vector<std::array<double, 4>>> data(n);  // middle y low high
   std::string labels;
-  bool any = false;
-  for (std::size_t i = 0; i < plot.rows.size(); ++i) {
-    check(plot.rows[i].intervals.size() == n, "a row of intervals lacks some");
-    const double top = -static_cast<double>(i) * row;
+  double top = 0;  // lines; a row is a line of text and its intervals
+  for (const IntervalRow& row : plot.rows) {
+    check(row.intervals.size() == n, "a row of intervals lacks some");
     labels += fmt::format("set label {} at graph 0.01, first {} left textcolor rgb {}\n",
-                          text(plot.rows[i].label), top - 0.55, ink::text);
+                          text(row.label), top - 0.55, ink::text);
+    double y = top - 1.4;
     for (std::size_t k = 0; k < n; ++k) {
-      const auto& interval = plot.rows[i].intervals[k];
+      const auto& interval = row.intervals[k];
       if (!interval || !shown(plot.x, interval->low) || !shown(plot.x, interval->high)) continue;
-      any = true;
-      data[k].push_back({interval->middle.value_or(kNone), top - 1.4 - static_cast<double>(k),
-                         interval->low, interval->high});
+      data[k].push_back({interval->middle.value_or(kNone), y, interval->low, interval->high});
+      y -= 1;
     }
+    top = std::min(y + 1, top - 1.4) - 0.9;
   }
+  Drawing drawing(plot.width, static_cast<int>(95 - 22 * top));
+  const bool any = std::ranges::any_of(data, [](const auto& one) { return !one.empty(); });
   if (!any) return drawing.nothing(axis_title(plot.x), "");
   std::vector<std::string> commands;
   for (std::size_t k = 0; k < n; ++k) {
@@ -206,7 +205,7 @@ std::string draw(const IntervalPlot& plot) {
   return drawing.svg(
       axis_script('x', plot.x) + rules_script(plot.vertical, {}) + labels +
       fmt::format("unset ytics\nset border 1\nset lmargin 2\nset yrange [{}:0]\nplot {}\n",
-                  -row * static_cast<double>(plot.rows.size()) + 0.3, fmt::join(commands, ", ")));
+                  top + 0.3, fmt::join(commands, ", ")));
 }
 
 std::string draw(const CdfPlot& plot) {

@@ -1,6 +1,7 @@
 #include "reports/validation_page.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "reports/json_values.h"
 #include "reports/validation_kinds.h"
@@ -20,6 +22,25 @@ namespace {
 using page::Badge;
 using page::Cell;
 using page::Mark;
+
+// What must be known of the comparison; what holds of several parameter sets is said once.
+std::vector<std::string> caveats(const Sets& sets) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> said;
+  for (const Json* c : sets) {
+    for (const Json& caveat : c->at("caveats")) {
+      const std::string words = caveat.get<std::string>();
+      auto same = std::ranges::find(said, words, [](const auto& s) { return s.first; });
+      if (same == said.end()) same = said.insert(said.end(), {words, {}});
+      same->second.push_back(text(*c, "parameter_set"));
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [words, of] : said)
+    lines.push_back(of.size() == sets.size() && sets.size() > 1
+                        ? words
+                        : fmt::format("{}: {}", fmt::join(of, "; "), words));
+  return lines;
+}
 
 void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page& page) {
   const Json& first = *sets.front();
@@ -37,12 +58,7 @@ void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page
     content.note(badge_of(text(*c, "verdict")), line);
   }
   add_comparison(sets, content);
-  std::vector<std::string> caveats;
-  for (const Json* c : sets)
-    for (const Json& caveat : c->at("caveats"))
-      caveats.push_back(
-          fmt::format("{}: {}", text(*c, "parameter_set"), caveat.get<std::string>()));
-  if (!caveats.empty()) content.list(caveats);
+  if (const std::vector<std::string> all = caveats(sets); !all.empty()) content.list(all);
   if (replays) replays->add(text(first, "experiment"), anchor, page, content);
 }
 

@@ -149,6 +149,10 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
         "validate it",
         e.material->reference());
     c.would_decide = "another measurement";
+  } else if (!what.made_to_match.empty()) {
+    c.verdict = ValidationVerdict::not_independent;
+    c.headline += fmt::format("; but {}: an input, which validates nothing", what.made_to_match);
+    c.would_decide.clear();
   }
 }
 

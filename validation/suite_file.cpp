@@ -123,6 +123,7 @@ void read_value(const TomlTable& t, SuiteComparison& c) {
   if (c.measurement.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
   c.responses = {t.string("response", c.measurement.response)};
+  c.made_to_match = t.string("made_to_match", "");
   if (!t.has("tolerance")) return;
   const std::string text = t.string("tolerance");
   const UnitValue q = t.at("tolerance", [&] { return parse_unit_value(text); });
@@ -142,7 +143,7 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
 
 SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "title", "note", "kind", "experiment", "measurement", "response", "responses",
-           "tolerance", "expects", "real_modulus"});
+           "tolerance", "made_to_match", "expects", "real_modulus"});
   SuiteComparison c;
   c.name = fresh_name(t, suite.comparisons);
   c.title = t.string("title", c.name);
@@ -162,6 +163,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   };
   const bool damage = c.kind == ComparisonKind::damage;
   belongs("response", c.kind == ComparisonKind::value);
+  belongs("made_to_match", c.kind == ComparisonKind::value);
   belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
   belongs("responses", damage || !measures(c.kind));
   belongs("expects", damage);

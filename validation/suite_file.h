@@ -67,8 +67,9 @@ struct SuiteComparison {
   std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
   // What difference would matter: of a value in its unit, of a curve as a share of its range.
   std::optional<double> tolerance;
-  bool expects_damage = true;  // what the experiment's authors say of it
-  double real_modulus = 0;     // Pa, for softening
+  bool expects_damage = true;      // what the experiment's authors say of it
+  double real_modulus = 0;         // Pa, for softening
+  std::string made_to_match = {};  // why the case has the measured value by itself; empty: not
 };
 
 struct Suite {

@@ -107,6 +107,16 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
     EXPECT_THAT(html, Not(HasSubstr(link)));
 }
 
+TEST_F(ValidationPage, SaysOnceWhatHoldsOfSeveralParameterSets) {
+  Validation v = example();
+  v.comparisons[0].caveats = {"the bin was wet", "one run failed"};
+  v.comparisons[1].caveats = {"the bin was wet"};
+  const std::string html = validation_page(file(render_json(v))).html();
+  EXPECT_THAT(html, HasSubstr("<li>the bin was wet</li>"));
+  EXPECT_THAT(html, HasSubstr("<li>soft: one run failed</li>"));
+  EXPECT_THAT(html, Not(HasSubstr("hard: the bin")));
+}
+
 constexpr const char* kFall = R"(
 [case]
 name = "fall"

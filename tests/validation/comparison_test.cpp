@@ -152,6 +152,9 @@ TEST_F(Comparisons, RefuseTheMeasurementThatTheParametersWereFittedTo) {
   record.provenance.measurements[0].source = "another notebook";
   record.provenance.measurements[0].value = 11;
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+  what.made_to_match = "the slope is cut to this angle";
+  EXPECT_EQ(result().verdict, ValidationVerdict::not_independent);
+  EXPECT_THAT(result().headline, HasSubstr("but the slope is cut to this angle"));
 }
 
 TEST_F(Comparisons, SayWhichRunsAreMissing) {
