@@ -73,6 +73,16 @@ std::vector<Sets> grouped(const Json& results) {
   return groups;
 }
 
+// Where several statements make up a verdict, how many of them hold.
+Cell verdict_cell(const Json& comparison) {
+  Cell cell(badge_of(text(comparison, "verdict")));
+  const Json claims = comparison.value("claims", Json::array());
+  const auto hold = std::ranges::count_if(
+      claims, [](const Json& claim) { return text(claim, "verdict") == "consistent"; });
+  if (claims.size() > 1) cell.text = fmt::format("{} of {} hold", hold, claims.size());
+  return cell;
+}
+
 void summary(const Json& results, const std::vector<Sets>& groups, page::Page& page) {
   std::map<std::string, int> count;
   for (const Json& c : results.at("comparisons")) ++count[text(c, "verdict")];
@@ -99,8 +109,7 @@ void summary(const Json& results, const std::vector<Sets>& groups, page::Page& p
     for (const std::string& set : sets) {
       const auto found = std::ranges::find_if(
           group, [&](const Json* c) { return text(*c, "parameter_set") == set; });
-      row.push_back(found == group.end() ? Cell("not run")
-                                         : Cell(badge_of(text(**found, "verdict"))));
+      row.push_back(found == group.end() ? Cell("not run") : verdict_cell(**found));
     }
     table.rows.push_back(row);
   }
