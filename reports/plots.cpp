@@ -184,7 +184,8 @@ std::string draw(const IntervalPlot& plot) {
     }
     top = std::min(y + 1, top - 1.4) - 0.9;
   }
-  Drawing drawing(plot.width, static_cast<int>(95 - 22 * top));
+  const int key_lines = (static_cast<int>(n) + 1) / 2;
+  Drawing drawing(plot.width, 75 + 20 * key_lines + static_cast<int>(-22 * top));
   const bool any = std::ranges::any_of(data, [](const auto& one) { return !one.empty(); });
   if (!any) return drawing.nothing(axis_title(plot.x), "");
   std::vector<std::string> commands;

@@ -23,7 +23,8 @@ const FirnReplay = (() => {
       if (this.maps.there) this.walls.parentElement.after(this.maps.panel);
       this.hand();
       matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask(), {signal: this.over.signal});
-      this.resized = new ResizeObserver(() => this.ask());
+      // At once, before the browser paints: it would stretch the old picture for a frame.
+      this.resized = new ResizeObserver(() => this.draw());
       this.resized.observe(this.canvas);
       this.setMode(this.mode);
       this.draw();
