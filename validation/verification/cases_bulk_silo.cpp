@@ -97,7 +97,7 @@ std::vector<Check> janssen_case() {
     std::vector<std::vector<Loads>> runs;
     double unbalanced = 0;
     std::vector<double> mobilised, deep, deeper;
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
       runs.push_back(janssen_loads(friction, seed));
       for (const Loads& l : runs.back()) {
         unbalanced = std::max(unbalanced,
@@ -110,14 +110,14 @@ std::vector<Check> janssen_case() {
     }
     const std::string at = fmt::format("wall friction {}: ", friction);
     const double s = fit_saturation(runs);
+    // The theory is one of means: what six seeds leave open of the mean is no misfit.
     double square = 0;
-    int count = 0;
-    for (const auto& loads : runs) {
-      for (const Loads& l : loads) {
-        square += std::pow(l.floor - janssen(l.weight, s), 2);
-        ++count;
-      }
+    for (std::size_t k = 0; k < runs[0].size(); ++k) {
+      std::vector<double> off;
+      for (const auto& loads : runs) off.push_back(loads[k].floor - janssen(loads[k].weight, s));
+      square += std::pow(sample(off).mean, 2) - std::pow(sample(off).error, 2);
     }
+    const double misfit = std::sqrt(std::max(0.0, square / static_cast<double>(runs[0].size())));
     const double weight = runs[0].back().weight;
     saturation_of_weight = s / weight;
     // S = (rho g A) (D / 4) / (mu K); rho g A = weight / height, height from the bulk fraction.
@@ -135,10 +135,11 @@ std::vector<Check> janssen_case() {
                       .measured = *std::max_element(mobilised.begin(), mobilised.end()),
                       .expected = friction * (1 + 1e-6),
                       .bound = Bound::at_most});
-    checks.push_back({.what = at + "floor load off Janssen's curve, root mean square / saturation",
-                      .measured = std::sqrt(square / count) / s,
-                      .expected = 0.1,
-                      .bound = Bound::at_most});
+    checks.push_back(
+        {.what = at + "mean floor load off Janssen's curve, root mean square / saturation",
+         .measured = misfit / s,
+         .expected = 0.1,
+         .bound = Bound::at_most});
     const double expected_growth = janssen(0.9375 * weight, s) - janssen(0.6875 * weight, s);
     const double error = std::hypot(sample(deep).error, sample(deeper).error);
     checks.push_back({.what = at + "growth of the floor load over the last quarter of the filling",
@@ -176,17 +177,18 @@ std::vector<VerificationCase> silo_cases() {
        .remark =
            "560 dodecahedra, friction 0.4, in eight fillings; square section of 6 diameters. The "
            "walls creep upwards at 2 cm/s, so that friction on them is used up everywhere, as the "
-           "formula assumes (after Bertho et al. 2003); 3 seeds at each of two wall frictions. S "
+           "formula assumes (after Bertho et al. 2003); 6 seeds at each of two wall frictions. S "
            "is "
            "the one number fitted. Floor + walls = weight + momentum holds to the step at which "
            "the sums begin and end, 1e-3. Janssen takes K for a constant over the section and "
-           "the height: 10 % of S about the curve. K must lie between the active and the "
+           "the height: 10 % of S about the curve, for the mean over the seeds less its own "
+           "variance. K "
+           "must lie between the active and the "
            "isotropic state; with wall friction it grows, by Mohr's circle 1 to 1.5 times "
            "between the two walls at internal frictions above 28 degrees. rho from a bulk fraction "
            "of 0.58 (bulk.dice), which cancels in the ratio. That K grows was measured before it "
-           "was explained, 1.30 and, after steps were rounded otherwise, 1.16: three seeds leave "
-           "the ratio open to 0.1, and it does not tell a constant K from Mohr's. 46 s of one "
-           "core.",
+           "was explained, 1.30, 1.16 and 1.18 with three seeds and roundings of their own, 1.21 "
+           "with six: it does not tell a constant K from Mohr's. 80 s of one core.",
        .tier = Tier::full,
        .run = janssen_case}};
 }
