@@ -1,16 +1,14 @@
 // Runs a shipped bench test, changed by overrides, and measures it.
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "experiments/recording.h"
 #include "experiments/run.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 
@@ -30,17 +28,9 @@ struct BenchRun {
 };
 
 inline BenchRun run_case(const Case& c) {
-  struct Folder {  // gone with all that is in it, whatever happens
-    std::filesystem::path path =
-        std::filesystem::temp_directory_path() / ("firn-bench-" + std::to_string(::getpid()));
-    Folder() { std::filesystem::create_directory(path); }
-    ~Folder() {
-      std::error_code ignored;
-      std::filesystem::remove_all(path, ignored);
-    }
-  } const folder;
+  const test::ScratchFolder folder("bench");
   RunOptions options;
-  options.results_file = (folder.path / "run.h5").string();
+  options.results_file = folder / "run.h5";
   const RunSummary summary = run(c, options);
   if (summary.status != RunStatus::finished) throw std::runtime_error(summary.reason);
   return {summary.responses, measure(Recording(options.results_file))};

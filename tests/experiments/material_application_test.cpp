@@ -13,8 +13,8 @@ namespace firn {
 namespace {
 
 using test::calibrated_record;
-using test::MaterialFolder;
 using test::printed_record;
+using test::ScratchFolder;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -61,7 +61,7 @@ class MaterialApplication : public testing::Test {
   static double floor(const Case& c) { return c.model.interaction(0, 1).static_friction; }
   static double cubes(const Case& c) { return c.model.interaction(0, 0).static_friction; }
 
-  MaterialFolder folder_;
+  ScratchFolder folder_;
   MaterialRequest request_;
 };
 

@@ -21,8 +21,8 @@ namespace firn {
 namespace {
 
 using test::calibrated_record;
-using test::MaterialFolder;
 using test::printed_record;
+using test::ScratchFolder;
 using testing::HasSubstr;
 using Access = MaterialDatabase::Access;
 
@@ -53,7 +53,7 @@ int wait_for(pid_t pid) {
 }
 
 TEST(MaterialDatabase, VersionsSupersedeAndStay) {
-  const MaterialFolder folder("versions");
+  const ScratchFolder folder("versions");
   MaterialDatabase database(folder / "sub/m.db", Access::write);
   const StoredRecord first = database.add({printed_record()}).front();
   MaterialRecord changed = printed_record();
@@ -73,7 +73,7 @@ TEST(MaterialDatabase, VersionsSupersedeAndStay) {
 }
 
 TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
-  const MaterialFolder folder("none");
+  const ScratchFolder folder("none");
   const MaterialDatabase database(folder / "m.db");
   EXPECT_EQ(database.find("paper-table-1").record.version, 1);
   EXPECT_TRUE(database.find("paper-table-1").shipped);
@@ -85,7 +85,7 @@ TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
 }
 
 TEST(MaterialDatabase, AddingIsAllOrNothing) {
-  const MaterialFolder folder("atomic");
+  const ScratchFolder folder("atomic");
   MaterialDatabase database(folder / "m.db", Access::write);
   MaterialRecord bad = printed_record("bad");
   bad.provenance.author = "";
@@ -95,7 +95,7 @@ TEST(MaterialDatabase, AddingIsAllOrNothing) {
 
 // Neither this program nor another one that opens the file can change or remove what is written.
 TEST(MaterialDatabase, RowsCannotBeChanged) {
-  const MaterialFolder folder("immutable");
+  const ScratchFolder folder("immutable");
   MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
   sqlite::File raw(folder / "m.db", sqlite::File::Access::write);
   for (const char* sql :
@@ -109,7 +109,7 @@ TEST(MaterialDatabase, RowsCannotBeChanged) {
 
 // Somebody determined removes the trigger first; the hashes tell.
 TEST(MaterialDatabase, TamperingIsFound) {
-  const MaterialFolder folder("tampered");
+  const ScratchFolder folder("tampered");
   {
     MaterialDatabase database(folder / "m.db", Access::write);
     database.add({printed_record(), printed_record(), printed_record()});
@@ -130,7 +130,7 @@ TEST(MaterialDatabase, TamperingIsFound) {
 }
 
 TEST(MaterialDatabase, ExportAndImportAreExact) {
-  const MaterialFolder folder("import");
+  const ScratchFolder folder("import");
   MaterialDatabase from(folder / "a.db", Access::write), to(folder / "b.db", Access::write);
   const std::vector<StoredRecord> all =
       from.add({printed_record(), calibrated_record(), printed_record("other")});
@@ -161,7 +161,7 @@ TEST(MaterialDatabase, ExportAndImportAreExact) {
 // ---- Many at once ----
 
 TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
-  const MaterialFolder folder("stress");
+  const ScratchFolder folder("stress");
   constexpr int writers = 8, versions = 8;
   std::vector<pid_t> pids;
   for (int w = 0; w < writers; ++w)
@@ -185,7 +185,7 @@ TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
 }
 
 TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
-  const MaterialFolder folder("killed");
+  const ScratchFolder folder("killed");
   std::size_t told = 0;
   for (int round = 0; round < 8; ++round) {
     int channel[2];
@@ -220,7 +220,7 @@ TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
 
 // A limit on the size of files stands for a disk that is full.
 TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
-  const MaterialFolder folder("full");
+  const ScratchFolder folder("full");
   MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
   const pid_t pid = in_process([&] {
     signal(SIGXFSZ, SIG_IGN);
@@ -243,7 +243,7 @@ TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
 
 // Nobody but its owner can write there, and no log lies beside it.
 TEST(MaterialDatabase, AReadOnlyFolderCanBeRead) {
-  const MaterialFolder folder("readonly");
+  const ScratchFolder folder("readonly");
   MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
   std::filesystem::permissions(folder.path(), std::filesystem::perms(0555));
   std::filesystem::permissions(folder / "m.db", std::filesystem::perms(0444));
@@ -264,7 +264,7 @@ TEST(MaterialDatabase, AReadOnlyFolderCanBeRead) {
 // ---- Files of other kinds and times ----
 
 TEST(MaterialDatabase, ForeignFilesAreRefusedAndLeftAlone) {
-  const MaterialFolder folder("foreign");
+  const ScratchFolder folder("foreign");
   std::ofstream(folder / "text") << "this is no database, but long enough to be looked at as one";
   for (const Access access : {Access::read, Access::write})
     EXPECT_THAT(refusal([&] { MaterialDatabase(folder / "text", access); }), HasSubstr("expected"));
@@ -280,7 +280,7 @@ TEST(MaterialDatabase, ForeignFilesAreRefusedAndLeftAlone) {
 }
 
 TEST(MaterialDatabase, ANewerSchemaIsRefused) {
-  const MaterialFolder folder("newer");
+  const ScratchFolder folder("newer");
   MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
   {
     sqlite::File raw(folder / "m.db", sqlite::File::Access::write);
@@ -292,7 +292,7 @@ TEST(MaterialDatabase, ANewerSchemaIsRefused) {
 }
 
 TEST(SqliteFile, MigrationsAreTakenInOrderOnceByWhoeverComesFirst) {
-  const MaterialFolder folder("migrate");
+  const ScratchFolder folder("migrate");
   const char* const first[] = {"CREATE TABLE t (a INTEGER); INSERT INTO t VALUES (1), (2)"};
   const char* const both[] = {first[0],
                               "ALTER TABLE t ADD COLUMN b INTEGER; UPDATE t SET b = 10 * a"};
@@ -320,7 +320,7 @@ TEST(SqliteFile, MigrationsAreTakenInOrderOnceByWhoeverComesFirst) {
 }
 
 TEST(SqliteFile, AMigrationThatFailsLeavesTheFileAsItWas) {
-  const MaterialFolder folder("failing");
+  const ScratchFolder folder("failing");
   const char* const steps[] = {"CREATE TABLE t (a)", "CREATE TABLE u (a); no SQL at all"};
   sqlite::File file(folder / "m.db", sqlite::File::Access::write);
   EXPECT_THROW(sqlite::migrate(file, steps), RunError);

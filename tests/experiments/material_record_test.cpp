@@ -143,7 +143,7 @@ TEST(MaterialJson, RoundTripIsExact) {
 
 // The hash can be recomputed by anybody who has Python.
 TEST(MaterialJson, PythonSpellsTheCanonicalTextTheSameWay) {
-  const test::MaterialFolder folder("python");
+  const test::ScratchFolder folder("python");
   MaterialRecord r = calibrated_record();
   std::vector<MaterialRecord> all;
   for (const double value : {1e-5, 1e-4, 1e15, 1e16, 123456789012345680.0, 5e-324, -0.0, 2.0, 0.1,

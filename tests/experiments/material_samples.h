@@ -1,32 +1,13 @@
 // Records that the tests of the material database share.
 #pragma once
 
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
 #include <string>
 
 #include "experiments/material_record.h"
+#include "tests/scratch_folder.h"
 
 namespace firn::test {
-
-// A scratch folder that vanishes with its owner.
-class MaterialFolder {
- public:
-  explicit MaterialFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() /
-              ("firn-materials-" + name + "-" + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~MaterialFolder() { std::filesystem::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 // Two frictions as a publication might print them.
 inline MaterialRecord printed_record(const std::string& name = "ice-steel") {
