@@ -142,6 +142,27 @@ bool Sides::entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double
   return true;
 }
 
+// What entered over one piece and is past its cut at the end of the step lies in pieces that it
+// came to through their cuts: each of them says that a neighbour has the contact. The piece that
+// was met first knows the side.
+bool Sides::first_entry(const PartPair& parts, Vec3& side) const {
+  const auto& [model, w, s, pair] = in_;
+  const Shape& shape_a = model.shapes[model.particles[pair.a].shape];
+  double first = std::numeric_limits<double>::infinity();
+  for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
+    const PartPair& other = s.part_pairs[k];
+    const bool near = other.a == parts.a ||
+                      (other.b == parts.b && shape_a.part_neighbours[parts.a] & bit(other.a));
+    if (!near) continue;
+    Vec3 normal;
+    double at;
+    if (!entry(shape_a.parts[other.a], part_b(other.b), normal, at) || at >= first) continue;
+    first = at;
+    side = normal;
+  }
+  return std::isfinite(first);
+}
+
 bool Sides::deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from,
                             double deep) const {
   constexpr int kPlaces = 8;
@@ -181,15 +202,17 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
       !leads_through_seam(b, -(b_in_a.rotation.transpose() * side))) {
     const double cosine = side.dot(m.normal);
     if (m.gap >= 0) return cosine > kOtherSide && !deep_on_the_way(a, b, at, watched);
-    if (cosine < kSameSide) collide_from(a, b, b_in_a, side, shell, m);
+    if (dropped || cosine < kSameSide) collide_from(a, b, b_in_a, side, shell, m);
     return true;
   }
   if (!deep && !dropped) return true;
   const std::vector<const Patch*> around = patches_of(parts, true);
   const Patch* like = nearest(around, m.normal);
-  if (!like || (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide)) {
+  if (!like) {
+    if (dropped && first_entry(parts, side)) collide_from(a, b, b_in_a, side, shell, m);
     return true;
   }
+  if (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide) return true;
   // A patch near by tells the side; where several do, as in a corner, the one by which it is the
   // shortest way out. A side by which this part is far deeper than that patch is not its side.
   Manifold best, tried;

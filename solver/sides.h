@@ -38,6 +38,7 @@ class Sides {
   std::vector<const Patch*> patches_of(const PartPair& parts, bool neighbours) const;
   const Patch* nearest(const std::vector<const Patch*>& patches, const Vec3& normal) const;
   bool entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const;
+  bool first_entry(const PartPair& parts, Vec3& side) const;
   bool deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from, double deep) const;
 
   SideInput in_;

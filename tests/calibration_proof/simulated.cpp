@@ -86,7 +86,7 @@ const std::vector<SimulatedProblem>& simulated_problems() {
          3}},  // 3 deg: of the full study, docs/drained-repose-answer.md
        3,
        {},
-       "centre_runs = 2\ndesign_points = 8\nruns_per_point = 2\nrefine_rounds = 1\n"
+       "centre_runs = 5\ndesign_points = 9\nruns_per_point = 2\nrefine_rounds = 1\n"
        "refine_points = 2\nconfirm_runs = 3\n",
        0,
        true},
