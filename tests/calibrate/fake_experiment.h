@@ -1,11 +1,8 @@
 // A formula in place of the simulation, behind the same interface.
 #pragma once
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -15,6 +12,7 @@
 
 #include "calibrate/study.h"
 #include "experiments/batch/executor.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 
@@ -72,25 +70,16 @@ inline JobResult finished(std::vector<Response> responses) {
   return {JobStatus::finished, "", std::move(responses), 1.0};
 }
 
-// A folder of its own that is gone afterwards.
-class Folder {
+// A folder with an empty case.
+class Folder : public test::ScratchFolder {
  public:
-  explicit Folder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() /
-              ("firn-calibrate-" + name + "-" + std::to_string(getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-    std::ofstream(path_ / "case.toml") << "[case]\n";
+  explicit Folder(const std::string& name) : ScratchFolder("calibrate-" + name) {
+    write("case.toml", "[case]\n");
   }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
+    std::ofstream(path() / name) << text;
     return *this / name;
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 inline std::string read_text(const std::string& file) {

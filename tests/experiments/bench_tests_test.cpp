@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -54,16 +53,12 @@ because = "judgement"
 class BenchTests : public testing::Test {
  protected:
   void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("firn-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
     fs::create_directories(folder_ / "tilt");
     std::ofstream(folder_ / "tilt/case.toml") << "\n";
     std::ofstream(folder_ / "tilt.toml") << "\n";
   }
-  void TearDown() override { fs::remove_all(folder_); }
   std::vector<BenchTest> read(const std::string& text) const {
-    const std::string file = (folder_ / "bench.toml").string();
+    const std::string file = folder_ / "bench.toml";
     std::ofstream(file) << text;
     return read_bench_tests(file);
   }
@@ -80,7 +75,7 @@ class BenchTests : public testing::Test {
       EXPECT_THAT(error.what(), HasSubstr(why));
     }
   }
-  fs::path folder_;
+  const test::ScratchFolder folder_{"bench-tests"};
 };
 
 TEST_F(BenchTests, EverythingIsRead) {
@@ -88,7 +83,7 @@ TEST_F(BenchTests, EverythingIsRead) {
   ASSERT_EQ(tests.size(), 2u);
   const BenchTest& tilt = tests[0];
   EXPECT_EQ(tilt.name, "tilt");
-  EXPECT_EQ(tilt.case_file, (folder_ / "tilt/case.toml").string());
+  EXPECT_EQ(tilt.case_file, folder_ / "tilt/case.toml");
   EXPECT_EQ(tilt.setup, 1800);
   EXPECT_EQ(tilt.effort(10), 3600);
   EXPECT_EQ(tilt.with, "");
@@ -118,7 +113,7 @@ TEST_F(BenchTests, ATestNeedsAResponseAndAFileTests) {
   EXPECT_THROW(read(std::string(kTwoTests, std::string(kTwoTests).find("[[tests.responses]]"))),
                InputError);
   EXPECT_THROW(read(""), InputError);
-  EXPECT_THROW(read_bench_tests((folder_ / "none.toml").string()), InputError);
+  EXPECT_THROW(read_bench_tests(folder_ / "none.toml"), InputError);
 }
 
 // --- the shipped list ---

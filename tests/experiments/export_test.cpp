@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
-#include "experiments/run.h"
+#include "tests/experiments/results_folder.h"
 
 namespace firn {
 namespace {
@@ -62,18 +61,15 @@ normal = [0, 0, -1]
 frames_every = "20 ms"
 )";
 
-class ExportTest : public testing::Test {
+class ExportTest : public ResultsFolder {
  protected:
   void SetUp() override {
-    directory_ = fs::temp_directory_path() / ("firn-export-" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
     RunOptions options;
     options.results_file = (directory_ / "run.h5").string();
     const Case c = read_case_text(kFall, "fall.toml", ".");
     ASSERT_EQ(run(c, options).status, RunStatus::finished);
     recording_ = std::make_unique<Recording>(options.results_file);
   }
-  void TearDown() override { fs::remove_all(directory_); }
 
   std::vector<std::string> lines(const std::string& file) const {
     std::ifstream in(directory_ / file);
@@ -82,7 +78,6 @@ class ExportTest : public testing::Test {
     return result;
   }
 
-  fs::path directory_;
   std::unique_ptr<Recording> recording_;
 };
 

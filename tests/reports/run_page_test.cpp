@@ -1,7 +1,6 @@
 #include "reports/run_page.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include "experiments/run.h"
 #include "reports/run_plots.h"
 #include "tests/reports/browser.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -72,17 +72,14 @@ frames_every = "10 ms"
 class RunPage : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("firn-run-page-" + std::to_string(getpid()));
-    fs::create_directories(folder_);
     RunOptions options;
     options.results_file = file();
     const RunSummary summary = run(read_case_text(kFall, "fall.toml", "."), options);
     ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string file() const { return (folder_ / "fall.h5").string(); }
+  std::string file() const { return folder_ / "fall.h5"; }
 
-  fs::path folder_;
+  const test::ScratchFolder folder_{"run-page"};
 };
 
 TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
