@@ -55,7 +55,7 @@ void judge(double tolerance, Comparison& c) {
   }
   if (tolerance <= 0) {
     c.verdict = ValidationVerdict::information;
-    c.caveats.push_back("no tolerance says what difference would matter");
+    c.caveats.emplace_back("no tolerance says what difference would matter");
   } else if (off + expanded <= tolerance) {
     c.verdict = ValidationVerdict::consistent;
   } else if (off - expanded > tolerance) {
@@ -89,7 +89,7 @@ void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c
     return;
   }
   if (c.curve->repeats < 2)
-    c.caveats.push_back("one measured curve: its own scatter is not known and not counted");
+    c.caveats.emplace_back("one measured curve: its own scatter is not known and not counted");
   judge(what.tolerance.value_or(0), c);
 }
 
