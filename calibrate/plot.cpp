@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
@@ -101,14 +102,51 @@ int lost(const Point& p) {
   return p.count(failed) + p.count(crashed) + p.count(timed_out) + p.count(out_of_memory);
 }
 
+// Where the number of each of these marks is written, unit square: above it, or on the first side
+// where nothing else is; above where all are taken.
+std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks) {
+  const Eigen::Vector2d mark(0.013, 0.014), half(0.026, 0.011);  // half widths and heights
+  const Eigen::Vector2d sides[] = {{0, 0.028},      {0, -0.028},     {0.042, 0},
+                                   {-0.042, 0},     {0.035, 0.025},  {-0.035, 0.025},
+                                   {0.035, -0.025}, {-0.035, -0.025}};
+  const auto apart = [](const VectorXd& a, const VectorXd& b, const Eigen::Vector2d& reach) {
+    return ((a - b).array().abs() > reach.array()).any();
+  };
+  std::vector<VectorXd> places;
+  for (const VectorXd& own : marks) {
+    const auto is_free = [&](const Eigen::Vector2d& side) {
+      const VectorXd at = own + side;
+      const bool inside = ((at - Eigen::Vector2d(0.5, 0.5)).array().abs() < 0.5).all();
+      return inside &&
+             std::ranges::all_of(places,
+                                 [&](const VectorXd& p) { return apart(at, p, 2 * half); }) &&
+             std::ranges::all_of(marks,
+                                 [&](const VectorXd& m) { return apart(at, m, half + mark); });
+    };
+    const auto* side = std::ranges::find_if(sides, is_free);
+    places.emplace_back(own + (side == std::end(sides) ? sides[0] : *side));
+  }
+  return places;
+}
+
 // One line per simulated point of the fit: parameters, mean, standard error.
 void print_points(Out& out, const Scene& s) {
+  std::vector<VectorXd> marks;
+  std::vector<double> means;
   print(out, "$points << END\n");
   for (const Point& p : s.answer.points) {
     const Sample sample = firn::sample(p.finished(s.target.response));
     if (sample.count == 0 || p.phase.starts_with("compare")) continue;
+    marks.push_back(p.u);
+    means.push_back(sample.mean);
     print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(p.u, " "), sample.mean,
           s.model.noise.at(sample.mean) / std::sqrt(sample.count));
+  }
+  if (s.study.parameters.size() == 2) {
+    print(out, "END\n$numbers << END\n");
+    const std::vector<VectorXd> places = label_places(marks);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      print(out, "{:.5f} {:.1f}\n", fmt::join(places[i], " "), means[i]);
   }
   print(out, "END\n$arched << END\n");
   for (const Point& p : s.answer.points)
@@ -191,8 +229,7 @@ std::string draw_map(const Scene& s) {
         " $points using 1:2 with points pt 7 ps 2.1 lc rgb '#303030' notitle, \\\n"
         " $points using 1:2:3 with points pt 7 ps 1.7 lc palette notitle, \\\n"
         " 1/0 with points pt 6 ps 1.9 lc rgb '#303030' title 'simulated: mean over seeds', \\\n"
-        " $points using 1:2:(sprintf('%.1f', $3)) with labels boxed font ',10' offset 0,1.05 "
-        "notitle");
+        " $numbers using 1:2:(sprintf('%.1f', $3)) with labels boxed font ',10' notitle");
   if (!s.answer.valley.empty())
     print(out,
           ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
