@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 #include <numeric>
 
@@ -12,7 +13,7 @@ namespace {
 constexpr double kInch = 0.0254;
 constexpr double kLength = 23.5 * kInch, kWidth = 5.5 * kInch, kDoor = 5.75 * kInch;  // m
 constexpr double kPanel = 10e-3, kWallHeight = 1;                                     // m
-constexpr double kShaftHeight = 0.07, kTurning = 4;                                   // m, rad/s
+constexpr double kShaftHeight = 0.1, kTurning = 4;                                    // m, rad/s
 
 // A box of these half sizes, turned about x.
 ConvexPart bar(const Vec3& center, const Vec3& half, double angle) {
@@ -35,7 +36,7 @@ Boundary make_stirrer() {
   b.parts.push_back(bar(Vec3::Zero(), {0.5 * kLength, 8e-3, 8e-3}, 0));
   for (int k = 0; k < kBlades; ++k) {
     const double x = kLength * ((k + 0.5) / kBlades - 0.5);
-    b.parts.push_back(bar({x, 0, 0}, {4e-3, 12e-3, 40e-3}, k * std::numbers::pi / 6));
+    b.parts.push_back(bar({x, 0, 0}, {4e-3, 12e-3, 30e-3}, k * std::numbers::pi / 6));
   }
   return b;
 }
@@ -67,7 +68,15 @@ Tile tile(bool stirrer) {
 Solver filled(const Tile& t) {
   Solver solver(t.box.model);
   scenes::scatter(solver, 0, kCubes, t.box.lower, t.box.upper, 1);
-  scenes::run(solver, 1.2);
+  scenes::run(solver, 1.0);
+  // Laid next to itself it is placed anew, and what is placed deep in something else is refused:
+  // not while a blade pinches a cube.
+  const double edge = t.box.model.shapes[0].box.minCoeff();
+  const auto pinched = [&] {
+    return std::ranges::any_of(solver.contacts(),
+                               [&](const Contact& c) { return c.overlap > 0.045 * edge; });
+  };
+  while (pinched()) scenes::run(solver, 1e-3);
   return solver;
 }
 

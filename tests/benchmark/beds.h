@@ -7,8 +7,8 @@ namespace firn::beds {
 
 inline constexpr int kCubes = 880;  // of one tile
 
-// The box of the drained repose experiment. `stirrer` puts a shaft along its length, 70 mm above
-// the floor, with twelve twisted blades of 80 mm tip to tip, which turns at 4 rad/s.
+// The box of the drained repose experiment. `stirrer` puts a shaft along its length, 100 mm above
+// the floor, with twelve twisted blades of 60 mm tip to tip, which turns at 4 rad/s.
 struct Tile {
   scenes::ReposeBox box;
   bool stirrer = false;
@@ -16,7 +16,7 @@ struct Tile {
 };
 Tile tile(bool stirrer);
 
-// Fills a tile at rest by dropping its cubes, 1.2 s (about 20 s of work).
+// Fills a tile at rest by dropping its cubes, 1 s (about 20 s of work).
 Solver filled(const Tile& tile);
 
 // along x across tiles like this one side by side, with walls of 10 mm between them; every cube,
