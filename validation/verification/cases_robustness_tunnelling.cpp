@@ -237,7 +237,7 @@ double entry_impulse(const Shape& cube, const Sheet& wall, double speed, const A
   const Vec3 way = Eigen::AngleAxisd(aim.azimuth, Vec3::UnitZ()) *
                    Vec3(std::sin(aim.angle), 0, -std::cos(aim.angle));
   const Vec3 velocity = speed * way;
-  // Half a step before the corner crosses the surface of the sheet.
+  // One and a half steps before the corner crosses the surface of the sheet.
   const Vec3 start = aim.place - corner - (1.5 * model.timestep) * velocity;
   Solver solver(model);
   solver.insert(0, start, turn, velocity, Vec3::Zero());
@@ -266,7 +266,6 @@ std::vector<Check> seam_entry() {
         }
       }
     }
-
     checks.push_back({.what = fmt::format("corner at {:g} m/s on knots of the mesh, {} shots: "
                                           "impulse over that of a box, less 1",
                                           speed, shots),
@@ -313,7 +312,7 @@ std::vector<VerificationCase> tunnelling_cases() {
        .reference =
            "The seams of a mesh are not there: a box of the same outline gives the impulse.",
        .remark =
-           "Half a step after it crossed the surface within 0 to 0.1 mm of a knot where eight "
+           "Half a step after it has crossed the surface within 0 to 0.1 mm of a knot where eight "
            "triangles meet, the corner is in pieces that it came to through their cuts.",
        .tier = Tier::quick,
        .run = seam_entry},
