@@ -94,8 +94,8 @@ std::string used_text(double used) { return fmt::format("{:.2g} %", 100 * used);
 
 void markdown_case(fmt::memory_buffer& out, const VerificationCase& c, const CaseResult& r) {
   auto to = std::back_inserter(out);
-  fmt::format_to(to, "### {}\n\n`{}`, {}. Against: {}.\n\n", c.title, c.name, verdict_text(r),
-                 c.reference);
+  fmt::format_to(to, "### {}\n\n`{}`, {}. Against: {}{}\n\n", c.title, c.name, verdict_text(r),
+                 c.reference, c.reference.ends_with('.') ? "" : ".");
   if (!c.remark.empty()) fmt::format_to(to, "{}\n\n", c.remark);
   if (!r.error.empty()) fmt::format_to(to, "It ended with: {}\n\n", r.error);
   if (r.checks.empty()) return;
