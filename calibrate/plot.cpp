@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <span>
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
@@ -102,9 +103,9 @@ int lost(const Point& p) {
   return p.count(failed) + p.count(crashed) + p.count(timed_out) + p.count(out_of_memory);
 }
 
-// Where the number of each of these marks is written, unit square: above it, or on the first side
-// where nothing else is; above where all are taken.
-std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks) {
+// Where the number of each of the first `count` marks is written, unit square: above it, or on the
+// first side where nothing else is; above where all are taken.
+std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks, std::size_t count) {
   const Eigen::Vector2d mark(0.013, 0.014), half(0.026, 0.011);  // half widths and heights
   const Eigen::Vector2d sides[] = {{0, 0.028},      {0, -0.028},     {0.042, 0},
                                    {-0.042, 0},     {0.035, 0.025},  {-0.035, 0.025},
@@ -113,7 +114,7 @@ std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks) {
     return ((a - b).array().abs() > reach.array()).any();
   };
   std::vector<VectorXd> places;
-  for (const VectorXd& own : marks) {
+  for (const VectorXd& own : std::span(marks).first(count)) {
     const auto is_free = [&](const Eigen::Vector2d& side) {
       const VectorXd at = own + side;
       const bool inside = ((at - Eigen::Vector2d(0.5, 0.5)).array().abs() < 0.5).all();
@@ -144,7 +145,9 @@ void print_points(Out& out, const Scene& s) {
   }
   if (s.study.parameters.size() == 2) {
     print(out, "END\n$numbers << END\n");
-    const std::vector<VectorXd> places = label_places(marks);
+    for (const CheckedSet& member : s.answer.valley)
+      marks.push_back(to_unit(s.study.parameters, member.values));
+    const std::vector<VectorXd> places = label_places(marks, means.size());
     for (std::size_t i = 0; i < places.size(); ++i)
       print(out, "{:.5f} {:.1f}\n", fmt::join(places[i], " "), means[i]);
   }
