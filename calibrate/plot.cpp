@@ -130,27 +130,26 @@ std::vector<VectorXd> label_places(const std::vector<VectorXd>& marks, std::size
   return places;
 }
 
-// One line per simulated point of the fit: parameters, mean, standard error.
-void print_points(Out& out, const Scene& s) {
-  std::vector<VectorXd> marks;
-  std::vector<double> means;
-  print(out, "$points << END\n");
+// A simulated point of the fit, and what came of its runs.
+struct Mark {
+  VectorXd u;
+  Sample sample;
+};
+std::vector<Mark> marks_of(const Scene& s) {
+  std::vector<Mark> marks;
   for (const Point& p : s.answer.points) {
     const Sample sample = firn::sample(p.finished(s.target.response));
-    if (sample.count == 0 || p.phase.starts_with("compare")) continue;
-    marks.push_back(p.u);
-    means.push_back(sample.mean);
-    print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(p.u, " "), sample.mean,
+    if (sample.count > 0 && !p.phase.starts_with("compare")) marks.push_back({p.u, sample});
+  }
+  return marks;
+}
+
+// One line per simulated point of the fit: parameters, mean, standard error.
+void print_points(Out& out, const Scene& s) {
+  print(out, "$points << END\n");
+  for (const auto& [u, sample] : marks_of(s))
+    print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(u, " "), sample.mean,
           s.model.noise.at(sample.mean) / std::sqrt(sample.count));
-  }
-  if (s.study.parameters.size() == 2) {
-    print(out, "END\n$numbers << END\n");
-    for (const CheckedSet& member : s.answer.valley)
-      marks.push_back(to_unit(s.study.parameters, member.values));
-    const std::vector<VectorXd> places = label_places(marks, means.size());
-    for (std::size_t i = 0; i < places.size(); ++i)
-      print(out, "{:.5f} {:.1f}\n", fmt::join(places[i], " "), means[i]);
-  }
   print(out, "END\n$arched << END\n");
   for (const Point& p : s.answer.points)
     if (p.count(JobStatus::arched) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
@@ -180,7 +179,22 @@ void print_levels(Out& out, const Scene& s) {
   print(out, "END\n");
 }
 
+// The means of the simulated points, each where there is room for it.
+void print_numbers(Out& out, const Scene& s) {
+  const std::vector<Mark> marks = marks_of(s);
+  std::vector<VectorXd> taken;
+  for (const Mark& mark : marks) taken.push_back(mark.u);
+  for (const CheckedSet& member : s.answer.valley)
+    taken.push_back(to_unit(s.study.parameters, member.values));
+  const std::vector<VectorXd> places = label_places(taken, marks.size());
+  print(out, "$numbers << END\n");
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    print(out, "{:.5f} {:.1f}\n", fmt::join(places[i], " "), marks[i].sample.mean);
+  print(out, "END\n");
+}
+
 void print_map_data(Out& out, const Scene& s) {
+  print_numbers(out, s);
   print(out, "$map << END\n");
   for (int i = 0; i <= map_cells; ++i) {
     for (int j = 0; j <= map_cells; ++j) {
@@ -232,7 +246,7 @@ std::string draw_map(const Scene& s) {
         " $points using 1:2 with points pt 7 ps 2.1 lc rgb '#303030' notitle, \\\n"
         " $points using 1:2:3 with points pt 7 ps 1.7 lc palette notitle, \\\n"
         " 1/0 with points pt 6 ps 1.9 lc rgb '#303030' title 'simulated: mean over seeds', \\\n"
-        " $numbers using 1:2:(sprintf('%.1f', $3)) with labels boxed font ',10' notitle");
+        " $numbers using 1:2:3 with labels boxed font ',10' notitle");
   if (!s.answer.valley.empty())
     print(out,
           ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"

@@ -73,8 +73,8 @@ Solver filled(const Tile& t) {
   // not while a blade pinches a cube.
   const double edge = t.box.model.shapes[0].box.minCoeff();
   const auto pinched = [&] {
-    return std::ranges::any_of(solver.contacts(),
-                               [&](const Contact& c) { return c.overlap > 0.045 * edge; });
+    return std::ranges::any_of(solver.contact_overlaps(),
+                               [&](double overlap) { return overlap > 0.045 * edge; });
   };
   while (pinched()) scenes::run(solver, 1e-3);
   return solver;
