@@ -239,13 +239,15 @@ void prefetch(const State& s, const std::vector<std::uint32_t>& due, std::size_t
   }
 }
 
-// Finds the pairs [begin, end) that are due.
-void find_due(const Workspace& w, const State& s, std::size_t begin, std::size_t end,
-              std::vector<std::uint32_t>& due) {
-  due.clear();
+// Finds the pairs [begin, end) of a range that are due.
+void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& range) {
+  // Every body is in some seven pairs: its way is fetched from afar once.
+  double path[2 * kPairsOfRange];
+  for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
+  range.due.clear();
   for (std::size_t p = begin; p < end; ++p) {
-    if (s.wake[p] <= s.path[w.ends[p][0]] + s.path[w.ends[p][1]])
-      due.push_back(static_cast<std::uint32_t>(p));
+    const auto [a, b] = range.locals[p - begin];
+    if (s.wake[p] <= path[a] + path[b]) range.due.push_back(static_cast<std::uint32_t>(p));
   }
 }
 
@@ -256,7 +258,7 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
   range.suspects.clear();
   range.queries = range.refreshes = range.deep_births = 0;
   range.more_patches = range.more_points = 0;
-  find_due(w, s, begin, end, range.due);
+  find_due(s, begin, end, range);
   Looker looker(model, w, s, range);
   Look& look = range.look;
   for (std::size_t k = 0; k < range.due.size(); ++k) {
@@ -296,9 +298,9 @@ void close_holes(State& s) {
     many += pair.patch_count;
     more += static_cast<std::size_t>(points_of(pair, s));
   }
-  reserve_large(patches, many);
-  reserve_large(rolling, many);
-  reserve_large(points, more);
+  reserve_large(patches, many, many / 8);
+  reserve_large(rolling, many, many / 8);
+  reserve_large(points, more, more / 8);
   for (Pair& pair : s.pairs) {
     const std::uint32_t old = pair.first_patch;
     pair.first_patch = pair.first_point = pair.patch_capacity = pair.point_capacity = 0;
@@ -377,14 +379,12 @@ void make_load_lists(std::size_t particles, Workspace& w) {
 // Tables over a new neighbour list.
 void take_up_list(const Model& model, Workspace& w, const State& s) {
   const std::size_t pairs = s.pairs.size();
-  w.ends.resize(pairs);
   w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
   for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
     PairRange& range = w.ranges[begin / kPairsOfRange];
     LocalBodies local(range.bodies);
     range.locals.clear();
     for (std::size_t p = begin; p < end; ++p) {
-      w.ends[p] = {s.pairs[p].a, s.pairs[p].b};
       const std::uint16_t a = local.number(s.pairs[p].a), b = local.number(s.pairs[p].b);
       range.locals.push_back({a, b});
     }

@@ -13,11 +13,16 @@ namespace {
 
 constexpr std::ptrdiff_t kAhead = 8;  // pairs, whose bodies are fetched
 
+// The processor fetches what is walked through by itself, but begins anew with every page. Where a
+// bed is beyond the caches, what comes a page later is fetched, too.
+constexpr std::size_t kLargeBed = std::size_t{4} << 20;  // bytes of patches
+constexpr std::ptrdiff_t kPage = 4096;                   // bytes
+
 // Two lines of the cache.
-template <class T>
-[[gnu::always_inline]] inline void prefetch(const T* from) {
-  __builtin_prefetch(from);
-  __builtin_prefetch(reinterpret_cast<const char*>(from) + 64);
+template <int locality = 3, class T>
+[[gnu::always_inline]] inline void prefetch(const T* from, std::ptrdiff_t bytes = 0) {
+  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes, 0, locality);
+  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes + 64, 0, locality);
 }
 
 // a x b; the fourth number is zero.
@@ -80,7 +85,7 @@ void update_active(const State& s, std::size_t begin, std::size_t end, PairRange
 
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
 // `take`.
-template <class Take>
+template <bool large, class Take>
 void advance_patches(const Model& model, const Workspace& w, State& s,
                      const std::vector<ActivePair>& active, const Take& take) {
   // Plain pointers: vectors' own would be read again after every wide store, which may be to
@@ -107,6 +112,10 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
     pair_motion(motions[pair->a], motions[pair->b], motion);
     Patch* const last = patches + pair->first_patch + pair->patch_count;
     for (Patch* patch = patches + pair->first_patch; patch != last; ++patch) {
+      if constexpr (large) {
+        prefetch<2>(patch, kPage);
+        prefetch<2>(points + patch->first_point, kPage);
+      }
       block.add(*pair, laws[pair->law], *patch, points + patch->first_point, motion);
       if (block.full()) flush();
     }
@@ -248,6 +257,7 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
   const bool noted = model.statistics.any();
+  const bool large = s.patches.size() * sizeof(Patch) > kLargeBed;
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t end) {
                PairRange& range = w.ranges[begin / kPairsOfRange];
@@ -256,11 +266,15 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
                RangeLoad* const loads = w.loads.data() + range.first_load;
                std::fill_n(loads, range.bodies.size(), RangeLoad{});
                Bookkeeper books(model, w, s, range.accounts);
-               advance_patches(model, w, s, range.active, [&](const PatchBlock& block) {
+               const auto take = [&](const PatchBlock& block) {
                  books.note(block);
                  add_loads(block, loads);
                  if (noted) note_work(block, range.notes.work);
-               });
+               };
+               if (large)
+                 advance_patches<true>(model, w, s, range.active, take);
+               else
+                 advance_patches<false>(model, w, s, range.active, take);
              });
   std::ranges::fill(s.boundary_load, BodyLoad{});
   for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);

@@ -10,12 +10,13 @@
 
 namespace firn {
 
-// Room for n elements. An array that fills pages of 2 MB is asked for in such: a step walks through
-// all of it, and looking up thousands of small pages would cost more than the walk.
+// Room for n elements, and for `spare` more where it has to grow. An array that fills pages of 2 MB
+// is asked for in such: a step walks through all of it, and looking up thousands of small pages
+// would cost more than the walk.
 template <class T>
-void reserve_large(std::vector<T>& v, std::size_t n) {
+void reserve_large(std::vector<T>& v, std::size_t n, std::size_t spare) {
   if (n <= v.capacity()) return;
-  v.reserve(n + n / 8);
+  v.reserve(n + spare);
 #ifdef __linux__
   constexpr std::uintptr_t kPage = std::uintptr_t{2} << 20;
   const auto begin = reinterpret_cast<std::uintptr_t>(v.data());
@@ -26,9 +27,10 @@ void reserve_large(std::vector<T>& v, std::size_t n) {
 #endif
 }
 
+// For arrays that are resized again and again.
 template <class T>
 void resize_large(std::vector<T>& v, std::size_t n) {
-  reserve_large(v, n);
+  reserve_large(v, n, n / 8);
   v.resize(n);
 }
 

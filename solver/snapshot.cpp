@@ -6,6 +6,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "solver/huge_pages.h"
 #include "solver/statistics_workspace.h"
 
 namespace firn {
@@ -45,6 +46,7 @@ class Reader {
     std::uint64_t n = 0;
     value(n);
     if (n > (bytes_.size() - at_) / sizeof(T)) throw RunError("checkpoint is cut short");
+    reserve_large(v, n, 0);
     v.resize(n);
     take(v.data(), n * sizeof(T));
   }

@@ -106,7 +106,6 @@ struct Workspace {
 
   // Made anew with the neighbour list:
   bool list_is_new = true;
-  std::vector<std::array<std::int32_t, 2>> ends;  // [pairs] the bodies, packed for the scan
   std::vector<PairRange> ranges;
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
   bool points_moved = false;             // holes were closed in this step
