@@ -219,24 +219,24 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
   }
 }
 
+// Every line of the cache that these bytes lie on.
+[[gnu::always_inline]] inline void fetch(const void* from, std::size_t bytes) {
+  const auto* at = static_cast<const char*>(from);
+  for (std::size_t k = 0; k < bytes; k += 64) __builtin_prefetch(at + k);
+  __builtin_prefetch(at + bytes - 1);
+}
+
 // What looks further down the list will read: it lies scattered, and waiting for it would cost as
-// much as the look itself.
-void prefetch(const State& s, const std::vector<std::uint32_t>& due, std::size_t k,
-              std::size_t end) {
-  if (k + 4 < end) {
-    const std::uint32_t far = due[k + 4];
-    __builtin_prefetch(&s.pairs[far]);
-    const auto* watch = reinterpret_cast<const char*>(&s.watch[far]);
-    __builtin_prefetch(watch);
-    __builtin_prefetch(watch + 64);
-  }
-  if (k + 2 < end) {
-    const Pair& near = s.pairs[due[k + 2]];
-    const auto* parts = reinterpret_cast<const char*>(s.part_pairs.data() + near.first_part);
-    for (std::uint32_t i = 0; i < near.part_count * sizeof(PartPair); i += 64)
-      __builtin_prefetch(parts + i);
-    __builtin_prefetch(s.patches.data() + near.first_patch);
-  }
+// much as the look itself. Most looks end with the pair; where its contacts lie, the pair tells.
+constexpr std::size_t kFar = 8, kNear = 4;  // looks ahead
+void fetch_pair(const State& s, std::uint32_t p) {
+  fetch(&s.pairs[p], sizeof(Pair));
+  fetch(&s.watch[p], sizeof(PairWatch));
+}
+void fetch_contacts(const State& s, std::uint32_t p) {
+  const Pair& pair = s.pairs[p];
+  fetch(s.part_pairs.data() + pair.first_part, pair.part_count * sizeof(PartPair));
+  __builtin_prefetch(s.patches.data() + pair.first_patch);
 }
 
 // Finds the pairs [begin, end) of a range that are due.
@@ -261,9 +261,13 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
   find_due(s, begin, end, range);
   Looker looker(model, w, s, range);
   Look& look = range.look;
-  for (std::size_t k = 0; k < range.due.size(); ++k) {
-    prefetch(s, range.due, k, range.due.size());
-    const std::uint32_t p = range.due[k];
+  const std::vector<std::uint32_t>& due = range.due;
+  for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
+  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_contacts(s, due[k]);
+  for (std::size_t k = 0; k < due.size(); ++k) {
+    if (k + kFar < due.size()) fetch_pair(s, due[k + kFar]);
+    if (k + kNear < due.size()) fetch_contacts(s, due[k + kNear]);
+    const std::uint32_t p = due[k];
     looker.look(p, look);
     Pair& pair = s.pairs[p];
     s.wake[p] = look.wake;
