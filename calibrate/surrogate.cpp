@@ -142,8 +142,8 @@ Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
 void Surrogate::factorize(Member& m) const {
   const Index n = z_.size();
   m.covariance = covariance(m);
-  m.weights = m.covariance.solve(z_);
-  m.precision = m.covariance.solve(MatrixXd::Identity(n, n)).diagonal();
+  m.weights = m.covariance->solve(z_);
+  m.precision = m.covariance->solve(MatrixXd::Identity(n, n)).diagonal();
 }
 
 // Minus the logarithm of likelihood times belief, for the logarithms of departure sd, lengths and,
@@ -217,12 +217,12 @@ Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
       k.array() += m.departure_variance * matern(r);
     }
     // The half solution squared, not k . w: it loses no digits to the wide belief in the trend.
-    VectorXd half = m.covariance.transpositionsP() * k;
-    m.covariance.matrixL().solveInPlace(half);
-    VectorXd w = half.cwiseQuotient(m.covariance.vectorD());
+    VectorXd half = m.covariance->transpositionsP() * k;
+    m.covariance->matrixL().solveInPlace(half);
+    VectorXd w = half.cwiseQuotient(m.covariance->vectorD());
     const double explained = half.dot(w);
-    m.covariance.matrixU().solveInPlace(w);
-    w = m.covariance.transpositionsP().transpose() * w;
+    m.covariance->matrixU().solveInPlace(w);
+    w = m.covariance->transpositionsP().transpose() * w;
     const double its_mean = k.dot(m.weights);
     mean += share * its_mean;
     square += share * its_mean * its_mean;

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,9 +73,9 @@ class Surrogate {
     double departure_variance = 0;  // standardised
     double noise_factor = 1;        // true variance of the noise over the stated one
     Eigen::VectorXd lengths;
-    Eigen::LDLT<Eigen::MatrixXd> covariance;  // [points, points]
-    Eigen::VectorXd precision;                // diagonal of its inverse
-    Eigen::VectorXd weights;                  // its inverse times z
+    std::optional<Eigen::LDLT<Eigen::MatrixXd>> covariance;  // [points, points], once factorised
+    Eigen::VectorXd precision;                               // diagonal of its inverse
+    Eigen::VectorXd weights;                                 // its inverse times z
   };
   // A point left out, as all others see it; standardised.
   struct LeftOut {
