@@ -14,9 +14,9 @@ class ValidationReplays {
   // `folder`: where the results.json lay. `budget`: characters of data over all replays.
   ValidationReplays(const Json& results, const std::string& folder, std::size_t budget);
 
-  // The replay of the experiment's first run (its first parameter set, first seed), where its results
-  // file is still there; for a further comparison (at `anchor`) of the same experiment the way to
-  // it.
+  // The replay of the experiment's first run (its first parameter set, first seed), where its
+  // results file is still there; for a further comparison (at `anchor`) of the same experiment the
+  // way to it.
   void add(const std::string& experiment, const std::string& anchor, page::Page& page,
            page::Content& content);
 

@@ -19,11 +19,12 @@ void reserve_large(std::vector<T>& v, std::size_t n, std::size_t spare) {
   v.reserve(n + spare);
 #ifdef __linux__
   constexpr std::uintptr_t kPage = std::uintptr_t{2} << 20;
-  const auto begin = reinterpret_cast<std::uintptr_t>(v.data());
-  const std::uintptr_t first = (begin + kPage - 1) / kPage * kPage;
-  const std::uintptr_t last = (begin + v.capacity() * sizeof(T)) / kPage * kPage;
+  auto* const begin = reinterpret_cast<char*>(v.data());
+  const auto before = static_cast<std::size_t>(-reinterpret_cast<std::uintptr_t>(begin) % kPage);
+  const std::size_t bytes = v.capacity() * sizeof(T);
   // A wish: where it is not granted, nothing is lost.
-  if (first < last) (void)madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+  if (before + kPage <= bytes)
+    (void)madvise(begin + before, (bytes - before) / kPage * kPage, MADV_HUGEPAGE);
 #endif
 }
 
