@@ -1,23 +1,37 @@
 #include "solver/parallel.h"
 
+#include <algorithm>
+#include <memory>
+
+// The thread sanitizer does not see what Debian's oneTBB does to hand work over, and would take
+// everything that two threads touch in turn for a race.
+#ifdef __SANITIZE_THREAD__
+#include <atomic>
+#include <thread>
+#include <vector>
+#else
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
-
-#include <algorithm>
-#include <memory>
+#endif
 
 namespace firn {
 
-void for_ranges(int threads, std::size_t n, std::size_t grain,
-                const std::function<void(std::size_t, std::size_t)>& body) {
-  const std::size_t ranges = (n + grain - 1) / grain;
-  const auto one = [&](std::size_t k) { body(k * grain, std::min(n, (k + 1) * grain)); };
-  if (threads <= 1 || ranges <= 1) {
-    for (std::size_t k = 0; k < ranges; ++k) one(k);
-    return;
-  }
+namespace {
+
+// Calls one(k) for every k below `ranges`.
+template <class One>
+void share_out(int threads, std::size_t ranges, const One& one) {
+#ifdef __SANITIZE_THREAD__
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t k = next++; k < ranges; k = next++) one(k);
+  };
+  std::vector<std::jthread> others;
+  for (int i = 1; i < threads; ++i) others.emplace_back(work);
+  work();
+#else
   // As many threads as asked for, also where there are fewer cores.
   static thread_local std::unique_ptr<tbb::global_control> allowed;
   static thread_local std::unique_ptr<tbb::task_arena> arena;
@@ -30,6 +44,20 @@ void for_ranges(int threads, std::size_t n, std::size_t grain,
     arena = std::make_unique<tbb::task_arena>(threads);
   }
   arena->execute([&] { tbb::parallel_for(std::size_t{0}, ranges, one); });
+#endif
+}
+
+}  // namespace
+
+void for_ranges(int threads, std::size_t n, std::size_t grain,
+                const std::function<void(std::size_t, std::size_t)>& body) {
+  const std::size_t ranges = (n + grain - 1) / grain;
+  const auto one = [&](std::size_t k) { body(k * grain, std::min(n, (k + 1) * grain)); };
+  if (threads <= 1 || ranges <= 1) {
+    for (std::size_t k = 0; k < ranges; ++k) one(k);
+    return;
+  }
+  share_out(threads, ranges, one);
 }
 
 }  // namespace firn
