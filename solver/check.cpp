@@ -90,7 +90,8 @@ void check_energy(const Model& model, const Workspace& w, State& s) {
   }
   const double rise = left - s.lowest_energy;
   s.health.energy_rise = std::max(s.health.energy_rise, rise);
-  // Contacts of bodies that were placed into each other give more than they ever took.
+  // Contacts of bodies that were placed into each other give more than they ever took; what
+  // adhesion holds is below zero.
   const double taken = std::max(0.0, s.work_normal + s.work_friction);
   const double at_play = s.largest_kinetic + std::abs(e.elastic) + taken;
   if (rise > kRunaway * at_play && rise > negligible_energy(model)) {

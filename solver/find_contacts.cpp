@@ -302,9 +302,9 @@ void close_holes(State& s) {
     many += pair.patch_count;
     more += static_cast<std::size_t>(points_of(pair, s));
   }
-  reserve_large(patches, many, many / 8);
-  reserve_large(rolling, many, many / 8);
-  reserve_large(points, more, more / 8);
+  reserve_large(patches, many);
+  reserve_large(rolling, many);
+  reserve_large(points, more);
   for (Pair& pair : s.pairs) {
     const std::uint32_t old = pair.first_patch;
     pair.first_patch = pair.first_point = pair.patch_capacity = pair.point_capacity = 0;

@@ -28,10 +28,15 @@ void reserve_large(std::vector<T>& v, std::size_t n, std::size_t spare) {
 #endif
 }
 
-// For arrays that are resized again and again.
+// For arrays that grow again and again.
+template <class T>
+void reserve_large(std::vector<T>& v, std::size_t n) {
+  reserve_large(v, n, n / 8);
+}
+
 template <class T>
 void resize_large(std::vector<T>& v, std::size_t n) {
-  reserve_large(v, n, n / 8);
+  reserve_large(v, n);
   v.resize(n);
 }
 
