@@ -11,18 +11,14 @@ namespace firn {
 
 namespace {
 
-constexpr std::ptrdiff_t kAhead = 8;  // pairs, whose bodies are fetched
-
-// The processor fetches what is walked through by itself, but begins anew with every page. Where a
-// bed is beyond the caches, what comes a page later is fetched, too.
-constexpr std::size_t kLargeBed = std::size_t{4} << 20;  // bytes of patches
-constexpr std::ptrdiff_t kPage = 4096;                   // bytes
+constexpr std::ptrdiff_t kAhead = 8;           // pairs, whose bodies and patches are fetched
+constexpr std::ptrdiff_t kPointsAhead = 1024;  // bytes: what some ten patches have
 
 // Two lines of the cache.
-template <int locality = 3, class T>
+template <class T>
 [[gnu::always_inline]] inline void prefetch(const T* from, std::ptrdiff_t bytes = 0) {
-  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes, 0, locality);
-  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes + 64, 0, locality);
+  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes);
+  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes + 64);
 }
 
 // a x b; the fourth number is zero.
@@ -84,10 +80,11 @@ void update_active(const State& s, std::size_t begin, std::size_t end, PairRange
 }
 
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
-// `take`.
-template <bool large, class Take>
+// `take`. The loads of the next range, which lie behind those of this one, are fetched on the way.
+template <class Take>
 void advance_patches(const Model& model, const Workspace& w, State& s,
-                     const std::vector<ActivePair>& active, const Take& take) {
+                     const std::vector<ActivePair>& active, const RangeLoad* next_loads,
+                     const Take& take) {
   // Plain pointers: vectors' own would be read again after every wide store, which may be to
   // anywhere as far as the compiler knows.
   const BodyMotion* const motions = s.motion.data();
@@ -95,7 +92,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
   Patch* const patches = s.patches.data();
   const ActivePair* const end = active.data() + active.size();
   ContactPoint* const points = s.points.data();
-  PatchBlock block(patches, s.rolling.data());
+  PatchBlock block(patches, s.rolling.data(), static_cast<std::int32_t>(model.particles.size()));
   // Not inlined, as it would push out of the registers what the loop needs.
   const auto flush = [&]() __attribute__((noinline)) {
     block.advance(model.timestep);
@@ -108,14 +105,13 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
       prefetch(motions + pair[kAhead].b);
       prefetch(patches + pair[kAhead].first_patch);
     }
+    // A range has about half as many bodies as active pairs.
+    __builtin_prefetch(next_loads + (pair - active.data()) / 2, 1);
     PairMotion motion;
     pair_motion(motions[pair->a], motions[pair->b], motion);
     Patch* const last = patches + pair->first_patch + pair->patch_count;
     for (Patch* patch = patches + pair->first_patch; patch != last; ++patch) {
-      if constexpr (large) {
-        prefetch<2>(patch, kPage);
-        prefetch<2>(points + patch->first_point, kPage);
-      }
+      prefetch(points + patch->first_point, kPointsAhead);
       block.add(*pair, laws[pair->law], *patch, points + patch->first_point, motion);
       if (block.full()) flush();
     }
@@ -154,10 +150,8 @@ class Bookkeeper {
     }
     accounts_.work_normal = normal;
     accounts_.work_friction = friction;
-    for (int k = 0; k < block.size(); ++k) {
-      if (block.b(k) >= n_) note_wall(block.load(k));
-      if (block.overlap(k) > overlap_ && block.normal_force(k) > 0) note_overlap(block.load(k));
-    }
+    for (const int k : block.at_boundary()) note_wall(block.load(k));
+    if (block.deepest() > overlap_) note_overlaps(block);
   }
 
  private:
@@ -177,16 +171,23 @@ class Bookkeeper {
     accounts_.boundary_work += dt_ * (force.dot(motion.velocity) - moment.dot(motion.spin));
   }
 
-  [[gnu::noinline]] void note_overlap(const PatchLoad& load) {
+  [[gnu::noinline]] void note_overlaps(const PatchBlock& block) {
+    for (int k = 0; k < block.size(); ++k) {
+      const double overlap = block.overlap(k);
+      if (overlap > overlap_ && block.normal_force(k) > 0) note_overlap(block.load(k), overlap);
+    }
+  }
+
+  void note_overlap(const PatchLoad& load, double overlap) {
     const double limit = w_.laws[load.law].overlap_limit;
-    if (load.overlap > limit && accounts_.beyond_limit == 0) {
-      accounts_.beyond_limit = load.overlap;
+    if (overlap > limit && accounts_.beyond_limit == 0) {
+      accounts_.beyond_limit = overlap;
       accounts_.beyond_limit_a = load.a;
       accounts_.beyond_limit_b = load.b;
       accounts_.limit = limit;
     }
-    if (load.overlap > accounts_.largest_overlap) {
-      accounts_.largest_overlap = load.overlap;
+    if (overlap > accounts_.largest_overlap) {
+      accounts_.largest_overlap = overlap;
       accounts_.largest_overlap_particle = load.a;
     }
     overlap_ = std::min(accounts_.largest_overlap, w_.least_overlap_limit);
@@ -237,10 +238,9 @@ template <int sign>
   put(__builtin_shufflevector(sum, largest, 0, 1, 2, 7), &load.force);
 }
 
-// Adds what a block does to the loads of a range's bodies.
+// Adds what a block does to the loads of a range's bodies; what bears nothing adds zeros.
 void add_loads(const PatchBlock& block, RangeLoad* loads) {
   for (int k = 0; k < block.size(); ++k) {
-    if (!(block.normal_force(k) > 0)) continue;
     RangeLoad &a = loads[block.local_a(k)], &b = loads[block.local_b(k)];
     Four force, moment;
     get(&block.force(k), force);
@@ -257,7 +257,6 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
   const bool noted = model.statistics.any();
-  const bool large = s.patches.size() * sizeof(Patch) > kLargeBed;
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t end) {
                PairRange& range = w.ranges[begin / kPairsOfRange];
@@ -271,10 +270,7 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
                  add_loads(block, loads);
                  if (noted) note_work(block, range.notes.work);
                };
-               if (large)
-                 advance_patches<true>(model, w, s, range.active, take);
-               else
-                 advance_patches<false>(model, w, s, range.active, take);
+               advance_patches(model, w, s, range.active, loads + range.bodies.size(), take);
              });
   std::ranges::fill(s.boundary_load, BodyLoad{});
   for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);

@@ -1,54 +1,116 @@
 #include "solver/patch_block.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace firn {
 
-// Both also move what lies behind the last patch, up to a multiple of four; nobody reads it.
-void PatchBlock::spread(const Quad* rows, Columns& columns) const {
-  for (int k = 0; k < count_; k += 4) {
-    Four a, b, c, d;
-    get(rows + k, a);
-    get(rows + k + 1, b);
-    get(rows + k + 2, c);
-    get(rows + k + 3, d);
-    transpose(a, b, c, d);
-    put(a, columns.x + k);
-    put(b, columns.y + k);
-    put(c, columns.z + k);
-    put(d, columns.w + k);
-  }
+namespace {
+
+// Four rows, from wherever they lie, turned into columns.
+template <class RowOf>
+[[gnu::always_inline]] inline void gather_four(int k, const RowOf& row_of, Four& a, Four& b,
+                                               Four& c, Four& d) {
+  get(row_of(k), a);
+  get(row_of(k + 1), b);
+  get(row_of(k + 2), c);
+  get(row_of(k + 3), d);
+  transpose(a, b, c, d);
 }
 
-void PatchBlock::collect(const Columns& columns, Quad* rows) const {
-  for (int k = 0; k < count_; k += 4) {
-    Four a, b, c, d;
-    get(columns.x + k, a);
-    get(columns.y + k, b);
-    get(columns.z + k, c);
-    get(columns.w + k, d);
-    transpose(a, b, c, d);
-    put(a, rows + k);
-    put(b, rows + k + 1);
-    put(c, rows + k + 2);
-    put(d, rows + k + 3);
-  }
+using Two = double __attribute__((vector_size(16)));
+using TwoInMemory = double __attribute__((vector_size(16), aligned(8), may_alias));
+
+// Two neighbouring numbers of each of four places: the first ones, and the second ones.
+[[gnu::always_inline]] inline void get_twos(const double* const* from, Four& first, Four& second) {
+  const auto two = [&](int k) { return Two(*reinterpret_cast<const TwoInMemory*>(from[k])); };
+  const Four even = __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3);
+  const Four odd = __builtin_shufflevector(two(1), two(3), 0, 1, 2, 3);
+  first = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+  second = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
 }
+[[gnu::always_inline]] inline void put_twos(const Four& first, const Four& second,
+                                            double* const* to) {
+  const Four even = __builtin_shufflevector(first, second, 0, 4, 2, 6);
+  const Four odd = __builtin_shufflevector(first, second, 1, 5, 3, 7);
+  *reinterpret_cast<TwoInMemory*>(to[0]) = __builtin_shufflevector(even, even, 0, 1);
+  *reinterpret_cast<TwoInMemory*>(to[1]) = __builtin_shufflevector(odd, odd, 0, 1);
+  *reinterpret_cast<TwoInMemory*>(to[2]) = __builtin_shufflevector(even, even, 2, 3);
+  *reinterpret_cast<TwoInMemory*>(to[3]) = __builtin_shufflevector(odd, odd, 2, 3);
+}
+
+}  // namespace
 
 void PatchBlock::advance(double dt) {
-  spread(normal_rows_, normal_);
-  spread(arm_rows_, arm_);
-  spread(tangential_rows_, tangential_);
-  spread(friction_rows_, friction_);
-  spread(velocity_rows_, velocity_);
-  spread(spin_rows_, spin_);
-  spread(apart_rows_, apart_);
+  fill_up();
+  for (int k = 0; k < count_; k += 4) spread(k);
   approach_all(dt);
   press_all();
   rub_all(dt);
-  collect(tangential_, tangential_rows_);
-  collect(push_, force_);
-  collect(moment_, moment_a_);
-  collect(counter_, moment_b_);
-  store_all(dt);
+  for (int k = 0; k < count_; k += 4) collect(k);
+  if (with_options_) add_options(dt);
+}
+
+// Places behind the last patch, up to a multiple of four, get one that is nobody's.
+void PatchBlock::fill_up() {
+  for (int k = count_; k % 4 != 0; ++k) {
+    law_[k] = law_[0];
+    patch_[k] = &nobody_;
+    points_[k] = &nobodys_;
+    motion_[k] = motion_[0];
+  }
+}
+
+template <class RowOf>
+void PatchBlock::Columns::spread(int k, const RowOf& row_of) {
+  Four a, b, c, d;
+  gather_four(k, row_of, a, b, c, d);
+  put(a, x + k);
+  put(b, y + k);
+  put(c, z + k);
+  put(d, w + k);
+}
+
+template <class RowOf>
+void PatchBlock::Columns::collect(int k, const RowOf& row_of) const {
+  Four a, b, c, d;
+  get(x + k, a);
+  get(y + k, b);
+  get(z + k, c);
+  get(w + k, d);
+  transpose(a, b, c, d);
+  put(a, row_of(k));
+  put(b, row_of(k + 1));
+  put(c, row_of(k + 2));
+  put(d, row_of(k + 3));
+}
+
+void PatchBlock::spread(int k) {
+  normal_.spread(k, [&](int i) { return &patch_[i]->normal; });
+  arm_.spread(k, [&](int i) { return &patch_[i]->arm; });
+  tangential_.spread(k, [&](int i) { return &patch_[i]->tangential; });
+  spring_.spread(k, [&](int i) { return &law_[i]->stiffness; });
+  friction_.spread(k, [&](int i) { return &law_[i]->tangential_stiffness; });
+  velocity_.spread(k, [&](int i) { return &motion_[i].velocity; });
+  spin_.spread(k, [&](int i) { return &motion_[i].spin; });
+  apart_.spread(k, [&](int i) { return &motion_[i].apart; });
+  for (int i = k; i < k + 4; ++i) {
+    share_[i] = patch_[i]->share_of_area;
+    sliding_[i] = patch_[i]->sliding;
+    ageing_[i] = 1 - patch_[i]->fresh;
+  }
+}
+
+void PatchBlock::collect(int k) {
+  tangential_.collect(k, [&](int i) { return &patch_[i]->tangential; });
+  push_.collect(k, [&](int i) { return force_ + i; });
+  moment_.collect(k, [&](int i) { return moment_a_ + i; });
+  counter_.collect(k, [&](int i) { return moment_b_ + i; });
+  for (int i = k; i < k + 4; ++i) {
+    patch_[i]->torsion = torsion_[i];
+    patch_[i]->sliding = sliding_[i] > 0;
+    patch_[i]->fresh = 0;
+  }
 }
 
 void PatchBlock::approach_all(double dt) {
@@ -61,14 +123,95 @@ void PatchBlock::approach_all(double dt) {
   }
 }
 
-void PatchBlock::press_all() {
-  for (int k = 0; k < count_; ++k) {
-    const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
-    const NormalLoad load = advance_points(*law_[k], *patch_[k], points_[k], way);
-    pressed_.set(k, load.offset_force, load.force);
-    overlap_[k] = load.overlap;
-    work_normal_[k] = load.work;
+namespace {
+
+// Four points of any patches, and what their patches and laws say of them, side by side.
+struct FourPoints {
+  Four tilt_x, tilt_y, tilt_z, closing;  // of Approach
+  Four stiffness, ratio, floor;          // of PairLaw
+  Four share, ageing;                    // see PatchBlock
+};
+struct FourLoads {
+  Four x, y, z, force;  // N m, force times offset; N
+  Four overlap, work;   // m, J
+};
+
+// advance_points() for one point each.
+[[gnu::always_inline]] inline void press_four(ContactPoint* const* points, const FourPoints& in,
+                                              FourLoads& out) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Four zero = {0, 0, 0, 0};
+  const Four infinite = {kInfinity, kInfinity, kInfinity, kInfinity};
+  double *gaps[4], *forces[4];
+  for (int i = 0; i < 4; ++i) {
+    gaps[i] = &points[i]->gap;
+    forces[i] = &points[i]->force;
   }
+  Four x, y, z, gap, before, weight;
+  gather_four(
+      0, [&](int i) { return &points[i]->offset; }, x, y, z, gap);
+  get_twos(forces, before, weight);
+  const Four ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
+  gap -= in.ageing * ds;
+  const Four overlap = -gap, own = in.stiffness * (weight * in.share);
+  // normal_force()
+  const Four pressed = own * overlap, loading = zero < pressed ? pressed : zero;
+  const Four from = before > zero ? before : infinite;
+  const Four unloading = from + own * in.ratio * ds, least = in.floor * loading;
+  const Four higher = unloading < least ? least : unloading;
+  out.force = higher < loading ? higher : loading;
+  put_twos(gap, out.force, gaps);
+  out.x = out.force * x;
+  out.y = out.force * y;
+  out.z = out.force * z;
+  out.overlap = overlap;
+  out.work = 0.5 * (before + out.force) * ds;
+}
+
+}  // namespace
+
+// advance_points() for all patches. More than half of them have one point: the first ones are taken
+// side by side, as the processor guesses wrong how often a loop over one, two or eight is run.
+void PatchBlock::press_all() {
+  Four deepest = {0, 0, 0, 0};
+  for (int k = 0; k < count_; k += 4) press_first(k, deepest);
+  deepest_ = std::max(std::max(deepest[0], deepest[1]), std::max(deepest[2], deepest[3]));
+  int more[room + 1], count = 0;
+  for (int k = 0; k < count_; ++k) {
+    more[count] = k;
+    count += patch_[k]->point_count > 1;
+  }
+  for (int i = 0; i < count; ++i) press_others(more[i]);
+}
+
+void PatchBlock::press_first(int k, Four& deepest) {
+  FourPoints in;
+  FourLoads load;
+  get(tilt_.x + k, in.tilt_x);
+  get(tilt_.y + k, in.tilt_y);
+  get(tilt_.z + k, in.tilt_z);
+  get(tilt_.w + k, in.closing);
+  get(spring_.x + k, in.stiffness);
+  get(spring_.y + k, in.ratio);
+  get(spring_.z + k, in.floor);
+  get(share_ + k, in.share);
+  get(ageing_ + k, in.ageing);
+  press_four(points_ + k, in, load);
+  deepest = deepest < load.overlap ? load.overlap : deepest;
+  put(load.x, pressed_.x + k);
+  put(load.y, pressed_.y + k);
+  put(load.z, pressed_.z + k);
+  put(load.force, pressed_.w + k);
+  put(load.work, work_normal_ + k);
+}
+
+void PatchBlock::press_others(int k) {
+  const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
+  const NormalLoad first{pressed_.w[k], pressed_.vec(k), 0, work_normal_[k]};
+  const NormalLoad load = advance_points(*law_[k], *patch_[k], points_[k], way, 1, first);
+  pressed_.set(k, load.offset_force, load.force);
+  deepest_ = std::max(deepest_, load.overlap);
+  work_normal_[k] = load.work;
 }
 
 void PatchBlock::rub_all(double dt) {
@@ -91,13 +234,9 @@ void PatchBlock::rub_all(double dt) {
   }
 }
 
-void PatchBlock::store_all(double dt) {
+// Rolling resistance and adhesion.
+void PatchBlock::add_options(double dt) {
   for (int k = 0; k < count_; ++k) {
-    Patch& patch = *patch_[k];
-    copy_four(&tangential_rows_[k], &patch.tangential);
-    patch.torsion = torsion_[k];
-    patch.sliding = sliding_[k] > 0;
-    patch.fresh = 0;
     if (!law_[k]->is_plain) add_options(k, dt);
   }
 }
@@ -108,7 +247,7 @@ void PatchBlock::add_options(int k, double dt) {
   const auto add = [](const Vec& v, Quad& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
   if (law.rolling_limit > 0) {
     Vec3& rolling = rolling_[patch_[k] - patches_];
-    work_friction_[k] += advance_rolling(law, patch, rolling, eigen(plain(spin_rows_[k])), dt);
+    work_friction_[k] += advance_rolling(law, patch, rolling, eigen(plain(motion_[k].spin)), dt);
     add(plain(rolling), moment_a_[k]);
     add(-1.0 * plain(rolling), moment_b_[k]);
   }
@@ -120,7 +259,7 @@ void PatchBlock::add_options(int k, double dt) {
     const Vec moment = cross(plain(patch.arm), force) - cross(normal, pull.offset_force);
     add(force, force_[k]);
     add(moment, moment_a_[k]);
-    add(-1.0 * (moment + cross(plain(apart_rows_[k]), force)), moment_b_[k]);
+    add(-1.0 * (moment + cross(plain(motion_[k].apart), force)), moment_b_[k]);
   }
 }
 

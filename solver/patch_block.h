@@ -2,7 +2,9 @@
 // compiler makes vector code of it, and the long chain of one patch is hidden behind the others.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <span>
 
 #include "solver/contact.h"
 
@@ -25,7 +27,6 @@ struct PatchLoad {
   Quad moment_a;       // N m, on a, about its centre
   Quad moment_b;       // N m, on b, about its centre (origin)
   double normal;       // N
-  double overlap;      // m, deepest point
   double work_normal;  // J taken from the bodies by normal forces
   double work_friction;
 };
@@ -39,10 +40,14 @@ struct PairMotion {
 
 class PatchBlock {
  public:
-  static constexpr int room = 32;
+  // Few enough to stay in the first cache with what they stand for, and not to have more fetched at
+  // once than the processor can wait for.
+  static constexpr int room = 8;
 
-  // The arrays that patches come from: `rolling` has a moment for each of `patches`.
-  PatchBlock(Patch* patches, Vec3* rolling) : patches_(patches), rolling_(rolling) {}
+  // The arrays that patches come from: `rolling` has a moment for each of `patches`. Bodies from
+  // `first_boundary` on are boundaries.
+  PatchBlock(Patch* patches, Vec3* rolling, std::int32_t first_boundary)
+      : patches_(patches), rolling_(rolling), first_boundary_(first_boundary) {}
 
   // Adds a patch of a pair. Pair, law, patch and points must stay until the block has been read.
   // Call while !full().
@@ -53,36 +58,45 @@ class PatchBlock {
     law_[k] = &law;
     patch_[k] = &patch;
     points_[k] = points;
-    copy_four(&patch.normal, &normal_rows_[k]);
-    copy_four(&patch.arm, &arm_rows_[k]);
-    copy_four(&patch.tangential, &tangential_rows_[k]);
-    copy_four(&law.tangential_stiffness, &friction_rows_[k]);
-    copy_four(&motion.velocity, &velocity_rows_[k]);
-    copy_four(&motion.spin, &spin_rows_[k]);
-    copy_four(&motion.apart, &apart_rows_[k]);
-    sliding_[k] = patch.sliding;
+    copy_four(&motion.velocity, &motion_[k].velocity);
+    copy_four(&motion.spin, &motion_[k].spin);
+    copy_four(&motion.apart, &motion_[k].apart);
+    with_options_ |= !law.is_plain;
+    at_boundary_[boundary_count_] = k;
+    boundary_count_ += pair.b >= first_boundary_;
   }
   bool full() const { return count_ == room; }
   int size() const { return count_; }
-  void clear() { count_ = 0; }
+  void clear() {
+    count_ = boundary_count_ = 0;
+    with_options_ = false;
+  }
+  std::span<const int> at_boundary() const {  // the patches at boundaries
+    return {at_boundary_, static_cast<std::size_t>(boundary_count_)};
+  }
 
   // Advances all patches by dt and writes their memory back.
   void advance(double dt);
 
   // What patch k does after that.
-  std::int32_t b(int k) const { return pair_[k]->b; }
   std::uint16_t local_a(int k) const { return pair_[k]->local_a; }
   std::uint16_t local_b(int k) const { return pair_[k]->local_b; }
   const Quad& force(int k) const { return force_[k]; }
   const Quad& moment_a(int k) const { return moment_a_[k]; }
   const Quad& moment_b(int k) const { return moment_b_[k]; }
   double normal_force(int k) const { return pressed_.w[k]; }
-  double overlap(int k) const { return overlap_[k]; }
+  double deepest() const { return deepest_; }  // m, no patch overlaps by more
+  double overlap(int k) const {                // m, deepest point
+    double deepest = 0;
+    for (int i = 0; i < patch_[k]->point_count; ++i)
+      deepest = std::max(deepest, -points_[k][i].gap);
+    return deepest;
+  }
   double work_normal(int k) const { return work_normal_[k]; }
   double work_friction(int k) const { return work_friction_[k]; }
   PatchLoad load(int k) const {
-    return {pair_[k]->a,  pair_[k]->b,   pair_[k]->law, force_[k],       moment_a_[k],
-            moment_b_[k], pressed_.w[k], overlap_[k],   work_normal_[k], work_friction_[k]};
+    return {pair_[k]->a,  pair_[k]->b,   pair_[k]->law,   force_[k],        moment_a_[k],
+            moment_b_[k], pressed_.w[k], work_normal_[k], work_friction_[k]};
   }
 
  private:
@@ -96,41 +110,61 @@ class PatchBlock {
       z[k] = v.z;
       w[k] = fourth;
     }
+    // From or to four rows, wherever they lie.
+    template <class RowOf>
+    void spread(int k, const RowOf& row_of);
+    template <class RowOf>
+    void collect(int k, const RowOf& row_of) const;
   };
-  void spread(const Quad* rows, Columns& columns) const;
-  void collect(const Columns& columns, Quad* rows) const;
+  void fill_up();
+  void spread(int k);  // four from k on, as below
   void approach_all(double dt);
   void press_all();
+  void press_first(int k, Four& deepest);
+  void press_others(int k);  // points of one patch
   void rub_all(double dt);
-  void store_all(double dt);
-  [[gnu::noinline]] void add_options(int k, double dt);  // rolling resistance and adhesion
+  void collect(int k);
+  [[gnu::noinline]] void add_options(double dt);
+  void add_options(int k, double dt);
 
   Patch* patches_;
   Vec3* rolling_;
-  int count_ = 0;
+  std::int32_t first_boundary_;
+  int count_ = 0, boundary_count_ = 0;
+  double deepest_ = 0;
   const ActivePair* pair_[room];
   const PairLaw* law_[room];
   Patch* patch_[room];
   ContactPoint* points_[room];
-  // Rows as they come from and go to bodies and patches, and columns as the law wants them.
-  Quad normal_rows_[room];      // and torsion
-  Quad arm_rows_[room];         // and torsion radius
-  Quad tangential_rows_[room];  // and normal force, afterwards
-  Quad friction_rows_[room];    // stiffness, static, dynamic, sliding speed
-  Quad velocity_rows_[room], spin_rows_[room], apart_rows_[room];
+  int at_boundary_[room + 1];
+  bool with_options_ = false;  // a patch has rolling resistance or adhesion
+  Patch nobody_;               // fills up a four,
+  ContactPoint nobodys_;       // and its point
+  // Rows as they come from and go to bodies, and columns as the law wants them.
+  PairMotion motion_[room];
   Quad force_[room], moment_a_[room], moment_b_[room];
-  Columns normal_, arm_, tangential_, friction_, velocity_, spin_, apart_, push_, moment_, counter_;
+  Columns normal_;      // and torsion
+  Columns arm_;         // and torsion radius
+  Columns tangential_;  // and normal force, afterwards
+  Columns spring_;      // stiffness, unloading ratio, floor
+  Columns friction_;    // stiffness, static, dynamic, sliding speed
+  Columns velocity_, spin_, apart_, push_, moment_, counter_;
   Columns tilt_;     // and closing
   Columns slip_;     // and turn
   Columns pressed_;  // sum of force times offset, and normal force
-  alignas(32) double torsion_[room], sliding_[room], overlap_[room], work_normal_[room],
-      work_friction_[room];
+  alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
+  alignas(32) double share_[room];   // of area, see Patch
+  alignas(32) double ageing_[room];  // 1: gaps are to be advanced, 0: they are fresh
 };
 
 static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
               offsetof(Patch, torsion_radius) == offsetof(Patch, arm) + sizeof(Vec3) &&
               offsetof(Patch, normal_force) == offsetof(Patch, tangential) + sizeof(Vec3));
-static_assert(offsetof(PairLaw, sliding_speed) ==
-              offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
+static_assert(offsetof(PairLaw, floor) == offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
+              offsetof(PairLaw, sliding_speed) ==
+                  offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
+static_assert(offsetof(ContactPoint, gap) == offsetof(ContactPoint, offset) + sizeof(Vec3) &&
+              offsetof(ContactPoint, force) == offsetof(ContactPoint, gap) + sizeof(double) &&
+              offsetof(ContactPoint, weight) == offsetof(ContactPoint, force) + sizeof(double));
 
 }  // namespace firn
