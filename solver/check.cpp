@@ -104,6 +104,8 @@ void check_energy(const Model& model, const Workspace& w, State& s) {
 
 }  // namespace
 
+bool check_is_due(const State& s) { return s.steps % kFiniteEvery == 0; }
+
 void check_state(const Model& model, const Workspace& w, State& s) {
   if (s.steps % kFiniteEvery == 0) check_finite(model, s);
   if (s.steps % kEnergyEvery == 0) check_energy(model, w, s);

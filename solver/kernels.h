@@ -13,7 +13,7 @@ struct Workspace;
 
 struct Kernels {
   const char* name;
-  void (*kick_and_drift)(const Model&, Workspace&, State&);
+  void (*kick_and_drift)(const Model&, Workspace&, State&, bool both_kicks);
   void (*refresh_neighbours)(const Model&, Workspace&, State&);
   void (*find_contacts)(const Model&, Workspace&, State&);
   void (*contact_forces)(const Model&, Workspace&, State&);

@@ -101,15 +101,18 @@ class Mover {
     get_three(model.gravity, gravity_);
   }
 
-  // The velocity's half kick, one body at a time: its vectors are rows already.
+  // Half kicks of the velocity, one body at a time: its vectors are rows already.
+  template <int kicks>
   [[gnu::always_inline]] void kick_velocity(std::size_t i, Four& velocity) const {
     Four force;
     get(&s_.motion[i].velocity, velocity);
     get(&s_.load[i].force, force);
-    velocity += half_ * (body(i).inverse_mass * force + gravity_);
+    const Four change = half_ * (body(i).inverse_mass * force + gravity_);
+    for (int k = 0; k < kicks; ++k) velocity += change;
     put(velocity, &s_.motion[i].velocity);
   }
 
+  template <int kicks>
   [[gnu::always_inline]] void kick_momentum(const Crew& crew, const Rotations& r,
                                             Columns4& momentum) const {
     Columns4 torque;
@@ -119,9 +122,11 @@ class Mover {
     gather(
         crew, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); }, momentum);
     r.turn_back(half_, torque, turned);
-    momentum.x = momentum.x + turned.x;
-    momentum.y = momentum.y + turned.y;
-    momentum.z = momentum.z + turned.z;
+    for (int k = 0; k < kicks; ++k) {
+      momentum.x = momentum.x + turned.x;
+      momentum.y = momentum.y + turned.y;
+      momentum.z = momentum.z + turned.z;
+    }
   }
 
   [[gnu::always_inline]] void gather_orientation(const Crew& crew, Columns4& q) const {
@@ -160,6 +165,7 @@ class Mover {
 };
 
 // Tells whether somebody has left its margin.
+template <int kicks>
 bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
   bool leaves = false;
   State& s = mover.s_;
@@ -169,13 +175,13 @@ bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
   for (int k = 0; k < crew.count; ++k) {
     const std::size_t i = crew.body[k];
     Four place;
-    mover.kick_velocity(i, rows[k]);
+    mover.kick_velocity<kicks>(i, rows[k]);
     get(&s.motion[i].position, place);
     put(place + mover.dt_ * rows[k], &s.motion[i].position);
   }
   for (int k = crew.count; k < Lanes::size; ++k) get(&s.motion[crew.body[k]].velocity, rows[k]);
   mover.gather_orientation(crew, q);
-  mover.kick_momentum(crew, Rotations(q), momentum);
+  mover.kick_momentum<kicks>(crew, Rotations(q), momentum);
   mover.gather_inverse_inertia(crew, inverse);
   FreeRotations free{{q.x, q.y, q.z, q.w},
                      {momentum.x, momentum.y, momentum.z},
@@ -207,17 +213,17 @@ void kick_crew(const Mover& mover, Crew& crew) {
   crew.fill_up();
   Columns4 q, momentum, inverse, spin;
   Four velocity;
-  for (int k = 0; k < crew.count; ++k) mover.kick_velocity(crew.body[k], velocity);
+  for (int k = 0; k < crew.count; ++k) mover.kick_velocity<1>(crew.body[k], velocity);
   mover.gather_orientation(crew, q);
   const Rotations r(q);
-  mover.kick_momentum(crew, r, momentum);
+  mover.kick_momentum<1>(crew, r, momentum);
   mover.gather_inverse_inertia(crew, inverse);
   mover.spin_of(r, momentum, inverse, spin);
   mover.store_spin(crew, spin);
   mover.store_momentum(crew, momentum);
 }
 
-// Adds up what the ranges of pairs do to the bodies [begin, end).
+// Adds up what contacts and bonds do to the bodies [begin, end).
 void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end) {
   constexpr std::uint32_t kAhead = 16;  // loads of a body may be anywhere
   const std::uint32_t* const first = w.load_lists.first.data();
@@ -241,7 +247,28 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end)
     put(torque, &s.load[i].torque);
     s.peak_normal_force[i] = peak;
   }
+  if (!s.bonds.empty()) add_bond_loads(w.bonds, s, begin, end);
 }
+
+// Fetches the loads of the bodies [begin, end), as many at a time as a crew has: they lie anywhere,
+// and sum_loads() alone would only wait for them.
+class LoadsAhead {
+ public:
+  LoadsAhead(const Workspace& w, std::size_t begin, std::size_t end)
+      : loads_(w.loads.data()),
+        next_(w.load_lists.loads.data() + w.load_lists.first[begin]),
+        end_(w.load_lists.loads.data() + w.load_lists.first[end]) {}
+
+  void fetch_some() {
+    constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
+    const std::uint32_t* const stop = next_ + std::min(kSome, end_ - next_);
+    while (next_ < stop) __builtin_prefetch(loads_ + *next_++, 0, 2);
+  }
+
+ private:
+  const RangeLoad* loads_;
+  const std::uint32_t *next_, *end_;
+};
 
 // Calls move(crew) for the present bodies of [begin, end).
 template <class Move>
@@ -259,14 +286,23 @@ void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& m
 
 }  // namespace
 
-void kick_and_drift(const Model& model, Workspace& w, State& s) {
+void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks) {
   const double dt = model.timestep;
   const std::size_t n = model.particles.size();
   w.must_relist.assign((n + kGrain - 1) / kGrain, 0);
   const Mover mover(model, w, s);
   for_ranges(model.numerics.threads, n, kGrain, [&](std::size_t begin, std::size_t end) {
     bool leaves = false;
-    for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew(mover, crew); });
+    if (both_kicks) {
+      sum_loads(w, s, begin, end);
+      LoadsAhead ahead(w, end, std::min(n, end + kGrain));
+      for_crews(s, begin, end, [&](Crew& crew) {
+        ahead.fetch_some();
+        leaves |= kick_and_drift_crew<2>(mover, crew);
+      });
+    } else {
+      for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
+    }
     w.must_relist[begin / kGrain] = leaves;
   });
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
@@ -292,7 +328,6 @@ void sum_loads_and_kick(const Model& model, const Workspace& w, State& s) {
   for_ranges(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
                sum_loads(w, s, begin, end);
-               if (!model.bonds.empty()) add_bond_loads(w.bonds, s, begin, end);
                for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
              });
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -25,13 +26,25 @@ struct Solver::Impl {
 
   explicit Impl(Model m) : model(std::move(m)), workspace(model) {}
 
+  // The second half kick of the last step, which step() puts off: it is made in one pass with the
+  // first one of the next step, unless somebody asks before for what it changes.
+  bool kick_is_due = false;
+
   template <class Phase>
-  void timed(std::size_t index, const char* name, Phase&& phase) {
+  void timed(const char* name, Phase&& phase) {
     const auto begin = std::chrono::steady_clock::now();
     phase();
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    if (profile.size() <= index) profile.push_back({name, 0});
-    profile[index].seconds += took.count();
+    const auto same = [&](const PhaseTime& p) { return p.name == name; };
+    auto at = std::ranges::find_if(profile, same);
+    if (at == profile.end()) at = profile.insert(at, {name, 0});
+    at->seconds += took.count();
+  }
+
+  // Whoever reads or changes velocities, loads of particles or the whole state calls this first.
+  void finish_step() {
+    if (!std::exchange(kick_is_due, false)) return;
+    timed("half kick", [&] { kernels.sum_loads_and_kick(model, workspace, state); });
   }
 
   void changed() { view_steps = ~std::uint64_t{0}; }
@@ -84,25 +97,27 @@ void Solver::step() {
   Workspace& w = i.workspace;
   State& s = i.state;
   const Kernels& k = i.kernels;
-  std::size_t n = 0;
-  i.timed(n++, "advance boundaries", [&] { advance_boundaries(m, s); });
-  i.timed(n++, "half kick and drift", [&] { k.kick_and_drift(m, w, s); });
-  i.timed(n++, "neighbour list", [&] { k.refresh_neighbours(m, w, s); });
-  i.timed(n++, "find contacts", [&] { k.find_contacts(m, w, s); });
-  i.timed(n++, "contact forces", [&] { k.contact_forces(m, w, s); });
-  if (!m.bonds.empty()) i.timed(n++, "bonds", [&] { strain_bonds(m, w.bonds, s); });
-  if (m.statistics.any()) i.timed(n++, "statistics", [&] { keep_statistics(m, w, s); });
-  i.timed(n++, "half kick", [&] {
-    k.sum_loads_and_kick(m, w, s);
-    finish_frames(m, s);
-  });
+  i.timed("advance boundaries", [&] { advance_boundaries(m, s); });
+  const bool both = std::exchange(i.kick_is_due, false);
+  i.timed("kicks and drift", [&] { k.kick_and_drift(m, w, s, both); });
+  i.timed("neighbour list", [&] { k.refresh_neighbours(m, w, s); });
+  i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
+  i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
+  if (!m.bonds.empty()) i.timed("bonds", [&] { strain_bonds(m, w.bonds, s); });
+  if (m.statistics.any()) i.timed("statistics", [&] { keep_statistics(m, w, s); });
+  i.timed("finish frames", [&] { finish_frames(m, s); });
+  i.kick_is_due = true;
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
-  i.timed(n++, "check state", [&] { check_state(m, w, s); });
+  if (check_is_due(s)) {
+    i.finish_step();
+    i.timed("check state", [&] { check_state(m, w, s); });
+  }
 }
 
 void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
                     const Vec3& velocity, const Vec3& angular_velocity) {
+  impl_->finish_step();
   State& s = impl_->state;
   if (particle < 0 || particle >= static_cast<int>(s.presence.size()) ||
       s.presence[particle] != Presence::waiting) {
@@ -132,6 +147,7 @@ void Solver::start_frame(const FrameStart& start) {
 }
 
 void Solver::remove_particle(int particle) {
+  impl_->finish_step();
   State& s = impl_->state;
   if (s.presence.at(particle) != Presence::present) {
     throw std::logic_error(fmt::format("particle {} is not there to be removed", particle));
@@ -235,6 +251,7 @@ double Solver::time() const { return impl_->state.time; }
 std::uint64_t Solver::steps() const { return impl_->state.steps; }
 
 const ParticleState& Solver::particles() const {
+  impl_->finish_step();
   Impl& i = *impl_;
   const State& s = i.state;
   if (i.view_steps == s.steps) return i.view;
@@ -315,7 +332,10 @@ void Solver::clear_boundary_loads() {
   std::fill(s.boundary_peak.begin(), s.boundary_peak.end(), 0.0);
 }
 
-Energy Solver::energy() const { return energy_of(impl_->model, impl_->workspace, impl_->state); }
+Energy Solver::energy() const {
+  impl_->finish_step();
+  return energy_of(impl_->model, impl_->workspace, impl_->state);
+}
 
 const Health& Solver::health() const {
   State& s = impl_->state;
@@ -349,6 +369,7 @@ std::vector<double> Solver::contact_overlaps() const {
 const std::vector<BondRecord>& Solver::bonds() const { return impl_->state.bonds; }
 
 BondState Solver::bond(int number) const {
+  impl_->finish_step();
   return bond_state(impl_->model, impl_->workspace.bonds, impl_->state,
                     static_cast<std::size_t>(number));
 }
@@ -394,6 +415,7 @@ const std::vector<EnergySums>& Solver::energy_sums() const {
 }
 
 Solver::Load Solver::load(int particle) const {
+  impl_->finish_step();
   const BodyLoad& load = impl_->state.load.at(static_cast<std::size_t>(particle));
   return {load.force, load.torque};
 }
@@ -405,15 +427,22 @@ Solver::Load Solver::frame_load(int frame) const {
 
 std::vector<PhaseTime> Solver::profile() const { return impl_->profile; }
 
-std::vector<std::byte> Solver::save() const { return pack(impl_->model, impl_->state); }
+std::vector<std::byte> Solver::save() const {
+  impl_->finish_step();
+  return pack(impl_->model, impl_->state);
+}
 
 void Solver::restore(const std::vector<std::byte>& bytes) {
   unpack(bytes, impl_->model, impl_->state);
+  impl_->kick_is_due = false;
   impl_->workspace.list_is_new = true;
   impl_->changed();
 }
 
-std::vector<GroupHash> Solver::group_hashes() const { return hash_groups(impl_->state); }
+std::vector<GroupHash> Solver::group_hashes() const {
+  impl_->finish_step();
+  return hash_groups(impl_->state);
+}
 
 std::uint64_t Solver::hash() const { return combined(group_hashes()); }
 

@@ -197,7 +197,9 @@ class Solver {
                               double clearance) const;
 
   // Advances by one time step. Throws RunError (non-finite state, runaway energy, overlap beyond
-  // the limit) naming the particle and the time.
+  // the limit) naming the particle and the time. The second half kick is left for the next step to
+  // make together with its first one; who asks for velocities, loads or energy, or saves the state,
+  // gets it made before, and pays for a pass over all bodies. What is computed is the same.
   void step();
 
   double time() const;  // s

@@ -125,13 +125,15 @@ struct Workspace {
 
 // The phases of a step, in order (see Solver::step).
 void advance_boundaries(const Model& model, State& state);  // and first half kick of free bodies
-void kick_and_drift(const Model& model, Workspace& workspace, State& state);
+// With both kicks: after the last step's second half kick, which has been put off.
+void kick_and_drift(const Model& model, Workspace& workspace, State& state, bool both_kicks);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void contact_forces(const Model& model, Workspace& workspace, State& state);
 void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
 void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
 void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
+bool check_is_due(const State& state);                 // after this step
 void check_state(const Model& model, const Workspace& workspace, State& state);
 
 // Contacts' force and torque about the frame's origin, on all that it carries, at this step.

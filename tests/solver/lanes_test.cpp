@@ -72,7 +72,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     s.orientation.push_back(Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized());
   }
   const State before = s;
-  kick_and_drift(model, w, s);
+  kick_and_drift(model, w, s, false);
   const State drifted = s;
   // Two ranges of pairs push each body; the first one presses harder.
   w.loads.resize(2 * kBodies);
@@ -88,6 +88,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     w.load_lists.first.push_back(2 * i + 2);
   }
   s.peak_normal_force.resize(kBodies, 1.5);
+  State at_once = s;
   sum_loads_and_kick(model, w, s);
   for (int i = 0; i < kBodies; ++i) {
     SCOPED_TRACE(i);
@@ -124,6 +125,22 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(s.motion[i].velocity, velocity);
     EXPECT_EQ(s.angular_momentum[i], momentum);
     EXPECT_EQ(s.motion[i].spin, q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
+  }
+  // Both kicks in one pass.
+  kick_and_drift(model, w, s, false);
+  kick_and_drift(model, w, at_once, true);
+  for (int i = 0; i < kBodies; ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(at_once.motion[i].position, s.motion[i].position);
+    EXPECT_EQ(at_once.motion[i].velocity, s.motion[i].velocity);
+    EXPECT_EQ(at_once.motion[i].spin, s.motion[i].spin);
+    EXPECT_EQ(at_once.orientation[i].coeffs(), s.orientation[i].coeffs());
+    EXPECT_EQ(at_once.angular_momentum[i], s.angular_momentum[i]);
+    EXPECT_EQ(at_once.path[i], s.path[i]);
+    EXPECT_EQ(at_once.turn[i], s.turn[i]);
+    EXPECT_EQ(at_once.load[i].force, s.load[i].force);
+    EXPECT_EQ(at_once.load[i].torque, s.load[i].torque);
+    EXPECT_EQ(at_once.peak_normal_force[i], s.peak_normal_force[i]);
   }
 }
 
