@@ -227,16 +227,27 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
 }
 
 // What looks further down the list will read: it lies scattered, and waiting for it would cost as
-// much as the look itself. Most looks end with the pair; where its contacts lie, the pair tells.
+// much as the look itself. Which bodies and contacts these are, the pair tells. Always inlined, as
+// the compiler takes calls of functions that do nothing but fetch for idle, and drops them.
 constexpr std::size_t kFar = 8, kNear = 4;  // looks ahead
-void fetch_pair(const State& s, std::uint32_t p) {
+[[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
   fetch(&s.pairs[p], sizeof(Pair));
   fetch(&s.watch[p], sizeof(PairWatch));
 }
-void fetch_contacts(const State& s, std::uint32_t p) {
+[[gnu::always_inline]] inline void fetch_contacts(const Model& model, const State& s,
+                                                  std::uint32_t p) {
+  constexpr std::size_t kTwoLines = 128;  // of arrays: most pairs need no more
   const Pair& pair = s.pairs[p];
-  fetch(s.part_pairs.data() + pair.first_part, pair.part_count * sizeof(PartPair));
-  __builtin_prefetch(s.patches.data() + pair.first_patch);
+  const int last = static_cast<int>(model.particles.size()) - 1;
+  for (const std::int32_t body : {pair.a, pair.b}) {
+    fetch(&s.motion[body], sizeof(BodyMotion));
+    fetch(&s.orientation[body], sizeof(Quat));
+    __builtin_prefetch(&model.particles[std::min(body, last)]);
+  }
+  __builtin_prefetch(&s.turn[pair.a]);
+  fetch(s.part_pairs.data() + pair.first_part, kTwoLines);
+  fetch(s.patches.data() + pair.first_patch, kTwoLines);
+  fetch(s.points.data() + pair.first_point, kTwoLines);
 }
 
 // Finds the pairs [begin, end) of a range that are due.
@@ -263,10 +274,10 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
   Look& look = range.look;
   const std::vector<std::uint32_t>& due = range.due;
   for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
-  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_contacts(s, due[k]);
+  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_contacts(model, s, due[k]);
   for (std::size_t k = 0; k < due.size(); ++k) {
     if (k + kFar < due.size()) fetch_pair(s, due[k + kFar]);
-    if (k + kNear < due.size()) fetch_contacts(s, due[k + kNear]);
+    if (k + kNear < due.size()) fetch_contacts(model, s, due[k + kNear]);
     const std::uint32_t p = due[k];
     looker.look(p, look);
     Pair& pair = s.pairs[p];
