@@ -3,31 +3,13 @@
 #include <fmt/format.h>
 
 #include "solver/huge_pages.h"
+#include "solver/pair_poses.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
 
 namespace firn {
 
 namespace {
-
-// A bound on how far any point of b has moved relative to a since the reference pose: the smaller
-// of the ways both have gone and of the displacement in a's axes.
-double moved_since(const State& s, const Pair& pair, const PairWatch& watch, const Pose& now,
-                   double reach_b, double path) {
-  const double by_path = path - watch.reference_path;
-  double turned = 0;
-  for (int k = 0; k < 9; ++k) {
-    const double d = now.rotation.data()[k] - watch.reference_rotation[k];
-    turned += d * d;
-  }
-  // The operator norm of a difference of two rotations is its Frobenius norm over sqrt(2).
-  const Vec3 shift(now.translation[0] - watch.reference_translation[0],
-                   now.translation[1] - watch.reference_translation[1],
-                   now.translation[2] - watch.reference_translation[2]);
-  const bool boundary = pair.b >= static_cast<int>(s.angular_momentum.size());
-  if (boundary) return by_path;  // may be large: its own points say nothing about the contact
-  return std::min(by_path, shift.norm() + std::sqrt(0.5 * turned) * reach_b);
-}
 
 // The gap of two parts as of a query: how long they may be left alone, m.
 double slack(double gap, const PairLaw& law) {
@@ -40,6 +22,7 @@ double deepest(const FoundPatches& found) {
   return -gap;
 }
 
+// Looks at pairs that are due, and searches for the contacts of those that have moved enough.
 class Looker {
  public:
   Looker(const Model& model, const Workspace& w, State& s, PairRange& range)
@@ -47,48 +30,62 @@ class Looker {
         w_(w),
         s_(s),
         n_(static_cast<int>(model.particles.size())),
+        range_(range),
         contacts_(range.contacts),
         scratch_(range.scratch) {}
 
-  void look(std::uint32_t index, Look& out) {
-    const Pair& pair = s_.pairs[index];
-    PairWatch& watch = s_.watch[index];
+  // Pair `number`, the k-th of `poses`: sets its wake-up call, or puts it on the range's list.
+  void look(std::uint32_t number, const PairPoses& poses, int k) {
+    const Pair& pair = s_.pairs[number];
+    const PairWatch& watch = s_.watch[number];
     const PairLaw& law = w_.laws[pair.law];
     const int shape_a = model_.particles[pair.a].shape;
-    const Pose pose = relative_pose(s_, pair.a, pair.b);
     const double path = s_.path[pair.a] + s_.path[pair.b];
-    const double reach_b = pair.b < n_ ? w_.reach[model_.particles[pair.b].shape] : 0;
-    const double moved = watch.moved + moved_since(s_, pair, watch, pose, reach_b, path);
+    const double moved = watch.moved + moved_since(pair, watch, poses, k, path);
     // World-fixed normals and arms also age when both bodies turn together.
     const double turn_left =
         pair.patch_count == 0
             ? std::numeric_limits<double>::infinity()
             : law.refresh - (s_.turn[pair.a] - watch.reference_turn) * w_.reach[shape_a];
-    out.queried = false;
+    if (moved < watch.need && turn_left > 0)
+      s_.wake[number] = path + std::min(watch.need - moved, turn_left);
+    else
+      range_.searched.push_back({number, path, moved, poses.pose(k)});
+  }
+
+  void search(const DuePair& due, Search& out) {
+    const Pair& pair = s_.pairs[due.pair];
+    PairWatch& watch = s_.watch[due.pair];
+    const PairLaw& law = w_.laws[pair.law];
     out.queries = 0;
     out.deep_births = 0;
-    if (moved < watch.need && turn_left > 0) {
-      out.wake = path + std::min(watch.need - moved, turn_left);
-      return;
-    }
-    out.queried = true;
     out.passed = false;
     const bool first_look = watch.moved == 0 && watch.need == 0;
-    query(pair, pose, law, moved, out);
+    query(pair, due.pose, law, due.moved, out);
     out.buried = first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
-    double need = next_need(pair, law, moved, !out.found.patches.empty());
-    watch.moved = moved;
-    watch.need = need;
-    watch.reference_path = path;
+    watch.moved = due.moved;
+    watch.need = next_need(pair, law, due.moved, !out.found.patches.empty());
+    watch.reference_path = due.path;
     watch.reference_turn = s_.turn[pair.a];
-    std::copy_n(pose.rotation.data(), 9, watch.reference_rotation);
-    std::copy_n(pose.translation.data(), 3, watch.reference_translation);
-    out.wake = path + (need - moved);
+    std::copy_n(due.pose.rotation.data(), 9, watch.reference_rotation);
+    std::copy_n(due.pose.translation.data(), 3, watch.reference_translation);
+    s_.wake[due.pair] = due.path + (watch.need - due.moved);
   }
 
  private:
-  void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Look& out) {
+  // A bound on how far any point of b has moved relative to a since the reference pose: the smaller
+  // of the ways both have gone and of the displacement in a's axes. A boundary may be large: its
+  // own points say nothing about the contact.
+  double moved_since(const Pair& pair, const PairWatch& watch, const PairPoses& poses, int k,
+                     double path) const {
+    const double by_path = path - watch.reference_path;
+    if (pair.b >= n_) return by_path;
+    const double reach_b = w_.reach[model_.particles[pair.b].shape];
+    return std::min(by_path, poses.shift(k) + poses.turn(k) * reach_b);
+  }
+
+  void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Search& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
     const Mat3 rotation_a = rotation_of(s_, pair.a);
@@ -151,6 +148,7 @@ class Looker {
   const Workspace& w_;
   State& s_;
   int n_;
+  PairRange& range_;
   std::vector<PartContact>& contacts_;
   PatchScratch& scratch_;
 };
@@ -191,13 +189,6 @@ void store(const FoundPatches& f, Pair& pair, State& s) {
   pair.patch_count = patches;
 }
 
-std::int64_t points_of(const Pair& pair, const State& s) {
-  std::int64_t points = 0;
-  for (std::uint32_t k = 0; k < pair.patch_count; ++k)
-    points += s.patches[pair.first_patch + k].point_count;
-  return points;
-}
-
 bool fits(const FoundPatches& f, const Pair& pair) {
   return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
 }
@@ -226,17 +217,16 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
   __builtin_prefetch(at + bytes - 1);
 }
 
-// What looks further down the list will read: it lies scattered, and waiting for it would cost as
-// much as the look itself. Which bodies and contacts these are, the pair tells. Always inlined, as
-// the compiler takes calls of functions that do nothing but fetch for idle, and drops them.
-constexpr std::size_t kFar = 8, kNear = 4;  // looks ahead
+// What looks and searches further down the list will read: it lies scattered, and waiting for it
+// would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
+// Always inlined, as the compiler takes calls of functions that do nothing but fetch for idle, and
+// drops them.
 [[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
   fetch(&s.pairs[p], sizeof(Pair));
   fetch(&s.watch[p], sizeof(PairWatch));
 }
-[[gnu::always_inline]] inline void fetch_contacts(const Model& model, const State& s,
-                                                  std::uint32_t p) {
-  constexpr std::size_t kTwoLines = 128;  // of arrays: most pairs need no more
+[[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
+                                                std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const int last = static_cast<int>(model.particles.size()) - 1;
   for (const std::int32_t body : {pair.a, pair.b}) {
@@ -245,9 +235,14 @@ constexpr std::size_t kFar = 8, kNear = 4;  // looks ahead
     __builtin_prefetch(&model.particles[std::min(body, last)]);
   }
   __builtin_prefetch(&s.turn[pair.a]);
-  fetch(s.part_pairs.data() + pair.first_part, kTwoLines);
-  fetch(s.patches.data() + pair.first_patch, kTwoLines);
-  fetch(s.points.data() + pair.first_point, kTwoLines);
+}
+[[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
+  constexpr std::size_t kParts = 192, kPatch = 128, kRolling = 24;  // bytes: what most pairs have
+  const Pair& pair = s.pairs[p];
+  fetch(s.part_pairs.data() + pair.first_part, kParts);
+  fetch(s.patches.data() + pair.first_patch, kPatch);
+  fetch(s.points.data() + pair.first_point, kPatch);
+  fetch(s.rolling.data() + pair.first_patch, kRolling);
 }
 
 // Finds the pairs [begin, end) of a range that are due.
@@ -262,6 +257,24 @@ void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& ran
   }
 }
 
+// Looks at the pairs that are due, several side by side.
+void look_at_due(const Model& model, const State& s, PairRange& range, Looker& looker) {
+  constexpr std::size_t kFar = 16, kNear = 8;  // looks ahead
+  const std::vector<std::uint32_t>& due = range.due;
+  PairPoses poses;
+  range.searched.clear();
+  for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
+  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_bodies(model, s, due[k]);
+  for (std::size_t k = 0; k < due.size(); k += PairPoses::room) {
+    const std::size_t end = std::min(k + PairPoses::room, due.size());
+    for (std::size_t i = k + kFar; i < std::min(end + kFar, due.size()); ++i) fetch_pair(s, due[i]);
+    for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
+      fetch_bodies(model, s, due[i]);
+    poses.find(s, &due[k], static_cast<int>(end - k));
+    for (std::size_t i = k; i < end; ++i) looker.look(due[i], poses, static_cast<int>(i - k));
+  }
+}
+
 void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
                   std::size_t end, PairRange& range) {
   range.refreshed.clear();
@@ -271,34 +284,34 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
   range.more_patches = range.more_points = 0;
   find_due(s, begin, end, range);
   Looker looker(model, w, s, range);
-  Look& look = range.look;
-  const std::vector<std::uint32_t>& due = range.due;
-  for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
-  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_contacts(model, s, due[k]);
-  for (std::size_t k = 0; k < due.size(); ++k) {
-    if (k + kFar < due.size()) fetch_pair(s, due[k + kFar]);
-    if (k + kNear < due.size()) fetch_contacts(model, s, due[k + kNear]);
-    const std::uint32_t p = due[k];
-    looker.look(p, look);
+  look_at_due(model, s, range, looker);
+  constexpr std::size_t kAhead = 4;  // searches
+  const std::vector<DuePair>& searched = range.searched;
+  for (std::size_t k = 0; k < std::min(kAhead, searched.size()); ++k)
+    fetch_contacts(s, searched[k].pair);
+  Search& search = range.search;
+  for (std::size_t k = 0; k < searched.size(); ++k) {
+    if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
+    const std::uint32_t p = searched[k].pair;
+    looker.search(searched[k], search);
     Pair& pair = s.pairs[p];
-    s.wake[p] = look.wake;
-    range.queries += look.queries;
-    range.deep_births += look.deep_births;
-    if (look.queried && (look.passed || look.buried > 0))
-      range.suspects.push_back({p, look.passed, look.buried});
-    if (!look.queried || (look.found.patches.empty() && pair.patch_count == 0)) continue;
+    range.queries += search.queries;
+    range.deep_births += search.deep_births;
+    if (search.passed || search.buried > 0)
+      range.suspects.push_back({p, search.passed, search.buried});
+    if (search.found.patches.empty() && pair.patch_count == 0) continue;
     ++range.refreshes;
     range.refreshed.push_back(p);
-    range.more_patches += static_cast<std::int64_t>(look.found.patches.size()) - pair.patch_count;
-    range.more_points += static_cast<std::int64_t>(look.found.points.size()) - points_of(pair, s);
-    if (fits(look.found, pair)) {
-      store(look.found, pair, s);
+    range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
+    range.more_points += static_cast<std::int64_t>(search.found.points.size()) - points_of(pair, s);
+    if (fits(search.found, pair)) {
+      store(search.found, pair, s);
       continue;
     }
     const std::size_t kept = range.outgrown.size();
     range.outgrown.push_back(p);
     if (range.found.size() == kept) range.found.emplace_back();
-    std::swap(range.found[kept], look.found);
+    std::swap(range.found[kept], search.found);
   }
 }
 
@@ -342,76 +355,6 @@ bool has_holes(const Workspace& w, const State& s) {
   constexpr std::size_t kFew = 1000;  // not worth the while
   return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
          s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
-}
-
-// Numbers bodies in the order in which they come.
-class LocalBodies {
- public:
-  explicit LocalBodies(std::vector<std::int32_t>& bodies) : bodies_(bodies) {
-    bodies_.clear();
-    slots_.fill(kNone);
-  }
-  std::uint16_t number(std::int32_t body) {
-    std::size_t at = static_cast<std::size_t>(body) * 2654435761u % slots_.size();
-    while (slots_[at] != kNone && bodies_[slots_[at]] != body) at = (at + 1) % slots_.size();
-    if (slots_[at] == kNone) {
-      slots_[at] = static_cast<std::uint16_t>(bodies_.size());
-      bodies_.push_back(body);
-    }
-    return slots_[at];
-  }
-
- private:
-  static constexpr std::uint16_t kNone = 0xffff;
-  std::vector<std::int32_t>& bodies_;
-  std::array<std::uint16_t, 4 * kPairsOfRange> slots_;  // open addressing, at most half full
-};
-
-// Which loads of ranges make up that of each particle.
-void make_load_lists(std::size_t particles, Workspace& w) {
-  LoadLists& lists = w.load_lists;
-  std::size_t loads = 0;
-  lists.first.assign(particles + 1, 0);
-  for (PairRange& range : w.ranges) {
-    range.first_load = loads;
-    loads += range.bodies.size();
-    for (const std::int32_t i : range.bodies) {
-      if (static_cast<std::size_t>(i) < particles) ++lists.first[i + 1];
-    }
-  }
-  for (std::size_t i = 0; i < particles; ++i) lists.first[i + 1] += lists.first[i];
-  lists.loads.resize(lists.first.back());
-  std::vector<std::uint32_t> end(lists.first.begin(), lists.first.end() - 1);
-  for (const PairRange& range : w.ranges) {
-    for (std::size_t k = 0; k < range.bodies.size(); ++k) {
-      const auto i = static_cast<std::size_t>(range.bodies[k]);
-      if (i < particles) lists.loads[end[i]++] = static_cast<std::uint32_t>(range.first_load + k);
-    }
-  }
-  resize_large(w.loads, loads);
-}
-
-// Tables over a new neighbour list.
-void take_up_list(const Model& model, Workspace& w, const State& s) {
-  const std::size_t pairs = s.pairs.size();
-  w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
-  for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-    PairRange& range = w.ranges[begin / kPairsOfRange];
-    LocalBodies local(range.bodies);
-    range.locals.clear();
-    for (std::size_t p = begin; p < end; ++p) {
-      const std::uint16_t a = local.number(s.pairs[p].a), b = local.number(s.pairs[p].b);
-      range.locals.push_back({a, b});
-    }
-    range.active_is_stale = true;
-  });
-  w.patches = w.points = 0;
-  for (const Pair& pair : s.pairs) {
-    w.patches += pair.patch_count;
-    w.points += points_of(pair, s);
-  }
-  make_load_lists(model.particles.size(), w);
-  w.list_is_new = false;
 }
 
 }  // namespace

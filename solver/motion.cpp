@@ -1,5 +1,6 @@
 // Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
 // and rotate_free() do, in the same order of operations.
+#include "solver/columns.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -14,83 +15,6 @@ struct Crew {
 
   void fill_up() {
     for (int k = count; k < Lanes::size; ++k) body[k] = body[count - 1];
-  }
-};
-
-// A vector or quaternion of each body, by component.
-struct Columns3 {
-  Lanes x, y, z;
-};
-struct Columns4 {
-  Lanes x, y, z, w;
-};
-
-template <class RowOf>
-[[gnu::always_inline]] inline void gather(const Crew& crew, const RowOf& row_of, Columns4& out) {
-  row_of(crew.body[0], out.x.low);
-  row_of(crew.body[1], out.y.low);
-  row_of(crew.body[2], out.z.low);
-  row_of(crew.body[3], out.w.low);
-  row_of(crew.body[4], out.x.high);
-  row_of(crew.body[5], out.y.high);
-  row_of(crew.body[6], out.z.high);
-  row_of(crew.body[7], out.w.high);
-  transpose(out.x.low, out.y.low, out.z.low, out.w.low);
-  transpose(out.x.high, out.y.high, out.z.high, out.w.high);
-}
-[[gnu::always_inline]] inline void scatter(Columns4& c, Four* rows) {
-  transpose(c.x.low, c.y.low, c.z.low, c.w.low);
-  transpose(c.x.high, c.y.high, c.z.high, c.w.high);
-  rows[0] = c.x.low;
-  rows[1] = c.y.low;
-  rows[2] = c.z.low;
-  rows[3] = c.w.low;
-  rows[4] = c.x.high;
-  rows[5] = c.y.high;
-  rows[6] = c.z.high;
-  rows[7] = c.w.high;
-}
-[[gnu::always_inline]] inline void get_three(const Vec3& from, Four& v) {
-  v = Four{from.x(), from.y(), from.z(), 0};
-}
-[[gnu::always_inline]] inline void put_three(const Four& v, Vec3& to) {
-  to = Vec3(v[0], v[1], v[2]);
-}
-
-[[gnu::always_inline]] inline Lanes norm(const Lanes& x, const Lanes& y, const Lanes& z) {
-  return root(x * x + (y * y + z * z));
-}
-
-// Rotation matrices, row by row, as Eigen makes them of quaternions.
-struct Rotations {
-  Lanes at[3][3];
-
-  [[gnu::always_inline]] explicit Rotations(const Columns4& q) {
-    const Lanes tx = 2.0 * q.x, ty = 2.0 * q.y, tz = 2.0 * q.z;
-    const Lanes twx = tx * q.w, twy = ty * q.w, twz = tz * q.w;
-    const Lanes txx = tx * q.x, txy = ty * q.x, txz = tz * q.x;
-    const Lanes tyy = ty * q.y, tyz = tz * q.y, tzz = tz * q.z;
-    at[0][0] = 1.0 - (tyy + tzz);
-    at[0][1] = txy - twz;
-    at[0][2] = txz + twy;
-    at[1][0] = txy + twz;
-    at[1][1] = 1.0 - (txx + tzz);
-    at[1][2] = tyz - twx;
-    at[2][0] = txz - twy;
-    at[2][1] = tyz + twx;
-    at[2][2] = 1.0 - (txx + tyy);
-  }
-  [[gnu::always_inline]] void turn(const Columns3& v, Columns4& out) const {
-    out.x = at[0][0] * v.x + (at[0][1] * v.y + at[0][2] * v.z);
-    out.y = at[1][0] * v.x + (at[1][1] * v.y + at[1][2] * v.z);
-    out.z = at[2][0] * v.x + (at[2][1] * v.y + at[2][2] * v.z);
-  }
-  // scale R^T v; Eigen scales the matrix.
-  [[gnu::always_inline]] void turn_back(double scale, const Columns4& v, Columns3& out) const {
-    const auto scaled = [&](int row, int column) { return scale * at[row][column]; };
-    out.x = scaled(0, 0) * v.x + (scaled(1, 0) * v.y + scaled(2, 0) * v.z);
-    out.y = scaled(0, 1) * v.x + (scaled(1, 1) * v.y + scaled(2, 1) * v.z);
-    out.z = scaled(0, 2) * v.x + (scaled(1, 2) * v.y + scaled(2, 2) * v.z);
   }
 };
 
@@ -118,9 +42,10 @@ class Mover {
     Columns4 torque;
     Columns3 turned;
     gather(
-        crew, [&](std::size_t i, Four& row) { get(&s_.load[i].torque, row); }, torque);
+        crew.body, [&](std::size_t i, Four& row) { get(&s_.load[i].torque, row); }, torque);
     gather(
-        crew, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); }, momentum);
+        crew.body, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); },
+        momentum);
     r.turn_back(half_, torque, turned);
     for (int k = 0; k < kicks; ++k) {
       momentum.x = momentum.x + turned.x;
@@ -131,11 +56,13 @@ class Mover {
 
   [[gnu::always_inline]] void gather_orientation(const Crew& crew, Columns4& q) const {
     gather(
-        crew, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); }, q);
+        crew.body, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); },
+        q);
   }
   [[gnu::always_inline]] void gather_inverse_inertia(const Crew& crew, Columns4& inverse) const {
     gather(
-        crew, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); }, inverse);
+        crew.body, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); },
+        inverse);
   }
   [[gnu::always_inline]] void spin_of(const Rotations& r, const Columns4& momentum,
                                       const Columns4& inverse, Columns4& spin) const {

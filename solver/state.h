@@ -134,6 +134,13 @@ struct State {
   StatisticsState statistics;  // empty unless asked for
 };
 
+inline std::int64_t points_of(const Pair& pair, const State& s) {
+  std::int64_t points = 0;
+  for (std::uint32_t k = 0; k < pair.patch_count; ++k)
+    points += s.patches[pair.first_patch + k].point_count;
+  return points;
+}
+
 // A pair's patches and points as found at one refresh, before they are stored.
 struct FoundPatches {
   std::vector<Patch> patches;

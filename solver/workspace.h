@@ -19,9 +19,16 @@
 
 namespace firn {
 
-// Outcome of one look at one pair.
-struct Look {
-  bool queried = false;  // contacts were searched; otherwise only the wake-up call moved
+// A pair whose contacts are to be searched, as a look has found it.
+struct DuePair {
+  std::uint32_t pair = 0;
+  double path = 0;   // m, of both bodies
+  double moved = 0;  // m, see PairWatch
+  Pose pose;         // b in a
+};
+
+// Outcome of one search.
+struct Search {
   int queries = 0;
   int deep_births = 0;
   bool passed = false;  // parts have gone through each other
@@ -71,6 +78,7 @@ struct alignas(64) PairRange {
   bool active_is_stale = true;
   // Of the present step:
   std::vector<std::uint32_t> due;        // pairs to look at
+  std::vector<DuePair> searched;         // those of them whose contacts are
   std::vector<std::uint32_t> refreshed;  // pairs whose patches were made anew, ascending
   std::vector<std::uint32_t> outgrown;   // pairs whose patches do not fit into their place,
   std::vector<FoundPatches> found;       // and these patches; may be longer
@@ -83,7 +91,7 @@ struct alignas(64) PairRange {
   std::vector<ActivePair> spare_active;
   std::vector<PartContact> contacts;
   PatchScratch scratch;
-  Look look;
+  Search search;
 };
 
 // The loads of a particle in all ranges that know it, in their order.
@@ -129,6 +137,8 @@ void advance_boundaries(const Model& model, State& state);  // and first half ki
 void kick_and_drift(const Model& model, Workspace& workspace, State& state, bool both_kicks);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
+void take_up_list(const Model& model, Workspace& workspace,
+                  const State& state);  // after a new list
 void contact_forces(const Model& model, Workspace& workspace, State& state);
 void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
 void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);

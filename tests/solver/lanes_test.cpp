@@ -4,6 +4,7 @@
 #include <random>
 
 #include "solver/integrate.h"
+#include "solver/pair_poses.h"
 #include "solver/patch_block.h"
 #include "solver/workspace.h"
 #include "validation/verification/scenes.h"
@@ -141,6 +142,47 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(at_once.load[i].force, s.load[i].force);
     EXPECT_EQ(at_once.load[i].torque, s.load[i].torque);
     EXPECT_EQ(at_once.peak_normal_force[i], s.peak_normal_force[i]);
+  }
+}
+
+// Pairs among particles and a boundary, as many as do not fill the last lanes.
+TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
+  constexpr int kBodies = 9;
+  Dice dice;
+  State s;
+  for (int i = 0; i < kBodies; ++i) {
+    s.motion.emplace_back().position = dice.vector(1);
+    s.orientation.push_back(Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized());
+  }
+  for (int a = 0; a < kBodies; ++a) {
+    for (int b = a + 1; b < kBodies; ++b) {
+      Pair& pair = s.pairs.emplace_back();
+      pair.a = a;
+      pair.b = b;
+      PairWatch& watch = s.watch.emplace_back();
+      for (double& x : watch.reference_rotation) x = dice(-1, 1);
+      for (double& x : watch.reference_translation) x = dice(-1, 1);
+      watch.reference_path = dice(-1, 1);  // must not get in
+    }
+  }
+  for (int trial = 0; trial < 40; ++trial) {
+    const int count = 1 + trial % PairPoses::room;
+    std::vector<std::uint32_t> numbers;
+    for (int k = 0; k < count; ++k)
+      numbers.push_back(static_cast<std::uint32_t>(dice(0, static_cast<double>(s.pairs.size()))));
+    PairPoses poses;
+    poses.find(s, numbers.data(), count);
+    for (int k = 0; k < count; ++k) {
+      const Pair& pair = s.pairs[numbers[k]];
+      const PairWatch& watch = s.watch[numbers[k]];
+      const Pose plain_one = relative_pose(s, pair.a, pair.b);
+      EXPECT_EQ(poses.pose(k).rotation, plain_one.rotation);
+      EXPECT_EQ(poses.pose(k).translation, plain_one.translation);
+      const Mat3 then = Eigen::Map<const Mat3>(watch.reference_rotation);
+      const Vec3 there = Eigen::Map<const Vec3>(watch.reference_translation);
+      EXPECT_EQ(poses.shift(k), (plain_one.translation - there).norm());
+      EXPECT_NEAR(poses.turn(k), std::sqrt(0.5) * (plain_one.rotation - then).norm(), 1e-15);
+    }
   }
 }
 
