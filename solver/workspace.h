@@ -1,5 +1,6 @@
 // What a step needs beside model and state: tables made once from the model, and scratch memory.
-// Nothing here outlives a step in meaning; a restored state may use a new workspace.
+// Nothing here outlives a step in meaning but the loads of a half kick that has been put off (see
+// Solver::step()), which is made before a state is saved: a restored one may use a new workspace.
 #pragma once
 
 #include <array>
