@@ -51,7 +51,8 @@ namespace {
 
 constexpr std::uint64_t kFiniteEvery = 10;   // steps between two searches for non-finite motion
 constexpr std::uint64_t kEnergyEvery = 500;  // and between two energy balances
-constexpr double kRunaway = 0.25;            // of the energy at play
+static_assert(kEnergyEvery % kFiniteEvery == 0);
+constexpr double kRunaway = 0.25;  // of the energy at play
 
 void check_finite(const Model& model, const State& s) {
   double sum = 0;
@@ -107,7 +108,7 @@ void check_energy(const Model& model, const Workspace& w, State& s) {
 bool check_is_due(const State& s) { return s.steps % kFiniteEvery == 0; }
 
 void check_state(const Model& model, const Workspace& w, State& s) {
-  if (s.steps % kFiniteEvery == 0) check_finite(model, s);
+  check_finite(model, s);
   if (s.steps % kEnergyEvery == 0) check_energy(model, w, s);
 }
 

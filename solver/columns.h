@@ -75,7 +75,8 @@ struct Rotations {
     out.z = at[2][0] * v.x + (at[2][1] * v.y + at[2][2] * v.z);
   }
   // scale R^T v; Eigen scales the matrix.
-  [[gnu::always_inline]] void turn_back(double scale, const Columns4& v, Columns3& out) const {
+  template <class Vector>
+  [[gnu::always_inline]] void turn_back(double scale, const Vector& v, Columns3& out) const {
     const auto scaled = [&](int row, int column) { return scale * at[row][column]; };
     out.x = scaled(0, 0) * v.x + (scaled(1, 0) * v.y + scaled(2, 0) * v.z);
     out.y = scaled(0, 1) * v.x + (scaled(1, 1) * v.y + scaled(2, 1) * v.z);

@@ -50,18 +50,19 @@ void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
   gather(a, position, from);
   gather(b, position, to);
   const Columns3 apart{to.x - from.x, to.y - from.y, to.z - from.z};
-  // Into a's axes; Eigen adds up in this order.
-  const auto turn_back = [&](int row, const Lanes& x, const Lanes& y, const Lanes& z, Lanes& out)
-      __attribute__((always_inline)) {
-    out = rotation_a.at[0][row] * x + (rotation_a.at[1][row] * y + rotation_a.at[2][row] * z);
-  };
+  Columns3 in_a;
   for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) {
-      turn_back(row, rotation_b.at[0][column], rotation_b.at[1][column], rotation_b.at[2][column],
-                rotation_[3 * column + row]);
-    }
+    const Columns3 axis{rotation_b.at[0][column], rotation_b.at[1][column],
+                        rotation_b.at[2][column]};
+    rotation_a.turn_back(1.0, axis, in_a);
+    rotation_[3 * column] = in_a.x;
+    rotation_[3 * column + 1] = in_a.y;
+    rotation_[3 * column + 2] = in_a.z;
   }
-  for (int row = 0; row < 3; ++row) turn_back(row, apart.x, apart.y, apart.z, translation_[row]);
+  rotation_a.turn_back(1.0, apart, in_a);
+  translation_[0] = in_a.x;
+  translation_[1] = in_a.y;
+  translation_[2] = in_a.z;
 
   References then;
   gather_references(s, pairs, then);
@@ -76,10 +77,9 @@ void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
   }
   // The operator norm of a difference of two rotations is its Frobenius norm over sqrt(2).
   turn_ = root(0.5 * turned);
-  const Lanes x = translation_[0] - then.rotation_8_translation.y;
-  const Lanes y = translation_[1] - then.rotation_8_translation.z;
-  const Lanes z = translation_[2] - then.rotation_8_translation.w;
-  shift_ = root(x * x + (y * y + z * z));
+  shift_ = norm(translation_[0] - then.rotation_8_translation.y,
+                translation_[1] - then.rotation_8_translation.z,
+                translation_[2] - then.rotation_8_translation.w);
 }
 
 Pose PairPoses::pose(int k) const {

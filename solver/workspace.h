@@ -144,7 +144,8 @@ void contact_forces(const Model& model, Workspace& workspace, State& state);
 void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
 void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
 void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
-bool check_is_due(const State& state);                 // after this step
+// After this step; only then is the state to be checked.
+bool check_is_due(const State& state);
 void check_state(const Model& model, const Workspace& workspace, State& state);
 
 // Contacts' force and torque about the frame's origin, on all that it carries, at this step.

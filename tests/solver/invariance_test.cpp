@@ -40,6 +40,19 @@ TEST(Determinism, SameSeedGivesTheSameBytesAndAnotherDoesNot) {
   EXPECT_FALSE(states[0] == states[2]);
 }
 
+// Cubes in contact, on their way to rest.
+Solver falling(const Model& model) {
+  Solver solver = filled(model, 0.25, 3);
+  scenes::run(solver, 0.12);
+  return solver;
+}
+
+Solver copy_of(const Solver& solver) {
+  Solver copy(solver.model());
+  copy.restore(solver.save());
+  return copy;
+}
+
 // The names of the groups of state that differ.
 std::string different_groups(const std::vector<GroupHash>& a, const std::vector<GroupHash>& b) {
   std::string names;
@@ -53,8 +66,7 @@ std::string different_groups(const std::vector<GroupHash>& a, const std::vector<
 TEST(Determinism, ResumedAtAnyStepGoesOnWithTheSameHashes) {
   constexpr std::size_t kSteps = 280, kAhead = 40;
   const Model model = small_box(20);
-  Solver whole = filled(model, 0.25, 3);
-  scenes::run(whole, 0.12);
+  Solver whole = falling(model);
   std::vector<std::vector<GroupHash>> hashes;
   std::vector<std::vector<std::byte>> states;
   for (std::size_t step = 0; step < kSteps + kAhead; ++step) {
@@ -77,11 +89,8 @@ TEST(Determinism, ResumedAtAnyStepGoesOnWithTheSameHashes) {
 // The second half kick of a step waits for the next one, or for somebody who asks: whoever asks
 // whatever at any step, and whoever never does, sees the same run.
 TEST(Determinism, AskingChangesNothing) {
-  const Model model = small_box(20);
-  Solver silent = filled(model, 0.25, 3);
-  scenes::run(silent, 0.12);
-  Solver asked(model);
-  asked.restore(silent.save());
+  Solver silent = falling(small_box(20));
+  Solver asked = copy_of(silent);
   const auto ask = [&](int what) {
     if (what == 0) return asked.particles().velocity[0].norm();
     if (what == 1) return asked.energy().kinetic;
@@ -107,11 +116,8 @@ TEST(Determinism, AskingChangesNothing) {
 }
 
 TEST(StateHash, TellsWhichGroupOfTheStateChanged) {
-  const Model model = small_box(20);
-  Solver a = filled(model, 0.25, 3);
-  scenes::run(a, 0.12);
-  Solver b(model);
-  b.restore(a.save());
+  Solver a = falling(small_box(20));
+  Solver b = copy_of(a);
   EXPECT_EQ(a.hash(), b.hash());
   b.clear_boundary_loads();
   EXPECT_EQ(different_groups(a.group_hashes(), b.group_hashes()), "boundary loads");
