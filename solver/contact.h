@@ -104,12 +104,11 @@ struct NormalLoad {
   double work = 0;     // J taken from the bodies in this step: stored or lost
 };
 
-// The points from `first` on; what those before them bear comes in `out`.
-[[gnu::always_inline]] inline NormalLoad advance_points(const PairLaw& law, const Patch& patch,
-                                                        ContactPoint* points, const Approach& way,
-                                                        std::uint32_t first = 0,
-                                                        NormalLoad out = {}) {
-  for (std::uint32_t i = first; i < patch.point_count; ++i) {
+// All points of a patch, one after the other: what PatchBlock does for many patches.
+inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, ContactPoint* points,
+                                 const Approach& way) {
+  NormalLoad out;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
     const double ds = way.closing + dot(offset, way.tilt);

@@ -170,18 +170,42 @@ struct FourLoads {
 
 }  // namespace
 
-// advance_points() for all patches. More than half of them have one point: the first ones are taken
-// side by side, as the processor guesses wrong how often a loop over one, two or eight is run.
+void PatchBlock::press_other(int k, ContactPoint& p) {
+  const Vec offset = plain(p.offset);
+  const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
+  p.gap -= ageing_[k] * ds;
+  const double before = p.force, own = spring_.x[k] * (p.weight * share_[k]);
+  p.force = firn::normal_force(before, own, own * spring_.y[k], spring_.z[k], -p.gap, ds);
+  const Vec offset_force = p.force * offset;
+  pressed_.set(k, pressed_.vec(k) + offset_force, pressed_.w[k] + p.force);
+  deepest_ = std::max(deepest_, -p.gap);
+  work_normal_[k] += 0.5 * (before + p.force) * ds;
+}
+
+// advance_points() for all patches. The first points are taken side by side; the others, which
+// fewer than half of the patches have, from one list: the processor would guess wrong how often a
+// loop over one, two or eight points is run.
 void PatchBlock::press_all() {
   Four deepest = {0, 0, 0, 0};
   for (int k = 0; k < count_; k += 4) press_first(k, deepest);
   deepest_ = std::max(std::max(deepest[0], deepest[1]), std::max(deepest[2], deepest[3]));
-  int more[room + 1], count = 0;
+  constexpr int kListed = 3;  // of a patch; faces rarely share more than four corners
+  struct Other {
+    ContactPoint* point;
+    int patch;
+  } others[kListed * room];
+  int listed = 0, most = 0;
   for (int k = 0; k < count_; ++k) {
-    more[count] = k;
-    count += patch_[k]->point_count > 1;
+    const int others_of_k = patch_[k]->point_count - 1;
+    // All three are written, and stay if they are wanted.
+    for (int i = 0; i < kListed; ++i) others[listed + i] = {points_[k] + 1 + i, k};
+    listed += std::min(others_of_k, kListed);
+    most = std::max(most, others_of_k);
   }
-  for (int i = 0; i < count; ++i) press_others(more[i]);
+  for (int i = 0; i < listed; ++i) press_other(others[i].patch, *others[i].point);
+  for (int k = 0; k < count_ && most > kListed; ++k) {
+    for (int i = 1 + kListed; i < patch_[k]->point_count; ++i) press_other(k, points_[k][i]);
+  }
 }
 
 void PatchBlock::press_first(int k, Four& deepest) {
@@ -203,15 +227,6 @@ void PatchBlock::press_first(int k, Four& deepest) {
   put(load.z, pressed_.z + k);
   put(load.force, pressed_.w + k);
   put(load.work, work_normal_ + k);
-}
-
-void PatchBlock::press_others(int k) {
-  const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
-  const NormalLoad first{pressed_.w[k], pressed_.vec(k), 0, work_normal_[k]};
-  const NormalLoad load = advance_points(*law_[k], *patch_[k], points_[k], way, 1, first);
-  pressed_.set(k, load.offset_force, load.force);
-  deepest_ = std::max(deepest_, load.overlap);
-  work_normal_[k] = load.work;
 }
 
 void PatchBlock::rub_all(double dt) {

@@ -121,7 +121,7 @@ class PatchBlock {
   void approach_all(double dt);
   void press_all();
   void press_first(int k, Four& deepest);
-  void press_others(int k);  // points of one patch
+  [[gnu::always_inline]] inline void press_other(int k, ContactPoint& p);  // of patch k
   void rub_all(double dt);
   void collect(int k);
   [[gnu::noinline]] void add_options(double dt);
