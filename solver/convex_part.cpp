@@ -310,6 +310,12 @@ void set_stars(ConvexPart& part) {
     part.spokes.insert(part.spokes.end(), spokes[i].begin(), spokes[i].end());
     part.star_faces.insert(part.star_faces.end(), faces[i].begin(), faces[i].end());
   }
+  if (part.faces.size() > 64) return;
+  part.surface_faces.assign(part.vertex_count, 0);
+  for (int i = 0; i < part.vertex_count; ++i) {
+    for (const std::uint16_t f : faces[i])
+      part.surface_faces[i] |= std::uint64_t{!part.faces[f].internal} << f;
+  }
 }
 
 void set_seams(ConvexPart& part) {

@@ -47,6 +47,8 @@ struct ConvexPart {
   std::vector<Star> stars;  // [vertex_count]
   std::vector<Spoke> spokes;
   std::vector<std::uint16_t> star_faces;
+  // [vertex_count] bit f: face f, which is no seam, meets here. Empty if there are more than 64.
+  std::vector<std::uint64_t> surface_faces;
 
   // Seams. A contact whose nearest feature lies wholly on internal face f and whose normal points
   // out through f belongs to the neighbour there, and is dropped by this part.

@@ -77,12 +77,17 @@ inline Support support(const ConvexPart& part, double dx, double dy, double dz) 
   const Index farther = second > best;
   best = farther ? second : best;
   at = farther ? second_at : at;
-  const bool high = best[1] > best[0], higher = best[3] > best[2];
-  const double low_best = high ? best[1] : best[0], high_best = higher ? best[3] : best[2];
-  const std::int64_t low_at = high ? at[1] : at[0], high_at = higher ? at[3] : at[2];
-  const bool upper = high_best > low_best;
-  const int vertex = static_cast<int>(upper ? high_at : low_at);
-  return {std::min(vertex, part.vertex_count - 1), upper ? high_best : low_best};
+  // The better of each half, then of both, without a branch.
+  const auto keep_farther = [&](const Four& other, const Index& other_at) {
+    const Index is_farther = other > best;
+    best = is_farther ? other : best;
+    at = is_farther ? other_at : at;
+  };
+  keep_farther(__builtin_shufflevector(best, best, 1, 0, 3, 2),
+               __builtin_shufflevector(at, at, 1, 0, 3, 2));
+  keep_farther(__builtin_shufflevector(best, best, 2, 3, 0, 1),
+               __builtin_shufflevector(at, at, 2, 3, 0, 1));
+  return {std::min(static_cast<int>(at[0]), part.vertex_count - 1), best[0]};
 }
 inline Support support(const ConvexPart& part, const Vec3& d) {
   return support(part, d.x(), d.y(), d.z());

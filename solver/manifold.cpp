@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -21,19 +22,70 @@ struct Carriers {
   std::uint16_t vertex[3];
   int count = 0;
 
-  explicit Carriers(std::uint16_t only) : vertex{only}, count(1) {}
-  Carriers(const std::uint16_t* simplex, int simplex_count) {
-    for (int i = 0; i < simplex_count; ++i) {
-      if (!include(simplex[i])) vertex[count++] = simplex[i];
+  // Places behind the last repeat one.
+  explicit Carriers(std::uint16_t only) : vertex{only, only, only}, count(1) {}
+  Carriers(const std::uint16_t* simplex, int simplex_count) : Carriers(simplex[0]) {
+    for (int i = 1; i < simplex_count; ++i) {
+      const bool is_new = !include(simplex[i]);
+      vertex[is_new ? count : 0] = simplex[is_new ? i : 0];
+      count += is_new;
     }
   }
-  bool include(int i) const { return std::find(vertex, vertex + count, i) != vertex + count; }
+  bool include(int i) const { return (vertex[0] == i) | (vertex[1] == i) | (vertex[2] == i); }
 };
 
 bool is_on_face(const ConvexPart& part, int vertex, std::uint16_t face) {
   const ConvexPart::Star& star = part.stars[vertex];
   const auto first = part.star_faces.begin() + star.first_face;
   return std::find(first, first + star.face_count, face) != first + star.face_count;
+}
+
+// Calls visit(index) for the surface faces that all carriers lie on, in ascending order.
+template <class Visit>
+void for_common_faces(const ConvexPart& part, const Carriers& carriers, const Visit& visit) {
+  if (!part.surface_faces.empty()) {
+    std::uint64_t common = part.surface_faces[carriers.vertex[0]];
+    common &= part.surface_faces[carriers.vertex[1]] & part.surface_faces[carriers.vertex[2]];
+    for (; common != 0; common &= common - 1) visit(std::countr_zero(common));
+    return;
+  }
+  const ConvexPart::Star& star = part.stars[carriers.vertex[0]];
+  for (std::uint32_t k = 0; k < star.face_count; ++k) {
+    const std::uint16_t index = part.star_faces[star.first_face + k];
+    bool common = !part.faces[index].internal;
+    for (int i = 1; i < carriers.count; ++i)
+      common = common && is_on_face(part, carriers.vertex[i], index);
+    if (common) visit(index);
+  }
+}
+
+// The edge of the carriers that drops least along n over the `reach` of the contact, if that is
+// within `depth`: any edge of a lone carrier, or one between two of them.
+void flattest_edge(const ConvexPart& part, const Vec3& n, const Carriers& carriers, double depth,
+                   double reach, Feature& out) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  double least = kNever;
+  int from = -1, to = -1;
+  for (int c = 0; c < carriers.count; ++c) {
+    const std::uint16_t near = carriers.vertex[c];
+    const double height = n.dot(part.vertex(near));
+    const ConvexPart::Spoke* spokes = part.spokes.data() + part.stars[near].first_spoke;
+    const bool alone = carriers.count == 1;
+    for (std::uint32_t k = 0; k < part.stars[near].spoke_count; ++k) {
+      const std::uint16_t far = spokes[k].vertex;
+      const double drop = height - n.dot(part.vertex(far));
+      const double over_reach = drop * std::min(1.0, reach * spokes[k].inverse_length);
+      const bool ours = alone | ((far > near) & carriers.include(far));
+      const double over = pick(ours & (over_reach <= depth), over_reach, kNever);
+      from = pick(over < least, near, from);
+      to = pick(over < least, far, to);
+      least = std::min(over, least);
+    }
+  }
+  if (from < 0) return;
+  out.kind = Feature::Kind::edge;
+  out.ends[0] = static_cast<std::uint16_t>(from);
+  out.ends[1] = static_cast<std::uint16_t>(to);
 }
 
 // The feature of `part` that supports it along n (part axes): a face if it lies within `depth` of
@@ -43,47 +95,26 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers
   constexpr double kLeastCosine = 0.9;
   Feature out;
   out.ends[0] = carriers.vertex[0];
-  const double top = n.dot(part.vertex(carriers.vertex[0]));
   double best = kLeastCosine;
-  const ConvexPart::Face* face = nullptr;
-  const ConvexPart::Star& star = part.stars[carriers.vertex[0]];
-  for (std::uint32_t k = 0; k < star.face_count; ++k) {
-    const std::uint16_t index = part.star_faces[star.first_face + k];
-    const ConvexPart::Face& f = part.faces[index];
-    const double cosine = n.dot(f.normal);
-    if (cosine <= best || f.internal) continue;
-    if (carriers.count > 1 && !is_on_face(part, carriers.vertex[1], index)) continue;
-    if (carriers.count > 2 && !is_on_face(part, carriers.vertex[2], index)) continue;
-    best = cosine;
-    face = &f;
-  }
-  if (face) {
+  int face = -1;
+  for_common_faces(part, carriers, [&](int index) {
+    const double cosine = n.dot(part.faces[index].normal);
+    face = cosine > best ? index : face;
+    best = cosine > best ? cosine : best;
+  });
+  if (face >= 0) {
+    const ConvexPart::Face& f = part.faces[face];
+    const double top = n.dot(part.vertex(carriers.vertex[0]));
     int near = 0;
-    for (int i = 0; i < face->count; ++i) {
-      near += top - n.dot(part.vertex(part.loops[face->first + i])) <= depth;
-    }
+    for (int i = 0; i < f.count; ++i)
+      near += top - n.dot(part.vertex(part.loops[f.first + i])) <= depth;
     if (near >= 3 || std::sqrt(std::max(0.0, 1 - best * best)) * reach <= depth) {
       out.kind = Feature::Kind::face;
-      out.face = face;
+      out.face = &f;
       return out;
     }
   }
-  double least = std::numeric_limits<double>::infinity();
-  for (int c = 0; c < carriers.count; ++c) {
-    const std::uint16_t near = carriers.vertex[c];
-    const ConvexPart::Spoke* spokes = part.spokes.data() + part.stars[near].first_spoke;
-    for (std::uint32_t k = 0; k < part.stars[near].spoke_count; ++k) {
-      const std::uint16_t far = spokes[k].vertex;
-      if (carriers.count > 1 && (far < near || !carriers.include(far))) continue;
-      const double drop = n.dot(part.vertex(near)) - n.dot(part.vertex(far));
-      const double over_reach = drop * std::min(1.0, reach * spokes[k].inverse_length);
-      if (over_reach > depth || over_reach >= least) continue;
-      least = over_reach;
-      out.kind = Feature::Kind::edge;
-      out.ends[0] = near;
-      out.ends[1] = far;
-    }
-  }
+  flattest_edge(part, n, carriers, depth, reach, out);
   return out;
 }
 
@@ -195,8 +226,11 @@ void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, doubl
     out.normal = contact.normal;
     return;
   }
-  const bool overlap = contact.distance <= touching_distance(a, b);
-  fill(a, b, b_in_a, shell, overlap ? penetration(a, b, b_in_a) : contact, out);
+  if (contact.distance <= touching_distance(a, b)) {
+    fill(a, b, b_in_a, shell, penetration(a, b, b_in_a), out);
+  } else {
+    fill(a, b, b_in_a, shell, contact, out);
+  }
 }
 
 void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,

@@ -6,7 +6,9 @@
 #include <immintrin.h>
 #endif
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "solver/types.h"
 
@@ -22,6 +24,17 @@ inline double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a
 inline double square(const Vec& a) { return dot(a, a); }
 inline Vec cross(const Vec& a, const Vec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// yes ? a : b, never by a branch: for what is anybody's guess to the processor.
+inline double pick(bool yes, double a, double b) {
+  const std::uint64_t mask = -static_cast<std::uint64_t>(yes);
+  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(a) & mask) |
+                               (std::bit_cast<std::uint64_t>(b) & ~mask));
+}
+inline int pick(bool yes, int a, int b) {
+  const int mask = -static_cast<int>(yes);
+  return (a & mask) | (b & ~mask);
 }
 
 // Three numbers and a fourth that rides along: what one wide register holds.

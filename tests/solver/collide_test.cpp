@@ -346,6 +346,32 @@ TEST(Collide, WarmStartChangesNothing) {
   }
 }
 
+// Parts of many faces have no masks of them, and look for their faces one by one.
+TEST(Collide, FacesAreFoundWithAndWithoutMasks) {
+  const auto without_masks = [](ConvexPart part) {
+    EXPECT_EQ(part.surface_faces.size(), static_cast<std::size_t>(part.vertex_count));
+    part.surface_faces.clear();
+    return part;
+  };
+  const ConvexPart a = box({10e-3, 8e-3, 5e-3}, 0.5e-3), plain_a = without_masks(a);
+  int touching = 0;
+  for (const ConvexPart& b : slabs({12e-3, 5e-3, 6e-3}, 1e-3, 3)) {
+    const ConvexPart plain_b = without_masks(b);
+    for (const Pose& pose : assorted_poses(500)) {
+      const Manifold m = meet(a, b, pose, 0.2e-3), plain = meet(plain_a, plain_b, pose, 0.2e-3);
+      EXPECT_EQ(m.gap, plain.gap);
+      ASSERT_EQ(m.points.size(), plain.points.size());
+      touching += !m.points.empty();
+      for (std::size_t i = 0; i < m.points.size(); ++i) {
+        EXPECT_EQ(m.points[i].position, plain.points[i].position);
+        EXPECT_EQ(m.points[i].gap, plain.points[i].gap);
+        EXPECT_EQ(m.points[i].weight, plain.points[i].weight);
+      }
+    }
+  }
+  EXPECT_GT(touching, 100);
+}
+
 TEST(Collide, SlabsAddUpToTheWholeFace) {
   const Vec3 half(12e-3, 8e-3, 5e-3);
   const ConvexPart whole = box(half, 1e-3), b = box({9e-3, 9e-3, 3e-3}, 1e-3);
