@@ -146,9 +146,8 @@ bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
   if (old.normal.dot(fresh.normal) < kSameHistory) return false;
   const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbours) {
     std::uint64_t all = parts;
-    for (std::size_t i = 0; i < neighbours.size(); ++i) {
-      if (parts & bit(static_cast<int>(i))) all |= neighbours[i];
-    }
+    for (std::size_t i = 0; i < neighbours.size(); ++i)
+      all |= neighbours[i] & -(parts >> (i & 63) & 1);
     return all;
   };
   if (!(dilated(old.parts_a, in.neighbours_a) & fresh.parts_a)) return false;
@@ -178,15 +177,15 @@ void hand_down_normal(const PatchInput& in, const Patch& old, double force, cons
   for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
     const Vec3 place = fresh.arm + points[i].offset - old.arm;
     double nearest = std::numeric_limits<double>::infinity();
+    std::uint32_t at = 0;
     for (std::uint32_t k = 0; k < old.point_count; ++k) {
       const ContactPoint& q = in.old_points[old.first_point + k];
       const double d = (q.offset - place).squaredNorm();
-      if (d < nearest) {
-        nearest = d;
-        density[i] = q.weight > 0 ? q.force / q.weight : 0;
-      }
+      at = d < nearest ? k : at;
+      nearest = std::min(d, nearest);
     }
-    density[i] *= points[i].weight;
+    const ContactPoint& q = in.old_points[old.first_point + at];
+    density[i] = (q.weight > 0 ? q.force / q.weight : 0) * points[i].weight;
     total += density[i];
     scratch.is_new[i] = nearest > same_place * same_place;
   }

@@ -87,8 +87,10 @@ bool Sides::lies_on(const Patch& patch, const ConvexPart& b) const {
   return false;
 }
 
-// The patches of the last look that bear a force on the same parts, or on their neighbours too.
-std::vector<const Patch*> Sides::patches_of(const PartPair& parts, bool neighbours) const {
+// Calls visit(patch) for those of the last look that bear a force on the same parts, or on their
+// neighbours too.
+template <class Visit>
+void Sides::for_patches(const PartPair& parts, bool neighbours, const Visit& visit) const {
   const auto& [model, w, s, pair] = in_;
   const int n = static_cast<int>(model.particles.size());
   std::uint64_t mask_a = bit(parts.a), mask_b = bit(parts.b);
@@ -99,24 +101,21 @@ std::vector<const Patch*> Sides::patches_of(const PartPair& parts, bool neighbou
                         : ~std::uint64_t{0};
     ambiguous = false;
   }
-  std::vector<const Patch*> found;
   for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
     const Patch& patch = s.patches[k];
     if (!(patch.normal_force > 0) || !(patch.parts_a & mask_a) || !(patch.parts_b & mask_b)) {
       continue;
     }
-    if (!ambiguous || lies_on(patch, part_b(parts.b))) found.push_back(&patch);
+    if (!ambiguous || lies_on(patch, part_b(parts.b))) visit(patch);
   }
-  return found;
 }
 
-// The one of these patches whose normal is nearest to `normal` (axes of body a); null without any.
-const Patch* Sides::nearest(const std::vector<const Patch*>& patches, const Vec3& normal) const {
-  const Vec3 wanted = rotation_of(in_.state, in_.pair.a) * normal;
+// The one of these patches whose normal is nearest to `normal` (world); null without any.
+const Patch* Sides::nearest(const PartPair& parts, bool neighbours, const Vec3& normal) const {
   const Patch* best = nullptr;
-  for (const Patch* patch : patches) {
-    if (!best || patch->normal.dot(wanted) > best->normal.dot(wanted)) best = patch;
-  }
+  for_patches(parts, neighbours, [&](const Patch& patch) {
+    if (!best || patch.normal.dot(normal) > best->normal.dot(normal)) best = &patch;
+  });
   return best;
 }
 
@@ -187,7 +186,7 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
   // Cores that overlap, and no contact: it went to the neighbour over a cut, by which the shortest
   // way out leads. The neighbour may say the same of this part.
   const bool dropped = m.points.empty() && -m.gap > a.radius + b.radius;
-  if (const Patch* own = nearest(patches_of(parts, false), m.normal)) {
+  if (const Patch* own = nearest(parts, false, axes * m.normal)) {
     const Vec3 side = axes.transpose() * own->normal;
     const double cosine = side.dot(m.normal);
     if (!dropped && (cosine > kSameSide || (cosine > 0 && !deep))) return true;
@@ -206,8 +205,7 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
     return true;
   }
   if (!deep && !dropped) return true;
-  const std::vector<const Patch*> around = patches_of(parts, true);
-  const Patch* like = nearest(around, m.normal);
+  const Patch* like = nearest(parts, true, axes * m.normal);
   if (!like) {
     if (dropped && first_entry(parts, side)) collide_from(a, b, b_in_a, side, shell, m);
     return true;
@@ -216,15 +214,15 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
   // A patch near by tells the side; where several do, as in a corner, the one by which it is the
   // shortest way out. A side by which this part is far deeper than that patch is not its side.
   Manifold best, tried;
-  for (const Patch* patch : around) {
+  for_patches(parts, true, [&](const Patch& patch) {
     double depth = watched;
-    for (std::uint32_t i = patch->first_point; i < patch->first_point + patch->point_count; ++i) {
+    for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
       depth = std::max(depth, watched - s.points[i].gap);
     }
-    collide_from(a, b, b_in_a, axes.transpose() * patch->normal, shell, tried);
+    collide_from(a, b, b_in_a, axes.transpose() * patch.normal, shell, tried);
     if (-tried.gap <= depth && (best.points.empty() || tried.gap > best.gap))
       std::swap(best, tried);
-  }
+  });
   if (!best.points.empty()) m = std::move(best);
   return true;
 }
