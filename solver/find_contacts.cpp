@@ -2,6 +2,7 @@
 // changed are looked at; their parts are queried and their patches made anew.
 #include <fmt/format.h>
 
+#include "solver/fetch.h"
 #include "solver/huge_pages.h"
 #include "solver/pair_poses.h"
 #include "solver/sides.h"
@@ -34,38 +35,48 @@ class Looker {
         contacts_(range.contacts),
         scratch_(range.scratch) {}
 
-  // Pair `number`, the k-th of `poses`: sets its wake-up call, or puts it on the range's list.
-  void look(std::uint32_t number, const PairPoses& poses, int k) {
-    const Pair& pair = s_.pairs[number];
-    const PairWatch& watch = s_.watch[number];
-    const PairLaw& law = w_.laws[pair.law];
-    const int shape_a = model_.particles[pair.a].shape;
-    const double path = s_.path[pair.a] + s_.path[pair.b];
-    const double moved = watch.moved + moved_since(pair, watch, poses, k, path);
-    // World-fixed normals and arms also age when both bodies turn together.
-    const double turn_left =
-        pair.patch_count == 0
-            ? std::numeric_limits<double>::infinity()
-            : law.refresh - (s_.turn[pair.a] - watch.reference_turn) * w_.reach[shape_a];
-    if (moved < watch.need && turn_left > 0)
-      s_.wake[number] = path + std::min(watch.need - moved, turn_left);
-    else
-      range_.searched.push_back({number, path, moved, poses.pose(k)});
+  // Looks at `count` pairs, whose poses are found: sets their wake-up calls, and puts those that
+  // have moved enough on the range's list. Without branches: which of them have is anybody's guess.
+  void look(const std::uint32_t* numbers, int count, const PairPoses& poses) {
+    struct Found {
+      int k;
+      double path, moved;
+    } found[PairPoses::room + 1];
+    int many = 0;
+    for (int k = 0; k < count; ++k) {
+      const Pair& pair = s_.pairs[numbers[k]];
+      const PairWatch& watch = s_.watch[numbers[k]];
+      const double path = s_.path[pair.a] + s_.path[pair.b];
+      const double moved = watch.moved + moved_since(pair, watch, poses, k, path);
+      const double turn_left = turn_left_of(pair, watch);
+      s_.wake[numbers[k]] = path + std::min(watch.need - moved, turn_left);
+      found[many].k = k;
+      found[many].path = path;
+      found[many].moved = moved;
+      many += (moved >= watch.need) | (turn_left <= 0);
+    }
+    for (int i = 0; i < many; ++i) {
+      DuePair& due = range_.searched.emplace_back();
+      due.pair = numbers[found[i].k];
+      due.path = found[i].path;
+      due.moved = found[i].moved;
+      poses.get_pose(found[i].k, due.pose);
+    }
   }
 
   void search(const DuePair& due, Search& out) {
     const Pair& pair = s_.pairs[due.pair];
     PairWatch& watch = s_.watch[due.pair];
     const PairLaw& law = w_.laws[pair.law];
-    out.queries = 0;
     out.deep_births = 0;
     out.passed = false;
     const bool first_look = watch.moved == 0 && watch.need == 0;
-    query(pair, due.pose, law, due.moved, out);
+    const double part_need = query(pair, due.pose, law, due.moved, out);
     out.buried = first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
     watch.moved = due.moved;
-    watch.need = next_need(pair, law, due.moved, !out.found.patches.empty());
+    watch.need =
+        out.found.patches.empty() ? part_need : std::min(due.moved + law.refresh, part_need);
     watch.reference_path = due.path;
     watch.reference_turn = s_.turn[pair.a];
     std::copy_n(due.pose.rotation.data(), 9, watch.reference_rotation);
@@ -80,21 +91,31 @@ class Looker {
   double moved_since(const Pair& pair, const PairWatch& watch, const PairPoses& poses, int k,
                      double path) const {
     const double by_path = path - watch.reference_path;
-    if (pair.b >= n_) return by_path;
-    const double reach_b = w_.reach[model_.particles[pair.b].shape];
-    return std::min(by_path, poses.shift(k) + poses.turn(k) * reach_b);
+    const bool is_particle = pair.b < n_;
+    const double reach_b = w_.reach[model_.particles[is_particle ? pair.b : pair.a].shape];
+    const double by_pose = poses.shift(k) + poses.turn(k) * reach_b;
+    return std::min(by_path, is_particle ? by_pose : by_path);
   }
 
-  void query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Search& out) {
+  // World-fixed normals and arms also age when both bodies turn together, m.
+  double turn_left_of(const Pair& pair, const PairWatch& watch) const {
+    const double left = w_.laws[pair.law].refresh - (s_.turn[pair.a] - watch.reference_turn) *
+                                                        w_.reach[model_.particles[pair.a].shape];
+    return pick(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
+  }
+
+  // Returns when the next part that does not touch must be queried, in the measure of `moved`.
+  double query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Search& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
     const Mat3 rotation_a = rotation_of(s_, pair.a);
     std::optional<Sides> sides;
     if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
-    for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
-      PartPair& p = s_.part_pairs[k];
-      if (!p.touching && p.wake > moved) continue;
+    PartPair* const parts = s_.part_pairs.data() + pair.first_part;
+    double need = list_due_parts({parts, pair.part_count}, moved);
+    for (const std::uint32_t k : range_.due_parts) {
+      PartPair& p = parts[k];
       if (contacts_.size() == used) contacts_.emplace_back();
       PartContact& c = contacts_[used];
       c.a = p.a;
@@ -102,11 +123,12 @@ class Looker {
       collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
       if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
         out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
-      ++out.queries;
       p.touching = c.manifold.points.empty() ? 0 : 1;
       p.wake = moved + (p.touching ? 0 : slack(c.manifold.gap, law));
+      if (!p.touching) need = std::min(need, p.wake);
       used += p.touching;
     }
+    out.queries = static_cast<int>(range_.due_parts.size());
     PatchInput in{law,
                   rotation_a,
                   {contacts_.data(), used},
@@ -118,6 +140,7 @@ class Looker {
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
     out.deep_births = build_patches(in, scratch_, out.found);
+    return need;
   }
 
   void collide_parts(const Pair& pair, const ConvexPart& part_a, PartPair& p, const Pose& pose,
@@ -136,11 +159,20 @@ class Looker {
     }
   }
 
-  double next_need(const Pair& pair, const PairLaw& law, double moved, bool touching) const {
-    double need = touching ? moved + law.refresh : std::numeric_limits<double>::infinity();
-    for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
-      if (!s_.part_pairs[k].touching) need = std::min(need, s_.part_pairs[k].wake);
+  // Lists the parts to be queried, and returns when the first of the others will be. Without
+  // branches, as above.
+  double list_due_parts(std::span<const PartPair> parts, double moved) const {
+    std::vector<std::uint32_t>& due = range_.due_parts;
+    due.resize(parts.size());
+    std::size_t many = 0;
+    double need = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const bool is_due = (parts[k].touching != 0) | (parts[k].wake <= moved);
+      due[many] = static_cast<std::uint32_t>(k);
+      many += is_due;
+      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), parts[k].wake), need);
     }
+    due.resize(many);
     return need;
   }
 
@@ -210,51 +242,55 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
   }
 }
 
-// Every line of the cache that these bytes lie on.
-[[gnu::always_inline]] inline void fetch(const void* from, std::size_t bytes) {
-  const auto* at = static_cast<const char*>(from);
-  for (std::size_t k = 0; k < bytes; k += 64) __builtin_prefetch(at + k);
-  __builtin_prefetch(at + bytes - 1);
-}
-
 // What looks and searches further down the list will read: it lies scattered, and waiting for it
 // would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
-// Always inlined, as the compiler takes calls of functions that do nothing but fetch for idle, and
-// drops them.
+// Always inlined, see fetch.h.
 [[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
-  fetch(&s.pairs[p], sizeof(Pair));
-  fetch(&s.watch[p], sizeof(PairWatch));
+  fetch(&s.pairs[p]);
+  fetch(&s.watch[p]);
 }
 [[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
                                                 std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const int last = static_cast<int>(model.particles.size()) - 1;
   for (const std::int32_t body : {pair.a, pair.b}) {
-    fetch(&s.motion[body], sizeof(BodyMotion));
-    fetch(&s.orientation[body], sizeof(Quat));
+    fetch(&s.motion[body]);
+    fetch(&s.orientation[body]);
     __builtin_prefetch(&model.particles[std::min(body, last)]);
   }
   __builtin_prefetch(&s.turn[pair.a]);
 }
 [[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
-  constexpr std::size_t kParts = 192, kPatch = 128, kRolling = 24;  // bytes: what most pairs have
+  constexpr std::size_t kParts = 192, kPoints = 128;  // bytes: what most pairs have
   const Pair& pair = s.pairs[p];
-  fetch(s.part_pairs.data() + pair.first_part, kParts);
-  fetch(s.patches.data() + pair.first_patch, kPatch);
-  fetch(s.points.data() + pair.first_point, kPatch);
-  fetch(s.rolling.data() + pair.first_patch, kRolling);
+  fetch_bytes(s.part_pairs.data() + pair.first_part, kParts);
+  fetch(s.patches.data() + pair.first_patch);
+  fetch_bytes(s.points.data() + pair.first_point, kPoints);
+  fetch(s.rolling.data() + pair.first_patch);
 }
 
-// Finds the pairs [begin, end) of a range that are due.
-void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& range) {
+// Finds the pairs [begin, end) of a range that are due. What the next range will read for that is
+// fetched meanwhile: so little is done with it that one would only wait for it.
+void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& range,
+              const PairRange& next) {
   // Every body is in some seven pairs: its way is fetched from afar once.
   double path[2 * kPairsOfRange];
   for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
-  range.due.clear();
-  for (std::size_t p = begin; p < end; ++p) {
-    const auto [a, b] = range.locals[p - begin];
-    if (s.wake[p] <= path[a] + path[b]) range.due.push_back(static_cast<std::uint32_t>(p));
+  fetch(next.bodies.data(), next.bodies.size());
+  std::uint32_t due[kPairsOfRange];
+  std::size_t many = 0;
+  constexpr std::size_t kSome = 16;
+  for (std::size_t from = begin; from < end; from += kSome) {
+    fetch(s.wake.data() + from + kPairsOfRange, kSome);
+    fetch(next.locals.data() + (from - begin), kSome);
+    // Without a branch: which of them are due is anybody's guess.
+    for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
+      const auto [a, b] = range.locals[p - begin];
+      due[many] = static_cast<std::uint32_t>(p);
+      many += s.wake[p] <= path[a] + path[b];
+    }
   }
+  range.due.assign(due, due + many);
 }
 
 // Looks at the pairs that are due, several side by side.
@@ -271,18 +307,18 @@ void look_at_due(const Model& model, const State& s, PairRange& range, Looker& l
     for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
       fetch_bodies(model, s, due[i]);
     poses.find(s, &due[k], static_cast<int>(end - k));
-    for (std::size_t i = k; i < end; ++i) looker.look(due[i], poses, static_cast<int>(i - k));
+    looker.look(&due[k], static_cast<int>(end - k), poses);
   }
 }
 
 void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
-                  std::size_t end, PairRange& range) {
+                  std::size_t end, PairRange& range, const PairRange& next) {
   range.refreshed.clear();
   range.outgrown.clear();
   range.suspects.clear();
   range.queries = range.refreshes = range.deep_births = 0;
   range.more_patches = range.more_points = 0;
-  find_due(s, begin, end, range);
+  find_due(s, begin, end, range, next);
   Looker looker(model, w, s, range);
   look_at_due(model, s, range, looker);
   constexpr std::size_t kAhead = 4;  // searches
@@ -363,7 +399,8 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.list_is_new) take_up_list(model, w, s);
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t end) {
-               search_range(model, w, s, begin, end, w.ranges[begin / kPairsOfRange]);
+               const std::size_t r = begin / kPairsOfRange, last = w.ranges.size() - 1;
+               search_range(model, w, s, begin, end, w.ranges[r], w.ranges[std::min(r + 1, last)]);
              });
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {

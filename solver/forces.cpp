@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "solver/fetch.h"
 #include "solver/patch_block.h"
 #include "solver/workspace.h"
 
@@ -11,15 +12,8 @@ namespace firn {
 
 namespace {
 
-constexpr std::ptrdiff_t kAhead = 8;           // pairs, whose bodies and patches are fetched
-constexpr std::ptrdiff_t kPointsAhead = 1024;  // bytes: what some ten patches have
-
-// Two lines of the cache.
-template <class T>
-[[gnu::always_inline]] inline void prefetch(const T* from, std::ptrdiff_t bytes = 0) {
-  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes);
-  __builtin_prefetch(reinterpret_cast<const char*>(from) + bytes + 64);
-}
+constexpr std::ptrdiff_t kAhead = 8;         // pairs, whose bodies and patches are fetched
+constexpr std::ptrdiff_t kPointsAhead = 21;  // what some ten patches have
 
 // a x b; the fourth number is zero.
 [[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
@@ -101,9 +95,9 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
   };
   for (const ActivePair* pair = active.data(); pair != end; ++pair) {
     if (end - pair > kAhead) {
-      prefetch(motions + pair[kAhead].a);
-      prefetch(motions + pair[kAhead].b);
-      prefetch(patches + pair[kAhead].first_patch);
+      fetch(motions + pair[kAhead].a);
+      fetch(motions + pair[kAhead].b);
+      fetch(patches + pair[kAhead].first_patch);
     }
     // A range has about half as many bodies as active pairs.
     __builtin_prefetch(next_loads + (pair - active.data()) / 2, 1);
@@ -111,7 +105,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
     pair_motion(motions[pair->a], motions[pair->b], motion);
     Patch* const last = patches + pair->first_patch + pair->patch_count;
     for (Patch* patch = patches + pair->first_patch; patch != last; ++patch) {
-      prefetch(points + patch->first_point, kPointsAhead);
+      fetch(points + patch->first_point + kPointsAhead);
       block.add(*pair, laws[pair->law], *patch, points + patch->first_point, motion);
       if (block.full()) flush();
     }
@@ -133,7 +127,8 @@ class Bookkeeper {
         s_(s),
         accounts_(accounts),
         n_(static_cast<int>(model.particles.size())),
-        dt_(model.timestep) {
+        dt_(model.timestep),
+        overlap_(std::min(s.health.largest_overlap, w.least_overlap_limit)) {
     for (const std::int32_t wall : accounts.touched) accounts.walls[wall] = {};
     accounts.touched.clear();
     accounts.walls.resize(model.boundaries.size());
@@ -190,7 +185,7 @@ class Bookkeeper {
       accounts_.largest_overlap = overlap;
       accounts_.largest_overlap_particle = load.a;
     }
-    overlap_ = std::min(accounts_.largest_overlap, w_.least_overlap_limit);
+    overlap_ = std::min(std::max(overlap_, accounts_.largest_overlap), w_.least_overlap_limit);
   }
 
   const Workspace& w_;
@@ -198,7 +193,7 @@ class Bookkeeper {
   ContactAccounts& accounts_;
   int n_;
   double dt_;
-  double overlap_ = 0;  // m, what is no more need not be noted
+  double overlap_;  // m, what is no more need not be noted
 };
 
 void add_up(const Model& model, const ContactAccounts& accounts, State& s) {

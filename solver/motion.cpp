@@ -1,12 +1,14 @@
 // Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
 // and rotate_free() do, in the same order of operations.
 #include "solver/columns.h"
+#include "solver/fetch.h"
 #include "solver/workspace.h"
 
 namespace firn {
 
 namespace {
 constexpr std::size_t kGrain = 128;  // bodies a task
+constexpr std::size_t kAhead = 32;   // bodies, to be fetched
 
 // Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
 struct Crew {
@@ -197,6 +199,19 @@ class LoadsAhead {
   const std::uint32_t *next_, *end_;
 };
 
+// Fetches what a crew reads of as many bodies from the first one on, which may lie beyond the last.
+// Processors follow an array by themselves, but stop at the end of every page, and a crew reads
+// six. Always inlined, see fetch.h.
+[[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
+  constexpr std::size_t kMany = Lanes::size;
+  fetch(s.motion.data() + first, kMany);
+  fetch(s.orientation.data() + first, kMany);
+  fetch(s.angular_momentum.data() + first, kMany);
+  fetch(s.path.data() + first, kMany);
+  fetch(s.turn.data() + first, kMany);
+  fetch(s.relist_path.data() + first, kMany);
+}
+
 // Calls move(crew) for the present bodies of [begin, end).
 template <class Move>
 void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& move) {
@@ -225,6 +240,7 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
       LoadsAhead ahead(w, end, std::min(n, end + kGrain));
       for_crews(s, begin, end, [&](Crew& crew) {
         ahead.fetch_some();
+        fetch_bodies(s, crew.body[0] + kAhead);
         leaves |= kick_and_drift_crew<2>(mover, crew);
       });
     } else {

@@ -82,11 +82,9 @@ void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
                 translation_[2] - then.rotation_8_translation.w);
 }
 
-Pose PairPoses::pose(int k) const {
-  Pose out;
+void PairPoses::get_pose(int k, Pose& out) const {
   for (int i = 0; i < 9; ++i) out.rotation.data()[i] = rotation_[i][k];
   for (int i = 0; i < 3; ++i) out.translation[i] = translation_[i][k];
-  return out;
 }
 
 }  // namespace firn

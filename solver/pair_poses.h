@@ -13,7 +13,7 @@ class PairPoses {
   // Of the pairs numbers[0] to numbers[count - 1] of a state, 1 to `room` of them.
   void find(const State& s, const std::uint32_t* numbers, int count);
 
-  Pose pose(int k) const;  // of b's axes in a's
+  void get_pose(int k, Pose& out) const;  // of b's axes in a's
   // How far b has moved in a's axes since the pair's reference pose (PairWatch): its origin, m, and
   // a bound on the way of its points by turning, per m that they are away from it.
   double shift(int k) const { return shift_[k]; }

@@ -90,6 +90,7 @@ struct alignas(64) PairRange {
   RangeNotes notes;  // empty without statistics
   // Scratch memory.
   std::vector<ActivePair> spare_active;
+  std::vector<std::uint32_t> due_parts;  // of the pair that is searched
   std::vector<PartContact> contacts;
   PatchScratch scratch;
   Search search;

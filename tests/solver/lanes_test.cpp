@@ -176,8 +176,10 @@ TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
       const Pair& pair = s.pairs[numbers[k]];
       const PairWatch& watch = s.watch[numbers[k]];
       const Pose plain_one = relative_pose(s, pair.a, pair.b);
-      EXPECT_EQ(poses.pose(k).rotation, plain_one.rotation);
-      EXPECT_EQ(poses.pose(k).translation, plain_one.translation);
+      Pose pose;
+      poses.get_pose(k, pose);
+      EXPECT_EQ(pose.rotation, plain_one.rotation);
+      EXPECT_EQ(pose.translation, plain_one.translation);
       const Mat3 then = Eigen::Map<const Mat3>(watch.reference_rotation);
       const Vec3 there = Eigen::Map<const Vec3>(watch.reference_translation);
       EXPECT_EQ(poses.shift(k), (plain_one.translation - there).norm());

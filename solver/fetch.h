@@ -1,0 +1,24 @@
+// Fetching what will be read soon from afar, while something else is worked on.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+namespace firn {
+
+// Every line of the cache that these bytes may lie on. Always inlined, as the compiler takes calls
+// of functions that do nothing but fetch for idle, and drops them.
+[[gnu::always_inline]] inline void fetch_bytes(const void* from, std::size_t bytes,
+                                               std::size_t alignment = 8) {
+  constexpr std::size_t kLine = 64;
+  const auto* const at = static_cast<const char*>(from);
+  for (std::size_t k = 0; k < bytes; k += kLine) __builtin_prefetch(at + k);
+  const std::size_t rest = (bytes - 1) % kLine;  // behind the last of these
+  if (rest >= std::min(alignment, kLine)) __builtin_prefetch(at + bytes - 1);
+}
+template <class T>
+[[gnu::always_inline]] inline void fetch(const T* from, std::size_t count = 1) {
+  fetch_bytes(from, count * sizeof(T), alignof(T));
+}
+
+}  // namespace firn
