@@ -261,9 +261,9 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
   __builtin_prefetch(&s.turn[pair.a]);
 }
 [[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
-  constexpr std::size_t kParts = 192, kPoints = 128;  // bytes: what most pairs have
+  constexpr std::size_t kPoints = 128;  // bytes: what most pairs have
   const Pair& pair = s.pairs[p];
-  fetch_bytes(s.part_pairs.data() + pair.first_part, kParts);
+  fetch(s.part_pairs.data() + pair.first_part, pair.part_count);
   fetch(s.patches.data() + pair.first_patch);
   fetch_bytes(s.points.data() + pair.first_point, kPoints);
   fetch(s.rolling.data() + pair.first_patch);

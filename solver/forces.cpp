@@ -12,8 +12,8 @@ namespace firn {
 
 namespace {
 
-constexpr std::ptrdiff_t kAhead = 8;         // pairs, whose bodies and patches are fetched
-constexpr std::ptrdiff_t kPointsAhead = 21;  // what some ten patches have
+constexpr std::ptrdiff_t kAhead = 12;  // pairs, whose bodies and contacts are fetched
+constexpr std::size_t kPoints = 128;   // bytes: what most pairs have
 
 // a x b; the fourth number is zero.
 [[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
@@ -46,7 +46,8 @@ constexpr std::ptrdiff_t kPointsAhead = 21;  // what some ten patches have
 ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
-  return {p, pair.first_patch, pair.patch_count, pair.a, pair.b, pair.law, local_a, local_b};
+  return {p,      pair.first_patch, pair.patch_count, pair.first_point, pair.a,
+          pair.b, pair.law,         local_a,          local_b};
 }
 
 // The active pairs of a range after some have been looked at.
@@ -98,6 +99,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
       fetch(motions + pair[kAhead].a);
       fetch(motions + pair[kAhead].b);
       fetch(patches + pair[kAhead].first_patch);
+      fetch_bytes(points + pair[kAhead].first_point, kPoints);
     }
     // A range has about half as many bodies as active pairs.
     __builtin_prefetch(next_loads + (pair - active.data()) / 2, 1);
@@ -105,7 +107,6 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
     pair_motion(motions[pair->a], motions[pair->b], motion);
     Patch* const last = patches + pair->first_patch + pair->patch_count;
     for (Patch* patch = patches + pair->first_patch; patch != last; ++patch) {
-      fetch(points + patch->first_point + kPointsAhead);
       block.add(*pair, laws[pair->law], *patch, points + patch->first_point, motion);
       if (block.full()) flush();
     }

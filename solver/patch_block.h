@@ -13,7 +13,7 @@ namespace firn {
 // A pair with patches, as the force law walks through them.
 struct ActivePair {
   std::uint32_t pair;  // its number
-  std::uint32_t first_patch, patch_count;
+  std::uint32_t first_patch, patch_count, first_point;
   std::int32_t a, b;               // bodies
   std::int32_t law;                // index into Workspace::laws
   std::uint16_t local_a, local_b;  // which of the bodies of a range of pairs these are
