@@ -167,10 +167,11 @@ class Looker {
     std::size_t many = 0;
     double need = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      const bool is_due = (parts[k].touching != 0) | (parts[k].wake <= moved);
+      const PartPair& p = parts[k];
+      const bool is_due = (p.touching != 0) | (p.wake <= moved);
       due[many] = static_cast<std::uint32_t>(k);
       many += is_due;
-      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), parts[k].wake), need);
+      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), p.wake), need);
     }
     due.resize(many);
     return need;

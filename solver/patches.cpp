@@ -120,13 +120,12 @@ void make_patch(const PatchInput& in, const PatchScratch& scratch, int g, FoundP
   patch.point_count = static_cast<std::uint16_t>(count);
   ContactPoint* points = out.points.data() + patch.first_point;
 
-  double sum = 0, square = 0, weight = 0;
+  double sum = 0, square = 0;
   Vec3 center = Vec3::Zero();
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double d = shell - points[i].gap;
     sum += points[i].weight * d;
     square += points[i].weight * d * d;
-    weight += points[i].weight;
     center += points[i].weight * d * points[i].offset;
   }
   center /= sum;

@@ -217,7 +217,7 @@ bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifo
   for_patches(parts, true, [&](const Patch& patch) {
     double depth = watched;
     for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
-      depth = std::max(depth, watched - s.points[i].gap);
+      depth = std::max(depth, watched - in_.state.points[i].gap);
     }
     collide_from(a, b, b_in_a, axes.transpose() * patch.normal, shell, tried);
     if (-tried.gap <= depth && (best.points.empty() || tried.gap > best.gap))
