@@ -48,6 +48,7 @@ struct Simplex {
   }
   // Keeps the corners whose bits are set, in their order.
   void reduce(unsigned corners) {
+    if (corners == (1u << count) - 1) return;  // all of them, most often
     int kept = 0;
     for (int i = 0; i < count; ++i) {
       if (!(corners >> i & 1u)) continue;
@@ -290,7 +291,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
       out.distance = 0;
       return out;
     }
-    if (near.corners != (1u << s.count) - 1) s.reduce(near.corners);
+    s.reduce(near.corners);
     foot_is_known = is_triangle && s.count == 3;
     corners = (1u << s.count) - 1;
     way = near.point;
@@ -319,7 +320,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
   }
   out.normal = Vec3(way.x, way.y, way.z) / out.distance;
   if (out.converged) {
-    if (corners != (1u << s.count) - 1) s.reduce(corners);  // less a corner that came too late
+    s.reduce(corners);  // less a corner that came too late
     if (s.count == 3 && !foot_is_known) foot = foot_of_all(s);
     out.point_a = query.point_a(foot);
   }

@@ -34,7 +34,6 @@ struct Search {
   int deep_births = 0;
   bool passed = false;  // parts have gone through each other
   double buried = 0;    // m, overlap of bodies that were placed into each other
-  double wake = 0;      // m
   FoundPatches found;
 };
 
