@@ -4,99 +4,148 @@
 #include <unsupported/Eigen/BVH>
 
 #include "solver/parallel.h"
+#include "solver/vec.h"
 
 namespace firn {
 
 namespace {
 
+constexpr std::size_t kGrain = 256;  // boxes a task
+
 // Cell coordinates packed so that neighbours along z are neighbours in order.
 constexpr std::int64_t kOffset = 1 << 20;  // cells may be this far from the origin, either way
 
-std::int64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
-  return ((x + kOffset) << 42) | ((y + kOffset) << 21) | (z + kOffset);
+std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
+  return static_cast<std::uint64_t>(((x + kOffset) << 42) | ((y + kOffset) << 21) | (z + kOffset));
 }
 
-// A box in its cell. The box itself comes along, so that neighbours in space are neighbours in
-// memory.
-struct CellEntry {
-  std::int64_t key;
-  std::int32_t box;
-  Box3 bounds;
-  bool operator<(const CellEntry& o) const { return key != o.key ? key < o.key : box < o.box; }
+// Boxes in order of their cells. They come along themselves, so that neighbours in space are
+// neighbours in memory, with their numbers in the fourth places.
+struct CellList {
+  struct Entry {
+    Quad lower, upper;  // upper.w: the box's number
+  };
+  std::vector<std::uint64_t> keys;
+  std::vector<Entry> boxes;
 };
 
-std::vector<CellEntry> sort_into_cells(const std::vector<Box3>& boxes) {
+// Cells are as large as the largest box, and along z a quarter of that: of the boxes in a row,
+// fewer are too far away.
+constexpr std::int64_t kFine = 4;
+
+CellList sort_into_cells(const std::vector<Box3>& boxes, int threads) {
   double cell = 0;
   for (const Box3& b : boxes) cell = std::max(cell, (b.upper - b.lower).maxCoeff());
   if (!(cell > 0)) cell = 1;
-  std::vector<std::pair<std::int64_t, std::int32_t>> order(boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Vec3 c = 0.5 * (boxes[i].lower + boxes[i].upper) / cell;
-    std::int64_t at[3];
-    for (int k = 0; k < 3; ++k) {
-      at[k] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(c[k])), -kOffset + 2,
-                                       kOffset - 2);
+  const Vec3 sizes(cell, cell, cell / kFine);
+  std::vector<Keyed> order(boxes.size());
+  for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 c = (0.5 * (boxes[i].lower + boxes[i].upper)).cwiseQuotient(sizes);
+      std::int64_t at[3];
+      for (int k = 0; k < 3; ++k) {
+        at[k] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(c[k])),
+                                         -kOffset + 2 * kFine, kOffset - 2 * kFine);
+      }
+      order[i] = {cell_key(at[0], at[1], at[2]), static_cast<std::int32_t>(i)};
     }
-    order[i] = {cell_key(at[0], at[1], at[2]), static_cast<std::int32_t>(i)};
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<CellEntry> entries;
-  entries.reserve(boxes.size());
-  for (const auto& [key, box] : order) entries.push_back({key, box, boxes[box]});
-  return entries;
+  });
+  sort_by_key(threads, order);
+  CellList list;
+  list.keys.resize(boxes.size());
+  list.boxes.resize(boxes.size());
+  for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Box3& box = boxes[order[k].number];
+      const Vec3 &l = box.lower, &u = box.upper;
+      list.keys[k] = order[k].key;
+      list.boxes[k] = {{l.x(), l.y(), l.z(), 0},
+                       {u.x(), u.y(), u.z(), static_cast<double>(order[k].number)}};
+    }
+  });
+  return list;
 }
 
-// Pairs of entries [begin, end) with later ones: in the same cell, in the next one along z, and in
-// the half of the rows of cells around that lies behind. Each row is walked once.
-void search_cells(const std::vector<CellEntry>& entries, std::size_t begin, std::size_t end,
-                  std::vector<std::array<std::int32_t, 2>>& pairs) {
+// The entries [begin, end) of a row of cells that are not too far away along z.
+struct Row {
+  std::size_t begin, end;
+};
+
+// Calls take(k, rows) for the entries [begin, end), with the nine rows around each.
+template <class Take>
+void walk_cells(const std::vector<std::uint64_t>& keys, std::size_t begin, std::size_t end,
+                const Take& take) {
   constexpr std::int64_t kX = std::int64_t{1} << 42, kY = std::int64_t{1} << 21;
-  constexpr std::int64_t kRows[] = {kY, kX - kY, kX, kX + kY};
-  const auto meet = [&](const CellEntry& a, const CellEntry& b) {
-    if (a.bounds.meets(b.bounds)) pairs.push_back({std::min(a.box, b.box), std::max(a.box, b.box)});
-  };
-  std::size_t from[4];
-  for (int r = 0; r < 4; ++r) {
-    const CellEntry first{entries[begin].key + kRows[r] - 1, -1, {}};
-    from[r] = static_cast<std::size_t>(std::lower_bound(entries.begin(), entries.end(), first) -
-                                       entries.begin());
+  const std::size_t n = keys.size();
+  std::array<Row, 9> rows;
+  std::array<std::uint64_t, 9> steps;
+  for (int r = 0; r < 9; ++r) {
+    steps[r] = static_cast<std::uint64_t>((r / 3 - 1) * kX + (r % 3 - 1) * kY);
+    const auto from = std::lower_bound(keys.begin(), keys.end(), keys[begin] + steps[r] - kFine);
+    rows[r].begin = rows[r].end = static_cast<std::size_t>(from - keys.begin());
   }
-  const std::size_t n = entries.size();
   for (std::size_t i = begin; i < end; ++i) {
-    const CellEntry& mine = entries[i];
-    for (std::size_t k = i + 1; k < n && entries[k].key <= mine.key + 1; ++k)
-      meet(mine, entries[k]);
-    for (int r = 0; r < 4; ++r) {
-      const std::int64_t row = mine.key + kRows[r];
-      while (from[r] < n && entries[from[r]].key < row - 1) ++from[r];
-      for (std::size_t k = from[r]; k < n && entries[k].key <= row + 1; ++k) meet(mine, entries[k]);
+    for (int r = 0; r < 9; ++r) {
+      const std::uint64_t middle = keys[i] + steps[r];
+      while (rows[r].begin < n && keys[rows[r].begin] < middle - kFine) ++rows[r].begin;
+      while (rows[r].end < n && keys[rows[r].end] <= middle + kFine) ++rows[r].end;
     }
+    take(i, rows);
   }
 }
+
+// Boxes of higher number that meet one box. Without a branch: which of them do is anybody's guess.
+class MeetingBoxes {
+ public:
+  explicit MeetingBoxes(const CellList::Entry& one) {
+    get(&one.lower, lower_);
+    get(&one.upper, upper_);
+    lower_[3] = upper_[3] + 0.5;
+    upper_[3] = 0;
+  }
+  // Writes their numbers, and one more that is of no meaning; returns how many they are.
+  std::size_t find(const CellList::Entry* begin, const CellList::Entry* end,
+                   std::int32_t* found) const {
+    std::size_t many = 0;
+    for (const CellList::Entry* other = begin; other != end; ++other) {
+      Four lower, upper;
+      get(&other->lower, lower);
+      get(&other->upper, upper);
+      found[many] = static_cast<std::int32_t>(other->upper.w);
+      many += bits_of((lower_ <= upper) & (lower <= upper_)) == 0xf;
+    }
+    return many;
+  }
+
+ private:
+  Four lower_, upper_;
+};
 
 }  // namespace
 
 BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads) {
-  constexpr std::size_t kGrain = 256;  // boxes a task
   BoxNeighbours out;
-  out.first.assign(boxes.size() + 1, 0);
-  const std::vector<CellEntry> entries = sort_into_cells(boxes);
-  std::vector<std::vector<std::array<std::int32_t, 2>>> found((boxes.size() + kGrain - 1) / kGrain);
+  out.places_.resize(boxes.size());
+  const CellList list = sort_into_cells(boxes, threads);
+  out.found_.resize((boxes.size() + kGrain - 1) / kGrain);
   for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    search_cells(entries, begin, end, found[begin / kGrain]);
-  });
-  for (const auto& pairs : found) {
-    for (const auto& pair : pairs) ++out.first[pair[0] + 1];
-  }
-  for (std::size_t i = 0; i < boxes.size(); ++i) out.first[i + 1] += out.first[i];
-  out.others.resize(out.first.back());
-  std::vector<std::uint32_t> at(out.first.begin(), out.first.end() - 1);
-  for (const auto& pairs : found) {
-    for (const auto& pair : pairs) out.others[at[pair[0]]++] = pair[1];
-  }
-  for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      std::sort(out.others.begin() + out.first[i], out.others.begin() + out.first[i + 1]);
+    const auto task = static_cast<std::uint32_t>(begin / kGrain);
+    std::vector<std::int32_t>& found = out.found_[task];
+    std::size_t many = 0;
+    walk_cells(list.keys, begin, end, [&](std::size_t k, std::span<const Row> rows) {
+      const MeetingBoxes meeting(list.boxes[k]);
+      const std::size_t first = many;
+      std::size_t most = many + 1;
+      for (const Row& row : rows) most += row.end - row.begin;
+      if (found.size() < most) found.resize(2 * most);
+      for (const Row& row : rows) {
+        many += meeting.find(list.boxes.data() + row.begin, list.boxes.data() + row.end,
+                             found.data() + many);
+      }
+      std::sort(found.data() + first, found.data() + many);
+      out.places_[static_cast<std::size_t>(list.boxes[k].upper.w)] = {
+          task, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(many - first)};
+    });
   });
   return out;
 }

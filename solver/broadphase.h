@@ -18,12 +18,20 @@ struct Box3 {
 };
 
 // For each box the boxes of higher index that it meets, ascending.
-struct BoxNeighbours {
-  std::vector<std::uint32_t> first;  // [boxes + 1] into:
-  std::vector<std::int32_t> others;
+class BoxNeighbours {
+ public:
   std::span<const std::int32_t> of(std::size_t box) const {
-    return {others.data() + first[box], first[box + 1] - first[box]};
+    const Place& p = places_[box];
+    return {found_[p.task].data() + p.first, p.count};
   }
+
+ private:
+  friend BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads);
+  struct Place {
+    std::uint32_t task, first, count;
+  };
+  std::vector<Place> places_;                     // [boxes]
+  std::vector<std::vector<std::int32_t>> found_;  // [tasks]; may be longer
 };
 // A cell list: linear in the number of boxes, but for sorting them, for boxes of like size.
 BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads = 1);

@@ -354,38 +354,34 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
 
 // Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
 // come to rest is walked through in every step: what lies close costs least.
-void close_holes(State& s) {
-  std::vector<Patch> patches;
-  std::vector<Vec3> rolling;
-  std::vector<ContactPoint> points;
-  std::size_t many = 0, more = 0;
-  for (const Pair& pair : s.pairs) {
-    many += pair.patch_count;
-    more += static_cast<std::size_t>(points_of(pair, s));
-  }
-  reserve_large(patches, many);
-  reserve_large(rolling, many);
-  reserve_large(points, more);
-  for (Pair& pair : s.pairs) {
-    const std::uint32_t old = pair.first_patch;
-    pair.first_patch = pair.first_point = pair.patch_capacity = pair.point_capacity = 0;
-    if (pair.patch_count == 0) continue;
-    pair.first_patch = static_cast<std::uint32_t>(patches.size());
-    pair.first_point = static_cast<std::uint32_t>(points.size());
-    for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      patches.push_back(s.patches[old + k]);
-      rolling.push_back(s.rolling[old + k]);
-      Patch& patch = patches.back();
-      const auto from = s.points.begin() + patch.first_point;
-      patch.first_point = static_cast<std::uint32_t>(points.size());
-      points.insert(points.end(), from, from + patch.point_count);
+void close_holes(int threads, ListArrays& spare, State& s) {
+  struct Sizes {
+    std::size_t patches = 0, points = 0;
+  };
+  const std::size_t pairs = s.pairs.size(), ranges = (pairs + kPairsOfRange - 1) / kPairsOfRange;
+  std::vector<Sizes> first(ranges + 1);
+  for_ranges(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    Sizes& size = first[begin / kPairsOfRange + 1];
+    for (std::size_t p = begin; p < end; ++p) {
+      size.patches += s.pairs[p].patch_count;
+      size.points += static_cast<std::size_t>(points_of(s.pairs[p], s));
     }
-    pair.patch_capacity = pair.patch_count;
-    pair.point_capacity = static_cast<std::uint32_t>(points.size()) - pair.first_point;
+  });
+  for (std::size_t r = 0; r < ranges; ++r) {
+    first[r + 1].patches += first[r].patches;
+    first[r + 1].points += first[r].points;
   }
-  s.patches = std::move(patches);
-  s.rolling = std::move(rolling);
-  s.points = std::move(points);
+  resize_afresh(spare.patches, first.back().patches);
+  resize_afresh(spare.rolling, first.back().patches);
+  resize_afresh(spare.points, first.back().points);
+  for_ranges(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    Sizes at = first[begin / kPairsOfRange];
+    for (std::size_t p = begin; p < end; ++p)
+      copy_contacts(s, s.pairs[p], s.pairs[p], spare, at.patches, at.points);
+  });
+  std::swap(s.patches, spare.patches);
+  std::swap(s.rolling, spare.rolling);
+  std::swap(s.points, spare.points);
 }
 
 bool has_holes(const Workspace& w, const State& s) {
@@ -419,7 +415,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   }
   w.points_moved = has_holes(w, s);
   if (w.points_moved) {
-    close_holes(s);
+    close_holes(model.numerics.threads, w.spare_list, s);
     for (PairRange& range : w.ranges) range.active_is_stale = true;
   }
 }

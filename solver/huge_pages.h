@@ -40,4 +40,11 @@ void resize_large(std::vector<T>& v, std::size_t n) {
   v.resize(n);
 }
 
+// For arrays whose elements are all written anew.
+template <class T>
+void resize_afresh(std::vector<T>& v, std::size_t n) {
+  if (n > v.capacity()) v = {};  // nothing to take along
+  resize_large(v, n);
+}
+
 }  // namespace firn

@@ -2,8 +2,10 @@
 // that stay. Fast bodies get wider margins, so that a few that fall do not wear out the list of
 // all.
 #include <algorithm>
+#include <atomic>
 
 #include "solver/huge_pages.h"
+#include "solver/part_spheres.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
 
@@ -13,15 +15,6 @@ namespace {
 
 constexpr std::size_t kGrain = 64;  // bodies a task
 constexpr double kRounding = 1e-9;  // m: tests that save others let more through than those do
-
-// Places of the bounding spheres of all parts of the present particles.
-struct PartSpheres {
-  std::vector<int> particle;       // [present] ids, in the order of in_space()
-  std::vector<std::size_t> first;  // [present] into centers
-  std::vector<Vec3> centers;       // m, world
-  std::vector<Box3> boxes;         // [present] m, world, with the margin around
-  std::vector<double> reach;       // [shapes] m, of all spheres from the centre of mass
-};
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
 // at constant speed nobody then asks for a new list before the average body has moved a quarter.
@@ -48,108 +41,55 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
   }
 }
 
-// The bits of x, 21 of them, with room for two more behind each.
-std::uint64_t spread_bits(std::uint64_t x) {
-  x = (x | x << 32) & 0x001f00000000ffff;
-  x = (x | x << 16) & 0x001f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  return (x | x << 2) & 0x1249249249249249;
-}
+// A pair of the new list, before the list is written.
+struct FoundPair {
+  std::int32_t a, b, law;
+  std::uint32_t old;  // its number in the old list, or kNew
+  std::uint32_t part_count;
+};
+constexpr std::uint32_t kNew = ~std::uint32_t{0};
 
-// The present particles along a curve through space (Morton's, through cells of about their size):
-// neighbours on it are mostly neighbours in space. The list keeps this order, so that a step works
-// on bodies that it has just had in its hands, whatever their numbers.
-std::vector<int> in_space(const Model& model, const Workspace& w, const State& s) {
-  constexpr double kMost = (1 << 21) - 1;
-  std::vector<int> particles;
-  Vec3 lowest = Vec3::Constant(std::numeric_limits<double>::infinity());
-  for (std::size_t i = 0; i < model.particles.size(); ++i) {
-    if (s.presence[i] != Presence::present) continue;
-    particles.push_back(static_cast<int>(i));
-    lowest = lowest.cwiseMin(s.motion[i].position);
+struct ListSizes {
+  std::size_t pairs = 0, parts = 0, patches = 0, points = 0;
+  void add(const ListSizes& o) {
+    pairs += o.pairs;
+    parts += o.parts;
+    patches += o.patches;
+    points += o.points;
   }
-  const double cell = *std::max_element(w.reach.begin(), w.reach.begin() + w.shapes);
-  std::vector<std::pair<std::uint64_t, int>> keys;
-  keys.reserve(particles.size());
-  for (const int i : particles) {
-    std::uint64_t key = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double at = (s.motion[i].position[k] - lowest[k]) / cell;
-      key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
-    }
-    keys.emplace_back(key, i);
-  }
-  std::sort(keys.begin(), keys.end());
-  for (std::size_t k = 0; k < keys.size(); ++k) particles[k] = keys[k].second;
-  return particles;
-}
+};
 
-PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s) {
-  PartSpheres out;
-  out.particle = in_space(model, w, s);
-  std::size_t parts = 0;
-  for (const int i : out.particle) {
-    out.first.push_back(parts);
-    parts += model.shapes[model.particles[i].shape].parts.size();
-  }
-  out.centers.resize(parts);
-  out.boxes.resize(out.particle.size());
-  for (const Shape& shape : model.shapes) {
-    double reach = 0;
-    for (const ConvexPart& part : shape.parts)
-      reach = std::max(reach, part.center.norm() + part.bounding_radius);
-    out.reach.push_back(reach);
-  }
-  const auto place = [&](std::size_t k) {
-    const int i = out.particle[k];
-    const Shape& shape = model.shapes[model.particles[i].shape];
-    const Mat3 rotation = rotation_of(s, i);
-    Box3& box = out.boxes[k];
-    for (std::size_t p = 0; p < shape.parts.size(); ++p) {
-      const ConvexPart& part = shape.parts[p];
-      const Vec3 c = s.motion[i].position + rotation * part.center;
-      const Vec3 r = Vec3::Constant(part.bounding_radius + s.margin[i]);
-      out.centers[out.first[k] + p] = c;
-      box.lower = p == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
-      box.upper = p == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
-    }
-  };
-  for_ranges(model.numerics.threads, out.particle.size(), kGrain,
-             [&](std::size_t begin, std::size_t end) {
-               for (std::size_t k = begin; k < end; ++k) place(k);
-             });
-  return out;
-}
-
-// A stretch of the new list: the pairs of some bodies with later ones. Indices count from its own
-// beginning.
+// A stretch of the new list: the pairs of some bodies with later ones.
 struct ListPiece {
-  std::vector<Pair> pairs;
-  std::vector<double> wake;
-  std::vector<PairWatch> watch;
-  std::vector<PartPair> part_pairs;
-  std::vector<Patch> patches;
-  std::vector<Vec3> rolling;
-  std::vector<ContactPoint> points;
+  std::vector<FoundPair> pairs;
+  std::vector<PartNumbers> parts;  // of all pairs, one behind the other
+  ListSizes size, first;           // where it begins in the list
 };
 
 // Where the pairs of the present list are.
 class OldPairs {
  public:
-  OldPairs(const std::vector<Pair>& pairs, std::size_t bodies) : first_(bodies + 1, 0) {
-    for (const Pair& p : pairs) ++first_[p.a + 1];
+  OldPairs(const std::vector<Pair>& pairs, std::size_t bodies, int threads)
+      : first_(bodies + 1, 0), partners_(pairs.size()) {
+    // The order of a body's partners is of no meaning.
+    const auto add_one = [&](std::uint32_t& x) {
+      return threads > 1 ? std::atomic_ref(x).fetch_add(1, std::memory_order_relaxed) : x++;
+    };
+    for_ranges(threads, pairs.size(), kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) add_one(first_[pairs[k].a + 1]);
+    });
     for (std::size_t i = 0; i < bodies; ++i) first_[i + 1] += first_[i];
-    partners_.resize(pairs.size());
-    std::vector<std::uint32_t> end(first_.begin(), first_.end() - 1);
-    for (std::size_t k = 0; k < pairs.size(); ++k)
-      partners_[end[pairs[k].a]++] = {pairs[k].b, static_cast<std::uint32_t>(k)};
+    std::vector<std::uint32_t> filled(first_.begin(), first_.end() - 1);
+    for_ranges(threads, pairs.size(), kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k)
+        partners_[add_one(filled[pairs[k].a])] = {pairs[k].b, static_cast<std::uint32_t>(k)};
+    });
   }
-  std::optional<std::uint32_t> find(int a, int b) const {
+  std::uint32_t find(int a, int b) const {
     for (std::uint32_t k = first_[a]; k < first_[a + 1]; ++k) {
       if (partners_[k].b == b) return partners_[k].pair;
     }
-    return std::nullopt;
+    return kNew;
   }
 
  private:
@@ -157,56 +97,92 @@ class OldPairs {
     std::int32_t b;
     std::uint32_t pair;
   };
-  std::vector<std::uint32_t> first_;  // [bodies + 1]
+  std::vector<std::uint32_t> first_;  // [bodies + 1] into:
   std::vector<Partner> partners_;
 };
 
-// Collects a piece, taking over what the old list knew.
-class ListMaker {
+// A boundary that is there.
+struct Wall {
+  int boundary;
+  Pose pose;  // of its axes in the world
+  // m, world: a body has no part near the boundary if its centre is farther from this box than
+  // sqrt(3) times its reach, as far as the corners of boxes that are looked up in the boundary's
+  // axes. A plane's has no end.
+  Box3 box;
+};
+
+std::vector<Wall> present_walls(const Model& model, const Workspace& w, const State& s) {
+  const std::size_t n = model.particles.size();
+  std::vector<Wall> walls;
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    if (!s.boundary_present[b]) continue;
+    Wall& wall = walls.emplace_back();
+    wall.boundary = static_cast<int>(b);
+    wall.pose = {rotation_of(s, static_cast<int>(n + b)), s.motion[n + b].position};
+    Vec3 center = wall.pose.translation;
+    Vec3 half = Vec3::Constant(std::numeric_limits<double>::infinity());
+    if (w.trees[b]) {
+      const Box3& bounds = w.trees[b]->bounds();
+      center = wall.pose * (0.5 * (bounds.lower + bounds.upper));
+      half = wall.pose.rotation.cwiseAbs() * (0.5 * (bounds.upper - bounds.lower));
+      half.array() += std::sqrt(3.0) * s.margin[n + b] + kRounding;
+    }
+    wall.box = {center - half, center + half};
+  }
+  return walls;
+}
+
+// Those that bodies of a stretch may be near.
+std::vector<const Wall*> near_walls(const std::vector<Wall>& walls, const Model& model,
+                                    const State& s, const PartSpheres& spheres, std::size_t begin,
+                                    std::size_t end) {
+  Box3 box{Vec3::Constant(std::numeric_limits<double>::infinity()),
+           Vec3::Constant(-std::numeric_limits<double>::infinity())};
+  for (std::size_t k = begin; k < end; ++k) {
+    const int i = spheres.particle[k];
+    const double reach = spheres.reach[model.particles[i].shape] + s.margin[i];
+    const Vec3 far = Vec3::Constant(std::sqrt(3.0) * reach);
+    box.lower = box.lower.cwiseMin(s.motion[i].position - far);
+    box.upper = box.upper.cwiseMax(s.motion[i].position + far);
+  }
+  std::vector<const Wall*> near;
+  for (const Wall& wall : walls)
+    if (wall.box.meets(box)) near.push_back(&wall);
+  return near;
+}
+
+// Finds the pairs of a piece.
+class PairFinder {
  public:
-  ListMaker(const Model& model, const Workspace& w, const State& s, const OldPairs& old_pairs,
-            ListPiece& piece)
+  PairFinder(const Model& model, const Workspace& w, const State& s, const PartSpheres& spheres,
+             const OldPairs& old_pairs, ListPiece& piece)
       : model_(model),
         w_(w),
         s_(s),
         n_(static_cast<int>(model.particles.size())),
+        spheres_(spheres),
         old_pairs_(old_pairs),
-        pairs_(piece.pairs),
-        wake_(piece.wake),
-        watch_(piece.watch),
-        part_pairs_(piece.part_pairs),
-        patches_(piece.patches),
-        rolling_(piece.rolling),
-        points_(piece.points) {}
+        piece_(piece) {}
 
-  void add_particles(const PartSpheres& spheres, int i, int j) {
-    if (spheres.particle[i] > spheres.particle[j]) std::swap(i, j);
-    const int a = spheres.particle[i], b = spheres.particle[j];
-    const auto& pa = model_.shapes[model_.particles[a].shape].parts;
-    const auto& pb = model_.shapes[model_.particles[b].shape].parts;
-    begin(a, b, w_.law_index(model_.particles[a].shape, model_.particles[b].shape));
-    const double margins = s_.margin[a] + s_.margin[b];
-    const double all_of_b = spheres.reach[model_.particles[b].shape] + margins + kRounding;
-    for (std::size_t k = 0; k < pa.size(); ++k) {
-      const Vec3& ca = spheres.centers[spheres.first[i] + k];
-      const double near = pa[k].bounding_radius + all_of_b;
-      if ((ca - s_.motion[b].position).squaredNorm() > near * near) continue;
-      for (std::size_t l = 0; l < pb.size(); ++l) {
-        const double reach = pa[k].bounding_radius + pb[l].bounding_radius + margins;
-        if ((ca - spheres.centers[spheres.first[j] + l]).squaredNorm() < reach * reach) {
-          add_part(static_cast<int>(k), static_cast<int>(l));
-        }
-      }
-    }
-    end();
+  void add_particles(std::size_t i, std::size_t j) {
+    if (spheres_.particle[i] > spheres_.particle[j]) std::swap(i, j);
+    const int a = spheres_.particle[i], b = spheres_.particle[j];
+    const int shape_a = model_.particles[a].shape, shape_b = model_.particles[b].shape;
+    const std::size_t room =
+        model_.shapes[shape_a].parts.size() * model_.shapes[shape_b].parts.size();
+    parts_.resize(std::max(parts_.size(), room + SphereGroup::size));
+    const int count =
+        near_parts(spheres_.of(i), spheres_.of(j), s_.motion[b].position, spheres_.reach[shape_b],
+                   s_.margin[a] + s_.margin[b], parts_.data());
+    add(a, b, w_.law_index(shape_a, shape_b), {parts_.data(), static_cast<std::size_t>(count)});
   }
 
-  void add_boundary(const PartSpheres& spheres, int i, int boundary) {
-    const int a = spheres.particle[i], b = n_ + boundary;
-    const Pose pose{rotation_of(s_, b), s_.motion[b].position};
-    const auto& parts = model_.shapes[model_.particles[a].shape].parts;
-    const double all_of_a =
-        spheres.reach[model_.particles[a].shape] + s_.margin[a] + s_.margin[b] + kRounding;
+  void add_wall(std::size_t i, const Wall& wall) {
+    const int boundary = wall.boundary;
+    const int a = spheres_.particle[i], b = n_ + boundary;
+    const int shape = model_.particles[a].shape;
+    const Pose& pose = wall.pose;
+    const double all_of_a = spheres_.reach[shape] + s_.margin[a] + s_.margin[b] + kRounding;
     const Vec3 center = pose.rotation.transpose() * (s_.motion[a].position - pose.translation);
     if (w_.trees[boundary]) {
       const Box3& bounds = w_.trees[boundary]->bounds();
@@ -215,155 +191,145 @@ class ListMaker {
     } else if (center.z() > all_of_a) {
       return;
     }
-    begin(a, b, w_.law_index_boundary(model_.particles[a].shape, boundary));
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const Vec3 c =
-          pose.rotation.transpose() * (spheres.centers[spheres.first[i] + k] - pose.translation);
+    parts_.clear();
+    const std::vector<ConvexPart>& parts = model_.shapes[shape].parts;
+    for (std::uint32_t k = 0; k < parts.size(); ++k) {
+      const Vec3 c = pose.rotation.transpose() * (spheres_.center(i, k) - pose.translation);
       const double reach = parts[k].bounding_radius + s_.margin[a] + s_.margin[b];
       if (model_.boundaries[boundary].kind == Boundary::Kind::plane) {
-        if (c.z() < reach) add_part(static_cast<int>(k), 0);
+        if (c.z() < reach) parts_.push_back({k, 0});
         continue;
       }
       found_.clear();
       w_.trees[boundary]->find({c - Vec3::Constant(reach), c + Vec3::Constant(reach)}, found_);
-      for (int l : found_) add_part(static_cast<int>(k), l);
+      for (const int l : found_) parts_.push_back({k, static_cast<std::uint32_t>(l)});
     }
-    end();
+    add(a, b, w_.law_index_boundary(shape, boundary), parts_);
   }
 
  private:
-  // Finds the pair in the old list.
-  void begin(int a, int b, int law) {
-    pair_ = Pair{};
-    pair_.a = a;
-    pair_.b = b;
-    pair_.law = law;
-    pair_.first_part = static_cast<std::uint32_t>(part_pairs_.size());
-    const std::optional<std::uint32_t> old = old_pairs_.find(a, b);
-    known_ = old.has_value();
-    old_ = old.value_or(0);
-    old_part_ = known_ ? s_.pairs[old_].first_part : 0;
-    old_part_end_ = known_ ? old_part_ + s_.pairs[old_].part_count : 0;
-    new_part_ = false;
-  }
-
-  void add_part(int a, int b) {
-    const auto before = [&](const PartPair& p) {
-      return p.a < a || (p.a == a && p.b < static_cast<std::uint32_t>(b));
-    };
-    while (old_part_ < old_part_end_ && before(s_.part_pairs[old_part_])) ++old_part_;
-    if (old_part_ < old_part_end_ && s_.part_pairs[old_part_].a == a &&
-        s_.part_pairs[old_part_].b == static_cast<std::uint32_t>(b)) {
-      part_pairs_.push_back(s_.part_pairs[old_part_]);
-      return;
-    }
-    PartPair p;
-    p.a = static_cast<std::uint16_t>(a);
-    p.b = static_cast<std::uint32_t>(b);
-    p.wake = known_ ? s_.watch[old_].moved : 0;
-    part_pairs_.push_back(p);
-    new_part_ = true;
-  }
-
-  void end() {
-    pair_.part_count = static_cast<std::uint32_t>(part_pairs_.size()) - pair_.first_part;
-    if (pair_.part_count == 0) return;
-    const double path = s_.path[pair_.a] + s_.path[pair_.b];
-    PairWatch watch;
-    double wake = path;  // look at once
-    if (known_) {
-      watch = s_.watch[old_];
-      wake = s_.wake[old_];
-      if (new_part_) {
-        watch.need = watch.moved;
-        wake = path;
-      }
-      copy_contacts(s_.pairs[old_]);
-    } else {
-      watch.reference_path = path;
-      watch.reference_turn = s_.turn[pair_.a];
-      const Pose pose = relative_pose(s_, pair_.a, pair_.b);
-      std::copy_n(pose.rotation.data(), 9, watch.reference_rotation);
-      std::copy_n(pose.translation.data(), 3, watch.reference_translation);
-    }
-    pairs_.push_back(pair_);
-    wake_.push_back(wake);
-    watch_.push_back(watch);
-  }
-
-  void copy_contacts(const Pair& old) {
-    if (old.patch_count == 0) return;
-    pair_.first_patch = static_cast<std::uint32_t>(patches_.size());
-    pair_.first_point = static_cast<std::uint32_t>(points_.size());
-    pair_.patch_count = old.patch_count;
-    for (std::uint32_t k = 0; k < old.patch_count; ++k) {
-      Patch patch = s_.patches[old.first_patch + k];
-      const auto from = s_.points.begin() + patch.first_point;
-      patch.first_point = static_cast<std::uint32_t>(points_.size());
-      points_.insert(points_.end(), from, from + patch.point_count);
-      patches_.push_back(patch);
-      rolling_.push_back(s_.rolling[old.first_patch + k]);
-    }
-    pair_.patch_capacity = old.patch_count;
-    pair_.point_capacity = static_cast<std::uint32_t>(points_.size()) - pair_.first_point;
+  void add(int a, int b, int law, std::span<const PartNumbers> parts) {
+    if (parts.empty()) return;
+    const std::uint32_t old = old_pairs_.find(a, b);
+    piece_.pairs.push_back({a, b, law, old, static_cast<std::uint32_t>(parts.size())});
+    piece_.parts.insert(piece_.parts.end(), parts.begin(), parts.end());
+    ++piece_.size.pairs;
+    piece_.size.parts += parts.size();
+    if (old == kNew) return;
+    piece_.size.patches += s_.pairs[old].patch_count;
+    piece_.size.points += static_cast<std::size_t>(points_of(s_.pairs[old], s_));
   }
 
   const Model& model_;
   const Workspace& w_;
   const State& s_;
   int n_;
+  const PartSpheres& spheres_;
   const OldPairs& old_pairs_;
-  std::uint32_t old_ = 0;
-  bool known_ = false, new_part_ = false;
-  std::uint32_t old_part_ = 0, old_part_end_ = 0;
-  Pair pair_;
+  ListPiece& piece_;
+  // Scratch memory.
+  std::vector<PartNumbers> parts_;
   std::vector<int> found_;
-  std::vector<Pair>& pairs_;
-  std::vector<double>& wake_;
-  std::vector<PairWatch>& watch_;
-  std::vector<PartPair>& part_pairs_;
-  std::vector<Patch>& patches_;
-  std::vector<Vec3>& rolling_;
-  std::vector<ContactPoint>& points_;
+};
+
+// Writes a piece into its place in the new list, taking over what the old one knew.
+class ListWriter {
+ public:
+  ListWriter(const State& s, const ListPiece& piece, ListArrays& list)
+      : s_(s), list_(list), at_(piece.first) {}
+
+  void write(const FoundPair& found, const PartNumbers* parts) {
+    Pair pair;
+    pair.a = found.a;
+    pair.b = found.b;
+    pair.law = found.law;
+    pair.first_part = static_cast<std::uint32_t>(at_.parts);
+    pair.part_count = found.part_count;
+    PairWatch watch;
+    double wake = s_.path[pair.a] + s_.path[pair.b];  // look at once
+    if (found.old == kNew) {
+      copy_parts({parts, found.part_count}, {}, 0);
+      watch.reference_path = wake;
+      watch.reference_turn = s_.turn[pair.a];
+      const Pose pose = relative_pose(s_, pair.a, pair.b);
+      std::copy_n(pose.rotation.data(), 9, watch.reference_rotation);
+      std::copy_n(pose.translation.data(), 3, watch.reference_translation);
+    } else {
+      const Pair& old = s_.pairs[found.old];
+      watch = s_.watch[found.old];
+      const std::span old_parts(s_.part_pairs.data() + old.first_part, old.part_count);
+      if (copy_parts({parts, found.part_count}, old_parts, watch.moved)) {
+        watch.need = watch.moved;
+      } else {
+        wake = s_.wake[found.old];
+      }
+      copy_contacts(s_, old, pair, list_, at_.patches, at_.points);
+    }
+    list_.pairs[at_.pairs] = pair;
+    list_.wake[at_.pairs] = wake;
+    list_.watch[at_.pairs] = watch;
+    ++at_.pairs;
+  }
+
+ private:
+  // Both ascending. Tells whether there are parts that the old list has not.
+  bool copy_parts(std::span<const PartNumbers> parts, std::span<const PartPair> old, double moved) {
+    bool is_new = false;
+    auto known = old.begin();
+    const auto before = [](const PartPair& p, const PartNumbers& q) {
+      return p.a < q.a || (p.a == q.a && p.b < q.b);
+    };
+    for (const PartNumbers& part : parts) {
+      PartPair& out = list_.part_pairs[at_.parts++];
+      while (known != old.end() && before(*known, part)) ++known;
+      if (known != old.end() && known->a == part.a && known->b == part.b) {
+        out = *known;
+        continue;
+      }
+      out = PartPair{};
+      out.a = static_cast<std::uint16_t>(part.a);
+      out.b = part.b;
+      out.wake = moved;
+      is_new = true;
+    }
+    return is_new;
+  }
+
+  const State& s_;
+  ListArrays& list_;
+  ListSizes at_;
 };
 
 // Puts the pieces one behind the other: the list that one piece would have been.
-void join(std::vector<ListPiece>& pieces, int threads, State& s) {
-  struct Sizes {
-    std::size_t pairs = 0, parts = 0, patches = 0, points = 0;
-  };
-  std::vector<Sizes> before(pieces.size() + 1);
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
-    const ListPiece& p = pieces[k];
-    before[k + 1] = {before[k].pairs + p.pairs.size(), before[k].parts + p.part_pairs.size(),
-                     before[k].patches + p.patches.size(), before[k].points + p.points.size()};
+void write_list(std::vector<ListPiece>& pieces, int threads, ListArrays& spare, State& s) {
+  ListSizes all;
+  for (ListPiece& piece : pieces) {
+    piece.first = all;
+    all.add(piece.size);
   }
-  resize_large(s.pairs, before.back().pairs);
-  resize_large(s.wake, before.back().pairs);
-  resize_large(s.watch, before.back().pairs);
-  resize_large(s.part_pairs, before.back().parts);
-  resize_large(s.patches, before.back().patches);
-  resize_large(s.rolling, before.back().patches);
-  resize_large(s.points, before.back().points);
+  resize_afresh(spare.pairs, all.pairs);
+  resize_afresh(spare.wake, all.pairs);
+  resize_afresh(spare.watch, all.pairs);
+  resize_afresh(spare.part_pairs, all.parts);
+  resize_afresh(spare.patches, all.patches);
+  resize_afresh(spare.rolling, all.patches);
+  resize_afresh(spare.points, all.points);
   for_ranges(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
-    ListPiece& p = pieces[k];
-    const Sizes& at = before[k];
-    for (Pair& pair : p.pairs) {
-      pair.first_part += static_cast<std::uint32_t>(at.parts);
-      if (pair.patch_count == 0) continue;
-      pair.first_patch += static_cast<std::uint32_t>(at.patches);
-      pair.first_point += static_cast<std::uint32_t>(at.points);
+    ListWriter writer(s, pieces[k], spare);
+    const PartNumbers* parts = pieces[k].parts.data();
+    for (const FoundPair& pair : pieces[k].pairs) {
+      writer.write(pair, parts);
+      parts += pair.part_count;
     }
-    for (Patch& patch : p.patches) patch.first_point += static_cast<std::uint32_t>(at.points);
-    std::copy(p.pairs.begin(), p.pairs.end(), s.pairs.begin() + at.pairs);
-    std::copy(p.wake.begin(), p.wake.end(), s.wake.begin() + at.pairs);
-    std::copy(p.watch.begin(), p.watch.end(), s.watch.begin() + at.pairs);
-    std::copy(p.part_pairs.begin(), p.part_pairs.end(), s.part_pairs.begin() + at.parts);
-    std::copy(p.patches.begin(), p.patches.end(), s.patches.begin() + at.patches);
-    std::copy(p.rolling.begin(), p.rolling.end(), s.rolling.begin() + at.patches);
-    std::copy(p.points.begin(), p.points.end(), s.points.begin() + at.points);
-    p = {};
+    pieces[k] = {};
   });
+  std::swap(s.pairs, spare.pairs);
+  std::swap(s.wake, spare.wake);
+  std::swap(s.watch, spare.watch);
+  std::swap(s.part_pairs, spare.part_pairs);
+  std::swap(s.patches, spare.patches);
+  std::swap(s.rolling, spare.rolling);
+  std::swap(s.points, spare.points);
 }
 
 bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
@@ -385,20 +351,21 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   set_margins(model, w, s);
   const PartSpheres spheres = place_spheres(model, w, s);
   const int threads = model.numerics.threads;
-  const BoxNeighbours near = box_neighbours(spheres.boxes, threads);
+  const BoxNeighbours neighbours = box_neighbours(spheres.boxes, threads);
+  const std::vector<Wall> walls = present_walls(model, w, s);
   const std::size_t present = spheres.particle.size();
-  const OldPairs old_pairs(s.pairs, s.motion.size());
+  const OldPairs old_pairs(s.pairs, s.motion.size(), threads);
   std::vector<ListPiece> pieces((present + kGrain - 1) / kGrain);
   for_ranges(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
-    ListMaker list(model, w, s, old_pairs, pieces[begin / kGrain]);
+    PairFinder pairs(model, w, s, spheres, old_pairs, pieces[begin / kGrain]);
+    const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);
     for (std::size_t i = begin; i < end; ++i) {
-      for (const std::int32_t j : near.of(i)) list.add_particles(spheres, static_cast<int>(i), j);
-      for (int b = 0; b < static_cast<int>(model.boundaries.size()); ++b) {
-        if (s.boundary_present[b]) list.add_boundary(spheres, static_cast<int>(i), b);
-      }
+      for (const std::int32_t j : neighbours.of(i))
+        pairs.add_particles(i, static_cast<std::size_t>(j));
+      for (const Wall* const wall : near) pairs.add_wall(i, *wall);
     }
   });
-  join(pieces, threads, s);
+  write_list(pieces, threads, w.spare_list, s);
   s.list_is_stale = false;
   w.list_is_new = true;
   ++s.health.rebuilds;

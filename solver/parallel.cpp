@@ -13,6 +13,7 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 #include <tbb/task_arena.h>
 #endif
 
@@ -20,10 +21,10 @@ namespace firn {
 
 namespace {
 
+#ifdef __SANITIZE_THREAD__
 // Calls one(k) for every k below `ranges`.
 template <class One>
 void share_out(int threads, std::size_t ranges, const One& one) {
-#ifdef __SANITIZE_THREAD__
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t k = next++; k < ranges; k = next++) one(k);
@@ -31,8 +32,12 @@ void share_out(int threads, std::size_t ranges, const One& one) {
   std::vector<std::jthread> others;
   for (int i = 1; i < threads; ++i) others.emplace_back(work);
   work();
+}
+
+void sort_shared(int, std::vector<Keyed>& list) { std::sort(list.begin(), list.end()); }
 #else
-  // As many threads as asked for, also where there are fewer cores.
+// An arena of as many threads as asked for, also where there are fewer cores.
+tbb::task_arena& arena_of(int threads) {
   static thread_local std::unique_ptr<tbb::global_control> allowed;
   static thread_local std::unique_ptr<tbb::task_arena> arena;
   if (!arena || arena->max_concurrency() != threads) {
@@ -43,9 +48,18 @@ void share_out(int threads, std::size_t ranges, const One& one) {
     }
     arena = std::make_unique<tbb::task_arena>(threads);
   }
-  arena->execute([&] { tbb::parallel_for(std::size_t{0}, ranges, one); });
-#endif
+  return *arena;
 }
+
+template <class One>
+void share_out(int threads, std::size_t ranges, const One& one) {
+  arena_of(threads).execute([&] { tbb::parallel_for(std::size_t{0}, ranges, one); });
+}
+
+void sort_shared(int threads, std::vector<Keyed>& list) {
+  arena_of(threads).execute([&] { tbb::parallel_sort(list.begin(), list.end()); });
+}
+#endif
 
 }  // namespace
 
@@ -58,6 +72,14 @@ void for_ranges(int threads, std::size_t n, std::size_t grain,
     return;
   }
   share_out(threads, ranges, one);
+}
+
+void sort_by_key(int threads, std::vector<Keyed>& list) {
+  if (threads <= 1) {
+    std::sort(list.begin(), list.end());
+  } else {
+    sort_shared(threads, list);
+  }
 }
 
 }  // namespace firn

@@ -1,8 +1,11 @@
 // Work shared out between threads.
 #pragma once
 
+#include <compare>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace firn {
 
@@ -10,5 +13,21 @@ namespace firn {
 // one thread and in any order with more. The ranges do not depend on the number of threads.
 void for_ranges(int threads, std::size_t n, std::size_t grain,
                 const std::function<void(std::size_t, std::size_t)>& body);
+
+// Whether a thread mostly goes on with the range behind the one that it has done. If not, another
+// one is at work there, and to fetch what that will need would take it away from it.
+inline bool goes_on(int threads, std::size_t n, std::size_t grain) {
+  constexpr std::size_t kMany = 16;  // ranges a thread
+  return threads <= 1 || n / grain >= kMany * static_cast<std::size_t>(threads);
+}
+
+// Something numbered, to be put in order.
+struct Keyed {
+  std::uint64_t key;
+  std::int32_t number;
+  auto operator<=>(const Keyed&) const = default;
+};
+// Sorts by key, then number. No two may be equal in both, so that there is one order only.
+void sort_by_key(int threads, std::vector<Keyed>& list);
 
 }  // namespace firn

@@ -62,16 +62,20 @@ void take_up_list(const Model& model, Workspace& w, const State& s) {
     PairRange& range = w.ranges[begin / kPairsOfRange];
     LocalBodies local(range.bodies);
     range.locals.clear();
+    range.more_patches = range.more_points = 0;
     for (std::size_t p = begin; p < end; ++p) {
-      const std::uint16_t a = local.number(s.pairs[p].a), b = local.number(s.pairs[p].b);
+      const Pair& pair = s.pairs[p];
+      const std::uint16_t a = local.number(pair.a), b = local.number(pair.b);
       range.locals.push_back({a, b});
+      range.more_patches += pair.patch_count;
+      range.more_points += points_of(pair, s);
     }
     range.active_is_stale = true;
   });
   w.patches = w.points = 0;
-  for (const Pair& pair : s.pairs) {
-    w.patches += pair.patch_count;
-    w.points += points_of(pair, s);
+  for (const PairRange& range : w.ranges) {
+    w.patches += range.more_patches;
+    w.points += range.more_points;
   }
   make_load_lists(model.particles.size(), w);
   w.list_is_new = false;

@@ -74,6 +74,18 @@ using FourInMemory = double __attribute__((vector_size(32), aligned(8), may_alia
 #endif
 }
 
+// Which of four comparisons hold, one bit each.
+using FourBits = std::int64_t __attribute__((vector_size(32)));
+[[gnu::always_inline]] inline unsigned bits_of(const FourBits& holds) {
+#ifdef __AVX__
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(holds)));
+#else
+  unsigned bits = 0;
+  for (int k = 0; k < 4; ++k) bits |= static_cast<unsigned>(holds[k] & 1) << k;
+  return bits;
+#endif
+}
+
 inline Vec plain(const Quad& a) { return {a.x, a.y, a.z}; }
 
 inline Vec plain(const Vec3& a) { return {a.x(), a.y(), a.z()}; }

@@ -12,6 +12,7 @@
 #include "solver/bonds.h"
 #include "solver/broadphase.h"
 #include "solver/integrate.h"
+#include "solver/list_arrays.h"
 #include "solver/parallel.h"
 #include "solver/patch_block.h"
 #include "solver/patches.h"
@@ -112,6 +113,9 @@ struct Workspace {
   std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part
   double skin = 0;                    // m
   double least_overlap_limit = 0;     // m, over all laws
+
+  // A new list is written here while the old one is read, then both change places.
+  ListArrays spare_list;
 
   // Made anew with the neighbour list:
   bool list_is_new = true;
