@@ -270,20 +270,23 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
   fetch(s.rolling.data() + pair.first_patch);
 }
 
-// Finds the pairs [begin, end) of a range that are due. What the next range will read for that is
-// fetched meanwhile: so little is done with it that one would only wait for it.
+// Finds the pairs [begin, end) of a range that are due. What the next range, if it is this
+// thread's, will read for that is fetched meanwhile: so little is done with it that one would only
+// wait for it.
 void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& range,
-              const PairRange& next) {
+              const PairRange* next) {
   // Every body is in some seven pairs: its way is fetched from afar once.
   double path[2 * kPairsOfRange];
   for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
-  fetch(next.bodies.data(), next.bodies.size());
+  if (next) fetch(next->bodies.data(), next->bodies.size());
   std::uint32_t due[kPairsOfRange];
   std::size_t many = 0;
   constexpr std::size_t kSome = 16;
   for (std::size_t from = begin; from < end; from += kSome) {
-    fetch(s.wake.data() + from + kPairsOfRange, kSome);
-    fetch(next.locals.data() + (from - begin), kSome);
+    if (next) {
+      fetch(s.wake.data() + from + kPairsOfRange, kSome);
+      fetch(next->locals.data() + (from - begin), kSome);
+    }
     // Without a branch: which of them are due is anybody's guess.
     for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
       const auto [a, b] = range.locals[p - begin];
@@ -313,7 +316,7 @@ void look_at_due(const Model& model, const State& s, PairRange& range, Looker& l
 }
 
 void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
-                  std::size_t end, PairRange& range, const PairRange& next) {
+                  std::size_t end, PairRange& range, const PairRange* next) {
   range.refreshed.clear();
   range.outgrown.clear();
   range.suspects.clear();
@@ -394,10 +397,13 @@ bool has_holes(const Workspace& w, const State& s) {
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.list_is_new) take_up_list(model, w, s);
+  const bool in_turn = goes_on(model.numerics.threads, s.pairs.size(), kPairsOfRange);
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t end) {
-               const std::size_t r = begin / kPairsOfRange, last = w.ranges.size() - 1;
-               search_range(model, w, s, begin, end, w.ranges[r], w.ranges[std::min(r + 1, last)]);
+               const std::size_t r = begin / kPairsOfRange;
+               const bool fetch_next = in_turn && r + 1 < w.ranges.size();
+               search_range(model, w, s, begin, end, w.ranges[r],
+                            fetch_next ? &w.ranges[r + 1] : nullptr);
              });
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {

@@ -75,7 +75,7 @@ void update_active(const State& s, std::size_t begin, std::size_t end, PairRange
 }
 
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
-// `take`. The loads of the next range, which lie behind those of this one, are fetched on the way.
+// `take`. Loads from `next_loads` on, of the next range, are fetched on the way.
 template <class Take>
 void advance_patches(const Model& model, const Workspace& w, State& s,
                      const std::vector<ActivePair>& active, const RangeLoad* next_loads,
@@ -253,6 +253,7 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
   const bool noted = model.statistics.any();
+  const bool in_turn = goes_on(model.numerics.threads, s.pairs.size(), kPairsOfRange);
   for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
              [&](std::size_t begin, std::size_t end) {
                PairRange& range = w.ranges[begin / kPairsOfRange];
@@ -266,7 +267,9 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
                  add_loads(block, loads);
                  if (noted) note_work(block, range.notes.work);
                };
-               advance_patches(model, w, s, range.active, loads + range.bodies.size(), take);
+               // The next range's lie behind these.
+               const RangeLoad* const next = in_turn ? loads + range.bodies.size() : loads;
+               advance_patches(model, w, s, range.active, next, take);
              });
   std::ranges::fill(s.boundary_load, BodyLoad{});
   for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);
