@@ -248,6 +248,28 @@ TEST(Neighbours, ListHoldsWhatIsNearWhenEverythingIsTried) {
   }
 }
 
+// Boundaries are sorted out for many bodies at once, and most closely for one alone.
+TEST(Neighbours, ListOfALonelyBodyHoldsWhatIsNearIt) {
+  Dice dice;
+  int near = 0, far = 0;
+  for (int n = 0; n < 300; ++n) {
+    Scene scene(1);
+    State& s = scene.state;
+    std::ranges::fill(s.presence, Presence::left);
+    const std::size_t body = n % 2, solid = scene.model.particles.size() + 1 + (n % 25);
+    s.presence[body] = Presence::present;
+    const double reach = 1.6 * scene.model.shapes[0].bounding_radius;
+    s.motion[body].position = s.motion[solid].position + dice.vector(reach);
+    Workspace w(scene.model);
+    refresh_neighbours(scene.model, w, s);
+    const List expected = everything_tried(scene.model, s);
+    ASSERT_EQ(list_of(s), expected);
+    ++(expected.contains({static_cast<int>(body), static_cast<int>(solid)}) ? near : far);
+  }
+  EXPECT_GT(near, 50);
+  EXPECT_GT(far, 50);
+}
+
 // What the list knows of a pair goes where the pair goes, when bodies have moved and left.
 TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
   for (const int threads : {1, 3}) {
