@@ -398,13 +398,14 @@ bool has_holes(const Workspace& w, const State& s) {
 void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.list_is_new) take_up_list(model, w, s);
   const bool in_turn = goes_on(model.numerics.threads, s.pairs.size(), kPairsOfRange);
-  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
-             [&](std::size_t begin, std::size_t end) {
-               const std::size_t r = begin / kPairsOfRange;
-               const bool fetch_next = in_turn && r + 1 < w.ranges.size();
-               search_range(model, w, s, begin, end, w.ranges[r],
-                            fetch_next ? &w.ranges[r + 1] : nullptr);
-             });
+  for_ranges(
+      model.numerics.threads, s.pairs.size(), kPairsOfRange,
+      [&](std::size_t begin, std::size_t end) {
+        const std::size_t r = begin / kPairsOfRange;
+        const bool fetch_next = in_turn && r + 1 < w.ranges.size();
+        search_range(model, w, s, begin, end, w.ranges[r], fetch_next ? &w.ranges[r + 1] : nullptr);
+      },
+      &w.pair_shares);
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
     for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);

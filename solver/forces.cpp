@@ -254,23 +254,25 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 void contact_forces(const Model& model, Workspace& w, State& s) {
   const bool noted = model.statistics.any();
   const bool in_turn = goes_on(model.numerics.threads, s.pairs.size(), kPairsOfRange);
-  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
-             [&](std::size_t begin, std::size_t end) {
-               PairRange& range = w.ranges[begin / kPairsOfRange];
-               range.notes.work.clear();
-               update_active(s, begin, end, range);
-               RangeLoad* const loads = w.loads.data() + range.first_load;
-               std::fill_n(loads, range.bodies.size(), RangeLoad{});
-               Bookkeeper books(model, w, s, range.accounts);
-               const auto take = [&](const PatchBlock& block) {
-                 books.note(block);
-                 add_loads(block, loads);
-                 if (noted) note_work(block, range.notes.work);
-               };
-               // The next range's lie behind these.
-               const RangeLoad* const next = in_turn ? loads + range.bodies.size() : loads;
-               advance_patches(model, w, s, range.active, next, take);
-             });
+  for_ranges(
+      model.numerics.threads, s.pairs.size(), kPairsOfRange,
+      [&](std::size_t begin, std::size_t end) {
+        PairRange& range = w.ranges[begin / kPairsOfRange];
+        range.notes.work.clear();
+        update_active(s, begin, end, range);
+        RangeLoad* const loads = w.loads.data() + range.first_load;
+        std::fill_n(loads, range.bodies.size(), RangeLoad{});
+        Bookkeeper books(model, w, s, range.accounts);
+        const auto take = [&](const PatchBlock& block) {
+          books.note(block);
+          add_loads(block, loads);
+          if (noted) note_work(block, range.notes.work);
+        };
+        // The next range's lie behind these.
+        const RangeLoad* const next = in_turn ? loads + range.bodies.size() : loads;
+        advance_patches(model, w, s, range.active, next, take);
+      },
+      &w.pair_shares);
   std::ranges::fill(s.boundary_load, BodyLoad{});
   for (const PairRange& range : w.ranges) add_up(model, range.accounts, s);
 }

@@ -234,21 +234,25 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
   w.must_relist.assign((n + kGrain - 1) / kGrain, 0);
   const Mover mover(model, w, s);
   const bool in_turn = goes_on(model.numerics.threads, n, kGrain);
-  for_ranges(model.numerics.threads, n, kGrain, [&](std::size_t begin, std::size_t end) {
-    bool leaves = false;
-    if (both_kicks) {
-      sum_loads(w, s, begin, end);
-      LoadsAhead ahead(w, end, in_turn ? std::min(n, end + kGrain) : end);
-      for_crews(s, begin, end, [&](Crew& crew) {
-        ahead.fetch_some();
-        if (in_turn || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
-        leaves |= kick_and_drift_crew<2>(mover, crew);
-      });
-    } else {
-      for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
-    }
-    w.must_relist[begin / kGrain] = leaves;
-  });
+  for_ranges(
+      model.numerics.threads, n, kGrain,
+      [&](std::size_t begin, std::size_t end) {
+        bool leaves = false;
+        if (both_kicks) {
+          sum_loads(w, s, begin, end);
+          LoadsAhead ahead(w, end, in_turn ? std::min(n, end + kGrain) : end);
+          for_crews(s, begin, end, [&](Crew& crew) {
+            ahead.fetch_some();
+            if (in_turn || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
+            leaves |= kick_and_drift_crew<2>(mover, crew);
+          });
+        } else {
+          for_crews(s, begin, end,
+                    [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
+        }
+        w.must_relist[begin / kGrain] = leaves;
+      },
+      &w.body_shares);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     const BodyMotion& m = s.motion[n + b];
     const double turned = m.spin.norm() * dt;

@@ -1,7 +1,6 @@
 #include "solver/parallel.h"
 
 #include <algorithm>
-#include <memory>
 
 // The thread sanitizer does not see what Debian's oneTBB does to hand work over, and would take
 // everything that two threads touch in turn for a race.
@@ -19,12 +18,24 @@
 
 namespace firn {
 
+#ifdef __SANITIZE_THREAD__
+struct Shares::Impl {};
+#else
+struct Shares::Impl {
+  tbb::affinity_partitioner partitioner;
+};
+#endif
+Shares::Shares() : impl_(std::make_unique<Impl>()) {}
+Shares::~Shares() = default;
+Shares::Shares(Shares&&) noexcept = default;
+Shares& Shares::operator=(Shares&&) noexcept = default;
+
 namespace {
 
 #ifdef __SANITIZE_THREAD__
 // Calls one(k) for every k below `ranges`.
 template <class One>
-void share_out(int threads, std::size_t ranges, const One& one) {
+void share_out(int threads, std::size_t ranges, const One& one, Shares*) {
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t k = next++; k < ranges; k = next++) one(k);
@@ -52,8 +63,17 @@ tbb::task_arena& arena_of(int threads) {
 }
 
 template <class One>
-void share_out(int threads, std::size_t ranges, const One& one) {
-  arena_of(threads).execute([&] { tbb::parallel_for(std::size_t{0}, ranges, one); });
+void share_out(int threads, std::size_t ranges, const One& one, Shares* shares) {
+  const std::size_t from = 0;
+  arena_of(threads).execute([&] {
+    if (ranges <= static_cast<std::size_t>(threads)) {  // one for each, sent to it at once
+      tbb::parallel_for(from, ranges, one, tbb::static_partitioner());
+    } else if (shares) {
+      tbb::parallel_for(from, ranges, one, (**shares).partitioner);
+    } else {
+      tbb::parallel_for(from, ranges, one);
+    }
+  });
 }
 
 void sort_shared(int threads, std::vector<Keyed>& list) {
@@ -64,14 +84,14 @@ void sort_shared(int threads, std::vector<Keyed>& list) {
 }  // namespace
 
 void for_ranges(int threads, std::size_t n, std::size_t grain,
-                const std::function<void(std::size_t, std::size_t)>& body) {
+                const std::function<void(std::size_t, std::size_t)>& body, Shares* shares) {
   const std::size_t ranges = (n + grain - 1) / grain;
   const auto one = [&](std::size_t k) { body(k * grain, std::min(n, (k + 1) * grain)); };
   if (threads <= 1 || ranges <= 1) {
     for (std::size_t k = 0; k < ranges; ++k) one(k);
     return;
   }
-  share_out(threads, ranges, one);
+  share_out(threads, ranges, one, shares);
 }
 
 void sort_by_key(int threads, std::vector<Keyed>& list) {

@@ -124,7 +124,8 @@ struct Workspace {
   bool points_moved = false;             // holes were closed in this step
   std::vector<RangeLoad> loads;          // of all ranges, one behind the other
   LoadLists load_lists;
-  std::vector<char> must_relist;  // [tasks] somebody has left its margin
+  Shares pair_shares, body_shares;  // of ranges of pairs, and of bodies
+  std::vector<char> must_relist;    // [tasks] somebody has left its margin
 
   BondWorkspace bonds;
   StatisticsWorkspace statistics;
