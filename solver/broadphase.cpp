@@ -131,20 +131,20 @@ BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads) {
   for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     const auto task = static_cast<std::uint32_t>(begin / kGrain);
     std::vector<std::int32_t>& found = out.found_[task];
-    std::size_t many = 0;
+    std::vector<std::int32_t> some;  // of one box
     walk_cells(list.keys, begin, end, [&](std::size_t k, std::span<const Row> rows) {
       const MeetingBoxes meeting(list.boxes[k]);
-      const std::size_t first = many;
-      std::size_t most = many + 1;
+      std::size_t many = 0, most = 1;
       for (const Row& row : rows) most += row.end - row.begin;
-      if (found.size() < most) found.resize(2 * most);
+      if (some.size() < most) some.resize(2 * most);
       for (const Row& row : rows) {
         many += meeting.find(list.boxes.data() + row.begin, list.boxes.data() + row.end,
-                             found.data() + many);
+                             some.data() + many);
       }
-      std::sort(found.data() + first, found.data() + many);
+      std::sort(some.data(), some.data() + many);
       out.places_[static_cast<std::size_t>(list.boxes[k].upper.w)] = {
-          task, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(many - first)};
+          task, static_cast<std::uint32_t>(found.size()), static_cast<std::uint32_t>(many)};
+      found.insert(found.end(), some.data(), some.data() + many);
     });
   });
   return out;

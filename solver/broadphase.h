@@ -31,7 +31,7 @@ class BoxNeighbours {
     std::uint32_t task, first, count;
   };
   std::vector<Place> places_;                     // [boxes]
-  std::vector<std::vector<std::int32_t>> found_;  // [tasks]; may be longer
+  std::vector<std::vector<std::int32_t>> found_;  // [tasks]
 };
 // A cell list: linear in the number of boxes, but for sorting them, for boxes of like size.
 BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads = 1);
