@@ -37,7 +37,8 @@ class Application {
     for (std::size_t i = 0; i < named; ++i) leave_out_parts_of_laws(applied_[i]);
     // Noted behind those of the file, so that they read the same.
     for (std::size_t i = 0; i < named; ++i) append(applied_[i], choices_[i]);
-    std::ranges::rotate(applied_, applied_.begin() + static_cast<std::ptrdiff_t>(named));
+    std::rotate(applied_.begin(), applied_.begin() + static_cast<std::ptrdiff_t>(named),
+                applied_.end());
     return std::move(applied_);
   }
 
@@ -120,15 +121,16 @@ class Application {
   // A requested record may hold some numbers of two materials that never meet in this case, which
   // then has no law for them. They go again, and are told.
   void leave_out_parts_of_laws(AppliedMaterial& a) {
-    const auto left_out = std::ranges::stable_partition(a.sets, [&](const std::string& key) {
+    const auto stays = [&](const std::string& key) {
       const std::string law = law_of(key);
       return law.empty() || !is_part_of_a_law(law);
-    });
-    for (const std::string& key : left_out) {
-      document_.root()[laws_name].as_table()->erase(law_of(key).substr(law_prefix.size()));
-      a.unused.push_back(key);
+    };
+    const auto left_out = std::stable_partition(a.sets.begin(), a.sets.end(), stays);
+    for (auto key = left_out; key != a.sets.end(); ++key) {
+      document_.root()[laws_name].as_table()->erase(law_of(*key).substr(law_prefix.size()));
+      a.unused.push_back(*key);
     }
-    a.sets.erase(left_out.begin(), left_out.end());
+    a.sets.erase(left_out, a.sets.end());
     if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
   }
 
