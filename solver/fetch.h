@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 namespace firn {
 
@@ -11,10 +12,14 @@ namespace firn {
 [[gnu::always_inline]] inline void fetch_bytes(const void* from, std::size_t bytes,
                                                std::size_t alignment = 8) {
   constexpr std::size_t kLine = 64;
-  const auto* const at = static_cast<const char*>(from);
-  for (std::size_t k = 0; k < bytes; k += kLine) __builtin_prefetch(at + k);
+  // A number, as an empty array has no place to count from.
+  const auto at = reinterpret_cast<std::uintptr_t>(from);
+  const auto get = [&](std::size_t k) __attribute__((always_inline)) {
+    __builtin_prefetch(reinterpret_cast<const void*>(at + k));
+  };
+  for (std::size_t k = 0; k < bytes; k += kLine) get(k);
   const std::size_t rest = (bytes - 1) % kLine;  // behind the last of these
-  if (rest >= std::min(alignment, kLine)) __builtin_prefetch(at + bytes - 1);
+  if (rest >= std::min(alignment, kLine)) get(bytes - 1);
 }
 template <class T>
 [[gnu::always_inline]] inline void fetch(const T* from, std::size_t count = 1) {

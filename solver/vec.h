@@ -44,7 +44,7 @@ struct alignas(32) Quad {
 // The register, and the same wherever it lies in memory. Never passed by value: sources compiled
 // without AVX would warn. (std::memcpy would move it in halves, which a wide load then waits for.)
 using Four = double __attribute__((vector_size(32)));
-using FourInMemory = double __attribute__((vector_size(32), aligned(8), may_alias));
+using FourInMemory __attribute__((vector_size(32), aligned(8), may_alias)) = double;
 [[gnu::always_inline]] inline void get(const void* from, Four& v) {
   v = *static_cast<const FourInMemory*>(from);
 }
