@@ -121,7 +121,8 @@ std::vector<Override> read_set(const TomlTable& t) {
 
 std::string case_path(const TomlTable& t, const std::string& study_file) {
   const auto file = std::filesystem::path(study_file).parent_path() / t.string("case");
-  if (!std::filesystem::exists(file))
+  std::error_code unreadable;  // as a name that is too long
+  if (!std::filesystem::exists(file, unreadable))
     t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the study",
                                file.string()));
   return file.lexically_normal().string();

@@ -125,7 +125,8 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
           .string();
   const std::string time_column = t.string("time_column", "time"),
                     way_column = t.string("way_column", "way");
-  if (!std::filesystem::is_regular_file(file))
+  std::error_code unreadable;  // as a name that is too long
+  if (!std::filesystem::is_regular_file(file, unreadable))
     t.fail("file", fmt::format("\"{}\" is no file; expected a CSV file", file));
   const MotionCsv table = read_motion_csv(file, time_column, way_column, way);
   m.times = table.times;

@@ -208,7 +208,8 @@ Sweep read_sweep(const std::string& file) {
   if (s.name.empty() || s.name.find('/') != std::string::npos)
     head.fail("name", "is empty or has a slash; expected a name that can be a folder's");
   s.case_file = (fs::path(file).parent_path() / head.string("case")).lexically_normal().string();
-  if (!fs::exists(s.case_file))
+  std::error_code unreadable;  // as a name that is too long
+  if (!fs::exists(s.case_file, unreadable))
     head.fail("case", fmt::format("{} does not exist; expected a case file, relative to the sweep",
                                   s.case_file));
   if (head.has("set")) {
