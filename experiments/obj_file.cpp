@@ -77,6 +77,12 @@ TriangleMesh read_obj(const std::string& file, const std::string& bytes) {
     mesh.vertices.emplace_back(v[i], v[i + 1], v[i + 2]);
   for (const tinyobj::shape_t& shape : reader.GetShapes()) {
     const std::vector<tinyobj::index_t>& corners = shape.mesh.indices;
+    // The library may take blanks otherwise than the check of the lines does.
+    for (const tinyobj::index_t& c : corners) {
+      if (c.vertex_index < 0 || static_cast<std::size_t>(c.vertex_index) >= mesh.vertices.size())
+        throw InputError(fmt::format("{}: a face has vertex {} of {}; expected one that is there",
+                                     file, c.vertex_index + 1, mesh.vertices.size()));
+    }
     for (std::size_t i = 0; i + 2 < corners.size(); i += 3)
       mesh.triangles.push_back(
           {corners[i].vertex_index, corners[i + 1].vertex_index, corners[i + 2].vertex_index});
