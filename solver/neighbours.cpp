@@ -14,7 +14,6 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kGrain = 64;  // bodies a task
-constexpr double kRounding = 1e-9;  // m: tests that save others let more through than those do
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
 // at constant speed nobody then asks for a new list before the average body has moved a quarter.

@@ -8,7 +8,6 @@ namespace firn {
 namespace {
 
 constexpr std::size_t kGrain = 256;  // bodies a task
-constexpr double kRounding = 1e-9;   // m: tests that save others let more through than those do
 
 // The bits of x, 21 of them, with room for two more behind each.
 std::uint64_t spread_bits(std::uint64_t x) {

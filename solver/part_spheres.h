@@ -10,6 +10,9 @@
 
 namespace firn {
 
+// m: tests that save others let this much more through than those do.
+inline constexpr double kRounding = 1e-9;
+
 // Four spheres of a particle side by side. A particle that has not as many fills up its last group
 // with spheres infinitely far away, which are near nothing.
 struct SphereGroup {

@@ -1,29 +1,18 @@
 // The wide paths against the plain ones: the same bits.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "solver/integrate.h"
 #include "solver/pair_poses.h"
 #include "solver/patch_block.h"
 #include "solver/workspace.h"
+#include "tests/solver/dice.h"
 #include "validation/verification/scenes.h"
 
 namespace firn {
 namespace {
 
-struct Dice {
-  std::mt19937_64 engine{11};
-  double operator()(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
-  }
-  Vec3 vector(double size) {
-    return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)};
-  }
-};
-
 TEST(Lanes, RotateEachBodyAsOnItsOwn) {
-  Dice dice;
+  Dice dice(11);
   for (const double dt : {1e-5, 1e-2, 1.0}) {  // polynomials, both, library functions
     FreeRotations many;
     Quat q[Lanes::size];
@@ -50,7 +39,7 @@ TEST(Lanes, RotateEachBodyAsOnItsOwn) {
 // Bodies of two shapes, some of them not there, as many as do not fill the last lanes.
 TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
   constexpr int kBodies = 21;
-  Dice dice;
+  Dice dice(11);
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
   scenes::add_shape(model, make_box({0.02, 0.03, 0.01}, scenes::ice_options(0.02, 1e5, 1e-3)));
   scenes::add_shape(model, make_box({0.01, 0.01, 0.04}, scenes::ice_options(0.01, 1e5, 1e-3)));
@@ -148,7 +137,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
 // Pairs among particles and a boundary, as many as do not fill the last lanes.
 TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
   constexpr int kBodies = 9;
-  Dice dice;
+  Dice dice(11);
   State s;
   for (int i = 0; i < kBodies; ++i) {
     s.motion.emplace_back().position = dice.vector(1);
@@ -234,7 +223,7 @@ Contact any_contact(Dice& dice) {
 }
 
 TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
-  Dice dice;
+  Dice dice(11);
   const double dt = 2e-5;
   for (int trial = 0; trial < 200; ++trial) {
     const int count = 1 + trial % PatchBlock::room;
