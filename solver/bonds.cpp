@@ -99,9 +99,10 @@ void strain_bonds(const Model& model, BondWorkspace& w, State& s) {
   for (const double lost : w.lost) s.lost_in_bonds += lost;
 }
 
-void add_bond_loads(const BondWorkspace& w, State& s, std::size_t begin, std::size_t end) {
+void add_bond_loads(const BondWorkspace& w, const State& s, std::size_t begin, std::size_t end,
+                    BodyLoad* loads) {
   for (std::size_t i = begin; i < end; ++i) {
-    BodyLoad& load = s.load[i];
+    BodyLoad& load = loads[i - begin];
     for_bonds_of(w, static_cast<int>(i), [&](std::size_t bond, bool is_b) {
       const BeamLoad& one = s.bond_loads[bond];
       load.force += is_b ? Vec3(-one.force) : one.force;

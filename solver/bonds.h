@@ -10,6 +10,7 @@
 namespace firn {
 
 struct State;
+struct BodyLoad;
 struct BondState;
 
 struct BondWorkspace {
@@ -27,7 +28,8 @@ struct BondWorkspace {
 // strength bears nothing from this very step on; its elastic energy is lost.
 void strain_bonds(const Model& model, BondWorkspace& w, State& s);
 // Adds them to the loads of the particles [begin, end), in order of the bonds.
-void add_bond_loads(const BondWorkspace& w, State& s, std::size_t begin, std::size_t end);
+void add_bond_loads(const BondWorkspace& w, const State& s, std::size_t begin, std::size_t end,
+                    BodyLoad* loads);
 
 // Elastic energy, J: of all, and of those of one particle.
 double bond_energy(const Model& model, const BondWorkspace& w, const State& s);

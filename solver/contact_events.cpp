@@ -49,9 +49,9 @@ class ContactReader {
         note_parting(open, notes);
       }
     }
-    for (const std::uint32_t p : range.refreshed) {
-      const std::int32_t open = stats.open_of_pair[p];
-      if (open >= 0 && s_.pairs[p].patch_count == 0) note_parting(open, notes);
+    for (const ActivePair& pair : range.refreshed) {
+      const std::int32_t open = stats.open_of_pair[pair.pair];
+      if (open >= 0 && pair.patch_count == 0) note_parting(open, notes);
     }
   }
 

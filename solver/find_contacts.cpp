@@ -26,17 +26,16 @@ double deepest(const FoundPatches& found) {
 // Looks at pairs that are due, and searches for the contacts of those that have moved enough.
 class Looker {
  public:
-  Looker(const Model& model, const Workspace& w, State& s, PairRange& range)
+  Looker(const Model& model, const Workspace& w, State& s, TaskScratch& scratch)
       : model_(model),
         w_(w),
         s_(s),
         n_(static_cast<int>(model.particles.size())),
-        range_(range),
-        contacts_(range.contacts),
-        scratch_(range.scratch) {}
+        scratch_(scratch),
+        contacts_(scratch.contacts) {}
 
   // Looks at `count` pairs, whose poses are found: sets their wake-up calls, and puts those that
-  // have moved enough on the range's list. Without branches: which of them have is anybody's guess.
+  // have moved enough on the list. Without branches: which of them have is anybody's guess.
   void look(const std::uint32_t* numbers, int count, const PairPoses& poses) {
     struct Found {
       int k;
@@ -56,7 +55,7 @@ class Looker {
       many += (moved >= watch.need) | (turn_left <= 0);
     }
     for (int i = 0; i < many; ++i) {
-      DuePair& due = range_.searched.emplace_back();
+      DuePair& due = scratch_.searched.emplace_back();
       due.pair = numbers[found[i].k];
       due.path = found[i].path;
       due.moved = found[i].moved;
@@ -114,7 +113,7 @@ class Looker {
     std::size_t used = 0;
     PartPair* const parts = s_.part_pairs.data() + pair.first_part;
     double need = list_due_parts({parts, pair.part_count}, moved);
-    for (const std::uint32_t k : range_.due_parts) {
+    for (const std::uint32_t k : scratch_.due_parts) {
       PartPair& p = parts[k];
       if (contacts_.size() == used) contacts_.emplace_back();
       PartContact& c = contacts_[used];
@@ -128,7 +127,7 @@ class Looker {
       if (!p.touching) need = std::min(need, p.wake);
       used += p.touching;
     }
-    out.queries = static_cast<int>(range_.due_parts.size());
+    out.queries = static_cast<int>(scratch_.due_parts.size());
     PatchInput in{law,
                   rotation_a,
                   {contacts_.data(), used},
@@ -139,7 +138,7 @@ class Looker {
                   s_.points.data()};
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
-    out.deep_births = build_patches(in, scratch_, out.found);
+    out.deep_births = build_patches(in, scratch_.patches, out.found);
     return need;
   }
 
@@ -162,7 +161,7 @@ class Looker {
   // Lists the parts to be queried, and returns when the first of the others will be. Without
   // branches, as above.
   double list_due_parts(std::span<const PartPair> parts, double moved) const {
-    std::vector<std::uint32_t>& due = range_.due_parts;
+    std::vector<std::uint32_t>& due = scratch_.due_parts;
     due.resize(parts.size());
     std::size_t many = 0;
     double need = std::numeric_limits<double>::infinity();
@@ -181,9 +180,8 @@ class Looker {
   const Workspace& w_;
   State& s_;
   int n_;
-  PairRange& range_;
+  TaskScratch& scratch_;
   std::vector<PartContact>& contacts_;
-  PatchScratch& scratch_;
 };
 
 // Bodies are placed by somebody who may err; one that starts deeper in another than this part of
@@ -247,45 +245,50 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
 // would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
 // Always inlined, see fetch.h.
 [[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
-  fetch(&s.pairs[p]);
-  fetch(&s.watch[p]);
+  fetch<Cache::second>(&s.pairs[p]);
+  fetch<Cache::second>(&s.watch[p]);
 }
 [[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
                                                 std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const int last = static_cast<int>(model.particles.size()) - 1;
   for (const std::int32_t body : {pair.a, pair.b}) {
-    fetch(&s.motion[body]);
-    fetch(&s.orientation[body]);
-    __builtin_prefetch(&model.particles[std::min(body, last)]);
+    fetch<Cache::second>(&s.motion[body]);
+    fetch<Cache::second>(&s.orientation[body]);
+    fetch<Cache::second>(&model.particles[std::min(body, last)].shape);
   }
-  __builtin_prefetch(&s.turn[pair.a]);
+  fetch<Cache::second>(&s.turn[pair.a]);
 }
 [[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
   constexpr std::size_t kPoints = 128;  // bytes: what most pairs have
   const Pair& pair = s.pairs[p];
-  fetch(s.part_pairs.data() + pair.first_part, pair.part_count);
-  fetch(s.patches.data() + pair.first_patch);
-  fetch_bytes(s.points.data() + pair.first_point, kPoints);
-  fetch(s.rolling.data() + pair.first_patch);
+  fetch<Cache::second>(s.part_pairs.data() + pair.first_part, pair.part_count);
+  fetch<Cache::second>(s.patches.data() + pair.first_patch);
+  fetch_bytes<Cache::second>(s.points.data() + pair.first_point, kPoints);
+  fetch<Cache::second>(s.rolling.data() + pair.first_patch);
 }
 
-// Finds the pairs [begin, end) of a range that are due. What the next range, if it is this
-// thread's, will read for that is fetched meanwhile: so little is done with it that one would only
-// wait for it.
-void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& range,
-              const PairRange* next) {
+// Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
+// for that is fetched meanwhile: so little is done with it that one would only wait for it.
+void find_due(const Workspace& w, const State& s, std::size_t r, const PairRange* next,
+              std::vector<std::uint32_t>& out) {
+  const PairRange& range = w.ranges[r];
+  const std::size_t begin = r * kPairsOfRange;
+  const std::size_t end = std::min(s.pairs.size(), begin + kPairsOfRange);
   // Every body is in some seven pairs: its way is fetched from afar once.
   double path[2 * kPairsOfRange];
   for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
-  if (next) fetch(next->bodies.data(), next->bodies.size());
+  if (next) fetch<Cache::second>(next->bodies.data(), next->bodies.size());
   std::uint32_t due[kPairsOfRange];
   std::size_t many = 0;
   constexpr std::size_t kSome = 16;
+  std::size_t body = 0;
   for (std::size_t from = begin; from < end; from += kSome) {
     if (next) {
-      fetch(s.wake.data() + from + kPairsOfRange, kSome);
-      fetch(next->locals.data() + (from - begin), kSome);
+      fetch<Cache::second>(s.wake.data() + from + kPairsOfRange, kSome);
+      fetch<Cache::second>(next->locals.data() + (from - begin), kSome);
+      for (; body < next->bodies.size() * (from - begin) / kPairsOfRange; ++body)
+        fetch<Cache::second>(&s.path[next->bodies[body]]);
     }
     // Without a branch: which of them are due is anybody's guess.
     for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
@@ -294,15 +297,15 @@ void find_due(const State& s, std::size_t begin, std::size_t end, PairRange& ran
       many += s.wake[p] <= path[a] + path[b];
     }
   }
-  range.due.assign(due, due + many);
+  out.assign(due, due + many);
 }
 
 // Looks at the pairs that are due, several side by side.
-void look_at_due(const Model& model, const State& s, PairRange& range, Looker& looker) {
+void look_at_due(const Model& model, const State& s, TaskScratch& scratch, Looker& looker) {
   constexpr std::size_t kFar = 16, kNear = 8;  // looks ahead
-  const std::vector<std::uint32_t>& due = range.due;
+  const std::vector<std::uint32_t>& due = scratch.due;
   PairPoses poses;
-  range.searched.clear();
+  scratch.searched.clear();
   for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
   for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_bodies(model, s, due[k]);
   for (std::size_t k = 0; k < due.size(); k += PairPoses::room) {
@@ -315,23 +318,46 @@ void look_at_due(const Model& model, const State& s, PairRange& range, Looker& l
   }
 }
 
-void search_range(const Model& model, const Workspace& w, State& s, std::size_t begin,
-                  std::size_t end, PairRange& range, const PairRange* next) {
+// Fetches what the looks at the next range will read, a part of it with each of the searches in
+// this one: looks alone would only wait for it.
+class LooksAhead {
+ public:
+  LooksAhead(const Model& model, const State& s, const TaskScratch& scratch)
+      : model_(model),
+        s_(s),
+        due_(scratch.next_due),
+        some_(due_.size() / std::max<std::size_t>(scratch.searched.size(), 1) + 1) {}
+
+  void fetch_some() {
+    for (; bodies_ < pairs_; ++bodies_) fetch_bodies(model_, s_, due_[bodies_]);
+    const std::size_t stop = std::min(pairs_ + some_, due_.size());
+    for (; pairs_ < stop; ++pairs_) fetch_pair(s_, due_[pairs_]);
+  }
+
+ private:
+  const Model& model_;
+  const State& s_;
+  const std::vector<std::uint32_t>& due_;
+  std::size_t some_, pairs_ = 0, bodies_ = 0;  // so many are fetched
+};
+
+// Searches the contacts of those of a range's pairs that have moved enough.
+void search_range(const Model& model, State& s, PairRange& range, TaskScratch& scratch,
+                  Looker& looker) {
   range.refreshed.clear();
   range.outgrown.clear();
   range.suspects.clear();
   range.queries = range.refreshes = range.deep_births = 0;
   range.more_patches = range.more_points = 0;
-  find_due(s, begin, end, range, next);
-  Looker looker(model, w, s, range);
-  look_at_due(model, s, range, looker);
   constexpr std::size_t kAhead = 4;  // searches
-  const std::vector<DuePair>& searched = range.searched;
+  const std::vector<DuePair>& searched = scratch.searched;
+  LooksAhead looks_ahead(model, s, scratch);
   for (std::size_t k = 0; k < std::min(kAhead, searched.size()); ++k)
     fetch_contacts(s, searched[k].pair);
-  Search& search = range.search;
+  Search& search = scratch.search;
   for (std::size_t k = 0; k < searched.size(); ++k) {
     if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
+    looks_ahead.fetch_some();
     const std::uint32_t p = searched[k].pair;
     looker.search(searched[k], search);
     Pair& pair = s.pairs[p];
@@ -341,17 +367,36 @@ void search_range(const Model& model, const Workspace& w, State& s, std::size_t 
       range.suspects.push_back({p, search.passed, search.buried});
     if (search.found.patches.empty() && pair.patch_count == 0) continue;
     ++range.refreshes;
-    range.refreshed.push_back(p);
     range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
     range.more_points += static_cast<std::int64_t>(search.found.points.size()) - points_of(pair, s);
     if (fits(search.found, pair)) {
       store(search.found, pair, s);
+      range.refreshed.push_back(active_pair(range, s, p));
       continue;
     }
     const std::size_t kept = range.outgrown.size();
-    range.outgrown.push_back(p);
+    range.outgrown.push_back(static_cast<std::uint32_t>(range.refreshed.size()));
+    range.refreshed.push_back({.pair = p});  // the rest when it has its place
     if (range.found.size() == kept) range.found.emplace_back();
     std::swap(range.found[kept], search.found);
+  }
+}
+
+// The ranges [first, last) of one task.
+void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first,
+                   std::size_t last) {
+  TaskScratch& scratch = w.scratch[first / w.ranges_of_task];
+  Looker looker(model, w, s, scratch);
+  const auto find_due_of = [&](std::size_t r, std::vector<std::uint32_t>& due) {
+    due.clear();
+    if (r < last) find_due(w, s, r, r + 1 < last ? &w.ranges[r + 1] : nullptr, due);
+  };
+  find_due_of(first, scratch.due);
+  for (std::size_t r = first; r < last; ++r) {
+    look_at_due(model, s, scratch, looker);
+    find_due_of(r + 1, scratch.next_due);
+    search_range(model, s, w.ranges[r], scratch, looker);
+    std::swap(scratch.due, scratch.next_due);
   }
 }
 
@@ -397,14 +442,9 @@ bool has_holes(const Workspace& w, const State& s) {
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.list_is_new) take_up_list(model, w, s);
-  const bool in_turn = goes_on(model.numerics.threads, s.pairs.size(), kPairsOfRange);
   for_ranges(
-      model.numerics.threads, s.pairs.size(), kPairsOfRange,
-      [&](std::size_t begin, std::size_t end) {
-        const std::size_t r = begin / kPairsOfRange;
-        const bool fetch_next = in_turn && r + 1 < w.ranges.size();
-        search_range(model, w, s, begin, end, w.ranges[r], fetch_next ? &w.ranges[r + 1] : nullptr);
-      },
+      model.numerics.threads, w.ranges.size(), w.ranges_of_task,
+      [&](std::size_t first, std::size_t last) { search_ranges(model, w, s, first, last); },
       &w.pair_shares);
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
@@ -415,9 +455,11 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
     w.patches += range.more_patches;
     w.points += range.more_points;
     for (std::size_t k = 0; k < range.outgrown.size(); ++k) {
-      Pair& pair = s.pairs[range.outgrown[k]];
+      ActivePair& refreshed = range.refreshed[range.outgrown[k]];
+      Pair& pair = s.pairs[refreshed.pair];
       make_room(range.found[k], pair, s);
       store(range.found[k], pair, s);
+      refreshed = active_pair(range, s, refreshed.pair);
     }
   }
   w.points_moved = has_holes(w, s);

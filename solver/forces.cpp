@@ -43,49 +43,58 @@ constexpr std::size_t kPoints = 128;   // bytes: what most pairs have
   put(spin_a - spin_b, &out.spin);
 }
 
-ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
-  const Pair& pair = s.pairs[p];
-  const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
-  return {p,      pair.first_patch, pair.patch_count, pair.first_point, pair.a,
-          pair.b, pair.law,         local_a,          local_b};
+// Replaces pairs of `active` by those refreshed, both ascending. Whether these are the same pairs;
+// if not, some may have been replaced.
+bool replace(const std::vector<ActivePair>& refreshed, std::vector<ActivePair>& active) {
+  auto at = active.begin();
+  for (const ActivePair& fresh : refreshed) {
+    while (at != active.end() && at->pair < fresh.pair) ++at;
+    const bool is_there = at != active.end() && at->pair == fresh.pair;
+    if (is_there != (fresh.patch_count > 0)) return false;
+    if (is_there) *at = fresh;
+  }
+  return true;
 }
 
-// The active pairs of a range after some have been looked at.
-void update_active(const State& s, std::size_t begin, std::size_t end, PairRange& range) {
+// The active pairs of range `r` after some have been looked at.
+void update_active(const State& s, std::size_t r, PairRange& range,
+                   std::vector<ActivePair>& merged) {
   if (range.active_is_stale) {
     range.active.clear();
-    for (std::size_t p = begin; p < end; ++p) {
+    const std::size_t begin = r * kPairsOfRange;
+    for (std::size_t p = begin; p < std::min(s.pairs.size(), begin + kPairsOfRange); ++p) {
       if (s.pairs[p].patch_count > 0)
         range.active.push_back(active_pair(range, s, static_cast<std::uint32_t>(p)));
     }
     range.active_is_stale = false;
     return;
   }
-  if (range.refreshed.empty()) return;
-  std::vector<ActivePair>& merged = range.spare_active;
+  if (replace(range.refreshed, range.active)) return;
   merged.clear();
   auto old = range.active.begin();
-  for (const std::uint32_t p : range.refreshed) {
-    for (; old != range.active.end() && old->pair < p; ++old) merged.push_back(*old);
-    if (old != range.active.end() && old->pair == p) ++old;
-    if (s.pairs[p].patch_count > 0) merged.push_back(active_pair(range, s, p));
+  for (const ActivePair& fresh : range.refreshed) {
+    for (; old != range.active.end() && old->pair < fresh.pair; ++old) merged.push_back(*old);
+    if (old != range.active.end() && old->pair == fresh.pair) ++old;
+    if (fresh.patch_count > 0) merged.push_back(fresh);
   }
   merged.insert(merged.end(), old, range.active.end());
   std::swap(range.active, merged);
 }
 
 // Advances the patches of the active pairs of a range, block by block, and hands each block to
-// `take`. Loads from `next_loads` on, of the next range, are fetched on the way.
+// `take`. What the next range, if it is this task's, will need is fetched on the way.
 template <class Take>
-void advance_patches(const Model& model, const Workspace& w, State& s,
-                     const std::vector<ActivePair>& active, const RangeLoad* next_loads,
-                     const Take& take) {
+void advance_patches(const Model& model, const Workspace& w, State& s, const PairRange& range,
+                     const PairRange* next, const Take& take) {
   // Plain pointers: vectors' own would be read again after every wide store, which may be to
   // anywhere as far as the compiler knows.
   const BodyMotion* const motions = s.motion.data();
   const PairLaw* const laws = w.laws.data();
   Patch* const patches = s.patches.data();
-  const ActivePair* const end = active.data() + active.size();
+  const ActivePair* const begin = range.active.data();
+  const ActivePair* const end = begin + range.active.size();
+  const RangeLoad* const next_loads = w.loads.data() + (next ? *next : range).first_load;
+  const std::span<const ActivePair> next_active(next ? next->active : range.active);
   ContactPoint* const points = s.points.data();
   PatchBlock block(patches, s.rolling.data(), static_cast<std::int32_t>(model.particles.size()));
   // Not inlined, as it would push out of the registers what the loop needs.
@@ -94,15 +103,17 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
     take(block);
     block.clear();
   };
-  for (const ActivePair* pair = active.data(); pair != end; ++pair) {
-    if (end - pair > kAhead) {
-      fetch(motions + pair[kAhead].a);
-      fetch(motions + pair[kAhead].b);
-      fetch(patches + pair[kAhead].first_patch);
-      fetch_bytes(points + pair[kAhead].first_point, kPoints);
-    }
-    // A range has about half as many bodies as active pairs.
-    __builtin_prefetch(next_loads + (pair - active.data()) / 2, 1);
+  const auto fetch_contacts = [&](const ActivePair& pair) __attribute__((always_inline)) {
+    fetch(motions + pair.a);
+    fetch(motions + pair.b);
+    fetch(patches + pair.first_patch);
+    fetch_bytes(points + pair.first_point, kPoints);
+  };
+  for (const ActivePair* pair = begin; pair != end; ++pair) {
+    if (end - pair > kAhead) fetch_contacts(pair[kAhead]);
+    const auto k = static_cast<std::size_t>(pair - begin);
+    __builtin_prefetch(next_loads + k / 2, 1);  // about half as many as active pairs
+    if (k < next_active.size()) fetch<Cache::second>(&next_active[k]);
     PairMotion motion;
     pair_motion(motions[pair->a], motions[pair->b], motion);
     Patch* const last = patches + pair->first_patch + pair->patch_count;
@@ -112,6 +123,10 @@ void advance_patches(const Model& model, const Workspace& w, State& s,
     }
   }
   if (block.size() > 0) flush();
+  if (next) {
+    for (std::size_t k = 0; k < std::min<std::size_t>(kAhead, next_active.size()); ++k)
+      fetch_contacts(next_active[k]);
+  }
 }
 
 // Patches come in the order of the active pairs.
@@ -253,24 +268,25 @@ void add_loads(const PatchBlock& block, RangeLoad* loads) {
 
 void contact_forces(const Model& model, Workspace& w, State& s) {
   const bool noted = model.statistics.any();
-  const bool in_turn = goes_on(model.numerics.threads, s.pairs.size(), kPairsOfRange);
+  const auto forces_of = [&](std::size_t r, const PairRange* next, std::vector<ActivePair>& spare) {
+    PairRange& range = w.ranges[r];
+    range.notes.work.clear();
+    update_active(s, r, range, spare);
+    RangeLoad* const loads = w.loads.data() + range.first_load;
+    std::fill_n(loads, range.bodies.size(), RangeLoad{});
+    Bookkeeper books(model, w, s, range.accounts);
+    advance_patches(model, w, s, range, next, [&](const PatchBlock& block) {
+      books.note(block);
+      add_loads(block, loads);
+      if (noted) note_work(block, range.notes.work);
+    });
+  };
   for_ranges(
-      model.numerics.threads, s.pairs.size(), kPairsOfRange,
-      [&](std::size_t begin, std::size_t end) {
-        PairRange& range = w.ranges[begin / kPairsOfRange];
-        range.notes.work.clear();
-        update_active(s, begin, end, range);
-        RangeLoad* const loads = w.loads.data() + range.first_load;
-        std::fill_n(loads, range.bodies.size(), RangeLoad{});
-        Bookkeeper books(model, w, s, range.accounts);
-        const auto take = [&](const PatchBlock& block) {
-          books.note(block);
-          add_loads(block, loads);
-          if (noted) note_work(block, range.notes.work);
-        };
-        // The next range's lie behind these.
-        const RangeLoad* const next = in_turn ? loads + range.bodies.size() : loads;
-        advance_patches(model, w, s, range.active, next, take);
+      model.numerics.threads, w.ranges.size(), w.ranges_of_task,
+      [&](std::size_t first, std::size_t last) {
+        std::vector<ActivePair>& spare = w.scratch[first / w.ranges_of_task].active;
+        for (std::size_t r = first; r < last; ++r)
+          forces_of(r, r + 1 < last ? &w.ranges[r + 1] : nullptr, spare);
       },
       &w.pair_shares);
   std::ranges::fill(s.boundary_load, BodyLoad{});

@@ -22,8 +22,9 @@ struct Crew {
 
 class Mover {
  public:
-  Mover(const Model& model, const Workspace& w, State& s)
-      : model_(model), w_(w), s_(s), dt_(model.timestep) {
+  // `loads` are those of the particles from `first` on.
+  Mover(const Model& model, const Workspace& w, State& s, const BodyLoad* loads, std::size_t first)
+      : model_(model), w_(w), s_(s), loads_(loads), first_(first), dt_(model.timestep) {
     get_three(model.gravity, gravity_);
   }
 
@@ -32,7 +33,7 @@ class Mover {
   [[gnu::always_inline]] void kick_velocity(std::size_t i, Four& velocity) const {
     Four force;
     get(&s_.motion[i].velocity, velocity);
-    get(&s_.load[i].force, force);
+    get(&load(i).force, force);
     const Four change = half_ * (body(i).inverse_mass * force + gravity_);
     for (int k = 0; k < kicks; ++k) velocity += change;
     put(velocity, &s_.motion[i].velocity);
@@ -44,7 +45,7 @@ class Mover {
     Columns4 torque;
     Columns3 turned;
     gather(
-        crew.body, [&](std::size_t i, Four& row) { get(&s_.load[i].torque, row); }, torque);
+        crew.body, [&](std::size_t i, Four& row) { get(&load(i).torque, row); }, torque);
     gather(
         crew.body, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); },
         momentum);
@@ -85,10 +86,13 @@ class Mover {
   }
 
   const RigidBody& body(std::size_t i) const { return w_.rigid[model_.particles[i].shape]; }
+  const BodyLoad& load(std::size_t i) const { return loads_[i - first_]; }
 
   const Model& model_;
   const Workspace& w_;
   State& s_;
+  const BodyLoad* loads_;
+  std::size_t first_;
   double dt_, half_ = 0.5 * dt_;
   Four gravity_;
 };
@@ -152,19 +156,19 @@ void kick_crew(const Mover& mover, Crew& crew) {
   mover.store_momentum(crew, momentum);
 }
 
-// Adds up what contacts and bonds do to the bodies [begin, end).
-void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end) {
+// Adds up what contacts and bonds do to the bodies [begin, end), into `loads`.
+void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end, BodyLoad* loads) {
   constexpr std::uint32_t kAhead = 16;  // loads of a body may be anywhere
   const std::uint32_t* const first = w.load_lists.first.data();
   const std::uint32_t* const list = w.load_lists.loads.data();
   const std::uint32_t last = first[end];
-  const RangeLoad* const loads = w.loads.data();
+  const RangeLoad* const of_ranges = w.loads.data();
   for (std::size_t i = begin; i < end; ++i) {
     Four force = {0, 0, 0, 0}, torque = force, more;
     double peak = s.peak_normal_force[i];
     for (std::uint32_t k = first[i]; k < first[i + 1]; ++k) {
-      if (k + kAhead < last) __builtin_prefetch(loads + list[k + kAhead]);
-      const RangeLoad& load = loads[list[k]];
+      if (k + kAhead < last) fetch(of_ranges + list[k + kAhead]);
+      const RangeLoad& load = of_ranges[list[k]];
       peak = std::max(peak, load.force.w);
       get(&load.force, more);
       force += more;
@@ -172,11 +176,11 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end)
       torque += more;
     }
     force[3] = 0;
-    put(force, &s.load[i].force);
-    put(torque, &s.load[i].torque);
+    put(force, &loads[i - begin].force);
+    put(torque, &loads[i - begin].torque);
     s.peak_normal_force[i] = peak;
   }
-  if (!s.bonds.empty()) add_bond_loads(w.bonds, s, begin, end);
+  if (!s.bonds.empty()) add_bond_loads(w.bonds, s, begin, end, loads);
 }
 
 // Fetches the loads of the bodies [begin, end), as many at a time as a crew has: they lie anywhere,
@@ -191,7 +195,7 @@ class LoadsAhead {
   void fetch_some() {
     constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
     const std::uint32_t* const stop = next_ + std::min(kSome, end_ - next_);
-    while (next_ < stop) __builtin_prefetch(loads_ + *next_++, 0, 2);
+    while (next_ < stop) fetch<Cache::second>(loads_ + *next_++);
   }
 
  private:
@@ -204,12 +208,12 @@ class LoadsAhead {
 // six. Always inlined, see fetch.h.
 [[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
   constexpr std::size_t kMany = Lanes::size;
-  fetch(s.motion.data() + first, kMany);
-  fetch(s.orientation.data() + first, kMany);
-  fetch(s.angular_momentum.data() + first, kMany);
-  fetch(s.path.data() + first, kMany);
-  fetch(s.turn.data() + first, kMany);
-  fetch(s.relist_path.data() + first, kMany);
+  fetch<Cache::second>(s.motion.data() + first, kMany);
+  fetch<Cache::second>(s.orientation.data() + first, kMany);
+  fetch<Cache::second>(s.angular_momentum.data() + first, kMany);
+  fetch<Cache::second>(s.path.data() + first, kMany);
+  fetch<Cache::second>(s.turn.data() + first, kMany);
+  fetch<Cache::second>(s.relist_path.data() + first, kMany);
 }
 
 // Calls move(crew) for the present bodies of [begin, end).
@@ -232,25 +236,31 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
   const double dt = model.timestep;
   const std::size_t n = model.particles.size();
   w.must_relist.assign((n + kGrain - 1) / kGrain, 0);
-  const Mover mover(model, w, s);
-  const bool in_turn = goes_on(model.numerics.threads, n, kGrain);
+  const auto move = [&](std::size_t begin, bool goes_on) {
+    const std::size_t end = std::min(n, begin + kGrain);
+    bool leaves = false;
+    if (both_kicks) {
+      // Not kept in the state: nobody else needs them, and they are a line of the cache each.
+      BodyLoad loads[kGrain];
+      sum_loads(w, s, begin, end, loads);
+      const Mover mover(model, w, s, loads, begin);
+      LoadsAhead ahead(w, end, goes_on ? std::min(n, end + kGrain) : end);
+      for_crews(s, begin, end, [&](Crew& crew) {
+        ahead.fetch_some();
+        if (goes_on || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
+        leaves |= kick_and_drift_crew<2>(mover, crew);
+      });
+    } else {
+      const Mover mover(model, w, s, s.load.data(), 0);
+      for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
+    }
+    w.must_relist[begin / kGrain] = leaves;
+  };
+  const std::size_t ranges = w.must_relist.size();
   for_ranges(
-      model.numerics.threads, n, kGrain,
-      [&](std::size_t begin, std::size_t end) {
-        bool leaves = false;
-        if (both_kicks) {
-          sum_loads(w, s, begin, end);
-          LoadsAhead ahead(w, end, in_turn ? std::min(n, end + kGrain) : end);
-          for_crews(s, begin, end, [&](Crew& crew) {
-            ahead.fetch_some();
-            if (in_turn || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
-            leaves |= kick_and_drift_crew<2>(mover, crew);
-          });
-        } else {
-          for_crews(s, begin, end,
-                    [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
-        }
-        w.must_relist[begin / kGrain] = leaves;
+      model.numerics.threads, ranges, ranges_of_task(model.numerics.threads, ranges),
+      [&](std::size_t first, std::size_t last) {
+        for (std::size_t r = first; r < last; ++r) move(r * kGrain, r + 1 < last);
       },
       &w.body_shares);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
@@ -272,10 +282,11 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
 }
 
 void sum_loads_and_kick(const Model& model, const Workspace& w, State& s) {
-  const Mover mover(model, w, s);
   for_ranges(model.numerics.threads, model.particles.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
-               sum_loads(w, s, begin, end);
+               BodyLoad* const loads = s.load.data() + begin;
+               sum_loads(w, s, begin, end, loads);
+               const Mover mover(model, w, s, loads, begin);
                for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
              });
 }

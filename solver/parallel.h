@@ -1,6 +1,7 @@
 // Work shared out between threads.
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -31,11 +32,13 @@ void for_ranges(int threads, std::size_t n, std::size_t grain,
                 const std::function<void(std::size_t, std::size_t)>& body,
                 Shares* shares = nullptr);
 
-// Whether a thread mostly goes on with the range behind the one that it has done. If not, another
-// one is at work there, and to fetch what that will need would take it away from it.
-inline bool goes_on(int threads, std::size_t n, std::size_t grain) {
-  constexpr std::size_t kMany = 16;  // ranges a thread
-  return threads <= 1 || n / grain >= kMany * static_cast<std::size_t>(threads);
+// How many of `ranges` a task should take, one behind the other, so that it can fetch what the next
+// one will need: that must not be at work elsewhere, as it would be taken away from there. Few
+// enough to leave every thread several tasks.
+inline std::size_t ranges_of_task(int threads, std::size_t ranges) {
+  constexpr std::size_t kTasks = 8, kMany = 8;
+  if (threads <= 1) return std::max<std::size_t>(ranges, 1);
+  return std::clamp<std::size_t>(ranges / (kTasks * static_cast<std::size_t>(threads)), 1, kMany);
 }
 
 // Something numbered, to be put in order.

@@ -12,11 +12,11 @@ namespace firn {
 
 // A pair with patches, as the force law walks through them.
 struct ActivePair {
-  std::uint32_t pair;  // its number
-  std::uint32_t first_patch, patch_count, first_point;
-  std::int32_t a, b;               // bodies
-  std::int32_t law;                // index into Workspace::laws
-  std::uint16_t local_a, local_b;  // which of the bodies of a range of pairs these are
+  std::uint32_t pair = 0;  // its number
+  std::uint32_t first_patch = 0, patch_count = 0, first_point = 0;
+  std::int32_t a = 0, b = 0;               // bodies
+  std::int32_t law = 0;                    // index into Workspace::laws
+  std::uint16_t local_a = 0, local_b = 0;  // which of the bodies of a range of pairs these are
 };
 
 // What one patch adds to its two bodies in this step. The fourth numbers of the moments are zero.

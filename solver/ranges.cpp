@@ -77,6 +77,8 @@ void take_up_list(const Model& model, Workspace& w, const State& s) {
     w.patches += range.more_patches;
     w.points += range.more_points;
   }
+  w.ranges_of_task = ranges_of_task(model.numerics.threads, w.ranges.size());
+  w.scratch.resize((w.ranges.size() + w.ranges_of_task - 1) / w.ranges_of_task);
   make_load_lists(model.particles.size(), w);
   w.list_is_new = false;
 }

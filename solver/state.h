@@ -89,7 +89,8 @@ struct State {
   std::vector<BodyMotion> motion;              // [M]
   std::vector<Quat> orientation;               // [M] body axes -> world
   std::vector<Vec3> angular_momentum;          // [N] kg m^2/s, body axes
-  std::vector<BodyLoad> load;                  // [N] by contacts and bonds, at `time`
+  std::vector<BodyLoad> load;                  // [N] by contacts and bonds, at `time`; of no
+                                               // meaning while a half kick is put off
   std::vector<double> path;                    // [M] m, bound on the way of any point of the body
   std::vector<double> turn;                    // [M] rad, bound on the angle turned
   std::vector<double> margin;                  // [M] m, what the neighbour list lets it move

@@ -19,7 +19,7 @@ class BoundaryReader {
     if (all) {
       for (const ActivePair& pair : range.active) look_up(pair.pair);
     } else {
-      for (const std::uint32_t p : range.refreshed) look_up(p);
+      for (const ActivePair& pair : range.refreshed) look_up(pair.pair);
     }
   }
 

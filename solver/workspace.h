@@ -78,23 +78,35 @@ struct alignas(64) PairRange {
   std::vector<ActivePair> active;                    // ascending
   bool active_is_stale = true;
   // Of the present step:
-  std::vector<std::uint32_t> due;        // pairs to look at
-  std::vector<DuePair> searched;         // those of them whose contacts are
-  std::vector<std::uint32_t> refreshed;  // pairs whose patches were made anew, ascending
-  std::vector<std::uint32_t> outgrown;   // pairs whose patches do not fit into their place,
-  std::vector<FoundPatches> found;       // and these patches; may be longer
+  std::vector<ActivePair> refreshed;    // pairs whose patches were made anew, ascending; may be
+                                        // left without any
+  std::vector<std::uint32_t> outgrown;  // of them, those whose patches do not fit into their place,
+  std::vector<FoundPatches> found;      // and these patches; may be longer
   std::vector<Suspect> suspects;
   std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
   ContactAccounts accounts;
   RangeNotes notes;  // empty without statistics
-  // Scratch memory.
-  std::vector<ActivePair> spare_active;
-  std::vector<std::uint32_t> due_parts;  // of the pair that is searched
-  std::vector<PartContact> contacts;
-  PatchScratch scratch;
-  Search search;
 };
+
+// Scratch memory of a task, the same for all of its ranges: what is used again and again stays
+// near.
+struct TaskScratch {
+  std::vector<std::uint32_t> due, next_due;  // pairs to look at, of a range and the one behind it
+  std::vector<DuePair> searched;             // those of them whose contacts are searched
+  std::vector<std::uint32_t> due_parts;      // of the pair that is searched
+  std::vector<PartContact> contacts;
+  PatchScratch patches;
+  Search search;
+  std::vector<ActivePair> active;
+};
+
+inline ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
+  const Pair& pair = s.pairs[p];
+  const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
+  return {p,      pair.first_patch, pair.patch_count, pair.first_point, pair.a,
+          pair.b, pair.law,         local_a,          local_b};
+}
 
 // The loads of a particle in all ranges that know it, in their order.
 struct LoadLists {
@@ -120,11 +132,13 @@ struct Workspace {
   // Made anew with the neighbour list:
   bool list_is_new = true;
   std::vector<PairRange> ranges;
+  std::size_t ranges_of_task = 1;
+  std::vector<TaskScratch> scratch;      // [tasks]
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
   bool points_moved = false;             // holes were closed in this step
   std::vector<RangeLoad> loads;          // of all ranges, one behind the other
   LoadLists load_lists;
-  Shares pair_shares, body_shares;  // of ranges of pairs, and of bodies
+  Shares pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
   std::vector<char> must_relist;    // [tasks] somebody has left its margin
 
   BondWorkspace bonds;

@@ -36,9 +36,10 @@ TEST(Lanes, RotateEachBodyAsOnItsOwn) {
   }
 }
 
-// Bodies of two shapes, some of them not there, as many as do not fill the last lanes.
+// Bodies of two shapes, some of them not there, more than one range has and as many as do not fill
+// the last lanes.
 TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
-  constexpr int kBodies = 21;
+  constexpr int kBodies = 149;
   Dice dice(11);
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
   scenes::add_shape(model, make_box({0.02, 0.03, 0.01}, scenes::ice_options(0.02, 1e5, 1e-3)));
@@ -128,8 +129,6 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(at_once.angular_momentum[i], s.angular_momentum[i]);
     EXPECT_EQ(at_once.path[i], s.path[i]);
     EXPECT_EQ(at_once.turn[i], s.turn[i]);
-    EXPECT_EQ(at_once.load[i].force, s.load[i].force);
-    EXPECT_EQ(at_once.load[i].torque, s.load[i].torque);
     EXPECT_EQ(at_once.peak_normal_force[i], s.peak_normal_force[i]);
   }
 }
