@@ -6,6 +6,9 @@
 #include <cstdlib>
 #include <optional>
 
+#include "solver/parallel.h"
+#include "solver/workspace.h"
+#include "tests/solver/dice.h"
 #include "validation/verification/scenes.h"
 
 namespace firn {
@@ -162,6 +165,36 @@ TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
     states.push_back(solver.save());
   }
   EXPECT_TRUE(states[0] == states[1]);
+}
+
+// A cloud of spinning dice that is large enough for tasks of several ranges, which fetch ahead and
+// share scratch memory, with two threads and another number of them with three; with one, a task
+// has them all.
+TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
+  constexpr int kSide = 22, kSteps = 40;
+  Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
+  model.timestep = 1e-4;
+  const int shape = scenes::add_shape(
+      model, make_box(Vec3::Constant(0.01), scenes::ice_options(1e-3, 1e4, 1e-3)));
+  scenes::add_particles(model, shape, kSide * kSide * kSide);
+  std::vector<std::uint64_t> hashes;
+  for (const int threads : {1, 2, 3}) {
+    model.numerics.threads = threads;
+    Solver solver(model);
+    Dice dice(5);
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
+      const Vec3 place(i % kSide, i / kSide % kSide, i / kSide / kSide);
+      solver.insert(i, 0.0118 * place, Quat::Identity(), dice.vector(1), dice.vector(100));
+    }
+    for (int step = 0; step < kSteps; ++step) solver.step();
+    const Health health = solver.health();
+    EXPECT_GT(health.refreshes, 1000u);
+    EXPECT_GT(health.rebuilds, 1u);
+    EXPECT_GT(ranges_of_task(threads, health.pairs / kPairsOfRange), 1u) << health.pairs;
+    hashes.push_back(solver.hash());
+  }
+  EXPECT_EQ(hashes[1], hashes[0]);
+  EXPECT_EQ(hashes[2], hashes[0]);
 }
 
 TEST(Determinism, UnknownInstructionsAreRefused) {
