@@ -8,12 +8,13 @@
 namespace firn {
 
 // How near. The first cache waits for few lines at a time: to fetch straight into it what lies in
-// memory goes half as fast, where lines lie scattered, as to fetch it into the second one.
+// memory goes half as fast, where lines lie scattered, as to fetch it into the second one. For what
+// is read within a microsecond.
 enum class Cache { first, second };
 
 // Every line of the cache that these bytes may lie on. Always inlined, as the compiler takes calls
 // of functions that do nothing but fetch for idle, and drops them.
-template <Cache cache = Cache::first>
+template <Cache cache = Cache::second>
 [[gnu::always_inline]] inline void fetch_bytes(const void* from, std::size_t bytes,
                                                std::size_t alignment = 8) {
   constexpr std::size_t kLine = 64;
@@ -26,7 +27,7 @@ template <Cache cache = Cache::first>
   const std::size_t rest = (bytes - 1) % kLine;  // behind the last of these
   if (rest >= std::min(alignment, kLine)) get(bytes - 1);
 }
-template <Cache cache = Cache::first, class T>
+template <Cache cache = Cache::second, class T>
 [[gnu::always_inline]] inline void fetch(const T* from, std::size_t count = 1) {
   fetch_bytes<cache>(from, count * sizeof(T), alignof(T));
 }

@@ -245,27 +245,27 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
 // would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
 // Always inlined, see fetch.h.
 [[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
-  fetch<Cache::second>(&s.pairs[p]);
-  fetch<Cache::second>(&s.watch[p]);
+  fetch(&s.pairs[p]);
+  fetch(&s.watch[p]);
 }
 [[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
                                                 std::uint32_t p) {
   const Pair& pair = s.pairs[p];
   const int last = static_cast<int>(model.particles.size()) - 1;
   for (const std::int32_t body : {pair.a, pair.b}) {
-    fetch<Cache::second>(&s.motion[body]);
-    fetch<Cache::second>(&s.orientation[body]);
-    fetch<Cache::second>(&model.particles[std::min(body, last)].shape);
+    fetch(&s.motion[body]);
+    fetch(&s.orientation[body]);
+    fetch(&model.particles[std::min(body, last)].shape);
   }
-  fetch<Cache::second>(&s.turn[pair.a]);
+  fetch(&s.turn[pair.a]);
 }
 [[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
   constexpr std::size_t kPoints = 128;  // bytes: what most pairs have
   const Pair& pair = s.pairs[p];
-  fetch<Cache::second>(s.part_pairs.data() + pair.first_part, pair.part_count);
-  fetch<Cache::second>(s.patches.data() + pair.first_patch);
-  fetch_bytes<Cache::second>(s.points.data() + pair.first_point, kPoints);
-  fetch<Cache::second>(s.rolling.data() + pair.first_patch);
+  fetch(s.part_pairs.data() + pair.first_part, pair.part_count);
+  fetch(s.patches.data() + pair.first_patch);
+  fetch_bytes(s.points.data() + pair.first_point, kPoints);
+  fetch(s.rolling.data() + pair.first_patch);
 }
 
 // Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
@@ -278,17 +278,17 @@ void find_due(const Workspace& w, const State& s, std::size_t r, const PairRange
   // Every body is in some seven pairs: its way is fetched from afar once.
   double path[2 * kPairsOfRange];
   for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
-  if (next) fetch<Cache::second>(next->bodies.data(), next->bodies.size());
+  if (next) fetch(next->bodies.data(), next->bodies.size());
   std::uint32_t due[kPairsOfRange];
   std::size_t many = 0;
   constexpr std::size_t kSome = 16;
   std::size_t body = 0;
   for (std::size_t from = begin; from < end; from += kSome) {
     if (next) {
-      fetch<Cache::second>(s.wake.data() + from + kPairsOfRange, kSome);
-      fetch<Cache::second>(next->locals.data() + (from - begin), kSome);
+      fetch(s.wake.data() + from + kPairsOfRange, kSome);
+      fetch(next->locals.data() + (from - begin), kSome);
       for (; body < next->bodies.size() * (from - begin) / kPairsOfRange; ++body)
-        fetch<Cache::second>(&s.path[next->bodies[body]]);
+        fetch(&s.path[next->bodies[body]]);
     }
     // Without a branch: which of them are due is anybody's guess.
     for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {

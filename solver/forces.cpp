@@ -104,16 +104,16 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
     block.clear();
   };
   const auto fetch_contacts = [&](const ActivePair& pair) __attribute__((always_inline)) {
-    fetch(motions + pair.a);
-    fetch(motions + pair.b);
-    fetch(patches + pair.first_patch);
-    fetch_bytes(points + pair.first_point, kPoints);
+    fetch<Cache::first>(motions + pair.a);
+    fetch<Cache::first>(motions + pair.b);
+    fetch<Cache::first>(patches + pair.first_patch);
+    fetch_bytes<Cache::first>(points + pair.first_point, kPoints);
   };
   for (const ActivePair* pair = begin; pair != end; ++pair) {
     if (end - pair > kAhead) fetch_contacts(pair[kAhead]);
     const auto k = static_cast<std::size_t>(pair - begin);
     __builtin_prefetch(next_loads + k / 2, 1);  // about half as many as active pairs
-    if (k < next_active.size()) fetch<Cache::second>(&next_active[k]);
+    if (k < next_active.size()) fetch(&next_active[k]);
     PairMotion motion;
     pair_motion(motions[pair->a], motions[pair->b], motion);
     Patch* const last = patches + pair->first_patch + pair->patch_count;

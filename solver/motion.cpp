@@ -167,7 +167,7 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end,
     Four force = {0, 0, 0, 0}, torque = force, more;
     double peak = s.peak_normal_force[i];
     for (std::uint32_t k = first[i]; k < first[i + 1]; ++k) {
-      if (k + kAhead < last) fetch(of_ranges + list[k + kAhead]);
+      if (k + kAhead < last) fetch<Cache::first>(of_ranges + list[k + kAhead]);
       const RangeLoad& load = of_ranges[list[k]];
       peak = std::max(peak, load.force.w);
       get(&load.force, more);
@@ -195,7 +195,7 @@ class LoadsAhead {
   void fetch_some() {
     constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
     const std::uint32_t* const stop = next_ + std::min(kSome, end_ - next_);
-    while (next_ < stop) fetch<Cache::second>(loads_ + *next_++);
+    while (next_ < stop) fetch(loads_ + *next_++);
   }
 
  private:
@@ -208,12 +208,12 @@ class LoadsAhead {
 // six. Always inlined, see fetch.h.
 [[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
   constexpr std::size_t kMany = Lanes::size;
-  fetch<Cache::second>(s.motion.data() + first, kMany);
-  fetch<Cache::second>(s.orientation.data() + first, kMany);
-  fetch<Cache::second>(s.angular_momentum.data() + first, kMany);
-  fetch<Cache::second>(s.path.data() + first, kMany);
-  fetch<Cache::second>(s.turn.data() + first, kMany);
-  fetch<Cache::second>(s.relist_path.data() + first, kMany);
+  fetch(s.motion.data() + first, kMany);
+  fetch(s.orientation.data() + first, kMany);
+  fetch(s.angular_momentum.data() + first, kMany);
+  fetch(s.path.data() + first, kMany);
+  fetch(s.turn.data() + first, kMany);
+  fetch(s.relist_path.data() + first, kMany);
 }
 
 // Calls move(crew) for the present bodies of [begin, end).

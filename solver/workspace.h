@@ -78,8 +78,8 @@ struct alignas(64) PairRange {
   std::vector<ActivePair> active;                    // ascending
   bool active_is_stale = true;
   // Of the present step:
-  std::vector<ActivePair> refreshed;    // pairs whose patches were made anew, ascending; may be
-                                        // left without any
+  std::vector<ActivePair> refreshed;    // pairs whose patches were made anew, ascending; may have
+                                        // none left; places are those before holes are closed
   std::vector<std::uint32_t> outgrown;  // of them, those whose patches do not fit into their place,
   std::vector<FoundPatches> found;      // and these patches; may be longer
   std::vector<Suspect> suspects;
@@ -90,8 +90,8 @@ struct alignas(64) PairRange {
 };
 
 // Scratch memory of a task, the same for all of its ranges: what is used again and again stays
-// near.
-struct TaskScratch {
+// near. Aligned, as the tasks beside it belong to other threads.
+struct alignas(64) TaskScratch {
   std::vector<std::uint32_t> due, next_due;  // pairs to look at, of a range and the one behind it
   std::vector<DuePair> searched;             // those of them whose contacts are searched
   std::vector<std::uint32_t> due_parts;      // of the pair that is searched

@@ -168,8 +168,7 @@ TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
 }
 
 // A cloud of spinning dice that is large enough for tasks of several ranges, which fetch ahead and
-// share scratch memory, with two threads and another number of them with three; with one, a task
-// has them all.
+// have scratch memory of their own: with one thread a single task, with more smaller ones.
 TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
   constexpr int kSide = 22, kSteps = 40;
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
