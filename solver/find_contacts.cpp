@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "solver/fetch.h"
-#include "solver/huge_pages.h"
 #include "solver/pair_poses.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"

@@ -3,20 +3,19 @@
 #pragma once
 
 #include <algorithm>
-#include <vector>
 
 #include "solver/state.h"
 
 namespace firn {
 
 struct ListArrays {
-  std::vector<Pair> pairs;
-  std::vector<double> wake;
-  std::vector<PairWatch> watch;
-  std::vector<PartPair> part_pairs;
-  std::vector<Patch> patches;
-  std::vector<Vec3> rolling;
-  std::vector<ContactPoint> points;
+  LargeArray<Pair> pairs;
+  LargeArray<double> wake;
+  LargeArray<PairWatch> watch;
+  LargeArray<PartPair> part_pairs;
+  LargeArray<Patch> patches;
+  LargeArray<Vec3> rolling;
+  LargeArray<ContactPoint> points;
 };
 
 // Copies the patches and points of a pair of `s` to places of `to`, from `patches` and `points` on,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 
-#include "solver/huge_pages.h"
 #include "solver/part_spheres.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
@@ -68,7 +67,7 @@ struct ListPiece {
 // Where the pairs of the present list are.
 class OldPairs {
  public:
-  OldPairs(const std::vector<Pair>& pairs, std::size_t bodies, int threads)
+  OldPairs(const LargeArray<Pair>& pairs, std::size_t bodies, int threads)
       : first_(bodies + 1, 0), partners_(pairs.size()) {
     // The order of a body's partners is of no meaning.
     const auto add_one = [&](std::uint32_t& x) {

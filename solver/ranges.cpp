@@ -1,5 +1,4 @@
 // Ranges of pairs, which tasks work on, and who knows which body: tables over a neighbour list.
-#include "solver/huge_pages.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -50,7 +49,7 @@ void make_load_lists(std::size_t particles, Workspace& w) {
       if (i < particles) lists.loads[end[i]++] = static_cast<std::uint32_t>(range.first_load + k);
     }
   }
-  resize_large(w.loads, loads);
+  resize_afresh(w.loads, loads);
 }
 
 }  // namespace

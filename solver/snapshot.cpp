@@ -6,7 +6,6 @@
 #include <limits>
 #include <type_traits>
 
-#include "solver/huge_pages.h"
 #include "solver/statistics_workspace.h"
 
 namespace firn {
@@ -24,8 +23,8 @@ class Writer {
     const auto* p = reinterpret_cast<const std::byte*>(&v);
     bytes.insert(bytes.end(), p, p + sizeof(T));
   }
-  template <class T>
-  void array(const std::vector<T>& v) {
+  template <class T, class Memory>
+  void array(const std::vector<T, Memory>& v) {
     value<std::uint64_t>(v.size());
     const auto* p = reinterpret_cast<const std::byte*>(v.data());
     bytes.insert(bytes.end(), p, p + v.size() * sizeof(T));
@@ -41,12 +40,11 @@ class Reader {
   void value(T& v) {
     take(&v, sizeof(T));
   }
-  template <class T>
-  void array(std::vector<T>& v) {
+  template <class T, class Memory>
+  void array(std::vector<T, Memory>& v) {
     std::uint64_t n = 0;
     value(n);
     if (n > (bytes_.size() - at_) / sizeof(T)) throw RunError("checkpoint is cut short");
-    reserve_large(v, n, 0);
     v.resize(n);
     take(v.data(), n * sizeof(T));
   }
@@ -70,8 +68,8 @@ class Hasher {
   void value(const T& v) {
     mix(&v, sizeof(T));
   }
-  template <class T>
-  void array(const std::vector<T>& v) {
+  template <class T, class Memory>
+  void array(const std::vector<T, Memory>& v) {
     value<std::uint64_t>(v.size());
     mix(v.data(), v.size() * sizeof(T));
   }

@@ -256,8 +256,8 @@ const ParticleState& Solver::particles() const {
   const State& s = i.state;
   if (i.view_steps == s.steps) return i.view;
   const std::size_t n = i.model.particles.size();
-  i.view.presence = s.presence;
-  i.view.peak_normal_force = s.peak_normal_force;
+  i.view.presence.assign(s.presence.begin(), s.presence.end());
+  i.view.peak_normal_force.assign(s.peak_normal_force.begin(), s.peak_normal_force.end());
   i.view.position.resize(n);
   i.view.velocity.resize(n);
   i.view.angular_velocity.resize(n);

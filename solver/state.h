@@ -8,6 +8,7 @@
 
 #include "solver/collide.h"
 #include "solver/contact.h"
+#include "solver/large_array.h"
 #include "solver/solver.h"
 #include "solver/statistics_state.h"
 
@@ -86,17 +87,17 @@ struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
   // Bodies
-  std::vector<BodyMotion> motion;              // [M]
-  std::vector<Quat> orientation;               // [M] body axes -> world
-  std::vector<Vec3> angular_momentum;          // [N] kg m^2/s, body axes
-  std::vector<BodyLoad> load;                  // [N] by contacts and bonds, at `time`; of no
+  LargeArray<BodyMotion> motion;               // [M]
+  LargeArray<Quat> orientation;                // [M] body axes -> world
+  LargeArray<Vec3> angular_momentum;           // [N] kg m^2/s, body axes
+  LargeArray<BodyLoad> load;                   // [N] by contacts and bonds, at `time`; of no
                                                // meaning while a half kick is put off
-  std::vector<double> path;                    // [M] m, bound on the way of any point of the body
-  std::vector<double> turn;                    // [M] rad, bound on the angle turned
-  std::vector<double> margin;                  // [M] m, what the neighbour list lets it move
-  std::vector<double> relist_path;             // [M] m, path at which the list must be made anew
-  std::vector<Presence> presence;              // [N]
-  std::vector<double> peak_normal_force;       // [N] N
+  LargeArray<double> path;                     // [M] m, bound on the way of any point of the body
+  LargeArray<double> turn;                     // [M] rad, bound on the angle turned
+  LargeArray<double> margin;                   // [M] m, what the neighbour list lets it move
+  LargeArray<double> relist_path;              // [M] m, path at which the list must be made anew
+  LargeArray<Presence> presence;               // [N]
+  LargeArray<double> peak_normal_force;        // [N] N
   std::vector<std::uint8_t> boundary_present;  // [B]
   std::vector<Vec3> boundary_impulse, boundary_angular_impulse;  // [B] N s, N m s
   std::vector<double> boundary_peak;                             // [B] N
@@ -115,13 +116,13 @@ struct State {
   std::vector<std::int32_t> extra_drive_axis, extra_drive_group;  // frame * kMostAxes + axis
   // Contacts
   bool list_is_stale = true;
-  std::vector<Pair> pairs;       // [P] along a curve through space (neighbours.cpp)
-  std::vector<double> wake;      // [P] look when path[a] + path[b] reaches this
-  std::vector<PairWatch> watch;  // [P]
-  std::vector<PartPair> part_pairs;
-  std::vector<Patch> patches;        // with holes
-  std::vector<Vec3> rolling;         // N m, rolling moment on a, of each place of a patch
-  std::vector<ContactPoint> points;  // with holes
+  LargeArray<Pair> pairs;       // [P] along a curve through space (neighbours.cpp)
+  LargeArray<double> wake;      // [P] look when path[a] + path[b] reaches this
+  LargeArray<PairWatch> watch;  // [P]
+  LargeArray<PartPair> part_pairs;
+  LargeArray<Patch> patches;         // with holes
+  LargeArray<Vec3> rolling;          // N m, rolling moment on a, of each place of a patch
+  LargeArray<ContactPoint> points;   // with holes
   std::vector<BondRecord> bonds;     // [bonds]
   std::vector<BeamLoad> bond_loads;  // [bonds] at `time`
   // Accounts

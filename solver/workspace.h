@@ -110,8 +110,8 @@ inline ActivePair active_pair(const PairRange& range, const State& s, std::uint3
 
 // The loads of a particle in all ranges that know it, in their order.
 struct LoadLists {
-  std::vector<std::uint32_t> first;  // [particles + 1] into:
-  std::vector<std::uint32_t> loads;  // into Workspace::loads
+  LargeArray<std::uint32_t> first;  // [particles + 1] into:
+  LargeArray<std::uint32_t> loads;  // into Workspace::loads
 };
 
 struct Workspace {
@@ -136,7 +136,7 @@ struct Workspace {
   std::vector<TaskScratch> scratch;      // [tasks]
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
   bool points_moved = false;             // holes were closed in this step
-  std::vector<RangeLoad> loads;          // of all ranges, one behind the other
+  LargeArray<RangeLoad> loads;           // of all ranges, one behind the other
   LoadLists load_lists;
   Shares pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
   std::vector<char> must_relist;    // [tasks] somebody has left its margin

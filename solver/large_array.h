@@ -1,0 +1,62 @@
+// Arrays that a step walks through, in large pages.
+#pragma once
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+#include <algorithm>
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace firn {
+
+// Memory of an array, begun on a page of 2 MB and asked for in such, as far as it fills at least a
+// quarter of each: looking up thousands of small pages would cost more than to walk through the
+// array. A wish: where it is not granted, nothing is lost.
+template <class T>
+struct LargePages {
+  using value_type = T;
+
+  LargePages() = default;
+  template <class U>
+  LargePages(const LargePages<U>& /*other*/) {}
+
+  T* allocate(std::size_t n) {
+    const std::size_t bytes = n * sizeof(T), large = in_large_pages(bytes);
+    void* const memory = ::operator new(std::max(bytes, large), alignment(large));
+#ifdef __linux__
+    if (large > 0) (void)madvise(memory, large, MADV_HUGEPAGE);
+#endif
+    return static_cast<T*>(memory);
+  }
+  void deallocate(T* memory, std::size_t n) noexcept {
+    ::operator delete(memory, alignment(in_large_pages(n * sizeof(T))));
+  }
+  friend bool operator==(const LargePages& /*a*/, const LargePages& /*b*/) { return true; }
+
+ private:
+  static constexpr std::size_t kPage = std::size_t{2} << 20;
+  static std::size_t in_large_pages(std::size_t bytes) {
+    return (bytes + 3 * kPage / 4) / kPage * kPage;
+  }
+  static std::align_val_t alignment(std::size_t large) {
+    return std::align_val_t{large > 0 ? kPage : alignof(T)};
+  }
+};
+
+template <class T>
+using LargeArray = std::vector<T, LargePages<T>>;
+
+// For arrays whose elements are all written anew, and that grow again and again.
+template <class T>
+void resize_afresh(LargeArray<T>& v, std::size_t n) {
+  if (n > v.capacity()) {
+    v = {};  // nothing to take along
+    v.reserve(n + n / 8);
+  }
+  v.resize(n);
+}
+
+}  // namespace firn
