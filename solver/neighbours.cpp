@@ -39,31 +39,6 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
   }
 }
 
-// A pair of the new list, before the list is written.
-struct FoundPair {
-  std::int32_t a, b, law;
-  std::uint32_t old;  // its number in the old list, or kNew
-  std::uint32_t part_count;
-};
-constexpr std::uint32_t kNew = ~std::uint32_t{0};
-
-struct ListSizes {
-  std::size_t pairs = 0, parts = 0, patches = 0, points = 0;
-  void add(const ListSizes& o) {
-    pairs += o.pairs;
-    parts += o.parts;
-    patches += o.patches;
-    points += o.points;
-  }
-};
-
-// A stretch of the new list: the pairs of some bodies with later ones.
-struct ListPiece {
-  std::vector<FoundPair> pairs;
-  std::vector<PartNumbers> parts;  // of all pairs, one behind the other
-  ListSizes size, first;           // where it begins in the list
-};
-
 // Where the pairs of the present list are.
 class OldPairs {
  public:
@@ -87,7 +62,7 @@ class OldPairs {
     for (std::uint32_t k = first_[a]; k < first_[a + 1]; ++k) {
       if (partners_[k].b == b) return partners_[k].pair;
     }
-    return kNew;
+    return FoundPair::kNew;
   }
 
  private:
@@ -213,7 +188,7 @@ class PairFinder {
     piece_.parts.insert(piece_.parts.end(), parts.begin(), parts.end());
     ++piece_.size.pairs;
     piece_.size.parts += parts.size();
-    if (old == kNew) return;
+    if (old == FoundPair::kNew) return;
     piece_.size.patches += s_.pairs[old].patch_count;
     piece_.size.points += static_cast<std::size_t>(points_of(s_.pairs[old], s_));
   }
@@ -245,7 +220,7 @@ class ListWriter {
     pair.part_count = found.part_count;
     PairWatch watch;
     double wake = s_.path[pair.a] + s_.path[pair.b];  // look at once
-    if (found.old == kNew) {
+    if (found.old == FoundPair::kNew) {
       copy_parts({parts, found.part_count}, {}, 0);
       watch.reference_path = wake;
       watch.reference_turn = s_.turn[pair.a];
@@ -319,7 +294,6 @@ void write_list(std::vector<ListPiece>& pieces, int threads, ListArrays& spare, 
       writer.write(pair, parts);
       parts += pair.part_count;
     }
-    pieces[k] = {};
   });
   std::swap(s.pairs, spare.pairs);
   std::swap(s.wake, spare.wake);
@@ -353,9 +327,12 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   const std::vector<Wall> walls = present_walls(model, w, s);
   const std::size_t present = spheres.particle.size();
   const OldPairs old_pairs(s.pairs, s.motion.size(), threads);
-  std::vector<ListPiece> pieces((present + kGrain - 1) / kGrain);
+  std::vector<ListPiece>& pieces = w.list_pieces;
+  pieces.resize((present + kGrain - 1) / kGrain);
   for_ranges(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
-    PairFinder pairs(model, w, s, spheres, old_pairs, pieces[begin / kGrain]);
+    ListPiece& piece = pieces[begin / kGrain];
+    piece.clear();
+    PairFinder pairs(model, w, s, spheres, old_pairs, piece);
     const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);
     for (std::size_t i = begin; i < end; ++i) {
       for (const std::int32_t j : neighbours.of(i))

@@ -38,11 +38,6 @@ struct PartSpheres {
 };
 PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s);
 
-// A part of one body and a part of another.
-struct PartNumbers {
-  std::uint32_t a, b;
-};
-
 // Lists the parts of a and b, ascending, whose spheres come nearer each other than `margins` (m).
 // All spheres of b lie within `reach` (m) around `center`. `found` has room for all pairs of parts
 // and for SphereGroup::size more. Returns how many it has found.

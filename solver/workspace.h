@@ -13,6 +13,7 @@
 #include "solver/broadphase.h"
 #include "solver/integrate.h"
 #include "solver/list_arrays.h"
+#include "solver/list_pieces.h"
 #include "solver/parallel.h"
 #include "solver/patch_block.h"
 #include "solver/patches.h"
@@ -126,7 +127,9 @@ struct Workspace {
   double skin = 0;                    // m
   double least_overlap_limit = 0;     // m, over all laws
 
-  // A new list is written here while the old one is read, then both change places.
+  // A new list is found in pieces, and written here while the old one is read, then both change
+  // places.
+  std::vector<ListPiece> list_pieces;
   ListArrays spare_list;
 
   // Made anew with the neighbour list:

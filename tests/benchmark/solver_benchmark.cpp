@@ -10,24 +10,18 @@
 #include <malloc.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "tests/benchmark/beds.h"
+#include "tests/benchmark/kept_beds.h"
 
 namespace firn {
 namespace {
 
 constexpr int kCubes = beds::kCubes;
-
-std::filesystem::path program_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
 
 int threads() {
   const char* const wish = std::getenv("FIRN_THREADS");
@@ -81,14 +75,6 @@ void export_bed(const std::filesystem::path& file, const ParticleState& p) {
   }
 }
 
-std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::vector<char> text((std::istreambuf_iterator<char>(in)), {});
-  std::vector<std::byte> bytes(text.size());
-  std::memcpy(bytes.data(), text.data(), text.size());
-  return bytes;
-}
-
 // Programs that know convex bodies only could not start from bed.csv: hulls of crescents that lie
 // in each other's dishes overlap.
 void export_hull_bed(const std::filesystem::path& file, scenes::ReposeBox b) {
@@ -100,39 +86,34 @@ void export_hull_bed(const std::filesystem::path& file, scenes::ReposeBox b) {
   export_bed(file, solver.particles());
 }
 
-// A solver over the settled bed, from the kept file or by filling anew.
+// The settled bed, and files of it for other programs, unless it had them already.
 Solver settled(const scenes::ReposeBox& b) {
-  const std::filesystem::path folder = program_folder(), file = folder / "settled_bed.state";
-  Solver solver(b.model);
-  if (std::filesystem::exists(file)) {
-    try {
-      solver.restore(read_bytes(file));
-      return solver;
-    } catch (const RunError& e) {
-      std::cerr << "making the bed anew: " << e.what() << '\n';
-      solver = Solver(b.model);
-    }
+  Solver solver = beds::settled(b);
+  const std::filesystem::path folder = beds::program_folder(), last = folder / "hull_bed.csv";
+  if (std::filesystem::exists(last) && std::filesystem::last_write_time(last) >=
+                                           std::filesystem::last_write_time(beds::settled_file())) {
+    return solver;
   }
-  scenes::scatter(solver, 0, kCubes, b.lower, b.upper, 1);
-  scenes::run(solver, 1.2);
-  const std::vector<std::byte> bytes = solver.save();
-  std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
   export_bed(folder / "bed.csv", solver.particles());
   export_crescent(folder / "crescent.json", b);
-  export_hull_bed(folder / "hull_bed.csv", b);
+  export_hull_bed(last, b);
   return solver;
 }
 
-// Largest memory of this process so far, MB.
-double peak_memory() {
+// A line of what the system knows of this process, MB: "VmHWM:", its largest memory so far, or
+// "VmRSS:", its present one.
+double memory(std::string_view line) {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
     double kilobytes = 0;
-    if (word == "VmHWM:" && status >> kilobytes) return kilobytes / 1024;
+    if (word == line && status >> kilobytes) return kilobytes / 1024;
   }
   return 0;
+}
+// Present memory without what has been given back to the heap, bytes.
+double taken() {
+  malloc_trim(0);
+  return 1024 * 1024 * memory("VmRSS:");
 }
 
 // Time that this process has used, us: of the processor for one thread, which other work on the
@@ -147,7 +128,7 @@ void tell(benchmark::State& state, const Solver& solver) {
   state.counters["patches"] = static_cast<double>(solver.health().patches);
   state.counters["points"] = static_cast<double>(solver.health().points);
   state.counters["kinetic_J"] = solver.energy().kinetic;
-  state.counters["peak_MB"] = peak_memory();
+  state.counters["peak_MB"] = memory("VmHWM:");
 }
 
 // Times the steps of a bed, all of its cubes still there.
@@ -177,43 +158,6 @@ void Discharging(benchmark::State& state) {
 }
 BENCHMARK(Discharging)->Unit(benchmark::kMicrosecond)->Iterations(20000)->UseRealTime();
 
-// Memory that is taken, bytes.
-double taken() {
-  const auto info = mallinfo2();
-  return static_cast<double>(info.uordblks + info.hblkhd);
-}
-
-// Takes the state up from the kept file; false when there is none that fits.
-bool take_up(Solver& solver, const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return false;
-  try {
-    solver.restore(read_bytes(file));
-    return true;
-  } catch (const RunError& e) {
-    std::cerr << "making " << file.filename() << " anew: " << e.what() << '\n';
-    return false;
-  }
-}
-
-void keep(const Solver& solver, const std::filesystem::path& file) {
-  const std::vector<std::byte> bytes = solver.save();
-  std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()),
-             static_cast<std::streamsize>(bytes.size()));
-}
-
-// The stirred tile, from the kept file or by filling anew.
-Solver stirred(const beds::Tile& tile) {
-  const std::filesystem::path file = program_folder() / "stirred_bed.state";
-  Solver solver(tile.box.model);
-  if (take_up(solver, file)) return solver;
-  solver = beds::filled(tile);
-  keep(solver, file);
-  return solver;
-}
-
-enum class Bed { settled, discharging, stirred };
-
 // Steps of a round: 200 (4 ms), or as many as FIRN_STEPS says (few, to count them with valgrind).
 int steps_of_round() {
   const char* const wish = std::getenv("FIRN_STEPS");
@@ -225,34 +169,14 @@ int steps_of_round() {
   for (int k = 0; k < steps; ++k) solver.step();
 }
 
-// Arguments: tiles along and across. `least` is that of the fastest round. The beginning is kept
-// beside the program.
-void tiles(benchmark::State& state, Bed kind) {
-  const int along = static_cast<int>(state.range(0)), across = static_cast<int>(state.range(1));
-  const char* const names[] = {"settled", "discharging", "stirred"};
-  const std::filesystem::path file =
-      program_folder() /
-      fmt::format("{}_{}x{}.state", names[static_cast<int>(kind)], along, across);
-  const beds::Tile tile = beds::tile(kind == Bed::stirred);
-  Solver one = kind == Bed::stirred ? stirred(tile) : settled(tile.box);
-  if (kind == Bed::discharging && !std::filesystem::exists(file)) {
-    one.remove_boundary(tile.box.door);
-    scenes::run(one, 0.3);
-  }
-  const beds::Tiled bed = beds::tiled(tile, one, along, across);
+// Arguments: tiles along and across. `least` is that of the fastest round.
+void tiles(benchmark::State& state, beds::Bed bed) {
   const double before = taken();
-  Solver solver = beds::start(bed, threads());
-  if (!take_up(solver, file)) {
-    if (kind == Bed::discharging) {
-      for (const int door : bed.doors) solver.remove_boundary(door);
-    }
-    // The contacts' memory; a bed at rest stirs itself once more until it has it again.
-    scenes::run(solver, kind == Bed::settled ? 0.1 : 0.01);
-    keep(solver, file);
-  }
+  Solver solver = beds::kept(bed, static_cast<int>(state.range(0)),
+                             static_cast<int>(state.range(1)), threads());
   const int steps = steps_of_round();
   const std::vector<std::byte> beginning = solver.save();
-  const auto cubes = static_cast<double>(bed.position.size());
+  const auto cubes = static_cast<double>(solver.model().particles.size());
   double least = std::numeric_limits<double>::infinity(), all = 0;
   for (auto _ : state) {
     solver.restore(beginning);
@@ -269,12 +193,12 @@ void tiles(benchmark::State& state, Bed kind) {
   state.counters["least"] = least / (cubes * steps);
   state.counters["cubes"] = cubes;
   state.counters["bytes/particle"] =
-      (taken() - before - static_cast<double>(beginning.capacity())) / cubes;
+      (taken() - before - static_cast<double>(beginning.size())) / cubes;
   tell(state, solver);
 }
-void TiledSettled(benchmark::State& state) { tiles(state, Bed::settled); }
-void TiledDischarging(benchmark::State& state) { tiles(state, Bed::discharging); }
-void TiledStirred(benchmark::State& state) { tiles(state, Bed::stirred); }
+void TiledSettled(benchmark::State& state) { tiles(state, beds::Bed::settled); }
+void TiledDischarging(benchmark::State& state) { tiles(state, beds::Bed::discharging); }
+void TiledStirred(benchmark::State& state) { tiles(state, beds::Bed::stirred); }
 
 // Every size takes the same steps from the same state, several times over.
 void sizes(benchmark::internal::Benchmark* b, int tiles_along, int tiles_across, int rounds) {
