@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "solver/fetch.h"
 #include "solver/part_spheres.h"
 #include "solver/sides.h"
 #include "solver/workspace.h"
@@ -63,6 +64,11 @@ class OldPairs {
       if (partners_[k].b == b) return partners_[k].pair;
     }
     return FoundPair::kNew;
+  }
+  // What find() reads, in this order.
+  [[gnu::always_inline]] void fetch_first(int a) const { fetch(&first_[a]); }
+  [[gnu::always_inline]] void fetch_partners(int a) const {
+    fetch(&partners_[first_[a]], first_[a + 1] - first_[a]);
   }
 
  private:
@@ -128,13 +134,12 @@ std::vector<const Wall*> near_walls(const std::vector<Wall>& walls, const Model&
 class PairFinder {
  public:
   PairFinder(const Model& model, const Workspace& w, const State& s, const PartSpheres& spheres,
-             const OldPairs& old_pairs, ListPiece& piece)
+             ListPiece& piece)
       : model_(model),
         w_(w),
         s_(s),
         n_(static_cast<int>(model.particles.size())),
         spheres_(spheres),
-        old_pairs_(old_pairs),
         piece_(piece) {}
 
   void add_particles(std::size_t i, std::size_t j) {
@@ -144,9 +149,9 @@ class PairFinder {
     const std::size_t room =
         model_.shapes[shape_a].parts.size() * model_.shapes[shape_b].parts.size();
     parts_.resize(std::max(parts_.size(), room + SphereGroup::size));
-    const int count =
-        near_parts(spheres_.of(i), spheres_.of(j), s_.motion[b].position, spheres_.reach[shape_b],
-                   s_.margin[a] + s_.margin[b], parts_.data());
+    const Quad &of_a = spheres_.places[i], &of_b = spheres_.places[j];
+    const int count = near_parts(spheres_.of(i), spheres_.of(j), {of_b.x, of_b.y, of_b.z},
+                                 spheres_.reach[shape_b], of_a.w + of_b.w, parts_.data());
     add(a, b, w_.law_index(shape_a, shape_b), {parts_.data(), static_cast<std::size_t>(count)});
   }
 
@@ -183,14 +188,8 @@ class PairFinder {
  private:
   void add(int a, int b, int law, std::span<const PartNumbers> parts) {
     if (parts.empty()) return;
-    const std::uint32_t old = old_pairs_.find(a, b);
-    piece_.pairs.push_back({a, b, law, old, static_cast<std::uint32_t>(parts.size())});
+    piece_.pairs.push_back({a, b, law, FoundPair::kNew, static_cast<std::uint32_t>(parts.size())});
     piece_.parts.insert(piece_.parts.end(), parts.begin(), parts.end());
-    ++piece_.size.pairs;
-    piece_.size.parts += parts.size();
-    if (old == FoundPair::kNew) return;
-    piece_.size.patches += s_.pairs[old].patch_count;
-    piece_.size.points += static_cast<std::size_t>(points_of(s_.pairs[old], s_));
   }
 
   const Model& model_;
@@ -198,12 +197,34 @@ class PairFinder {
   const State& s_;
   int n_;
   const PartSpheres& spheres_;
-  const OldPairs& old_pairs_;
   ListPiece& piece_;
   // Scratch memory.
   std::vector<PartNumbers> parts_;
   std::vector<int> found_;
 };
+
+// Looks up a piece's pairs in the old list, and sums up what will be copied. In three passes, as
+// what one reads tells where that of the next one lies, which is fetched ahead.
+void look_up(const State& s, const OldPairs& old_pairs, ListPiece& piece) {
+  constexpr std::size_t kAhead = 16;  // pairs
+  const std::size_t count = piece.pairs.size();
+  for (const FoundPair& pair : piece.pairs) old_pairs.fetch_first(pair.a);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + kAhead < count) old_pairs.fetch_partners(piece.pairs[k + kAhead].a);
+    FoundPair& pair = piece.pairs[k];
+    pair.old = old_pairs.find(pair.a, pair.b);
+    if (pair.old != FoundPair::kNew) fetch(&s.pairs[pair.old]);
+  }
+  piece.size = {count, piece.parts.size(), 0, 0};
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + kAhead < count && piece.pairs[k + kAhead].old != FoundPair::kNew)
+      fetch(s.patches.data() + s.pairs[piece.pairs[k + kAhead].old].first_patch);
+    if (piece.pairs[k].old == FoundPair::kNew) continue;
+    const Pair& old = s.pairs[piece.pairs[k].old];
+    piece.size.patches += old.patch_count;
+    piece.size.points += static_cast<std::size_t>(points_of(old, s));
+  }
+}
 
 // Writes a piece into its place in the new list, taking over what the old one knew.
 class ListWriter {
@@ -332,13 +353,15 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   for_ranges(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
     ListPiece& piece = pieces[begin / kGrain];
     piece.clear();
-    PairFinder pairs(model, w, s, spheres, old_pairs, piece);
+    PairFinder pairs(model, w, s, spheres, piece);
     const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);
     for (std::size_t i = begin; i < end; ++i) {
+      if (i + 2 < end) neighbours.fetch(i + 2);
       for (const std::int32_t j : neighbours.of(i))
         pairs.add_particles(i, static_cast<std::size_t>(j));
       for (const Wall* const wall : near) pairs.add_wall(i, *wall);
     }
+    look_up(s, old_pairs, piece);
   });
   write_list(pieces, threads, w.spare_list, s);
   s.list_is_stale = false;

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <limits>
 
+#include "solver/fetch.h"
+
 namespace firn {
 
 namespace {
 
 constexpr std::size_t kGrain = 256;  // bodies a task
+constexpr std::size_t kAhead = 8;    // bodies, to be fetched: their numbers may be any
 
 // The bits of x, 21 of them, with room for two more behind each.
 std::uint64_t spread_bits(std::uint64_t x) {
@@ -48,6 +51,12 @@ std::vector<int> in_space(const Model& model, const Workspace& w, const State& s
   return particles;
 }
 
+[[gnu::always_inline]] inline void fetch_body(const State& s, int i) {  // see fetch.h
+  fetch(&s.motion[i].position);
+  fetch(&s.orientation[i]);
+  fetch(&s.margin[i]);
+}
+
 double& lane(Quad& q, std::size_t k) { return (&q.x)[k]; }
 
 // The squared distances of a point from four centres.
@@ -76,6 +85,7 @@ PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s
     out.first.push_back(out.first.back() + (parts + kSize - 1) / kSize);
   }
   out.groups.resize(out.first.back());
+  out.places.resize(out.particle.size());
   out.boxes.resize(out.particle.size());
   for (const Shape& shape : model.shapes) {
     double reach = 0;
@@ -87,18 +97,20 @@ PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s
     const int i = out.particle[k];
     const Shape& shape = model.shapes[model.particles[i].shape];
     const Mat3 rotation = rotation_of(s, i);
-    const auto put = [&](std::size_t p, const Vec3& center, double radius) {
+    const auto put = [&](std::size_t p, const Vec3& at, double radius) {
       SphereGroup& group = out.groups[out.first[k] + p / kSize];
-      lane(group.x, p % kSize) = center.x();
-      lane(group.y, p % kSize) = center.y();
-      lane(group.z, p % kSize) = center.z();
+      lane(group.x, p % kSize) = at.x();
+      lane(group.y, p % kSize) = at.y();
+      lane(group.z, p % kSize) = at.z();
       lane(group.radius, p % kSize) = radius;
     };
+    const Vec3& center = s.motion[i].position;
+    out.places[k] = {center.x(), center.y(), center.z(), s.margin[i]};
     Box3& box = out.boxes[k];
     const std::size_t parts = shape.parts.size();
     for (std::size_t p = 0; p < parts; ++p) {
       const double radius = shape.parts[p].bounding_radius;
-      const Vec3 c = s.motion[i].position + rotation * shape.parts[p].center;
+      const Vec3 c = center + rotation * shape.parts[p].center;
       const Vec3 r = Vec3::Constant(radius + s.margin[i]);
       box.lower = p == 0 ? Vec3(c - r) : Vec3(box.lower.cwiseMin(c - r));
       box.upper = p == 0 ? Vec3(c + r) : Vec3(box.upper.cwiseMax(c + r));
@@ -108,7 +120,10 @@ PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s
   };
   for_ranges(model.numerics.threads, out.particle.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
-               for (std::size_t k = begin; k < end; ++k) place(k);
+               for (std::size_t k = begin; k < end; ++k) {
+                 if (k + kAhead < end) fetch_body(s, out.particle[k + kAhead]);
+                 place(k);
+               }
              });
   return out;
 }
