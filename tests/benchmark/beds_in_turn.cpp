@@ -26,6 +26,7 @@ class TimedBed {
   TimedBed(beds::Bed bed, int along, int across, int threads)
       : solver_(beds::kept(bed, along, across, threads)), beginning_(solver_.save()) {}
 
+  int timed() const { return timed_; }  // steps
   int particles() const { return static_cast<int>(solver_.model().particles.size()); }
 
   void warm_up(int steps) {
@@ -55,6 +56,7 @@ class TimedBed {
       for (const auto& [phase, seconds] : step) sum[phase] += seconds;
     }
     taken_ += steps;
+    timed_ += steps;
     if (counted == 0) return std::nullopt;
     double all = 0;
     for (auto& [phase, seconds] : sum) all += seconds /= counted;
@@ -73,7 +75,7 @@ class TimedBed {
 
   Solver solver_;
   std::vector<std::byte> beginning_;
-  int taken_ = 0;
+  int taken_ = 0, timed_ = 0;  // steps, since the beginning and in all
 };
 
 double quantile(std::vector<double> values, double q) {
@@ -97,10 +99,10 @@ void print(const std::map<std::string, Series>& phases) {
   }
 }
 
-void print_lists(const char* which, const std::vector<double>& costs) {
-  if (costs.empty()) return;
-  fmt::print("{} new lists of the {} bed: {:.2f} us/particle each (median)\n", costs.size(), which,
-             1e6 * quantile(costs, 0.5));
+void print_lists(const char* which, const TimedBed& bed) {
+  if (bed.list_costs.empty()) return;
+  fmt::print("{} bed: {} new lists in {} steps, {:.2f} us/particle each (median)\n", which,
+             bed.list_costs.size(), bed.timed(), 1e6 * quantile(bed.list_costs, 0.5));
 }
 
 void compare(beds::Bed bed, int along, int across, int rounds, int threads) {
@@ -124,8 +126,8 @@ void compare(beds::Bed bed, int along, int across, int rounds, int threads) {
   fmt::print("{}, {} and {} particles, {} rounds, {} thread{}\n", beds::name_of(bed),
              large.particles(), small.particles(), rounds, threads, threads == 1 ? "" : "s");
   print(phases);
-  print_lists("large", large.list_costs);
-  print_lists("small", small.list_costs);
+  print_lists("large", large);
+  print_lists("small", small);
 }
 
 }  // namespace
