@@ -68,7 +68,7 @@ class OldPairs {
   // What find() reads, in this order.
   [[gnu::always_inline]] void fetch_first(int a) const { fetch(&first_[a]); }
   [[gnu::always_inline]] void fetch_partners(int a) const {
-    fetch(&partners_[first_[a]], first_[a + 1] - first_[a]);
+    fetch(partners_.data() + first_[a], first_[a + 1] - first_[a]);
   }
 
  private:
