@@ -1,6 +1,6 @@
-// What a step of a large bed costs per particle beside one of 880 crescents in the same state: one
-// step of the large bed, then as many particles' worth of steps of the small one, and so on. A
-// machine whose speed changes from second to second, as others use it, changes it for both.
+// What a step of a bed costs per particle beside one of another size or with another number of
+// threads, in the same state: some steps of the one, then for as long steps of the other, and so
+// on. A machine whose speed changes from second to second, as others use it, changes it for both.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -13,8 +13,10 @@
 namespace firn {
 namespace {
 
-constexpr int kWarm = 20;       // steps of the small bed, not counted, after those of the large one
-constexpr int kRestart = 1500;  // steps after which the small bed begins anew, to stay in its state
+// Particles' steps, at least one step: those that count of each bed in each round, some 40 ms, and
+// those before them.
+constexpr int kCounted = 200'000, kWarm = 20'000;
+constexpr int kRestart = 1500;   // steps after which a bed begins anew, to stay in its state
 constexpr double kLeast = 2e-9;  // s per particle and step, phases that take less are left out
 
 // Seconds per particle and step, by phase.
@@ -29,17 +31,15 @@ class TimedBed {
   int timed() const { return timed_; }  // steps
   int particles() const { return static_cast<int>(solver_.model().particles.size()); }
 
-  void warm_up(int steps) {
-    if (taken_ + steps > kRestart) {
+  // Costs of some steps, after some that do not count. Those with a new list are left out, and
+  // their lists are noted.
+  std::optional<Costs> time() {
+    if (taken_ > kRestart) {
       solver_.restore(beginning_);
       taken_ = 0;
     }
-    for (int k = 0; k < steps; ++k) solver_.step();
-    taken_ += steps;
-  }
-
-  // Costs of the next steps. Those with a new list are left out, and their lists are noted.
-  std::optional<Costs> time(int steps) {
+    const int warm = std::max(1, kWarm / particles()), steps = std::max(1, kCounted / particles());
+    for (int k = 0; k < warm; ++k) solver_.step();
     Costs sum;
     int counted = 0;
     for (int k = 0; k < steps; ++k) {
@@ -55,7 +55,7 @@ class TimedBed {
       ++counted;
       for (const auto& [phase, seconds] : step) sum[phase] += seconds;
     }
-    taken_ += steps;
+    taken_ += warm + steps;
     timed_ += steps;
     if (counted == 0) return std::nullopt;
     double all = 0;
@@ -84,50 +84,52 @@ double quantile(std::vector<double> values, double q) {
 }
 
 struct Series {
-  std::vector<double> large, small, ratio;
+  std::vector<double> one, other, ratio;
 };
 
 void print(const std::map<std::string, Series>& phases) {
-  fmt::print("{:<20}{:>10}{:>10}{:>8}{:>18}\n", "ns/particle/step", "large", "small", "ratio",
+  fmt::print("{:<20}{:>10}{:>10}{:>8}{:>18}\n", "ns/particle/step", "one", "other", "ratio",
              "8 of 10 rounds");
   for (const auto& [phase, s] : phases) {
-    const double large = quantile(s.large, 0.5);
-    if (large < kLeast) continue;
-    fmt::print("{:<20}{:>10.1f}{:>10.1f}{:>8.3f}{:>10.2f} to {:.2f}\n", phase, 1e9 * large,
-               1e9 * quantile(s.small, 0.5), quantile(s.ratio, 0.5), quantile(s.ratio, 0.1),
+    const double one = quantile(s.one, 0.5);
+    if (one < kLeast) continue;
+    fmt::print("{:<20}{:>10.1f}{:>10.1f}{:>8.3f}{:>10.2f} to {:.2f}\n", phase, 1e9 * one,
+               1e9 * quantile(s.other, 0.5), quantile(s.ratio, 0.5), quantile(s.ratio, 0.1),
                quantile(s.ratio, 0.9));
   }
 }
 
 void print_lists(const char* which, const TimedBed& bed) {
   if (bed.list_costs.empty()) return;
-  fmt::print("{} bed: {} new lists in {} steps, {:.2f} us/particle each (median)\n", which,
+  fmt::print("{}: {} new lists in {} steps, {:.2f} us/particle each (median)\n", which,
              bed.list_costs.size(), bed.timed(), 1e6 * quantile(bed.list_costs, 0.5));
 }
 
-void compare(beds::Bed bed, int along, int across, int rounds, int threads) {
-  TimedBed large(bed, along, across, threads), small(bed, 1, 1, threads);
-  large.warm_up(3);
+struct Choice {
+  int along, across, threads;
+};
+
+void compare(beds::Bed bed, const Choice& a, const Choice& b, int rounds) {
+  TimedBed one(bed, a.along, a.across, a.threads), other(bed, b.along, b.across, b.threads);
   std::map<std::string, Series> phases;
   for (int k = 0; k < rounds; ++k) {
-    const std::optional<Costs> of_large = large.time(1);
-    small.warm_up(kWarm);
-    const std::optional<Costs> of_small = small.time(along * across);
-    if (!of_large || !of_small) continue;
-    for (const auto& [phase, seconds] : *of_large) {
-      const auto beside = of_small->find(phase);
-      if (beside == of_small->end()) continue;
+    const std::optional<Costs> of_one = one.time(), of_other = other.time();
+    if (!of_one || !of_other) continue;
+    for (const auto& [phase, seconds] : *of_one) {
+      const auto beside = of_other->find(phase);
+      if (beside == of_other->end()) continue;
       Series& s = phases[phase];
-      s.large.push_back(seconds);
-      s.small.push_back(beside->second);
+      s.one.push_back(seconds);
+      s.other.push_back(beside->second);
       s.ratio.push_back(seconds / beside->second);
     }
   }
-  fmt::print("{}, {} and {} particles, {} rounds, {} thread{}\n", beds::name_of(bed),
-             large.particles(), small.particles(), rounds, threads, threads == 1 ? "" : "s");
+  fmt::print("{}, {} rounds: one of {} particles with {} thread{}, other of {} with {}\n",
+             beds::name_of(bed), rounds, one.particles(), a.threads, a.threads == 1 ? "" : "s",
+             other.particles(), b.threads);
   print(phases);
-  print_lists("large", large);
-  print_lists("small", small);
+  print_lists("one", one);
+  print_lists("other", other);
 }
 
 }  // namespace
@@ -135,19 +137,23 @@ void compare(beds::Bed bed, int along, int across, int rounds, int threads) {
 
 int main(int count, char** words) {
   using firn::beds::Bed;
-  CLI::App app("Steps of a bed of boxes side by side, and of one box, in turn");
+  CLI::App app("Steps of two beds of boxes side by side, in turn");
   const std::map<std::string, Bed> beds = {
       {"settled", Bed::settled}, {"discharging", Bed::discharging}, {"stirred", Bed::stirred}};
   std::string bed;
-  int along = 6, across = 19, rounds = 60, threads = 1;
-  app.add_option("bed", bed, "its state")->required()->check(CLI::IsMember(&beds));
+  firn::Choice one{6, 19, 1}, other{1, 1, 1};
+  int rounds = 60;
+  app.add_option("bed", bed, "state of both")->required()->check(CLI::IsMember(&beds));
   const auto number = [&](const char* name, int& value, const char* meaning) {
     app.add_option(name, value, meaning)->capture_default_str()->check(CLI::PositiveNumber);
   };
-  number("--along", along, "boxes of the large bed along x");
-  number("--across", across, "boxes of the large bed across");
-  number("--rounds", rounds, "steps of the large bed");
-  number("--threads", threads, "threads of either");
+  number("--along", one.along, "boxes along x");
+  number("--across", one.across, "boxes across");
+  number("--threads", one.threads, "threads");
+  number("--other-along", other.along, "the same of the other bed");
+  number("--other-across", other.across, "");
+  number("--other-threads", other.threads, "");
+  number("--rounds", rounds, "how often both are stepped");
   CLI11_PARSE(app, count, words);
-  firn::compare(beds.at(bed), along, across, rounds, threads);
+  firn::compare(beds.at(bed), one, other, rounds);
 }
