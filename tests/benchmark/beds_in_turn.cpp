@@ -150,9 +150,9 @@ int main(int count, char** words) {
   number("--along", one.along, "boxes along x");
   number("--across", one.across, "boxes across");
   number("--threads", one.threads, "threads");
-  number("--other-along", other.along, "the same of the other bed");
-  number("--other-across", other.across, "");
-  number("--other-threads", other.threads, "");
+  number("--other-along", other.along, "boxes along x of the other bed");
+  number("--other-across", other.across, "boxes across of the other bed");
+  number("--other-threads", other.threads, "threads of the other bed");
   number("--rounds", rounds, "how often both are stepped");
   CLI11_PARSE(app, count, words);
   firn::compare(beds.at(bed), one, other, rounds);
