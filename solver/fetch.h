@@ -21,6 +21,7 @@ template <Cache cache = Cache::second>
   // A number, as an empty array has no place to count from.
   const auto at = reinterpret_cast<std::uintptr_t>(from);
   const auto get = [&](std::size_t k) __attribute__((always_inline)) {
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): nothing is read through it.
     __builtin_prefetch(reinterpret_cast<const void*>(at + k), 0, cache == Cache::first ? 3 : 2);
   };
   for (std::size_t k = 0; k < bytes; k += kLine) get(k);
