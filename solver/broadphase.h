@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "solver/fetch.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -24,10 +23,6 @@ class BoxNeighbours {
   std::span<const std::int32_t> of(std::size_t box) const {
     const Place& p = places_[box];
     return {found_[p.task].data() + p.first, p.count};
-  }
-  [[gnu::always_inline]] void fetch(std::size_t box) const {  // see fetch.h
-    const std::span<const std::int32_t> found = of(box);
-    firn::fetch(found.data(), found.size());
   }
 
  private:

@@ -8,8 +8,8 @@
 namespace firn {
 
 // How near. The first cache waits for few lines at a time: to fetch straight into it what lies in
-// memory goes half as fast, where lines lie scattered, as to fetch it into the second one. For what
-// is read within a microsecond.
+// memory goes half as fast, where lines lie scattered, as to fetch it into the second one. It is
+// for what is read within a microsecond.
 enum class Cache { first, second };
 
 // Every line of the cache that these bytes may lie on. Always inlined, as the compiler takes calls

@@ -36,11 +36,10 @@ struct ListPiece {
   std::vector<PartNumbers> parts;  // of all pairs, one behind the other
   ListSizes size, first;           // where it begins in the list
 
-  // Keeps its memory: the system would have to clear it again for the next list.
+  // For new pairs; keeps the memory, which the system would have to clear again.
   void clear() {
     pairs.clear();
     parts.clear();
-    size = first = {};
   }
 };
 

@@ -356,7 +356,10 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
     PairFinder pairs(model, w, s, spheres, piece);
     const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + 2 < end) neighbours.fetch(i + 2);
+      if (i + 2 < end) {
+        const std::span<const std::int32_t> later = neighbours.of(i + 2);
+        fetch(later.data(), later.size());
+      }
       for (const std::int32_t j : neighbours.of(i))
         pairs.add_particles(i, static_cast<std::size_t>(j));
       for (const Wall* const wall : near) pairs.add_wall(i, *wall);

@@ -62,7 +62,6 @@ std::filesystem::path settled_file() { return program_folder() / "settled_bed.st
 Solver settled(const scenes::ReposeBox& box) {
   Solver solver(box.model);
   if (take_up(solver, settled_file())) return solver;
-  solver = Solver(box.model);
   scenes::scatter(solver, 0, kCubes, box.lower, box.upper, 1);
   scenes::run(solver, 1.2);
   keep(solver, settled_file());
