@@ -34,9 +34,9 @@ void for_ranges(int threads, std::size_t n, std::size_t grain,
 
 // How many of `ranges` a task should take, one behind the other, so that it can fetch what the next
 // one will need: that must not be at work elsewhere, as it would be taken away from there. Few
-// enough to leave every thread several tasks.
+// enough to leave every thread so many tasks that it does not wait long for the last one.
 inline std::size_t ranges_of_task(int threads, std::size_t ranges) {
-  constexpr std::size_t kTasks = 8, kMany = 8;
+  constexpr std::size_t kTasks = 16, kMany = 8;
   if (threads <= 1) return std::max<std::size_t>(ranges, 1);
   return std::clamp<std::size_t>(ranges / (kTasks * static_cast<std::size_t>(threads)), 1, kMany);
 }

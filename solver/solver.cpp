@@ -339,14 +339,12 @@ Energy Solver::energy() const {
 
 const Health& Solver::health() const {
   State& s = impl_->state;
+  Workspace& w = impl_->workspace;
+  // Whoever asks after every step must not pay for a walk through all pairs: steps keep count.
+  if (w.list_is_new) take_up_list(impl_->model, w, s);
   s.health.pairs = s.pairs.size();
-  s.health.patches = s.health.points = 0;
-  for (const Pair& pair : s.pairs) {
-    s.health.patches += pair.patch_count;
-    for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
-      s.health.points += s.patches[pair.first_patch + k].point_count;
-    }
-  }
+  s.health.patches = static_cast<std::uint64_t>(w.patches);
+  s.health.points = static_cast<std::uint64_t>(w.points);
   return s.health;
 }
 

@@ -1,12 +1,16 @@
 // What a step of a bed costs per particle beside one of another size or with another number of
 // threads, in the same state: some steps of the one, then for as long steps of the other, and so
 // on. A machine whose speed changes from second to second, as others use it, changes it for both.
+// And what the machine gives to runs that have nothing to do with each other: copies of the one bed
+// side by side, as many as the other has threads.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <optional>
+#include <thread>
 
 #include "tests/benchmark/kept_beds.h"
 
@@ -21,6 +25,7 @@ constexpr double kLeast = 2e-9;  // s per particle and step, phases that take le
 
 // Seconds per particle and step, by phase.
 using Costs = std::map<std::string, double>;
+constexpr const char* kWhole = "whole step";
 
 // A bed whose steps are timed.
 class TimedBed {
@@ -29,6 +34,10 @@ class TimedBed {
       : solver_(beds::kept(bed, along, across, threads)), beginning_(solver_.save()) {}
 
   int timed() const { return timed_; }  // steps
+  void step() {                         // one that does not count
+    solver_.step();
+    ++taken_;
+  }
   int particles() const { return static_cast<int>(solver_.model().particles.size()); }
 
   // Costs of some steps, after some that do not count. Those with a new list are left out, and
@@ -60,7 +69,7 @@ class TimedBed {
     if (counted == 0) return std::nullopt;
     double all = 0;
     for (auto& [phase, seconds] : sum) all += seconds /= counted;
-    sum["whole step"] = all;
+    sum[kWhole] = all;
     return sum;
   }
 
@@ -105,12 +114,36 @@ void print_lists(const char* which, const TimedBed& bed) {
              bed.list_costs.size(), bed.timed(), 1e6 * quantile(bed.list_costs, 0.5));
 }
 
+// How much more the beds get done side by side, a thread for each, than one of them that needs
+// `alone` seconds per particle and step.
+double gain_side_by_side(std::vector<TimedBed>& beds, double alone) {
+  std::vector<double> costs(beds.size(), 0);
+  std::atomic<std::size_t> done = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < beds.size(); ++k) {
+      threads.emplace_back([&, k] {
+        if (const std::optional<Costs> of_bed = beds[k].time()) costs[k] = of_bed->at(kWhole);
+        // Whoever is done first must not leave the machine to the others.
+        for (++done; done < beds.size();) beds[k].step();
+      });
+    }
+  }
+  double gain = 0;
+  for (const double cost : costs) gain += cost > 0 ? alone / cost : 0;
+  return gain;
+}
+
 struct Choice {
   int along, across, threads;
 };
 
-void compare(beds::Bed bed, const Choice& a, const Choice& b, int rounds) {
+void compare(beds::Bed bed, const Choice& a, const Choice& b, int rounds, bool side_by_side) {
   TimedBed one(bed, a.along, a.across, a.threads), other(bed, b.along, b.across, b.threads);
+  std::vector<TimedBed> copies;
+  for (int k = 0; side_by_side && k < b.threads; ++k)
+    copies.emplace_back(bed, a.along, a.across, a.threads);
+  std::vector<double> gains;
   std::map<std::string, Series> phases;
   for (int k = 0; k < rounds; ++k) {
     const std::optional<Costs> of_one = one.time(), of_other = other.time();
@@ -123,11 +156,16 @@ void compare(beds::Bed bed, const Choice& a, const Choice& b, int rounds) {
       s.other.push_back(beside->second);
       s.ratio.push_back(seconds / beside->second);
     }
+    if (side_by_side) gains.push_back(gain_side_by_side(copies, of_one->at(kWhole)));
   }
   fmt::print("{}, {} rounds: one of {} particles with {} thread{}, other of {} with {}\n",
              beds::name_of(bed), rounds, one.particles(), a.threads, a.threads == 1 ? "" : "s",
              other.particles(), b.threads);
   print(phases);
+  if (!gains.empty()) {
+    fmt::print("{} of one side by side get {:.3f} times as much done ({:.2f} to {:.2f})\n",
+               copies.size(), quantile(gains, 0.5), quantile(gains, 0.1), quantile(gains, 0.9));
+  }
   print_lists("one", one);
   print_lists("other", other);
 }
@@ -154,6 +192,9 @@ int main(int count, char** words) {
   number("--other-across", other.across, "boxes across of the other bed");
   number("--other-threads", other.threads, "threads of the other bed");
   number("--rounds", rounds, "how often both are stepped");
+  bool side_by_side = false;
+  app.add_flag("--side-by-side", side_by_side,
+               "also step copies of the one side by side, as many as the other has threads");
   CLI11_PARSE(app, count, words);
-  firn::compare(beds.at(bed), one, other, rounds);
+  firn::compare(beds.at(bed), one, other, rounds, side_by_side);
 }

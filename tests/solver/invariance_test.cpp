@@ -100,6 +100,7 @@ TEST(Determinism, AskingChangesNothing) {
     if (what == 2) return asked.load(3).force.norm();
     if (what == 3) return static_cast<double>(asked.hash());
     if (what == 4) return static_cast<double>(asked.save().size());
+    if (what == 5) return static_cast<double>(asked.health().points);
     return asked.particles().angular_velocity[1].norm();
   };
   for (int step = 0; step < 300; ++step) {
@@ -116,6 +117,34 @@ TEST(Determinism, AskingChangesNothing) {
   EXPECT_EQ(different_groups(silent.group_hashes(), asked.group_hashes()), "");
   EXPECT_EQ(silent.particles().peak_normal_force, asked.particles().peak_normal_force);
   EXPECT_EQ(silent.energy().kinetic, asked.energy().kinetic);
+}
+
+// Counted by the steps, and by walking through all contacts: over new lists and removals, before
+// the first step and after a restart.
+TEST(Health, CountsWhatIsThere) {
+  std::size_t most = 0;
+  const auto expect_counts = [&](const Solver& solver) {
+    const std::vector<Contact> contacts = solver.contacts();
+    most = std::max(most, contacts.size());
+    std::size_t points = 0;
+    for (const Contact& contact : contacts) points += contact.spots.size();
+    const Health& health = solver.health();
+    ASSERT_EQ(health.patches, contacts.size()) << "at step " << solver.steps();
+    ASSERT_EQ(health.points, points) << "at step " << solver.steps();
+  };
+  Solver solver = filled(small_box(20), 0.25, 3);
+  expect_counts(solver);
+  scenes::run(solver, 0.11);
+  const std::uint64_t lists = solver.health().rebuilds;
+  for (int step = 0; step < 2000; ++step) {
+    if (step == 700) solver.remove_particle(5);
+    if (step == 900) solver.remove_boundary(0);
+    solver.step();
+    expect_counts(solver);
+    if (step % 100 == 0) expect_counts(copy_of(solver));
+  }
+  EXPECT_GT(most, 10u);
+  EXPECT_GT(solver.health().rebuilds, lists + 3);
 }
 
 TEST(StateHash, TellsWhichGroupOfTheStateChanged) {
@@ -170,7 +199,7 @@ TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
 // A cloud of spinning dice that is large enough for tasks of several ranges, which fetch ahead and
 // have scratch memory of their own: with one thread a single task, with more smaller ones.
 TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
-  constexpr int kSide = 22, kSteps = 40;
+  constexpr int kSide = 28, kSteps = 40;
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
   model.timestep = 1e-4;
   const int shape = scenes::add_shape(
