@@ -447,7 +447,6 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       &w.pair_shares);
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
-    for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);
     s.health.queries += range.queries;
     s.health.refreshes += range.refreshes;
     s.health.deep_births += range.deep_births;
@@ -460,6 +459,9 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       store(range.found[k], pair, s);
       refreshed = active_pair(range, s, refreshed.pair);
     }
+  }
+  for (const PairRange& range : w.ranges) {
+    for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);
   }
   w.points_moved = has_holes(w, s);
   if (w.points_moved) {

@@ -115,8 +115,8 @@ void print_lists(const char* which, const TimedBed& bed) {
 }
 
 // How much more the beds get done side by side, a thread for each, than one of them that needs
-// `alone` seconds per particle and step.
-double gain_side_by_side(std::vector<TimedBed>& beds, double alone) {
+// `alone` seconds per particle and step. Nothing if one of them made a new list in every step.
+std::optional<double> gain_side_by_side(std::vector<TimedBed>& beds, double alone) {
   std::vector<double> costs(beds.size(), 0);
   std::atomic<std::size_t> done = 0;
   {
@@ -130,7 +130,10 @@ double gain_side_by_side(std::vector<TimedBed>& beds, double alone) {
     }
   }
   double gain = 0;
-  for (const double cost : costs) gain += cost > 0 ? alone / cost : 0;
+  for (const double cost : costs) {
+    if (cost == 0) return std::nullopt;
+    gain += alone / cost;
+  }
   return gain;
 }
 
@@ -156,7 +159,9 @@ void compare(beds::Bed bed, const Choice& a, const Choice& b, int rounds, bool s
       s.other.push_back(beside->second);
       s.ratio.push_back(seconds / beside->second);
     }
-    if (side_by_side) gains.push_back(gain_side_by_side(copies, of_one->at(kWhole)));
+    if (!side_by_side) continue;
+    if (const std::optional<double> gain = gain_side_by_side(copies, of_one->at(kWhole)))
+      gains.push_back(*gain);
   }
   fmt::print("{}, {} rounds: one of {} particles with {} thread{}, other of {} with {}\n",
              beds::name_of(bed), rounds, one.particles(), a.threads, a.threads == 1 ? "" : "s",
