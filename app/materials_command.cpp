@@ -24,7 +24,7 @@ struct Arguments {
   std::string database;
   bool all = false;
   bool replay = false;
-  ReplayOptions replay_options;
+  RecordReplayOptions replay_options;
   bool json = false;
   std::string database_file() const { return material_database_file(database); }
 };

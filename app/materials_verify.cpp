@@ -145,7 +145,7 @@ std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
 // By response, behind the name of its experiment where it has one.
 std::map<std::string, Replayed> replay(const MaterialRecord& r, const Anchor& anchor,
                                        const SimulatedCase& simulated,
-                                       const ReplayOptions& options) {
+                                       const RecordReplayOptions& options) {
   std::map<std::string, Replayed> all;
   int repeated = 0;
   for (const AnchorRun& recorded : anchor.runs) {
@@ -187,7 +187,8 @@ std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
   return checks;
 }
 
-std::vector<RecordCheck> replay_record(const StoredRecord& stored, const ReplayOptions& options) {
+std::vector<RecordCheck> replay_record(const StoredRecord& stored,
+                                       const RecordReplayOptions& options) {
   const MaterialRecord& r = stored.record;
   if (!r.family || r.provenance.cases.empty())
     return {{r.reference(), "replay", Finding::unknown, "rests on no simulation"}};

@@ -21,7 +21,7 @@ struct RecordCheck {
 std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
                                         const MaterialChoice& choice);
 
-struct ReplayOptions {
+struct RecordReplayOptions {
   int threads = 1;
   int runs = 0;  // at most, of each anchor in each experiment; 0: all
 };
@@ -30,6 +30,7 @@ struct ReplayOptions {
 // firn_program() tells, responses are the same bits; by another one, the mean of each is that of
 // the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation fails
 // or is interrupted.
-std::vector<RecordCheck> replay_record(const StoredRecord& stored, const ReplayOptions& options);
+std::vector<RecordCheck> replay_record(const StoredRecord& stored,
+                                       const RecordReplayOptions& options);
 
 }  // namespace firn

@@ -64,7 +64,7 @@ TriangleMesh square(const Boundary& plane, const Eigen::AlignedBox3d& box) {
 }
 
 // Frames a second.
-double wanted_rate(const std::vector<double>& times, const ReplayOptions& options) {
+double wanted_rate(const std::vector<double>& times, const ReplayViewOptions& options) {
   const double length = times.back() - times.front();
   return length > 0 ? std::max(options.rate, options.at_least / length) : options.rate;
 }
@@ -207,7 +207,8 @@ std::string data_text(Json facts, const PoseTracks& tracks) {
 }  // namespace
 
 ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
-                        const Recording& recording, const Case& c, const ReplayOptions& options) {
+                        const Recording& recording, const Case& c,
+                        const ReplayViewOptions& options) {
   ReplaySize size;
   const std::vector<double> times = recording.frame_times();
   size.recorded_frames = times.size();
@@ -251,7 +252,7 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
 }
 
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
-                      const ReplayOptions& options) {
+                      const ReplayViewOptions& options) {
   if (recording.frame_times().empty()) return {};
   return place_replay(page, page.section("Replay", "replay"), {"run", c.name}, recording, c,
                       options);

@@ -9,7 +9,7 @@
 
 namespace firn {
 
-struct ReplayOptions {
+struct ReplayViewOptions {
   // Frames at most: so many a second of simulated time, or so many where that would be fewer (an
   // impact is looked at slowly).
   double rate = 30;
@@ -32,9 +32,9 @@ struct ReplayName {
 // has several, each is unpacked when the reader asks for it. A run without a frame gets none.
 ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
                         const Recording& recording, const Case& c,
-                        const ReplayOptions& options = {});
+                        const ReplayViewOptions& options = {});
 // A section with the only replay of a page.
 ReplaySize add_replay(page::Page& page, const Recording& recording, const Case& c,
-                      const ReplayOptions& options = {});
+                      const ReplayViewOptions& options = {});
 
 }  // namespace firn

@@ -226,7 +226,7 @@ void case_section(const Recording& recording, const Case& c, page::Page& page) {
 
 }  // namespace
 
-page::Page run_page(const std::string& results_file, const ReplayOptions& options) {
+page::Page run_page(const std::string& results_file, const ReplayViewOptions& options) {
   const Recording recording(results_file);
   const Case c = recording.read_case();
   const std::vector<Response> responses =

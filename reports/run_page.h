@@ -9,6 +9,6 @@
 namespace firn {
 
 // From a results file alone. Throws InputError for one that cannot be read, and without gnuplot.
-page::Page run_page(const std::string& results_file, const ReplayOptions& options = {});
+page::Page run_page(const std::string& results_file, const ReplayViewOptions& options = {});
 
 }  // namespace firn

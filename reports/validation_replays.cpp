@@ -61,7 +61,7 @@ void ValidationReplays::add(const std::string& experiment, const std::string& an
                                        run.parameter_set, page::number_text(run.seed, 9));
   try {
     const Recording recording(run.file);
-    ReplayOptions options;
+    ReplayViewOptions options;
     options.budget = budget_ / waiting_;
     const ReplaySize size =
         place_replay(page, watch, {page::anchor_of(experiment), fmt::format("\"{}\"", experiment)},

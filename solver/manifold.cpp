@@ -120,7 +120,7 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers
 
 // True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
 // part axes) leans out over the seam and nothing of the region reaches back from it.
-bool belongs_to_neighbour(const View& view, const Carriers& carriers, const Vec3& outward,
+bool belongs_to_neighbour(const ProjectedPart& view, const Carriers& carriers, const Vec3& outward,
                           const Region& r, double RegionPoint::*height) {
   const ConvexPart& part = view.part;
   if (part.internal_normals.empty()) return false;
@@ -140,8 +140,8 @@ bool belongs_to_neighbour(const View& view, const Carriers& carriers, const Vec3
 }
 
 // Contact points and moments of a weighed region.
-void emit(const Region& r, const Frame& frame, double radius_a, double radius_b, double shell,
-          Manifold& out) {
+void emit(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
+          double shell, Manifold& out) {
   out.area = r.area;
   out.polar = r.polar;
   for (int i = 0; i < r.count; ++i) {
@@ -174,8 +174,8 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
   out.normal = contact.normal;
   if (!(out.gap < shell)) return;  // nor a number that is none
 
-  const Frame frame(contact.normal);
-  const View view_a(a, frame), view_b(b, frame, b_in_a);
+  const ContactBasis frame(contact.normal);
+  const ProjectedPart view_a(a, frame), view_b(b, frame, b_in_a);
   const Carriers carriers_a(contact.simplex.a, contact.simplex.count);
   const Carriers carriers_b(contact.simplex.b, contact.simplex.count);
   const double size = pair_size(a, b), depth = feature_depth(out.gap, shell, size);
@@ -241,8 +241,8 @@ void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, 
 
 void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out) {
   clear(out);
-  const Frame frame(-n);
-  const View view(a, frame);
+  const ContactBasis frame(-n);
+  const ProjectedPart view(a, frame);
   const std::uint16_t lowest = static_cast<std::uint16_t>(support(a, frame.n).vertex);
   out.normal = frame.n;
   out.gap = -offset - view.height(lowest) - a.radius;

@@ -7,39 +7,41 @@ namespace firn {
 namespace {
 
 // std::hypot guards against overflow that lengths in metres never see, at five times the price.
-double length_of(const Point2& a) { return std::sqrt(a.u * a.u + a.v * a.v); }
-double dot(const Point2& a, const Point2& b) { return a.u * b.u + a.v * b.v; }
-double cross(const Point2& a, const Point2& b) { return a.u * b.v - a.v * b.u; }
-Point2 operator-(const Point2& a, const Point2& b) { return {a.u - b.u, a.v - b.v}; }
+double length_of(const PlanePoint& a) { return std::sqrt(a.u * a.u + a.v * a.v); }
+double dot(const PlanePoint& a, const PlanePoint& b) { return a.u * b.u + a.v * b.v; }
+double cross(const PlanePoint& a, const PlanePoint& b) { return a.u * b.v - a.v * b.u; }
+PlanePoint operator-(const PlanePoint& a, const PlanePoint& b) { return {a.u - b.u, a.v - b.v}; }
 
 // A face as height over (u, v).
 struct Slope {
   double at_origin, du, dv;
 
-  Slope(const View& view, const ConvexPart::Face& face) {
+  Slope(const ProjectedPart& view, const ConvexPart::Face& face) {
     const double rise = face.normal.dot(view.n);
     du = -face.normal.dot(view.u) / rise;
     dv = -face.normal.dot(view.v) / rise;
     at_origin = face.offset / rise + view.shift.z() - du * view.shift.x() - dv * view.shift.y();
   }
-  double height(const Point2& p) const { return at_origin + du * p.u + dv * p.v; }
+  double height(const PlanePoint& p) const { return at_origin + du * p.u + dv * p.v; }
 };
 
 // Projected corners of a face, counter-clockwise seen against the frame's normal.
-void outline(const View& view, const ConvexPart::Face& face, bool reversed, Point2* out) {
+void outline(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
+             PlanePoint* out) {
   for (int i = 0; i < face.count; ++i) {
     out[reversed ? face.count - 1 - i : i] = view.flat(view.part.loops[face.first + i]);
   }
 }
 
 // Cuts a convex polygon by the left side of p -> q. Returns the new number of corners.
-int cut(const Point2* in, int count, const Point2& p, const Point2& q, Point2* out) {
-  const Point2 e = q - p;
+int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q,
+        PlanePoint* out) {
+  const PlanePoint e = q - p;
   int kept = 0;
-  Point2 from = in[count - 1];
+  PlanePoint from = in[count - 1];
   double from_side = cross(e, from - p);
   for (int i = 0; i < count; ++i) {
-    const Point2 to = in[i];
+    const PlanePoint to = in[i];
     const double to_side = cross(e, to - p);
     if ((from_side < 0) != (to_side < 0)) {
       const double t = from_side / (from_side - to_side);
@@ -58,11 +60,11 @@ struct Strand {
   double across0, height0;  // at along0
   double turn, rise;        // per length along
 
-  Strand(const View& view, const std::uint16_t (&ends)[2], const Point2& p, const Point2& q,
-         const Point2& direction) {
+  Strand(const ProjectedPart& view, const std::uint16_t (&ends)[2], const PlanePoint& p,
+         const PlanePoint& q, const PlanePoint& direction) {
     const bool forward = dot(q - p, direction) > 0;
-    const Point2& first = forward ? p : q;
-    const Point2& last = forward ? q : p;
+    const PlanePoint& first = forward ? p : q;
+    const PlanePoint& last = forward ? q : p;
     along0 = dot(first, direction);
     along1 = dot(last, direction);
     across0 = cross(direction, first);
@@ -78,16 +80,16 @@ struct Strand {
 
 // A fan from the mean of the corners, each triangle giving a third of its area to each corner.
 void weigh_polygon(Region& r) {
-  Point2 mean{0, 0};
+  PlanePoint mean{0, 0};
   for (int i = 0; i < r.count; ++i) {
     mean.u += r.points[i].at.u / r.count;
     mean.v += r.points[i].at.v / r.count;
   }
   double polar = 0;  // about the mean
-  Point2 p = r.points[r.count - 1].at - mean;
+  PlanePoint p = r.points[r.count - 1].at - mean;
   RegionPoint* from = &r.points[r.count - 1];
   for (int i = 0; i < r.count; ++i) {
-    const Point2 q = r.points[i].at - mean;
+    const PlanePoint q = r.points[i].at - mean;
     const double triangle = 0.5 * cross(p, q);
     from->weight += triangle / 3;
     r.points[i].weight += triangle / 3;
@@ -96,7 +98,7 @@ void weigh_polygon(Region& r) {
     p = q;
     from = &r.points[i];
   }
-  Point2 centroid{0, 0};  // from the mean
+  PlanePoint centroid{0, 0};  // from the mean
   for (int i = 0; i < r.count; ++i) {
     r.points[i].weight += r.area / (3 * r.count);
     centroid.u += r.points[i].weight * (r.points[i].at.u - mean.u) / r.area;
@@ -118,7 +120,7 @@ void weigh_segment(Region& r, double radius, double radii) {
   const auto overlap = [&](const RegionPoint& p) { return radii - (p.height_b - p.height_a); };
   const double width =
       swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])), r.size);
-  const Point2 e = r.points[1].at - r.points[0].at;
+  const PlanePoint e = r.points[1].at - r.points[0].at;
   const double length = length_of(e);
   r.area = width * length;
   r.points[0].weight = r.points[1].weight = 0.5 * r.area;
@@ -132,13 +134,13 @@ void weigh_point(Region& r, double radius, double radii) {
   r.polar = 0;
 }
 
-bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,
+bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
                   const ConvexPart::Face& face_b, Region& r) {
   const int capacity = region_capacity(face_a.count, face_b.count);
-  Scratch<Point2> first(capacity), second(capacity), other(face_b.count);
-  Point2* polygon = first.data();
-  Point2* spare = second.data();
-  Point2* knife = other.data();
+  Scratch<PlanePoint> first(capacity), second(capacity), other(face_b.count);
+  PlanePoint* polygon = first.data();
+  PlanePoint* spare = second.data();
+  PlanePoint* knife = other.data();
   outline(a, face_a, false, polygon);
   outline(b, face_b, true, knife);
   int count = face_a.count;
@@ -155,26 +157,27 @@ bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,
   return r.area > std::pow(kEdgeWidth * r.size, 2);
 }
 
-bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const View& face_view,
-                  const ConvexPart::Face& face, bool edge_is_a, Region& r) {
-  Scratch<Point2> storage(face.count);
-  Point2* polygon = storage.data();
+bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
+                  const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
+                  Region& r) {
+  Scratch<PlanePoint> storage(face.count);
+  PlanePoint* polygon = storage.data();
   outline(face_view, face, edge_is_a, polygon);
-  const Point2 p = edge_view.flat(ends[0]), q = edge_view.flat(ends[1]);
+  const PlanePoint p = edge_view.flat(ends[0]), q = edge_view.flat(ends[1]);
   const double height_p = edge_view.height(ends[0]), height_q = edge_view.height(ends[1]);
   double from = 0, to = 1;  // along p -> q
   for (int i = 0; i < face.count && from < to; ++i) {
-    const Point2 e = polygon[i + 1 < face.count ? i + 1 : 0] - polygon[i];
+    const PlanePoint e = polygon[i + 1 < face.count ? i + 1 : 0] - polygon[i];
     const double side_p = cross(e, p - polygon[i]), side_q = cross(e, q - polygon[i]);
     if (side_p < 0 && side_q < 0) return false;
     if (side_p < 0) from = std::max(from, side_p / (side_p - side_q));
     if (side_q < 0) to = std::min(to, side_p / (side_p - side_q));
   }
-  const Point2 e = q - p;
+  const PlanePoint e = q - p;
   if ((to - from) * length_of(e) < kLeastExtent * r.size) return false;
   const Slope slope(face_view, face);
   for (const double t : {from, to}) {
-    const Point2 at{p.u + t * e.u, p.v + t * e.v};
+    const PlanePoint at{p.u + t * e.u, p.v + t * e.v};
     const double on_edge = height_p + t * (height_q - height_p), on_face = slope.height(at);
     r.add(at, edge_is_a ? on_edge : on_face, edge_is_a ? on_face : on_edge);
   }
@@ -182,16 +185,16 @@ bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const V
   return true;
 }
 
-bool edge_on_edge(const View& a, const std::uint16_t (&ends_a)[2], const View& b,
+bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], const ProjectedPart& b,
                   const std::uint16_t (&ends_b)[2], double aside, Region& r) {
-  const Point2 a0 = a.flat(ends_a[0]), a1 = a.flat(ends_a[1]);
-  const Point2 b0 = b.flat(ends_b[0]), b1 = b.flat(ends_b[1]);
-  const Point2 da = a1 - a0, db = b1 - b0;
+  const PlanePoint a0 = a.flat(ends_a[0]), a1 = a.flat(ends_a[1]);
+  const PlanePoint b0 = b.flat(ends_b[0]), b1 = b.flat(ends_b[1]);
+  const PlanePoint da = a1 - a0, db = b1 - b0;
   const double length_a = length_of(da), length_b = length_of(db);
   if (std::min(length_a, length_b) < kLeastExtent * r.size) return false;
   if (std::abs(cross(da, db)) > 0.5 * length_a * length_b) return false;  // beyond 30 degrees
   const double sign = dot(da, db) > 0 ? 1 / length_b : -1 / length_b;
-  Point2 middle{da.u / length_a + sign * db.u, da.v / length_a + sign * db.v};
+  PlanePoint middle{da.u / length_a + sign * db.u, da.v / length_a + sign * db.v};
   const double norm = length_of(middle);
   middle = {middle.u / norm, middle.v / norm};
   const Strand on_a(a, ends_a, a0, a1, middle), on_b(b, ends_b, b0, b1, middle);

@@ -15,34 +15,34 @@ namespace firn {
 inline constexpr double kEdgeWidth = 1e-4;
 inline constexpr double kLeastExtent = 1e-7;
 
-struct Point2 {
+struct PlanePoint {
   double u, v;
 };
 
 // Axes u, v across the normal n; right-handed (Duff et al. 2017).
-struct Frame {
+struct ContactBasis {
   Vec3 u, v, n;
 
-  explicit Frame(const Vec3& normal) : n(normal) {
+  explicit ContactBasis(const Vec3& normal) : n(normal) {
     const double sign = std::copysign(1.0, n.z());
     const double a = -1 / (sign + n.z());
     const double b = n.x() * n.y() * a;
     u = {1 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()};
     v = {b, sign + n.y() * n.y() * a, -n.y()};
   }
-  Point2 flat(const Vec3& x) const { return {u.dot(x), v.dot(x)}; }
-  Vec3 point(const Point2& at, double height) const { return at.u * u + at.v * v + height * n; }
+  PlanePoint flat(const Vec3& x) const { return {u.dot(x), v.dot(x)}; }
+  Vec3 point(const PlanePoint& at, double height) const { return at.u * u + at.v * v + height * n; }
 };
 
 // A part seen along the normal: positions across it and heights along it, in the pair's frame.
-struct View {
+struct ProjectedPart {
   const ConvexPart& part;
   Vec3 u, v, n;  // the frame in part axes
   Vec3 shift;    // (u, v, height) of the part's origin
 
-  View(const ConvexPart& a, const Frame& frame)
+  ProjectedPart(const ConvexPart& a, const ContactBasis& frame)
       : part(a), u(frame.u), v(frame.v), n(frame.n), shift(Vec3::Zero()) {}
-  View(const ConvexPart& b, const Frame& frame, const Pose& b_in_a)
+  ProjectedPart(const ConvexPart& b, const ContactBasis& frame, const Pose& b_in_a)
       : part(b),
         u(b_in_a.rotation.transpose() * frame.u),
         v(b_in_a.rotation.transpose() * frame.v),
@@ -50,13 +50,13 @@ struct View {
         shift(frame.u.dot(b_in_a.translation), frame.v.dot(b_in_a.translation),
               frame.n.dot(b_in_a.translation)) {}
 
-  Point2 flat(int i) const {
+  PlanePoint flat(int i) const {
     const Vec3 x = part.vertex(i);
     return {u.dot(x) + shift.x(), v.dot(x) + shift.y()};
   }
   double height(int i) const { return n.dot(part.vertex(i)) + shift.z(); }
   // A point of the frame in part axes.
-  Vec3 body_point(const Point2& at, double height) const {
+  Vec3 body_point(const PlanePoint& at, double height) const {
     return (at.u - shift.x()) * u + (at.v - shift.y()) * v + (height - shift.z()) * n;
   }
 };
@@ -78,7 +78,7 @@ class Scratch {
 
 // One corner of the touching region and the heights of the two cores over it.
 struct RegionPoint {
-  Point2 at;
+  PlanePoint at;
   double height_a, height_b;  // m
   double weight;              // m^2
 };
@@ -89,7 +89,7 @@ struct Region {
       : storage(room), points(storage.data()), capacity(room), size(pair_size) {}
   Region(const Region&) = delete;
 
-  void add(const Point2& at, double height_a, double height_b) {
+  void add(const PlanePoint& at, double height_a, double height_b) {
     assert(count < capacity);
     points[count++] = {at, height_a, height_b, 0};
   }
@@ -120,14 +120,15 @@ double swept_width(double radius, double overlap, double size);
 double edge_radius(double radius_a, double radius_b);
 
 // The region over which two features face each other, weighed. False when it is empty or too small.
-bool face_on_face(const View& a, const ConvexPart::Face& face_a, const View& b,
+bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
                   const ConvexPart::Face& face_b, Region& r);
 // An edge of one part on a face of the other; `edge_is_a` says whose is whose.
-bool edge_on_face(const View& edge_view, const std::uint16_t (&ends)[2], const View& face_view,
-                  const ConvexPart::Face& face, bool edge_is_a, Region& r);
+bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
+                  const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
+                  Region& r);
 // Two edges that run side by side: the stretch over which they are less than `aside` (m) apart
 // across the normal. Shrinks to the crossing point as they turn against each other.
-bool edge_on_edge(const View& a, const std::uint16_t (&ends_a)[2], const View& b,
+bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], const ProjectedPart& b,
                   const std::uint16_t (&ends_b)[2], double aside, Region& r);
 
 }  // namespace firn

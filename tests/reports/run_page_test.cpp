@@ -108,7 +108,7 @@ TEST_F(RunPage, LeavesFramesOutToKeepTheBudget) {
   const ReplaySize all = add_replay(whole, recording, c);
   EXPECT_EQ(all.frames, recording.frame_times().size());
   EXPECT_EQ(all.recorded_frames, all.frames);
-  ReplayOptions options;
+  ReplayViewOptions options;
   options.budget = all.characters * 3 / 4;
   const ReplaySize some = add_replay(small, recording, c, options);
   EXPECT_LE(some.characters, options.budget);
