@@ -6,16 +6,25 @@ if(failed)
   set(commit unknown)
 endif()
 
-# What decides the numbers; not the commit, which documentation and other folders change as well.
-file(GLOB sources RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/solver/*.cpp ${SOURCE_DIR}/solver/*.h
-  ${SOURCE_DIR}/solver/CMakeLists.txt ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h
-  ${SOURCE_DIR}/experiments/machine/*.cpp ${SOURCE_DIR}/experiments/machine/*.h)
-list(SORT sources)
-file(SHA256 ${BUILD_FACTS} program)
+# The identity covers the folders whose code decides the numbers of a run. The commit is no part of it,
+# because documentation and other folders change it as well. experiments/batch starts runs and stores
+# their answers; it computes none. The identity depends on contents only: a file that moves keeps it.
+file(GLOB_RECURSE sources ${SOURCE_DIR}/solver/*.cpp ${SOURCE_DIR}/solver/*.h ${SOURCE_DIR}/solver/CMakeLists.txt
+  ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h)
+list(FILTER sources EXCLUDE REGEX "/experiments/batch/")
+list(LENGTH sources count)
+if(count LESS 100)
+  message(FATAL_ERROR "write_version.cmake found ${count} sources under ${SOURCE_DIR}, expected at least 100: "
+    "were solver/ or experiments/ moved? Stores would serve results of other solvers as current ones.")
+endif()
+set(hashes "")
 foreach(source IN LISTS sources)
-  file(SHA256 ${SOURCE_DIR}/${source} hash)
-  string(APPEND program " ${source} ${hash}")
+  file(SHA256 ${source} hash)
+  list(APPEND hashes ${hash})
 endforeach()
+list(SORT hashes)
+file(SHA256 ${BUILD_FACTS} program)
+string(APPEND program " ${hashes}")
 string(SHA256 program "${program}")
 string(SUBSTRING ${program} 0 16 program)
 
