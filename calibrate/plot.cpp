@@ -1,5 +1,5 @@
 // Draws the fitted response of the first target with gnuplot: a map over two parameters, slices
-// through the answer for any other number. The script stays beside the pictures.
+// through the answer for any other number. The script stays in the folder of the pictures.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,7 +12,8 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
-#include "experiments/batch/process.h"
+#include "experiments/gnuplot.h"
+#include "experiments/text_encoding.h"
 
 namespace firn {
 namespace {
@@ -23,22 +24,8 @@ using Out = fmt::memory_buffer;
 
 constexpr int map_cells = 80, slice_cells = 120;
 
-// For gnuplot's text: underscores would lower what follows.
-std::string plain(std::string s) {
-  std::replace(s.begin(), s.end(), '_', ' ');
-  std::replace(s.begin(), s.end(), '"', '\'');
-  return s;
-}
-
 std::string with_unit(const std::string& name, const std::string& unit) {
-  return plain(name) + (unit.empty() || unit == "1" ? "" : " / " + unit);
-}
-
-// Inside gnuplot's single quotes.
-std::string quoted(const std::filesystem::path& file) {
-  std::string s;
-  for (const char c : file.string()) s += c == '\'' ? "''" : std::string(1, c);
-  return "'" + s + "'";
+  return name + (unit.empty() || unit == "1" ? "" : " / " + unit);
 }
 
 struct Scene {
@@ -83,18 +70,19 @@ void print_axis(Out& out, const char* axis, const Parameter& p) {
   std::vector<std::string> ticks;
   for (const double t : tick_values(p))
     ticks.push_back(fmt::format("\"{:.4g}\" {:.6f}", t, p.to_unit(t)));
-  print(out, "set {0}label \"{1}\"\nset {0}range [0:1]\nset {0}tics ({2})\n", axis,
-        with_unit(p.name, p.unit), fmt::join(ticks, ", "));
+  print(out, "set {0}label {1}\nset {0}range [0:1]\nset {0}tics ({2})\n", axis,
+        encode::gnuplot(with_unit(p.name, p.unit)), fmt::join(ticks, ", "));
 }
 
 void print_preamble(Out& out, const Scene& s) {
   const Target& t = s.target;
   print(out,
-        "set title \"{{/:Bold Fitted {}}}\\nmeasured {:.4g} ± {:.2g}{}{}\" offset 0,0.3\n"
+        "set title 'Fitted '.{}.\"\\nmeasured \".{} offset 0,0.3\n"
         "set border lw 1.2 lc rgb '#444444'\nset tics scale 0.6 out nomirror\n"
         "set key below left reverse Left samplen 2.2 spacing 1.15 maxcols 2\n",
-        plain(t.response.label), t.value, t.uncertainty, t.unit == "1" ? "" : " ",
-        t.unit == "1" ? "" : t.unit);
+        encode::gnuplot(t.response.label),
+        encode::gnuplot(fmt::format("{:.4g} ± {:.2g}{}{}", t.value, t.uncertainty,
+                                    t.unit == "1" ? "" : " ", t.unit == "1" ? "" : t.unit)));
 }
 
 // Runs of a point that gave no response.
@@ -161,7 +149,7 @@ void print_points(Out& out, const Scene& s) {
 
 void print_place(Out& out, const Scene& s, const CheckedSet& set) {
   const VectorXd u = to_unit(s.study.parameters, set.values);
-  print(out, "{:.5f} {:.5f} \"{}\"\n", u[0], u[1], plain(set.name));
+  print(out, "{:.5f} {:.5f}\n", u[0], u[1]);
 }
 
 // Levels of the contours, each where it crosses the diagonal of the map: there it is written.
@@ -227,8 +215,15 @@ std::string draw_map(const Scene& s) {
   print_preamble(out, s);
   print_axis(out, "x", s.study.parameters[0]);
   print_axis(out, "y", s.study.parameters[1]);
-  print(out, "set cblabel \"{}\" offset 1,0\nset cbrange [{:.6g}:{:.6g}]\n",
-        with_unit(t.response.label, t.unit), r.lowest, r.highest);
+  print(out, "set cblabel {} offset 1,0\nset cbrange [{:.6g}:{:.6g}]\n",
+        encode::gnuplot(with_unit(t.response.label, t.unit)), r.lowest, r.highest);
+  for (const CheckedSet& set : s.answer.compare) {
+    const VectorXd u = to_unit(s.study.parameters, set.values);
+    print(out,
+          "set label {} at {:.5f},{:.5f} left front boxed font ',10' tc rgb '#107050' "
+          "offset 1.2,0\n",
+          encode::gnuplot(set.name), u[0], u[1]);
+  }
   print(out, "set contour base\nunset surface\n");
   print_contours(out, "target", {t.value});
   print_contours(out, "band", {t.value - t.uncertainty, t.value + t.uncertainty});
@@ -252,10 +247,7 @@ std::string draw_map(const Scene& s) {
           ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
           " $valley with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' title 'equally good'");
   if (!s.answer.compare.empty())
-    print(out,
-          ", \\\n $compare with points pt 13 ps 2 lc rgb '#107050' title 'compared', \\\n"
-          " $compare using 1:2:3 with labels left boxed font ',10' tc rgb '#107050' "
-          "offset 1.2,0 notitle");
+    print(out, ", \\\n $compare with points pt 13 ps 2 lc rgb '#107050' title 'compared'");
   if (s.answer.arched > 0)
     print(out, ", \\\n $arched with points pt 2 ps 1.6 lw 2 lc rgb '#800080' title 'arched'");
   if (std::any_of(s.answer.points.begin(), s.answer.points.end(),
@@ -293,7 +285,8 @@ std::string draw_slices(const Scene& s) {
   const Target& t = s.target;
   Out out;
   print_preamble(out, s);
-  print(out, "set ylabel \"{}\"\nset grid lc rgb '#dddddd'\n", with_unit(t.response.label, t.unit));
+  print(out, "set ylabel {}\nset grid lc rgb '#dddddd'\n",
+        encode::gnuplot(with_unit(t.response.label, t.unit)));
   if (d > 1) print(out, "set multiplot layout 1,{}\n", d);
   for (std::size_t i = 0; i < d; ++i) {
     print_axis(out, "x", s.study.parameters[i]);
@@ -312,13 +305,6 @@ std::string draw_slices(const Scene& s) {
   return fmt::to_string(out);
 }
 
-// Empty when gnuplot ran through, else what it said.
-std::string run_gnuplot(const std::filesystem::path& script) {
-  const CommandResult r = run_command({"gnuplot", script.string()});
-  if (r.status == 0) return "";
-  return r.status == 127 ? "gnuplot: not found" : last_line(r.err);
-}
-
 }  // namespace
 
 std::string plot_fitted_response(const Study& study, const Answer& answer,
@@ -331,23 +317,27 @@ std::string plot_fitted_response(const Study& study, const Answer& answer,
   d == 2 ? print_map_data(data, scene) : print_slice_data(data, scene);
   const std::string draw = d == 2 ? draw_map(scene) : draw_slices(scene);
   const int width = d <= 2 ? 1000 : 520 * static_cast<int>(d), height = d == 2 ? 920 : 640;
-  std::ofstream file(script);
-  file << fmt::to_string(data)
-       << fmt::format("set terminal pngcairo size {},{} font 'DejaVu Sans,13'\nset output {}\n",
-                      width, height, quoted(folder / "fitted_response.png"))
-       << draw << "set output\nreset\n"
-       << fmt::format(
-              "set terminal svg size {},{} dynamic font 'DejaVu Sans,13' "
-              "background 'white'\nset output {}\n",
-              width, height, quoted(folder / "fitted_response.svg"))
-       << draw << "set output\n";
-  file.close();
-  if (const std::string trouble = run_gnuplot(script); !trouble.empty())
+  const auto start = [&](const char* terminal, const char* picture) {
     return fmt::format(
-        "gnuplot says \"{}\"; expected the program gnuplot, version 5.4 or later "
-        "(package gnuplot-nox); its script is {}",
-        trouble, script.string());
-  return "";
+        "set terminal {} size {},{} font 'DejaVu Sans,13' noenhanced\nset output '{}'\n", terminal,
+        width, height, picture);
+  };
+  constexpr const char *kPng = "fitted_response.png", *kSvg = "fitted_response.svg";
+  const std::string text = "set encoding utf8\n" + fmt::to_string(data) + start("pngcairo", kPng) +
+                           draw + "set output\nreset\n" +
+                           start("svg dynamic background 'white'", kSvg) + draw + "set output\n";
+  std::ofstream file(script);
+  file << text;
+  file.close();
+  try {
+    const Gnuplot gnuplot;
+    gnuplot.run(text);
+    for (const char* picture : {kPng, kSvg}) gnuplot.save(picture, folder / picture);
+    return "";
+  } catch (const std::runtime_error& e) {
+    return fmt::format("{}; expected the program gnuplot, version 5.4 or later; its script is {}",
+                       e.what(), script.string());
+  }
 }
 
 }  // namespace firn

@@ -10,8 +10,10 @@
 #include <numbers>
 #include <set>
 
-#include "reports/gnuplot.h"
+#include "experiments/gnuplot.h"
+#include "experiments/text_encoding.h"
 #include "reports/mesh_renderer.h"
+#include "reports/picture_source.h"
 
 namespace firn {
 namespace {
@@ -240,7 +242,7 @@ std::string title_script(const std::string& title, const std::string& subtitle, 
       "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb '#1d2733' noenhanced\n"
       "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb '#5b6673' "
       "noenhanced\n",
-      Gnuplot::quoted(title), 1 - 28 / height, Gnuplot::quoted(subtitle), 1 - 60 / height);
+      encode::gnuplot(title), 1 - 28 / height, encode::gnuplot(subtitle), 1 - 60 / height);
 }
 
 }  // namespace
@@ -249,13 +251,12 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
                    const std::string& file, int panel_width) {
   const int width = 2 * panel_width;
   const double height = kTitle + panel_width + kKey;
-  const std::string start = Gnuplot::output(file, width, static_cast<int>(height));
+  Gnuplot::check_picture(file);
   const ContactScene scene(c, choice, now);
   const Gnuplot gnuplot;
   const std::string who = body_name(c.model, choice.body) +
                           (choice.other >= 0 ? " and " + body_name(c.model, choice.other) : "");
   std::string script =
-      "set encoding utf8\n" + start +
       "set multiplot\nunset key\nunset border\nunset tics\n"
       "set style textbox opaque noborder fillcolor rgb '#50ffffff' margins 0.4,0.3\n" +
       title_script(
@@ -288,7 +289,7 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   for (int panel : {0, 1}) {
     const View view = scene.view(directions[panel]);
     const Image image = images[panel].get();
-    const std::string source = gnuplot.image(fmt::format("panel{}", panel), image);
+    const std::string source = image_source(gnuplot, fmt::format("panel{}", panel), image);
     script += fmt::format(
         "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {:.6f}\nset "
         "bmargin at screen {:.6f}\n",
@@ -298,19 +299,19 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
       script += fmt::format(
           "set label {} {} at {:.2f},{:.2f} offset 0.6,0 front font ',13' tc rgb '#1d2733' "
           "noenhanced\n",
-          number++, Gnuplot::quoted(label.text), label.x * image.width, label.y * image.height);
+          number++, encode::gnuplot(label.text), label.x * image.width, label.y * image.height);
     }
     script += fmt::format(
         "set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage\nunset label\n",
         image.width - 1, image.height - 1, source);
   }
-  gnuplot.run(script + "unset multiplot\n");
+  gnuplot.draw(script + "unset multiplot\n", file, width, static_cast<int>(height));
 }
 
 void draw_history(const Case& c, const ContactChoice& choice, const std::vector<HistoryRow>& rows,
                   const std::string& file) {
   constexpr int kWidth = 1500, kHeight = 760;
-  const std::string start = Gnuplot::output(file, kWidth, kHeight);
+  Gnuplot::check_picture(file);
   const Gnuplot gnuplot;
   const std::filesystem::path data = gnuplot.data_file("rows");
   std::ofstream out(data);
@@ -324,9 +325,9 @@ void draw_history(const Case& c, const ContactChoice& choice, const std::vector<
   if (!out) throw RunError(fmt::format("{}: cannot be written", data.string()));
   const std::string who = body_name(c.model, choice.body) + " and " +
                           (choice.other >= 0 ? body_name(c.model, choice.other) : "its neighbours");
-  const std::string source = Gnuplot::quoted(data.string());
+  const std::string source = "'rows'";
   const std::string script =
-      "set encoding utf8\n" + start + "set multiplot\n" +
+      "set multiplot\n" +
       title_script(fmt::format("{}: {}", c.name, who),
                    fmt::format("{:.6g} s to {:.6g} s; work is taken from the bodies",
                                rows.front().time, rows.back().time),
@@ -348,7 +349,7 @@ void draw_history(const Case& c, const ContactChoice& choice, const std::vector<
       "set lmargin at screen 0.58\nset rmargin at screen 0.98\nset tmargin at screen 0.88\n"
       "set xlabel 'deepest overlap / µm (below 0: gap)'\nset ylabel 'normal force / N'\n" +
       fmt::format("plot {} using 4:2 with lines lw 2 lc rgb '#cc1f1a' notitle\n", source);
-  gnuplot.run(script + "unset multiplot\n");
+  gnuplot.draw(script + "unset multiplot\n", file, kWidth, kHeight);
 }
 
 }  // namespace firn

@@ -7,9 +7,11 @@
 #include <fstream>
 
 #include "experiments/drained_repose_responses.h"
+#include "experiments/gnuplot.h"
 #include "experiments/heap_slope.h"
-#include "reports/gnuplot.h"
+#include "experiments/text_encoding.h"
 #include "reports/mesh_renderer.h"
+#include "reports/picture_source.h"
 
 namespace firn {
 namespace {
@@ -129,7 +131,7 @@ std::string slope_script(const HeapSlope& slope, const DrainedRepose& setup, Sid
   line(0, z(0), a, z(a), "lw 2 dt 2 lc rgb '#d1351b'");
   line(b, z(b), ledge, z(ledge), "lw 2 dt 2 lc rgb '#d1351b'");
   text += fmt::format(
-      "set label \"{{/:Bold {:.1f}° ± {:.1f}°}}\" at {:.3f},{:.3f} center front font ',20' "
+      "set label '{:.1f}° ± {:.1f}°' at {:.3f},{:.3f} center front font 'DejaVu Sans:Bold,20' "
       "tc rgb '#d1351b'\n",
       slope.robust_angle, slope.robust_uncertainty, x(0.5 * (a + b)), label_height);
   return text;
@@ -161,7 +163,7 @@ std::string frame_script(double left, double right, double top, double bottom, d
 }  // namespace
 
 void draw_heap(const HeapPicture& picture, const std::string& file) {
-  Gnuplot::output(file, 1, 1);  // refuses a wrong extension before the work begins
+  Gnuplot::check_picture(file);  // refuses a wrong extension before the work begins
   const DrainedRepose& s = picture.setup;
   const double height = drawn_height(picture);
   const Stand solids = stand(picture, height);
@@ -181,15 +183,13 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
   const double canvas_height = split + front_image.height + kAxis;
 
   const Gnuplot gnuplot;
-  const std::string top_source = gnuplot.image("top", top_image);
-  const std::string front_source = gnuplot.image("front", front_image);
-  std::string script = "set encoding utf8\n" +
-                       Gnuplot::output(file, picture.width, static_cast<int>(canvas_height)) +
-                       "set multiplot\nunset key\nunset border\nunset tics\n";
+  const std::string top_source = image_source(gnuplot, "top", top_image);
+  const std::string front_source = image_source(gnuplot, "front", front_image);
+  std::string script = "set multiplot\nunset key\nunset border\nunset tics\n";
   script += fmt::format(
       "set label 1 {} at screen 0.02, screen {:.5f} front font ',22' tc rgb '#1d2733' noenhanced\n"
       "set label 2 {} at screen 0.02, screen {:.5f} front font ',14' tc rgb '#5b6673' noenhanced\n",
-      Gnuplot::quoted(picture.title), 1 - 28 / canvas_height, Gnuplot::quoted(picture.subtitle),
+      encode::gnuplot(picture.title), 1 - 28 / canvas_height, encode::gnuplot(picture.subtitle),
       1 - 58 / canvas_height);
   script += frame_script(0, 1, kTitle, kTitle + top_image.height, canvas_height);
   script += fmt::format("set xrange [-0.5:{}.5]\nset yrange [-0.5:{}.5]\nplot {} with rgbimage\n",
@@ -211,7 +211,7 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
       picture.door_open
           ? ", $left with lines lw 2 lc rgb '#123a63', $right with lines lw 2 lc rgb '#123a63'"
           : "");
-  gnuplot.run(script + "unset multiplot\n");
+  gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(canvas_height));
 }
 
 void draw_heap(const Recording& recording, std::size_t frame, const std::string& file) {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <sstream>
 
+#include "experiments/text_encoding.h"
 #include "solver/types.h"
 
 namespace firn::plots {
@@ -76,8 +77,6 @@ int marker(int k) {
   return kMarkers[static_cast<std::size_t>(k) % kMarkers.size()];
 }
 
-std::string text(const std::string& plain) { return Gnuplot::quoted(one_line(plain)); }
-
 std::string palette_script() {
   return "set palette defined (0 '#440154', 1 '#482878', 2 '#3e4989', 3 '#31688e', 4 '#26828e', "
          "5 '#1f9e89', 6 '#35b779', 7 '#6ece58', 8 '#b5de2b', 9 '#fde725') maxcolors 64\n";
@@ -94,14 +93,12 @@ std::string Drawing::write(const std::string& name, const double* values, std::s
   }
   stream.close();
   if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
-  return Gnuplot::quoted(file.string());
+  return fmt::format("'{}'", name);
 }
 
 std::string Drawing::svg(const std::string& script) const {
   const std::filesystem::path file = gnuplot_.data_file("plot.svg");
-  gnuplot_.run(prologue(width_, height_) +
-               fmt::format("set output {}\n", Gnuplot::quoted(file.string())) + script +
-               "unset output\n");
+  gnuplot_.run(prologue(width_, height_) + "set output 'plot.svg'\n" + script + "unset output\n");
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
   return for_page(text.str());
@@ -112,7 +109,7 @@ std::string Drawing::nothing(const std::string& x_title, const std::string& y_ti
       fmt::format("set xlabel {}\nset ylabel {}\nunset tics\nset xrange [0:1]\nset yrange [0:1]\n"
                   "set label 'no finite values' at graph 0.5, graph 0.5 center textcolor rgb "
                   "{}\nplot -1 notitle\n",
-                  text(x_title), text(y_title), ink::faint));
+                  encode::gnuplot(x_title), encode::gnuplot(y_title), ink::faint));
 }
 
 }  // namespace firn::plots

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/gnuplot.h"
+#include "experiments/gnuplot.h"
 
 namespace firn::plots {
 
@@ -23,8 +23,7 @@ std::string series_ink(int k);  // from 0; eight of them, then again
 std::string dash(int k);
 int marker(int k);
 
-std::string text(const std::string& plain);  // as a string of gnuplot's language
-std::string palette_script();                // dark blue to yellow, ascending in lightness
+std::string palette_script();  // dark blue to yellow, ascending in lightness
 
 class Drawing {
  public:

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "experiments/text_encoding.h"
 #include "reports/plot_svg.h"
 #include "solver/types.h"
 
@@ -34,8 +35,8 @@ std::string range(const Axis& axis) {
 }
 
 std::string axis_script(char name, const Axis& axis) {
-  std::string script = fmt::format("set {}label {}\nset {}range {}\n", name, text(axis_title(axis)),
-                                   name, range(axis));
+  std::string script = fmt::format("set {}label {}\nset {}range {}\n", name,
+                                   encode::gnuplot(axis_title(axis)), name, range(axis));
   if (axis.log) script += fmt::format("set logscale {0}\nset format {0} '%g'\n", name);
   return script;
 }
@@ -48,7 +49,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
         "set arrow from first {0:.17g}, graph 0 to first {0:.17g}, graph 1 nohead lw 1 dt 3 lc rgb "
         "{1} back\nset label {2} at first {0:.17g}, graph 0.97 right rotate by 90 offset -0.7,0 "
         "textcolor rgb {1} font ',11'\n",
-        r.at, ink::faint, text(r.text));
+        r.at, ink::faint, encode::gnuplot(r.text));
   }
   for (const Rule& r : horizontal) {
     if (!std::isfinite(r.at)) continue;
@@ -57,7 +58,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
         "{1} back\nset label {2} at graph 0.99, first {0:.17g} right offset 0,0.5 textcolor rgb "
         "{1} "
         "font ',11'\n",
-        r.at, ink::faint, text(r.text));
+        r.at, ink::faint, encode::gnuplot(r.text));
   }
   return script;
 }
@@ -131,7 +132,7 @@ void add_series(std::vector<std::string>& commands, const std::string& file, con
   if (!s.x_error.empty())
     commands.push_back(fmt::format("{} using 1:2:3 with xerrorbars {}", file, bar));
   commands.push_back(fmt::format("{} {} {}", file, with(s, k),
-                                 s.name.empty() ? "notitle" : "title " + text(s.name)));
+                                 s.name.empty() ? "notitle" : "title " + encode::gnuplot(s.name)));
 }
 
 void check(bool good, const char* what) {
@@ -174,7 +175,7 @@ std::string draw(const IntervalPlot& plot) {
   for (const IntervalRow& row : plot.rows) {
     check(row.intervals.size() == n, "a row of intervals lacks some");
     labels += fmt::format("set label {} at graph 0.01, first {} left textcolor rgb {}\n",
-                          text(row.label), top - 0.55, ink::text);
+                          encode::gnuplot(row.label), top - 0.55, ink::text);
     double y = top - 1.4;
     for (std::size_t k = 0; k < n; ++k) {
       const auto& interval = row.intervals[k];
@@ -199,9 +200,9 @@ std::string draw(const IntervalPlot& plot) {
                     file, series_ink(series), dash(series)));
     commands.push_back(fmt::format("{} using 1:2 with points lc rgb {} pt {} ps 0.95 notitle", file,
                                    series_ink(series), marker(series)));
-    commands.push_back(
-        fmt::format("keyentry with linespoints lc rgb {} lw 2.4 dt {} pt {} ps 0.95 title {}",
-                    series_ink(series), dash(series), marker(series), text(plot.names[k])));
+    commands.push_back(fmt::format(
+        "keyentry with linespoints lc rgb {} lw 2.4 dt {} pt {} ps 0.95 title {}",
+        series_ink(series), dash(series), marker(series), encode::gnuplot(plot.names[k])));
   }
   return drawing.svg(
       axis_script('x', plot.x) + rules_script(plot.vertical, {}) + labels +
@@ -271,10 +272,10 @@ std::string draw(const HistogramPlot& plot) {
         fmt::format("{} using 1:2 with filledcurves y1=0 fillstyle transparent solid 0.22 noborder "
                     "lc rgb {} notitle",
                     file, series_ink(series)));
-    commands.push_back(fmt::format(
-        "{} using 1:2 with lines lc rgb {} lw 1.8 dt {} title {}", file, series_ink(series),
-        dash(series),
-        text(fmt::format("{} ({})", plot.samples[k].name, plot.samples[k].values.size()))));
+    commands.push_back(fmt::format("{} using 1:2 with lines lc rgb {} lw 1.8 dt {} title {}", file,
+                                   series_ink(series), dash(series),
+                                   encode::gnuplot(fmt::format("{} ({})", plot.samples[k].name,
+                                                               plot.samples[k].values.size()))));
   }
   return drawing.svg(axis_script('x', plot.x) + axis_script('y', {plot.y_label, "", false, 0, {}}) +
                      rules_script(plot.vertical, {}) +
@@ -320,8 +321,9 @@ std::string draw(const HeatMap& map) {
     // Light in dark: seen on every colour of the map.
     const std::array<const char*, 2> colors = {"'#000000'", "'#ffffff'"};
     for (std::size_t pass = 0; pass < 2; ++pass) {
-      const std::string title =
-          pass == 1 && !map.marks[k].name.empty() ? "title " + text(map.marks[k].name) : "notitle";
+      const std::string title = pass == 1 && !map.marks[k].name.empty()
+                                    ? "title " + encode::gnuplot(map.marks[k].name)
+                                    : "notitle";
       commands.push_back(
           line
               ? fmt::format("{} using 1:2 with lines lc rgb {} lw {} dt {} {}", marks, colors[pass],
@@ -334,8 +336,9 @@ std::string draw(const HeatMap& map) {
   right.low = x.front(), right.high = x.back(), up.low = y.front(), up.high = y.back();
   return drawing.svg(
       axis_script('x', right) + axis_script('y', up) +
-      fmt::format("set cblabel {} textcolor rgb {}\nset cbrange {}\n{}", text(axis_title(map.z)),
-                  ink::text, range(map.z), map.z.log ? "set logscale cb\n" : "") +
+      fmt::format("set cblabel {} textcolor rgb {}\nset cbrange {}\n{}",
+                  encode::gnuplot(axis_title(map.z)), ink::text, range(map.z),
+                  map.z.log ? "set logscale cb\n" : "") +
       fmt::format("{}unset grid\nplot {}\n", palette_script(), fmt::join(commands, ", ")));
 }
 
@@ -367,7 +370,7 @@ std::string draw(const BarPlot& plot) {
     commands.push_back(fmt::format(
         "{0} using 1:2:({1}) with boxes lc rgb {3} fillstyle transparent solid {2} border lc rgb "
         "{3} title {4}",
-        file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_ink(series), text(s.name)));
+        file, 0.92 * width, k % 2 ? "0.12" : "0.75", series_ink(series), encode::gnuplot(s.name)));
     if (!s.errors.empty())
       commands.push_back(
           fmt::format("{} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb {} lw 1.6 notitle",
@@ -376,7 +379,7 @@ std::string draw(const BarPlot& plot) {
   if (!any) return drawing.nothing(plot.x_label, axis_title(plot.y));
   std::vector<std::string> tics;
   for (std::size_t i = 0; i < plot.categories.size(); ++i)
-    tics.push_back(fmt::format("{} {}", text(plot.categories[i]), i));
+    tics.push_back(fmt::format("{} {}", encode::gnuplot_tic(plot.categories[i]), i));
   Axis y = plot.y;
   if (!y.low && !y.log && std::ranges::none_of(plot.series, [](const BarSeries& s) {
         return std::ranges::any_of(s.values, [](double v) { return v < 0; });

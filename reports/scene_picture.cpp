@@ -11,8 +11,10 @@
 
 #include "experiments/bonds.h"
 #include "experiments/boundary_mesh.h"
+#include "experiments/gnuplot.h"
 #include "experiments/placement.h"
-#include "reports/gnuplot.h"
+#include "experiments/text_encoding.h"
+#include "reports/picture_source.h"
 
 namespace firn {
 namespace {
@@ -211,7 +213,7 @@ std::string legend_script(const ScenePicture& picture, double width, double heig
         "set label {} {} at screen {:.5f}, screen {:.5f} front font ',13' tc rgb '#1d2733' "
         "noenhanced\n",
         100 + 2 * i, x / width, 1 - y / height, byte(c.r), byte(c.g), byte(c.b), 101 + 2 * i,
-        Gnuplot::quoted(name), (x + 18) / width, 1 - y / height);
+        encode::gnuplot(name), (x + 18) / width, 1 - y / height);
     x += wide;
   }
   return script;
@@ -220,7 +222,7 @@ std::string legend_script(const ScenePicture& picture, double width, double heig
 }  // namespace
 
 void draw_scene(const ScenePicture& picture, const std::string& file) {
-  Gnuplot::output(file, 1, 1);  // refuses a wrong extension before the work begins
+  Gnuplot::check_picture(file);  // refuses a wrong extension before the work begins
   Bounds bounds = bounds_of(picture);
   if (bounds.isEmpty()) {
     throw InputError(picture.title +
@@ -261,23 +263,21 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   lit.to_light = Vec3(0.75, 0.5, 0.8).normalized();
   const Image whole = render(lit, overview(bounds), square);
   const Gnuplot gnuplot;
-  std::string script = "set encoding utf8\n" +
-                       Gnuplot::output(file, picture.width, static_cast<int>(height)) +
-                       "set multiplot\nunset key\n" +
+  std::string script = "set multiplot\nunset key\n" +
                        fmt::format(
                            "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb "
                            "'#1d2733' noenhanced\n"
                            "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb "
                            "'#5b6673' noenhanced\n",
-                           Gnuplot::quoted(picture.title), 1 - 28 / height,
-                           Gnuplot::quoted(picture.subtitle), 1 - 58 / height) +
+                           encode::gnuplot(picture.title), 1 - 28 / height,
+                           encode::gnuplot(picture.subtitle), 1 - 58 / height) +
                        legend_script(picture, width, height);
   for (std::size_t k = 0; k < 3; ++k) {
     const Image image = images[k].get();
-    script +=
-        frame_script(frames[k], width, height) +
-        panel_script(kPanels[k], bounds, image, gnuplot.image(fmt::format("panel{}", k), image)) +
-        "unset label\n";
+    script += frame_script(frames[k], width, height) +
+              panel_script(kPanels[k], bounds, image,
+                           image_source(gnuplot, fmt::format("panel{}", k), image)) +
+              "unset label\n";
   }
   script +=
       frame_script({over.left, over.top, static_cast<double>(square), static_cast<double>(square)},
@@ -285,8 +285,8 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
       fmt::format(
           "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\n"
           "set xrange [-0.5:{0}.5]\nset yrange [-0.5:{0}.5]\nplot {1} with rgbimage\n",
-          square - 1, gnuplot.image("overview", whole));
-  gnuplot.run(script + "unset multiplot\n");
+          square - 1, image_source(gnuplot, "overview", whole));
+  gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
 }
 
 void draw_scene(const Case& c, const std::string& file) {

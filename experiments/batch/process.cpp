@@ -76,7 +76,7 @@ pid_t start_process(const std::vector<std::string>& args, const std::string& log
   _exit(127);
 }
 
-CommandResult run_command(const std::vector<std::string>& args) {
+CommandResult run_command(const std::vector<std::string>& args, const std::string& directory) {
   const std::vector<char*> argv = argument_list(args);
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0) no_process();
@@ -92,6 +92,7 @@ CommandResult run_command(const std::vector<std::string>& args) {
     dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     dup2(err[1], STDERR_FILENO);
+    if (!directory.empty() && chdir(directory.c_str()) != 0) _exit(126);
     execvp(argv[0], argv.data());
     _exit(127);
   }

@@ -18,8 +18,9 @@ struct CommandResult {
   std::string out, err;
 };
 // Runs a command to its end; the program is looked up in PATH, 127 when it is not there. Ctrl-C
-// does not reach it; it dies with this process. Throws RunError when no process can be made.
-CommandResult run_command(const std::vector<std::string>& args);
+// does not reach it; it dies with this process. It runs in `directory`, if one is given. Throws
+// RunError when no process can be made.
+CommandResult run_command(const std::vector<std::string>& args, const std::string& directory = {});
 
 // Bytes of main memory that the process has now; 0 when it is gone.
 double resident_memory(pid_t pid);

@@ -250,6 +250,39 @@ TEST(Calibrate, DrawsTheFittedResponse) {
   EXPECT_THAT(svg, HasSubstr("</svg>"));
 }
 
+// Names of parameters and of compared sets are text of the pictures, and no commands.
+TEST(Calibrate, NamesAreNoCommandsOfThePlot) {
+  for (const int parameters : {1, 2}) {
+    const Folder folder("hostile");
+    const FakeExperiment::Formula line = [](const Values& v, std::mt19937_64& random) {
+      return finished({scalar("aor", 40 * v.at("a.mu1") + 0.1 * normal(random), "deg")});
+    };
+    FakeExperiment experiment(parameters == 1 ? line : noisy_zhou);
+    const std::string mark = folder / "MARK";
+    const std::string attack = "`touch " + mark + "`'.system('touch " + mark +
+                               "').'\\\".system(\\\"touch " + mark +
+                               "\\\").\\\"@GPVAL_PWD {/Symbol a}";
+    std::string text = friction_study(angle_target);
+    const auto name = text.find("\"mu1\"");
+    text.replace(name, 5, '"' + attack + '"');
+    if (parameters == 1) {
+      const auto second = text.find("[[parameters]]", name);
+      text.erase(second, text.find("[[targets]]") - second);
+    } else {
+      text += "[[compare]]\nname = \"" + attack + "\"\nvalues = { \"" + attack +
+              "\" = 0.05, mu2 = 0.1 }\n";
+    }
+    StudyOptions options;
+    options.study_file = folder.write("study.toml", text);
+    options.directory = folder / "out";
+    options.show_progress = false;
+    options.replace_executor = &experiment;
+    calibrate(options);
+    EXPECT_THAT(read_text(folder / "out/fitted_response.svg"), HasSubstr("{/Symbol a}"));
+    EXPECT_FALSE(std::filesystem::exists(mark)) << parameters << " parameters";
+  }
+}
+
 TEST(Calibrate, RefusesADirectoryThatHoldsAnotherStudy) {
   const Folder folder("other");
   FakeExperiment experiment(noisy_zhou);

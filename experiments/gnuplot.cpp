@@ -1,0 +1,91 @@
+#include "experiments/gnuplot.h"
+
+#include <fmt/core.h>
+#include <stdlib.h>
+
+#include <fstream>
+
+#include "experiments/batch/process.h"
+#include "solver/types.h"
+
+namespace firn {
+namespace {
+
+std::string extension_of(const std::string& file) {
+  return std::filesystem::path(file).extension().string();
+}
+
+std::string complaint(const std::string& messages) {
+  const std::string last = last_line(messages);
+  return last.empty() ? "it failed without a message" : last;
+}
+
+}  // namespace
+
+Gnuplot::Gnuplot() {
+  const std::filesystem::path parent =
+      std::filesystem::absolute(std::filesystem::temp_directory_path());
+  std::string name = (parent / "firn-gnuplot-XXXXXX").string();
+  if (!mkdtemp(name.data())) throw RunError(fmt::format("{}: no such folder can be made", name));
+  folder_ = name;
+}
+
+Gnuplot::~Gnuplot() {
+  std::error_code ignored;  // a folder left in the temporary one does no harm
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::string Gnuplot::image(const std::string& name, int width, int height,
+                           std::span<const std::array<std::uint8_t, 3>> pixels) const {
+  const std::filesystem::path file = data_file(name);
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(pixels.data()),
+               static_cast<std::streamsize>(pixels.size_bytes()));
+  stream.close();
+  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
+  return fmt::format("'{}' binary array=({},{}) format='%uchar%uchar%uchar'", name, width, height);
+}
+
+void Gnuplot::run(const std::string& script) const {
+  const std::filesystem::path file = data_file("script.gp");
+  std::ofstream stream(file, std::ios::binary);
+  stream << script;
+  stream.close();
+  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
+  const CommandResult r =
+      run_command({"gnuplot", "--default-settings", "script.gp"}, folder_.string());
+  if (r.status == 127) {
+    throw InputError(
+        "pictures need the program gnuplot, which is not installed; expected it on "
+        "the PATH (Debian: gnuplot-nox)");
+  }
+  if (r.status != 0) throw RunError("gnuplot: " + complaint(r.err));
+}
+
+void Gnuplot::draw(const std::string& script, const std::string& file, int width,
+                   int height) const {
+  check_picture(file);
+  const bool png = extension_of(file) == ".png";
+  const std::string picture = png ? "picture.png" : "picture.svg";
+  run(fmt::format(
+          "set encoding utf8\nset terminal {} size {},{} font 'DejaVu Sans,13' rounded noenhanced "
+          "{}\nset output '{}'\n",
+          png ? "pngcairo" : "svg", width, height, png ? "" : "background 'white'", picture) +
+      script + "\nset output\n");
+  save(picture, file);
+}
+
+void Gnuplot::save(const std::string& name, const std::filesystem::path& file) const {
+  std::error_code error;
+  std::filesystem::copy_file(data_file(name), file,
+                             std::filesystem::copy_options::overwrite_existing, error);
+  if (error) throw InputError(fmt::format("{}: {}", file.string(), error.message()));
+}
+
+void Gnuplot::check_picture(const std::string& file) {
+  const std::string extension = extension_of(file);
+  if (extension != ".png" && extension != ".svg")
+    throw InputError(fmt::format("{}: no format of pictures; expected FILE.png or FILE.svg", file));
+}
+
+}  // namespace firn
