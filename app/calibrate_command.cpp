@@ -14,6 +14,7 @@
 #include "experiments/batch/execution.h"
 #include "experiments/batch/slurm_executor.h"
 #include "experiments/material_database.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/heap_picture.h"
 
@@ -29,7 +30,7 @@ void draw_example(const StudySummary& summary) {
     draw_heap(recording, recording.frame_times().size() - 1,
               (std::filesystem::path(summary.directory) / "drained_heap.png").string());
   } catch (const InputError& e) {
-    fmt::print(stderr, "firn: no picture of the heap: {}\n", e.what());
+    print_lines(stderr, "firn: no picture of the heap: {}\n", e.what());
   }
 }
 
@@ -84,12 +85,13 @@ std::unique_ptr<MaterialDatabase> open_database(const Arguments& a, StudyOptions
 
 void save(const MaterialRecord& record, MaterialDatabase& database) {
   const StoredRecord stored = database.add({record}).front();
-  fmt::print(stderr, "saved as material {} in {}\n", stored.record.reference(), database.file());
+  print_lines(stderr, "saved as material {} in {}\n", stored.record.reference(), database.file());
   if (record.provenance.program_commit.find("-dirty") != std::string::npos)
-    fmt::print(stderr,
-               "firn: runs were made by a program built from changed sources ({}): nobody else can "
-               "repeat this record; commit, build and save again\n",
-               record.provenance.program_commit);
+    print_lines(
+        stderr,
+        "firn: runs were made by a program built from changed sources ({}): nobody else can "
+        "repeat this record; commit, build and save again\n",
+        record.provenance.program_commit);
 }
 
 int run_study(const Arguments& a) {
@@ -108,14 +110,14 @@ int run_study(const Arguments& a) {
   const StudySummary summary = calibrate(options);
   draw_example(summary);
   if (a.batch.json) {
-    fmt::print("{}\n", summary.json);
+    print_lines(stdout, "{}\n", summary.json);
   } else {
-    fmt::print("{}\n\n{}", summary.headline, summary.table);
-    fmt::print(stderr, "Everything about this study is in {}\n", summary.directory);
+    print_lines(stdout, "{}\n\n{}", summary.headline, summary.table);
+    print_lines(stderr, "Everything about this study is in {}\n", summary.directory);
   }
   if (summary.record) save(*summary.record, *database);
   if (!summary.not_saved.empty()) {
-    fmt::print(stderr, "firn: {}\n", summary.not_saved);
+    print_lines(stderr, "firn: {}\n", summary.not_saved);
     return ExitStatus::failed;
   }
   return summary.exit_status();

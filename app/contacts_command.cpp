@@ -16,6 +16,7 @@
 #include "app/progress_meter.h"
 #include "experiments/recording.h"
 #include "experiments/replay.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/contact_picture.h"
 
@@ -146,7 +147,7 @@ bool simulate(const Arguments& a, const Source& source, ReplayOptions options, c
   meter.finish();
   // A replay that was stopped before the frame after the instant is not proved.
   if (replayed.interrupted) {
-    fmt::print(stderr, "firn: interrupted at t = {:.4g} s\n", replayed.simulated);
+    print_lines(stderr, "firn: interrupted at t = {:.4g} s\n", replayed.simulated);
     return false;
   }
   if (!done) {
@@ -191,9 +192,9 @@ Outputs outputs_of(const std::string& output, bool whole, bool points) {
 }
 
 void tell_written(const Outputs& out) {
-  if (!out.picture.empty()) fmt::print(stderr, "drawn in {}\n", out.picture);
-  if (!out.table.empty()) fmt::print(stderr, "tabled in {}\n", out.table);
-  if (!out.points.empty()) fmt::print(stderr, "points for ParaView in {}\n", out.points);
+  if (!out.picture.empty()) print_lines(stderr, "drawn in {}\n", out.picture);
+  if (!out.table.empty()) print_lines(stderr, "tabled in {}\n", out.table);
+  if (!out.points.empty()) print_lines(stderr, "points for ParaView in {}\n", out.points);
 }
 
 int audit_instant(const Arguments& a, const Source& source) {
@@ -217,8 +218,9 @@ int audit_instant(const Arguments& a, const Source& source) {
   if (a.json)
     print_json(choice.body < 0 ? summary_json(source.c, *now) : audit_json(source.c, choice, *now));
   else
-    fmt::print("{}",
-               choice.body < 0 ? summary_text(source.c, *now) : audit_text(source.c, choice, *now));
+    print_lines(
+        stdout, "{}",
+        choice.body < 0 ? summary_text(source.c, *now) : audit_text(source.c, choice, *now));
   if (!out.picture.empty()) draw_contacts(source.c, choice, *now, out.picture);
   if (!out.table.empty()) write_contacts_csv(source.c.model, now->contacts, out.table);
   if (!out.points.empty()) write_contacts_vtk(now->contacts, out.points);
@@ -250,7 +252,8 @@ int audit_history(const Arguments& a, const Source& source) {
   if (a.json)
     print_json(history_json(source.c, history.rows(), history.events()));
   else
-    fmt::print("{}{}", history_text(history.rows()), events_text(source.c, history.events()));
+    print_lines(stdout, "{}{}", history_text(history.rows()),
+                events_text(source.c, history.events()));
   if (!out.picture.empty()) draw_history(source.c, choice, history.rows(), out.picture);
   if (!out.table.empty()) write_history_csv(history.rows(), out.table);
   tell_written(out);

@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "experiments/export.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/heap_picture.h"
 #include "reports/scene_picture.h"
@@ -52,7 +53,7 @@ int export_picture(const Recording& recording, const Arguments& a) {
     draw_heap(recording, frame, file);
   else
     draw_scene(recording, frame, file);
-  fmt::print(stderr, "drawn in {}\n", file);
+  print_lines(stderr, "drawn in {}\n", file);
   return ExitStatus::done;
 }
 
@@ -66,7 +67,7 @@ int export_file(const Arguments& a) {
   } else {
     export_vtk(recording, folder, a.vtk);
   }
-  fmt::print(stderr, "exported to {}\n", folder);
+  print_lines(stderr, "exported to {}\n", folder);
   return ExitStatus::done;
 }
 

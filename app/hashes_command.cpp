@@ -7,6 +7,7 @@
 #include "app/exit_status.h"
 #include "app/report_text.h"
 #include "experiments/state_trace.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 
 namespace firn {
@@ -39,28 +40,31 @@ Json difference_json(const Arguments& a, const TraceDifference& d) {
 }
 
 void tell(const Arguments& a, const TraceDifference& d) {
-  if (!d.same_case) fmt::print("the traces are of different cases\n");
+  if (!d.same_case) print_lines(stdout, "the traces are of different cases\n");
   if (d.equal) {
-    fmt::print("equal: {} steps, the last one {}\n", d.steps_compared, d.last_equal);
+    print_lines(stdout, "equal: {} steps, the last one {}\n", d.steps_compared, d.last_equal);
   } else {
-    fmt::print("first difference at step {} ({:.9g} s), in {}\n", d.step, d.time,
-               comma_list(d.groups));
+    print_lines(stdout, "first difference at step {} ({:.9g} s), in {}\n", d.step, d.time,
+                comma_list(d.groups));
     if (d.any_equal)
-      fmt::print("equal up to step {} ({} steps compared)\n", d.last_equal, d.steps_compared - 1);
+      print_lines(stdout, "equal up to step {} ({} steps compared)\n", d.last_equal,
+                  d.steps_compared - 1);
     if (d.any_equal && d.last_equal + 1 < d.step)
-      fmt::print("steps {} ... {} are in neither trace or in one alone\n", d.last_equal + 1,
-                 d.step - 1);
-    for (const std::string& sentence : d.numbers) fmt::print("  {}\n", sentence);
+      print_lines(stdout, "steps {} ... {} are in neither trace or in one alone\n",
+                  d.last_equal + 1, d.step - 1);
+    for (const std::string& sentence : d.numbers) print_lines(stdout, "  {}\n", sentence);
     if (d.number_count > d.numbers.size())
-      fmt::print("  and {} more numbers\n", d.number_count - d.numbers.size());
+      print_lines(stdout, "  and {} more numbers\n", d.number_count - d.numbers.size());
     if (d.has_numbers && d.number_count == 0)
-      fmt::print("  no body, patch or point differs: it is in what the solver keeps beside them\n");
+      print_lines(
+          stdout,
+          "  no body, patch or point differs: it is in what the solver keeps beside them\n");
     if (!d.has_numbers)
-      fmt::print("which numbers: run both again with --trace-numbers {}\n", d.step);
+      print_lines(stdout, "which numbers: run both again with --trace-numbers {}\n", d.step);
   }
   if (d.equal && d.only_first + d.only_second > 0)
-    fmt::print("not compared: {} steps only in {}, {} only in {}\n", d.only_first, a.first,
-               d.only_second, a.second);
+    print_lines(stdout, "not compared: {} steps only in {}, {} only in {}\n", d.only_first, a.first,
+                d.only_second, a.second);
 }
 
 int compare(const Arguments& a) {

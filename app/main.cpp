@@ -1,6 +1,7 @@
 // firn: the command line. Parses, dispatches to a sub-command, and turns errors into one line on
 // standard error and an exit status.
 #include <fmt/core.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -12,16 +13,33 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "experiments/terminal.h"
 #include "experiments/version.h"
 #include "solver/types.h"
 
 namespace firn {
 namespace {
 
+// The message without control sequences; they could come from any name.
+class PrintableMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&,
+              spdlog::memory_buf_t& out) override {
+    const std::string text =
+        encode::terminal_lines({message.payload.data(), message.payload.size()});
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return spdlog::details::make_unique<PrintableMessage>();
+  }
+};
+
 // What the program tells on its way goes to standard error; standard output is for results.
 void set_up_logging() {
   auto logger = spdlog::stderr_color_mt("firn");
-  logger->set_pattern("%v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PrintableMessage>('v').set_pattern("%v");
+  logger->set_formatter(std::move(formatter));
   spdlog::set_default_logger(logger);
 }
 
@@ -32,7 +50,7 @@ std::string one_line(std::string text) {
 }
 
 int complain(const std::string& text, int status) {
-  fmt::print(stderr, "firn: {}\n", one_line(text));
+  print_lines(stderr, "firn: {}\n", one_line(text));
   return status;
 }
 
@@ -55,7 +73,7 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char
         ExitStatus::bad_input);
   }
   if (argc < 2) {
-    fmt::print(stderr, "{}", app.help());
+    print_lines(stderr, "{}", app.help());
     return ExitStatus::bad_input;
   }
   return complain(fmt::format("{}: no such sub-command; expected one of {}", argv[1],

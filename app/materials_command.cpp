@@ -11,6 +11,7 @@
 #include "app/materials_text.h"
 #include "app/materials_verify.h"
 #include "experiments/material_json.h"
+#include "experiments/terminal.h"
 
 namespace firn {
 namespace {
@@ -50,7 +51,7 @@ int list(const Arguments& a) {
   if (a.json)
     print_json(records_json(newest));
   else
-    fmt::print("{}", records_table(newest));
+    print_lines(stdout, "{}", records_table(newest));
   return ExitStatus::done;
 }
 
@@ -59,7 +60,7 @@ int show(const Arguments& a) {
   if (a.json)
     print_json(record_json(stored));
   else
-    fmt::print("{}", record_text(stored));
+    print_lines(stdout, "{}", record_text(stored));
   return ExitStatus::done;
 }
 
@@ -72,11 +73,11 @@ int history(const Arguments& a) {
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     const MaterialRecord& r = all[i].record;
-    fmt::print("{}  {}  {}  {}  sha256 {}\n", r.reference(), r.provenance.date, r.provenance.author,
-               r.title, all[i].sha256.substr(0, 12));
+    print_lines(stdout, "{}  {}  {}  {}  sha256 {}\n", r.reference(), r.provenance.date,
+                r.provenance.author, r.title, all[i].sha256.substr(0, 12));
     if (i == 0) continue;
     for (const RecordChange& c : changes(all[i - 1].record, r))
-      if (c.path.starts_with("parameters.")) fmt::print("    {}", changes_table({c}));
+      if (c.path.starts_with("parameters.")) print_lines(stdout, "    {}", changes_table({c}));
   }
   return ExitStatus::done;
 }
@@ -90,7 +91,8 @@ int diff(const Arguments& a) {
                 {"to", to.record.reference()},
                 {"changes", changes_json(all)}});
   else
-    fmt::print("{}", all.empty() ? "the same but for name and version\n" : changes_table(all));
+    print_lines(stdout, "{}",
+                all.empty() ? "the same but for name and version\n" : changes_table(all));
   return ExitStatus::done;
 }
 
@@ -101,9 +103,9 @@ int tell_written(const Arguments& a, const MaterialDatabase& database,
     return ExitStatus::done;
   }
   for (const StoredRecord& s : written)
-    fmt::print("{}  sha256 {}\n", s.record.reference(), s.sha256);
-  fmt::print(stderr, "{} new record{} in {}\n", written.size(), written.size() == 1 ? "" : "s",
-             database.file());
+    print_lines(stdout, "{}  sha256 {}\n", s.record.reference(), s.sha256);
+  print_lines(stderr, "{} new record{} in {}\n", written.size(), written.size() == 1 ? "" : "s",
+              database.file());
   return ExitStatus::done;
 }
 
@@ -143,7 +145,7 @@ int write_export(const Arguments& a) {
   }
   const std::string text = export_text(records);
   if (a.file.empty()) {
-    fmt::print("{}", text);
+    print_lines(stdout, "{}", text);
     return ExitStatus::done;
   }
   std::ofstream out(a.file, std::ios::binary);
@@ -151,7 +153,8 @@ int write_export(const Arguments& a) {
   if (!out.flush())
     throw InputError(
         fmt::format("{}: cannot be written; expected a file in a folder that can", a.file));
-  fmt::print(stderr, "{} record{} in {}\n", records.size(), records.size() == 1 ? "" : "s", a.file);
+  print_lines(stderr, "{} record{} in {}\n", records.size(), records.size() == 1 ? "" : "s",
+              a.file);
   return ExitStatus::done;
 }
 
@@ -193,8 +196,8 @@ int verify(const Arguments& a) {
     print_json({{"holds", good}, {"checks", all}});
   } else {
     for (const RecordCheck& c : checks)
-      fmt::print("{:<8} {}: {}{}\n", failed(c) ? "FAILS" : to_string(c.finding), c.record, c.what,
-                 c.detail.empty() ? "" : ": " + c.detail);
+      print_lines(stdout, "{:<8} {}: {}{}\n", failed(c) ? "FAILS" : to_string(c.finding), c.record,
+                  c.what, c.detail.empty() ? "" : ": " + c.detail);
   }
   return good ? ExitStatus::done : ExitStatus::requirement_missed;
 }

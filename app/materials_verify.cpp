@@ -13,6 +13,7 @@
 #include "app/interrupt.h"
 #include "experiments/run.h"
 #include "experiments/sha256.h"
+#include "experiments/terminal.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -133,8 +134,8 @@ std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
   options.results_file = scratch.file("run.h5");
   options.threads = threads;
   options.interrupt = &interrupt_flag();
-  fmt::print(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), anchor.name,
-             simulated.experiment.empty() ? "" : ", ", simulated.experiment, seed);
+  print_lines(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), anchor.name,
+              simulated.experiment.empty() ? "" : ", ", simulated.experiment, seed);
   const RunSummary summary = run(c, options);
   if (summary.status != RunStatus::finished)
     throw RunError(

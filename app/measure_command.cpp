@@ -8,6 +8,7 @@
 #include "app/exit_status.h"
 #include "app/report_text.h"
 #include "experiments/recording.h"
+#include "experiments/terminal.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -53,10 +54,10 @@ int measure_file(const Arguments& a) {
     print_json(document);
   } else {
     if (recording.status() != "finished") {
-      fmt::print(stderr, "{}: status of the run: {}\n", a.file, recording.status());
+      print_lines(stderr, "{}: status of the run: {}\n", a.file, recording.status());
     }
-    fmt::print("{}{}", responses_table(responses), verdicts_table(verdicts));
-    if (responses.empty()) fmt::print(stderr, "{}: the case has no responses\n", a.file);
+    print_lines(stdout, "{}{}", responses_table(responses), verdicts_table(verdicts));
+    if (responses.empty()) print_lines(stderr, "{}: the case has no responses\n", a.file);
   }
   return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
 }

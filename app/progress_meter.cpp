@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/text_encoding.h"
 #include "experiments/units.h"
 
 namespace firn {
@@ -57,7 +58,8 @@ void ProgressMeter::show_bar(const Progress& p) {
   const std::string left =
       rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left" : "";
   fmt::print(stderr, "\r\x1b[K[{}{}] {:.3f} of {:g} s, {}  {}", std::string(filled, '='),
-             std::string(bar_width - filled, ' '), p.time, p.latest_end, stage_text(p), left);
+             std::string(bar_width - filled, ' '), p.time, p.latest_end,
+             encode::terminal(stage_text(p)), left);
   std::fflush(stderr);
   bar_visible_ = true;
 }

@@ -9,6 +9,7 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "experiments/terminal.h"
 #include "reports/run_page.h"
 #include "reports/study_page.h"
 #include "reports/validation_page.h"
@@ -62,10 +63,10 @@ int make_report(const Arguments& a) {
   nlohmann::json done = {{"report", output}};
   if (!a.figures.empty()) done["figures"] = figures;
   if (a.json)
-    fmt::print("{}\n", done.dump());
+    print_lines(stdout, "{}\n", done.dump());
   else
-    fmt::print("{}\n{}", output,
-               figures.empty() ? "" : fmt::format("{}\n", fmt::join(figures, "\n")));
+    print_lines(stdout, "{}\n{}", output,
+                figures.empty() ? "" : fmt::format("{}\n", fmt::join(figures, "\n")));
   return ExitStatus::done;
 }
 

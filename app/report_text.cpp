@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/terminal.h"
+
 namespace firn {
 namespace {
 
@@ -124,6 +126,6 @@ Json energy_json(const Energy& e) {
           {"removed", e.removed}};
 }
 
-void print_json(const Json& document) { fmt::print("{}\n", document.dump(2)); }
+void print_json(const Json& document) { print_lines(stdout, "{}\n", document.dump(2)); }
 
 }  // namespace firn

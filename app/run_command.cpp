@@ -20,6 +20,7 @@
 #include "experiments/recording.h"
 #include "experiments/run.h"
 #include "experiments/state_trace.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "experiments/version.h"
 
@@ -172,11 +173,11 @@ int exit_status(const RunSummary& summary, const std::string& file,
     case RunStatus::finished:
       return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
     case RunStatus::interrupted:
-      fmt::print(stderr, "firn: interrupted at t = {:.4g} s; go on with: firn run --resume {}\n",
-                 summary.simulated, file);
+      print_lines(stderr, "firn: interrupted at t = {:.4g} s; go on with: firn run --resume {}\n",
+                  summary.simulated, file);
       return ExitStatus::interrupted;
     case RunStatus::failed:
-      fmt::print(stderr, "firn: the run failed: {}\n", summary.reason);
+      print_lines(stderr, "firn: the run failed: {}\n", summary.reason);
       return ExitStatus::failed;
   }
   return ExitStatus::failed;
@@ -258,7 +259,7 @@ int run_case(const Arguments& a) {
   if (a.json) {
     print_json(summary_json(c, options.results_file, summary, verdicts));
   } else {
-    fmt::print("{}{}", responses_table(summary.responses), verdicts_table(verdicts));
+    print_lines(stdout, "{}{}", responses_table(summary.responses), verdicts_table(verdicts));
   }
   return exit_status(summary, options.results_file, verdicts);
 }

@@ -13,6 +13,7 @@
 #include "experiments/case.h"
 #include "experiments/mesh_file.h"
 #include "experiments/mesh_repair.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/scene_picture.h"
 
@@ -72,19 +73,19 @@ int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects
                 {"defects", defects_json(defects)},
                 {"repair", repair_json(repair)}});
   } else {
-    fmt::print("{}\n  {:<22}{}\n  {:<22}{}\n{}", a.file, "triangles", mesh.triangles.size(),
-               "bounding box", mm_text(high - low), repair_rows(repair));
+    print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{}\n{}", a.file, "triangles",
+                mesh.triangles.size(), "bounding box", mm_text(high - low), repair_rows(repair));
   }
   if (repair.hopeless() || a.repaired.empty()) {
-    fmt::print(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
-               defects.sentence(),
-               repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
-                                 : std::string("--repaired FILE.stl writes it repaired"));
+    print_lines(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
+                defects.sentence(),
+                repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
+                                  : std::string("--repaired FILE.stl writes it repaired"));
     return ExitStatus::bad_input;
   }
   write_stl(a.repaired, repair.mesh,
             option_quantity("--length-unit", "1 " + a.length_unit, dimension::length));
-  fmt::print(stderr, "repaired in {}\n", a.repaired);
+  print_lines(stderr, "repaired in {}\n", a.repaired);
   return ExitStatus::done;
 }
 
@@ -114,8 +115,8 @@ int tell_mesh(const Arguments& a) {
     document["repair"] = repair_json(repair);
     print_json(document);
   } else {
-    fmt::print("{} (lengths in {}, {}, {})\n{}{}", a.file, a.length_unit, a.density,
-               a.young_modulus, shape_table(shape), repair_rows(repair));
+    print_lines(stdout, "{} (lengths in {}, {}, {})\n{}{}", a.file, a.length_unit, a.density,
+                a.young_modulus, shape_table(shape), repair_rows(repair));
   }
   return ExitStatus::done;
 }
@@ -132,12 +133,14 @@ int tell_case(const Arguments& a) {
     print_json(
         {{"file", a.file}, {"case", c.name}, {"shapes", shapes}, {"boundaries", boundaries}});
   } else {
-    for (const Shape& shape : c.model.shapes) fmt::print("{}\n{}", shape.name, shape_table(shape));
-    for (const BoundaryFacts& wall : walls) fmt::print("{}\n{}", wall.name, boundary_table(wall));
+    for (const Shape& shape : c.model.shapes)
+      print_lines(stdout, "{}\n{}", shape.name, shape_table(shape));
+    for (const BoundaryFacts& wall : walls)
+      print_lines(stdout, "{}\n{}", wall.name, boundary_table(wall));
   }
   if (!a.picture.empty()) {
     draw_scene(c, a.picture);
-    fmt::print(stderr, "drawn in {}\n", a.picture);
+    print_lines(stderr, "drawn in {}\n", a.picture);
   }
   return ExitStatus::done;
 }

@@ -9,6 +9,7 @@
 #include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "experiments/batch/sweep.h"
+#include "experiments/terminal.h"
 
 namespace firn {
 namespace {
@@ -31,14 +32,15 @@ int run_sweep(const Arguments& a) {
   options.interrupt = &interrupt_flag();
   const SweepResult r = sweep(options);
   if (r.interrupted) {
-    fmt::print(stderr,
-               "firn: interrupted; everything finished is kept in {}: the same command goes on "
-               "from there\n",
-               r.directory);
+    print_lines(stderr,
+                "firn: interrupted; everything finished is kept in {}: the same command goes on "
+                "from there\n",
+                r.directory);
     return ExitStatus::interrupted;
   }
-  fmt::print("{}{}", a.batch.json ? render_json(r) : render_table(r), a.batch.json ? "\n" : "");
-  if (!a.batch.json) fmt::print(stderr, "Every run is in {}/runs.csv\n", r.directory);
+  print_lines(stdout, "{}{}", a.batch.json ? render_json(r) : render_table(r),
+              a.batch.json ? "\n" : "");
+  if (!a.batch.json) print_lines(stderr, "Every run is in {}/runs.csv\n", r.directory);
   const bool any = std::ranges::any_of(
       r.runs, [](const SweepRun& run) { return run.result.status == JobStatus::finished; });
   return any ? ExitStatus::done : ExitStatus::failed;

@@ -8,6 +8,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "experiments/terminal.h"
 #include "reports/validation_page.h"
 #include "validation/validate.h"
 
@@ -41,22 +42,23 @@ int run_suite(const Arguments& a) {
   options.interrupt = &interrupt_flag();
   const Validation v = validate(options);
   if (v.interrupted) {
-    fmt::print(stderr,
-               "firn: interrupted; everything finished is kept in {}: the same command goes on "
-               "from there\n",
-               v.directory);
+    print_lines(stderr,
+                "firn: interrupted; everything finished is kept in {}: the same command goes on "
+                "from there\n",
+                v.directory);
     return ExitStatus::interrupted;
   }
   const std::string page = (fs::path(v.directory) / "report.html").string();
   try {
     validation_page((fs::path(v.directory) / "results.json").string()).write(page);
   } catch (const InputError& e) {  // without gnuplot; the verdicts stand all the same
-    fmt::print(stderr, "firn: no page: {}\n", e.what());
+    print_lines(stderr, "firn: no page: {}\n", e.what());
   }
-  fmt::print("{}{}", a.batch.json ? render_json(v) : render_table(v), a.batch.json ? "\n" : "");
+  print_lines(stdout, "{}{}", a.batch.json ? render_json(v) : render_table(v),
+              a.batch.json ? "\n" : "");
   if (!a.batch.json)
-    fmt::print(stderr, "Everything about this validation is in {}; to be read: {}\n", v.directory,
-               page);
+    print_lines(stderr, "Everything about this validation is in {}; to be read: {}\n", v.directory,
+                page);
   return requirement_met(a, v) ? ExitStatus::done : ExitStatus::requirement_missed;
 }
 

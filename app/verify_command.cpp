@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/report_text.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "experiments/version.h"
 #include "reports/verification_page.h"
@@ -43,7 +44,8 @@ int list_cases(const Arguments& a) {
     return ExitStatus::done;
   }
   for (const VerificationCase& c : cases) {
-    fmt::print("{:<32}{:<7}{}\n", c.name, c.tier == Tier::full ? "full" : "quick", c.title);
+    print_lines(stdout, "{:<32}{:<7}{}\n", c.name, c.tier == Tier::full ? "full" : "quick",
+                c.title);
   }
   return ExitStatus::done;
 }
@@ -54,23 +56,25 @@ const char* verdict(const CaseResult& r) {
 
 void print_check(const Check& c) {
   const std::string unit = c.unit == "1" ? "" : " " + c.unit;
-  fmt::print(
-      "    {} {}: {:.6g}{}, {} {:.6g}{}", passed(c) ? "holds" : "FAILS", c.what, c.measured, unit,
+  print_lines(
+      stdout, "    {} {}: {:.6g}{}, {} {:.6g}{}", passed(c) ? "holds" : "FAILS", c.what, c.measured,
+      unit,
       c.bound == Bound::at_most || c.bound == Bound::at_least ? tolerance_text(c) : "expected",
       c.expected, unit);
   if (c.bound == Bound::relative || c.bound == Bound::absolute)
-    fmt::print(" ({}, {:.2g} % of it used)", tolerance_text(c), 100 * used(c));
-  fmt::print("\n");
+    print_lines(stdout, " ({}, {:.2g} % of it used)", tolerance_text(c), 100 * used(c));
+  print_lines(stdout, "\n");
 }
 
 void print_table(const std::vector<VerificationCase>& cases, const std::vector<CaseResult>& results,
                  bool every_check) {
-  fmt::print("{:<32}{:>7}{:>10}{:>9}  {:<7}{}\n", "case", "checks", "used", "time", "", "compared");
+  print_lines(stdout, "{:<32}{:>7}{:>10}{:>9}  {:<7}{}\n", "case", "checks", "used", "time", "",
+              "compared");
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const CaseResult& r = results[i];
-    fmt::print("{:<32}{:>7}{:>9.2g}%{:>8.1f}s  {:<7}{}\n", cases[i].name, r.checks.size(),
-               100 * most_used(r), r.seconds, verdict(r), cases[i].title);
-    if (!r.error.empty()) fmt::print("    {}\n", r.error);
+    print_lines(stdout, "{:<32}{:>7}{:>9.2g}%{:>8.1f}s  {:<7}{}\n", cases[i].name, r.checks.size(),
+                100 * most_used(r), r.seconds, verdict(r), cases[i].title);
+    if (!r.error.empty()) print_lines(stdout, "    {}\n", r.error);
     for (const Check& c : r.checks) {
       if (every_check || !passed(c)) print_check(c);
     }
@@ -140,8 +144,8 @@ int verify(const Arguments& a) {
   }
   std::size_t held = 0;
   for (const CaseResult& r : results) held += passed(r) ? 1 : 0;
-  fmt::print(stderr, "{} of {} cases hold\n", held, cases.size());
-  if (!a.page.empty()) fmt::print(stderr, "page: {}\n", a.page);
+  print_lines(stderr, "{} of {} cases hold\n", held, cases.size());
+  if (!a.page.empty()) print_lines(stderr, "page: {}\n", a.page);
   return held == cases.size() ? ExitStatus::done : ExitStatus::requirement_missed;
 }
 

@@ -4,6 +4,7 @@
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
+#include "experiments/text_encoding.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -182,12 +183,6 @@ Json advice_json(const Answer& a) {
   return all;
 }
 
-std::string csv_text(std::string s) {
-  if (s.find_first_of(",\"\n") == std::string::npos) return s;
-  for (std::size_t i = 0; (i = s.find('"', i)) != std::string::npos; i += 2) s.insert(i, 1, '"');
-  return '"' + s + '"';
-}
-
 }  // namespace
 
 std::string render_json(const Study& study, const Answer& a) {
@@ -234,13 +229,15 @@ std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& r
   print(out,
         "run,experiment,phase,point,parameters,seed,status,reason,wall_s,attempts,program,git_"
         "commit");
-  for (const ResponseId& c : columns) print(out, ",{0},{0}_uncertainty", csv_text(c.label));
+  for (const ResponseId& c : columns)
+    print(out, ",{},{}", encode::csv_field(c.label), encode::csv_field(c.label + "_uncertainty"));
   print(out, "\n");
   for (const JournalRun& run : runs) {
-    print(out, "{},{},{},{},{},{},{},{},{:.1f},{},{},{}", run.key, csv_text(run.label.experiment),
-          csv_text(run.label.phase), run.label.point, csv_text(run.label.parameters),
-          run.label.seed, run.status, csv_text(run.result.reason), run.result.wall, run.attempts,
-          run.program, csv_text(run.git_commit));
+    print(out, "{},{},{},{},{},{},{},{},{:.1f},{},{},{}", encode::csv_field(run.key),
+          encode::csv_field(run.label.experiment), encode::csv_field(run.label.phase),
+          run.label.point, encode::csv_field(run.label.parameters), run.label.seed,
+          encode::csv_field(run.status), encode::csv_field(run.result.reason), run.result.wall,
+          run.attempts, encode::csv_field(run.program), encode::csv_field(run.git_commit));
     for (const ResponseId& c : columns) {
       std::string value, uncertainty;
       for (const Response& r : run.result.responses)

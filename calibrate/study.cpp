@@ -10,6 +10,8 @@
 #include "calibrate/direct.h"
 #include "calibrate/material.h"
 #include "experiments/batch/batch_folder.h"
+#include "experiments/terminal.h"
+#include "experiments/text_encoding.h"
 
 namespace firn {
 namespace {
@@ -61,10 +63,11 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
   write_file(folder / "results.json", s.json + "\n");
   write_file(folder / "runs.csv", render_runs_csv(study, runs));
   write_file(folder / "report.md",
-             fmt::format("# {}\n\n{}\n\n```\n{}```\n", study.name, s.headline, s.table));
+             fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
+                         encode::markdown(s.headline), encode::markdown_block(s.table)));
   if (!plot || !answer.knowledge) return s;
   if (const std::string trouble = plot_fitted_response(study, answer, directory); !trouble.empty())
-    fmt::print(stderr, "firn: no plot of the fitted response: {}\n", trouble);
+    print_lines(stderr, "firn: no plot of the fitted response: {}\n", trouble);
   return s;
 }
 

@@ -11,6 +11,7 @@
 
 #include "calibrate/budget.h"
 #include "experiments/bench_tests.h"
+#include "experiments/case_materials.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
@@ -55,8 +56,7 @@ Quantity quantity(const TomlTable& table, const std::string& key) {
 Parameter read_parameter(const TomlTable& t) {
   t.allow({"name", "keys", "min", "max", "scale", "prior_mean", "prior_sd"});
   Parameter p;
-  p.name = t.string("name");
-  if (p.name.empty()) t.fail("name", "is empty; expected a name");
+  p.name = path_name(t);
   p.keys = t.strings("keys");
   if (p.keys.empty())
     t.fail("keys",
@@ -156,9 +156,8 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
   for (const TomlTable& t : tables) {
     t.allow({"name", "case", "set", "parameters"});
     Experiment e;
-    e.name = t.string("name");
-    if (e.name.empty() || !names.insert(e.name).second)
-      t.fail("name", "is empty or used twice; expected a name of its own");
+    e.name = path_name(t);
+    if (!names.insert(e.name).second) t.fail("name", "is used twice; expected a name of its own");
     e.case_file = case_path(t, study.source);
     if (t.has("set")) e.set = read_set(t);
     e.takes = read_takes(t, study);
@@ -371,9 +370,7 @@ Study read_study(const std::string& file) {
               "numerics", "direct", "execution"});
   const TomlTable head = root.required_table("study");
   head.allow({"name", "case", "bench_tests", "seed", "threads"});
-  study.name = head.string("name");
-  if (study.name.empty() || study.name.find('/') != std::string::npos || study.name[0] == '.')
-    head.fail("name", "is empty or no name of a folder; expected a plain name");
+  study.name = path_name(head);
   study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
   study.threads = head.integer("threads", 1, 1);
   read_parameters(root, study);

@@ -137,9 +137,17 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
 }
 
 std::string path_name(const TomlTable& table) {
+  constexpr std::size_t kLongest = 200;  // bytes; file systems allow 255
   const std::string name = table.string("name");
-  if (name.empty() || name == "." || name == ".." || name.find('/') != std::string::npos)
+  if (name.size() > kLongest)
+    table.fail("name",
+               fmt::format("has {} bytes; expected a name of at most {}", name.size(), kLongest));
+  if (name.find('/') != std::string::npos)
     table.fail("name", fmt::format("is \"{}\"; expected a name without slashes", name));
+  if (name.empty() || name == "." || name == ".." || name[0] == '-')
+    table.fail("name", fmt::format("is \"{}\"; expected a name that can be a folder's: not empty, "
+                                   "not \".\" or \"..\", no \"-\" at its start",
+                                   name));
   return name;
 }
 

@@ -26,7 +26,8 @@ int material_index(const TomlTable& table, std::string_view key,
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
 
-// `name` of a table, without slashes. Throws.
+// `name` of a table, which becomes a component of a path: not empty, no `.` or `..`, no slash, no
+// leading `-`, at most 200 bytes. Throws.
 std::string path_name(const TomlTable& table);
 
 // `name` of a table, which becomes part of a path in results files. Throws for one with slashes,

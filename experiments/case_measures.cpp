@@ -7,6 +7,7 @@
 #include "experiments/accelerometer.h"
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
+#include "experiments/case_materials.h"
 
 namespace firn {
 namespace {
@@ -171,9 +172,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
     }
     m.name = t.string("name", "");
     // The name becomes part of a path in results files.
-    if (m.name.find('/') != std::string::npos || m.name == ".") {
-      t.fail("name", fmt::format("is \"{}\"; expected a name without slashes", m.name));
-    }
+    if (!m.name.empty()) path_name(t);
     for (const Measure& other : measures) {
       if (other.kind == m.kind && other.name == m.name) {
         t.fail("name", fmt::format("\"{}\" is taken by another measure of this kind; expected "

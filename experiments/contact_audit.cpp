@@ -8,6 +8,8 @@
 #include <fstream>
 #include <limits>
 
+#include "experiments/text_encoding.h"
+
 namespace firn {
 namespace {
 
@@ -253,7 +255,8 @@ void write_contacts_csv(const Model& model, const std::vector<ContactView>& cont
     for (std::size_t k = 0; k < c.spots.size(); ++k) {
       const ContactSpot& p = c.spots[k];
       out << fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                         body_name(model, c.a), body_name(model, c.b), c.patch, c.normal.x(),
+                         encode::csv_field(body_name(model, c.a)),
+                         encode::csv_field(body_name(model, c.b)), c.patch, c.normal.x(),
                          c.normal.y(), c.normal.z(), c.normal_force, c.friction.norm(),
                          c.friction_cap, c.sliding ? 1 : 0, k, p.position.x(), p.position.y(),
                          p.position.z(), p.gap, p.share, p.force, p.area);

@@ -1,4 +1,5 @@
-// Tables for spreadsheets: one line of text a row, fields between commas (RFC 4180).
+// Tables for spreadsheets: one line of text a row, fields between commas (RFC 4180). Text of the
+// user stands in a field as encode::csv_field() returns it.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,15 +12,6 @@
 #include "solver/types.h"
 
 namespace firn {
-
-// Fields that hold a separator or a quote go in quotes (RFC 4180).
-inline std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string result(1, '"');
-  for (char c : text) result.append(c == '"' ? 2 : 1, c);
-  result.push_back('"');
-  return result;
-}
 
 inline void append(std::string& line, std::span<const double> values) {
   for (double value : values) line += fmt::format(",{}", value);

@@ -6,6 +6,7 @@
 #include "experiments/bonds.h"
 #include "experiments/csv_file.h"
 #include "experiments/export.h"
+#include "experiments/text_encoding.h"
 
 namespace firn {
 namespace {
@@ -38,7 +39,7 @@ void export_particles(const Recording& recording, const std::string& directory) 
       "insert_time [s],outlet";
   std::vector<std::vector<double>> gates;
   for (const Gate& gate : c.gates) {
-    header += "," + quoted(gate.name + "_time [s]");
+    header += "," + encode::csv_field(gate.name + "_time [s]");
     gates.push_back(recording.gate_time(gate.name));
   }
   csv.line(header);
@@ -52,7 +53,7 @@ void export_particles(const Recording& recording, const std::string& directory) 
   };
   for (std::size_t i = 0; i < recording.particle_count(); ++i) {
     const std::string by =
-        outlet[i] < 0 ? "" : quoted(c.outlets[static_cast<std::size_t>(outlet[i])].name);
+        outlet[i] < 0 ? "" : encode::csv_field(c.outlets[static_cast<std::size_t>(outlet[i])].name);
     std::string line =
         fmt::format("{},{},{},{},{},{},{},{},{},{}", i, shape[i], tag[i], mass[i], peak[i],
                     or_empty(exit[i]), or_empty(door[i]), batch[i], or_empty(came[i]), by);
@@ -81,7 +82,7 @@ void export_series(const Recording& recording, const std::string& directory) {
     values.push_back(recording.series(series.path));
     for (std::size_t k = 0; k < series.width; ++k) {
       header.push_back(',');
-      header.append(quoted(column_name(series, k)));
+      header.append(encode::csv_field(column_name(series, k)));
     }
   }
   CsvFile csv(directory, "series.csv");
@@ -105,7 +106,8 @@ void export_bonds(const Recording& recording, const std::string& directory) {
       "break_z [m]");
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
     const BondOutcome& one = outcomes[k];
-    std::string line = fmt::format("{},{},{},{},{}", k, quoted(one.name), one.a, one.b, one.mode);
+    std::string line =
+        fmt::format("{},{},{},{},{}", k, encode::csv_field(one.name), one.a, one.b, one.mode);
     const double numbers[] = {one.time, one.stress, one.place.x(), one.place.y(), one.place.z()};
     for (double value : numbers)
       line += std::isnan(value) ? std::string(",") : fmt::format(",{}", value);
@@ -119,9 +121,10 @@ void export_responses(const Recording& recording, const std::string& directory) 
   csv.line("name,index,value,uncertainty,unit,method,method_version");
   for (const Response& r : recording.responses())
     for (std::size_t i = 0; i < r.value.size(); ++i)
-      csv.line(fmt::format("{},{},{},{},{},{},{}", quoted(r.name), i, r.value[i],
+      csv.line(fmt::format("{},{},{},{},{},{},{}", encode::csv_field(r.name), i, r.value[i],
                            i < r.uncertainty.size() ? fmt::format("{}", r.uncertainty[i]) : "",
-                           quoted(r.unit), quoted(r.method), r.method_version));
+                           encode::csv_field(r.unit), encode::csv_field(r.method),
+                           r.method_version));
   csv.close();
 }
 

@@ -6,6 +6,7 @@
 #include "experiments/csv_file.h"
 #include "experiments/export.h"
 #include "experiments/statistics_tables.h"
+#include "experiments/text_encoding.h"
 #include "experiments/vtk_file.h"
 
 namespace firn {
@@ -57,7 +58,7 @@ std::string file_name(std::string name) {
 std::string body_name(int body, std::size_t particles, const std::vector<std::string>& boundaries) {
   if (body < 0) return "";
   const auto k = static_cast<std::size_t>(body);
-  return k < particles ? fmt::format("{}", k) : quoted(boundaries.at(k - particles));
+  return k < particles ? fmt::format("{}", k) : encode::csv_field(boundaries.at(k - particles));
 }
 
 void export_contacts(const Recording& recording, const std::string& directory) {
@@ -113,8 +114,8 @@ void export_boundary_triangles(const std::vector<BoundaryLoads>& all,
   for (const BoundaryLoads& loads : all) {
     for (std::size_t i = 0; i < loads.end.size(); ++i) {
       for (std::size_t t = 0; t < loads.area.size(); ++t) {
-        std::string line = fmt::format("{},{},{},{},{}", quoted(loads.boundary), loads.start[i],
-                                       loads.end[i], t, loads.area[t]);
+        std::string line = fmt::format("{},{},{},{},{}", encode::csv_field(loads.boundary),
+                                       loads.start[i], loads.end[i], t, loads.area[t]);
         for (const TriangleField& field : loads.fields)
           line += fmt::format(",{}", field.values[i * loads.area.size() + t]);
         csv.line(line);
@@ -129,7 +130,7 @@ void export_surface_triangles(const std::vector<SurfaceLoads>& all, const std::s
   csv.line(with_units("shape,triangle", all[0].fields));
   for (const SurfaceLoads& loads : all) {
     for (std::size_t t = 0; t < loads.mesh.triangles.size(); ++t) {
-      std::string line = fmt::format("{},{}", quoted(loads.shape), t);
+      std::string line = fmt::format("{},{}", encode::csv_field(loads.shape), t);
       for (const TriangleField& field : loads.fields) line += fmt::format(",{}", field.values[t]);
       csv.line(line);
     }
@@ -143,10 +144,10 @@ void export_energies(const EnergySpectrum& spectrum, const std::string& director
   const std::size_t classes = spectrum.lower.size();
   for (std::size_t kind = 0; kind < spectrum.kind.size(); ++kind) {
     for (std::size_t k = 0; k < classes; ++k) {
-      csv.line(fmt::format("{},{},{},{},{}", quoted(spectrum.kind[kind]), spectrum.lower[k],
-                           k + 1 < classes ? fmt::format("{}", spectrum.lower[k + 1]) : "",
-                           spectrum.contacts[kind * classes + k],
-                           spectrum.dissipated[kind * classes + k]));
+      csv.line(fmt::format(
+          "{},{},{},{},{}", encode::csv_field(spectrum.kind[kind]), spectrum.lower[k],
+          k + 1 < classes ? fmt::format("{}", spectrum.lower[k + 1]) : "",
+          spectrum.contacts[kind * classes + k], spectrum.dissipated[kind * classes + k]));
     }
   }
   csv.close();

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <type_traits>
 
+#include "experiments/text_encoding.h"
+
 #ifndef H5_HAVE_THREADSAFE
 #error "Firn writes results from a background thread and needs a thread-safe build of HDF5"
 #endif
@@ -198,6 +200,13 @@ herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* na
   return 0;
 }
 
+// Names and texts of a file are shown to people and written to other files.
+void check_printable(const std::string& text, const std::string& what) {
+  if (const std::string found = encode::first_unprintable(text); !found.empty())
+    throw Error(
+        fmt::format("{} has the character {} in its text; expected printable text", what, found));
+}
+
 }  // namespace
 
 void Handle::close() {
@@ -286,6 +295,7 @@ std::vector<std::string> File::datasets() const {
   std::vector<std::string> names;
   check(H5Ovisit2(file_.id(), H5_INDEX_NAME, H5_ITER_INC, collect_dataset, &names, H5O_INFO_BASIC),
         "list the datasets");
+  for (const std::string& name : names) check_printable(name, "a dataset");
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -317,6 +327,7 @@ std::vector<std::string> File::read_strings(const std::string& path) const {
   check(H5Dread(dataset.id(), stored.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
         "read " + path);
   read_text(stored.id(), space.id(), text, values);
+  for (const std::string& value : values) check_printable(value, path);
   return values;
 }
 
@@ -482,6 +493,8 @@ std::string File::text_attribute(const std::string& path, const std::string& nam
   check(H5Aread(attribute.id(), stored.id(), text.data()), "read the attribute " + name);
   std::vector<std::string> values;
   read_text(stored.id(), space.id(), text, values);
+  // A case is checked by its reader, which names the key.
+  if (name != "case") check_printable(values.front(), "the attribute " + name);
   return values.front();
 }
 

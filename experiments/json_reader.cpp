@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "experiments/text_encoding.h"
 #include "experiments/toml_reader.h"
 
 namespace firn {
@@ -36,7 +37,21 @@ struct KeyTwice {
 
 Json parse_json(std::string_view text, const std::string& source) {
   std::vector<std::set<std::string>> keys;  // of the objects that are open
+  std::string key;                          // read last
+  const auto check_text = [&](const std::string& text, bool one_line) {
+    const std::string found =
+        one_line ? encode::first_unprintable(text) : encode::first_control(text);
+    if (!found.empty())
+      throw InputError(fmt::format("{}: {}: has the character {}; expected printable text", source,
+                                   encode::terminal(key), found));
+  };
   const auto watch = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::key) {
+      key = parsed.get<std::string>();
+      check_text(key, true);
+    }
+    if (event == Json::parse_event_t::value && parsed.is_string())
+      check_text(parsed.get_ref<const std::string&>(), key == "name" || key == "title");
     if (event == Json::parse_event_t::object_start) keys.emplace_back();
     if (event == Json::parse_event_t::object_end) keys.pop_back();
     if (event == Json::parse_event_t::key &&

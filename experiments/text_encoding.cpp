@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "experiments/sha256.h"
-
 namespace firn::encode {
 namespace {
 
@@ -69,10 +67,11 @@ void append_visible(std::string& out, char32_t c, std::string_view bytes) {
     out += "\\r";
   else if (c == '\t')
     out += "\\t";
-  else if (c == kNoCharacter || c < 0x80)
+  else if (c == kNoCharacter || c < ' ')
     out += fmt::format("\\x{:02x}", static_cast<unsigned char>(bytes[0]));
-  else if (c > 0xffff)
-    out += fmt::format("\\U{:08x}", static_cast<std::uint32_t>(c));
+  else if (c > 0xffff)  // as JSON writes it, so that JSON stays JSON
+    out += fmt::format("\\u{:04x}\\u{:04x}", 0xd7c0 + static_cast<std::uint32_t>(c >> 10),
+                       0xdc00 + static_cast<std::uint32_t>(c & 0x3ff));
   else
     out += fmt::format("\\u{:04x}", static_cast<std::uint32_t>(c));
 }
@@ -80,7 +79,8 @@ void append_visible(std::string& out, char32_t c, std::string_view bytes) {
 bool is_number(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  return end == text.c_str() + text.size() && end != text.c_str() && !std::isnan(value);
+  return end == text.c_str() + text.size() && end != text.c_str() && !std::isnan(value) &&
+         !std::isspace(static_cast<unsigned char>(text[0]));
 }
 
 // The first `most` characters, and an ellipsis for the others.
@@ -137,17 +137,35 @@ std::string terminal_lines(std::string_view text) {
   return out;
 }
 
-bool is_printable(std::string_view text) {
-  bool plain = true;
-  for_each_character(text, [&](char32_t c, std::string_view) { plain = plain && is_plain(c); });
-  return plain;
+std::string first_unprintable(std::string_view text) {
+  std::string first;
+  for_each_character(text, [&](char32_t c, std::string_view bytes) {
+    if (first.empty() && !is_plain(c)) append_visible(first, c, bytes);
+  });
+  return first;
+}
+
+std::string first_control(std::string_view prose) {
+  std::string first;
+  char32_t before = 0;
+  for_each_character(prose, [&](char32_t c, std::string_view bytes) {
+    if (before == '\r' && c != '\n' && first.empty()) first = "\\r";
+    const bool fine = c == '\n' || c == '\t' || c == '\r' || (c != kNoCharacter && !is_control(c));
+    if (first.empty() && !fine) append_visible(first, c, bytes);
+    before = c;
+  });
+  return first.empty() && before == '\r' ? "\\r" : first;
+}
+
+std::string cleaned(std::string text) {
+  return first_control(text).empty() ? text : terminal_lines(text);
 }
 
 std::string markup(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   for_each_character(text, [&](char32_t c, std::string_view bytes) {
-    const bool space = c == '\t' || c == '\n' || c == '\r';
+    const bool space = c == '\t' || c == '\n';
     if (c == '&')
       out += "&amp;";
     else if (c == '<')
@@ -186,16 +204,13 @@ std::string markdown(std::string_view text) {
   return out;
 }
 
-std::string script_json(const nlohmann::ordered_json& json) {
-  using Json = nlohmann::ordered_json;
-  std::string out;
-  for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace)) {
-    if (c == '<' || c == '>' || c == '&')
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    else
-      out += c;
-  }
-  return out;
+std::string markdown_block(std::string_view lines) {
+  std::size_t longest = 2, run = 0;
+  for (const char c : lines) longest = std::max(longest, run = c == '`' ? run + 1 : 0);
+  const std::string fence(longest + 1, '`');
+  std::string text = terminal_lines(lines);
+  if (!text.ends_with('\n')) text += '\n';
+  return fence + '\n' + text + fence + '\n';
 }
 
 std::string csv_field(std::string_view text) {
@@ -218,26 +233,6 @@ std::string gnuplot_tic(std::string_view text) {
   std::string format;
   for (const char c : shortened(terminal(text), kLongestLabel)) format.append(c == '%' ? 2 : 1, c);
   return gnuplot_string(format);
-}
-
-std::string file_name(std::string_view text) {
-  constexpr std::size_t kLongest = 200;  // bytes; file systems allow 255
-  std::string out;
-  for_each_character(text, [&](char32_t c, std::string_view bytes) {
-    const bool word =
-        c < 0x80 && (std::isalnum(static_cast<int>(c)) || c == '_' || c == '-' || c == '.');
-    const bool leading = out.empty() && (c == '-' || c == '.');
-    if ((word || c == ' ' || (c >= 0xa0 && is_plain(c))) && !leading)
-      out += bytes;
-    else
-      for (const char byte : bytes) out += fmt::format("%{:02X}", static_cast<unsigned char>(byte));
-  });
-  if (out.size() > kLongest) {
-    std::size_t end = kLongest - 17;
-    while ((static_cast<unsigned char>(out[end]) & 0xc0) == 0x80) --end;  // whole characters
-    out = out.substr(0, end) + "-" + sha256(std::string(text)).substr(0, 16);
-  }
-  return out.empty() ? "%" : out;
 }
 
 std::string shell_word(std::string_view text) {

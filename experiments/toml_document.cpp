@@ -5,9 +5,11 @@
 #include <charconv>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <sstream>
 
+#include "experiments/text_encoding.h"
 #include "experiments/toml_reader.h"
 #include "experiments/toml_text.h"
 
@@ -17,9 +19,39 @@ using namespace toml_text;
 
 namespace {
 
+// Throws InputError PLACE: PATH: ... for the first key or string with a character that is no text.
+// Keys, names and titles are one line; other strings may have several.
+void check_text(const toml::node& node, const std::string& path, std::string_view key,
+                const std::function<std::string(unsigned)>& place) {
+  const auto refuse = [&](const toml::node& at, const std::string& where, const std::string& what,
+                          const std::string& found) {
+    throw InputError(fmt::format("{}: {}: {} the character {}; expected printable text",
+                                 place(line_of(at)), encode::terminal(where), what, found));
+  };
+  if (const toml::table* table = node.as_table()) {
+    for (const auto& [name, value] : *table) {
+      const std::string where = join_path(path, name.str());
+      if (const std::string found = encode::first_unprintable(name.str()); !found.empty())
+        refuse(value, where, "the key has", found);
+      check_text(value, where, name.str(), place);
+    }
+  } else if (const toml::array* array = node.as_array()) {
+    for (std::size_t i = 0; i < array->size(); ++i)
+      check_text((*array)[i], join_path(path, std::to_string(i)), key, place);
+  } else if (const auto* text = node.as_string()) {
+    const bool line = key == "name" || key == "title";
+    const std::string found =
+        line ? encode::first_unprintable(text->get()) : encode::first_control(text->get());
+    if (!found.empty()) refuse(node, path, "has", found);
+  }
+}
+
 toml::table parse(std::string_view text, const std::string& source) {
   try {
-    return toml::parse(text, source);
+    toml::table table = toml::parse(text, source);
+    check_text(table, "", "",
+               [&](unsigned line) { return fmt::format("{}:{}", source, std::max(line, 1u)); });
+    return table;
   } catch (const toml::parse_error& error) {
     throw InputError(fmt::format("{}:{}: TOML: {}; expected valid TOML", source,
                                  error.source().begin.line, error.description()));
@@ -270,6 +302,7 @@ void TomlDocument::set(const std::string& path, const std::string& value,
       canonical = join_path(canonical, fmt::format("{}", index));
       if (last) {
         toml::table parsed = parse_value(value);
+        check_text(*parsed.get("v"), canonical, "", [&](unsigned) { return label; });
         array->replace(array->cbegin() + index, std::move(*parsed.get("v")));
       }
       node = element;
@@ -280,6 +313,7 @@ void TomlDocument::set(const std::string& path, const std::string& value,
     canonical = join_path(canonical, segment);
     if (last) {
       toml::table parsed = parse_value(value);
+      check_text(*parsed.get("v"), canonical, segment, [&](unsigned) { return label; });
       table->insert_or_assign(segment, std::move(*parsed.get("v")));
     } else {
       if (!table->contains(segment)) table->insert(segment, toml::table());

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "experiments/text_encoding.h"
 #include "reports/assets.h"
 #include "solver/types.h"
 
@@ -46,10 +47,10 @@ const char* mark_shape(Mark mark) {
 }
 
 std::string badge_html(const Badge& badge) {
-  if (badge.mark == Mark::none) return escaped(badge.word);
+  if (badge.mark == Mark::none) return encode::markup(badge.word);
   return fmt::format(
       "<span class=\"badge {}\"><svg viewBox=\"0 0 16 16\" aria-hidden=\"true\">{}</svg>{}</span>",
-      mark_class(badge.mark), mark_shape(badge.mark), escaped(badge.word));
+      mark_class(badge.mark), mark_shape(badge.mark), encode::markup(badge.word));
 }
 
 std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
@@ -75,9 +76,9 @@ std::string cell_html(const Cell& cell, bool right) {
   if (std::isfinite(cell.uncertainty)) html += fmt::format(" data-u=\"{}\"", cell.uncertainty);
   html += ">";
   if (!cell.badge.word.empty()) html += badge_html(cell.badge) + (cell.text.empty() ? "" : " ");
-  html += cell.anchor.empty()
-              ? escaped(cell.text)
-              : fmt::format("<a href=\"#{}\">{}</a>", escaped(cell.anchor), escaped(cell.text));
+  html += cell.anchor.empty() ? encode::markup(cell.text)
+                              : fmt::format("<a href=\"#{}\">{}</a>", encode::markup(cell.anchor),
+                                            encode::markup(cell.text));
   return html + "</td>";
 }
 
@@ -96,8 +97,8 @@ std::string figure_html(const Figure& figure) {
   return fmt::format(
       "<figure><div class=\"plot\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
       "</figcaption></figure>\n",
-      escaped(figure.alt.empty() ? figure.caption : figure.alt), figure.svg,
-      escaped(figure.caption));
+      encode::markup(figure.alt.empty() ? figure.caption : figure.alt), figure.svg,
+      encode::markup(figure.caption));
 }
 
 // Nothing may be asked of any network: the browser is told to refuse it.
@@ -121,39 +122,6 @@ std::string anchor_of(const std::string& text) {
   }
   while (!result.empty() && result.back() == '-') result.pop_back();
   return result.empty() ? "section" : result;
-}
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  out.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default: {
-        const auto byte = static_cast<unsigned char>(c);
-        const bool forbidden = (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f;
-        if (forbidden)
-          out += "\xef\xbf\xbd";
-        else
-          out += c;
-      }
-    }
-  }
-  return out;
 }
 
 std::string number_text(double value, int digits) {
@@ -184,24 +152,24 @@ Cell Cell::link(std::string text, std::string anchor) {
 }
 
 Content& Content::heading(const std::string& title) {
-  html_ += fmt::format("<h3>{}</h3>\n", escaped(title));
+  html_ += fmt::format("<h3>{}</h3>\n", encode::markup(title));
   return *this;
 }
 
 Content& Content::paragraph(const std::string& text) {
-  html_ += fmt::format("<p>{}</p>\n", escaped(text));
+  html_ += fmt::format("<p>{}</p>\n", encode::markup(text));
   return *this;
 }
 
 Content& Content::note(const Badge& badge, const std::string& text) {
   html_ += fmt::format("<p class=\"note {}\">{} {}</p>\n", mark_class(badge.mark),
-                       badge_html(badge), escaped(text));
+                       badge_html(badge), encode::markup(text));
   return *this;
 }
 
 Content& Content::list(const std::vector<std::string>& items) {
   html_ += "<ul>\n";
-  for (const std::string& item : items) html_ += fmt::format("<li>{}</li>\n", escaped(item));
+  for (const std::string& item : items) html_ += fmt::format("<li>{}</li>\n", encode::markup(item));
   html_ += "</ul>\n";
   return *this;
 }
@@ -210,9 +178,10 @@ Content& Content::cards(const std::vector<Card>& cards) {
   html_ += "<ul class=\"cards\">\n";
   for (const Card& card : cards) {
     html_ += fmt::format("<li class=\"card {}\"><span class=\"label\">{}</span><b>{}</b>",
-                         mark_class(card.badge.mark), escaped(card.label), escaped(card.value));
+                         mark_class(card.badge.mark), encode::markup(card.label),
+                         encode::markup(card.value));
     if (!card.note.empty())
-      html_ += fmt::format("<span class=\"faint\">{}</span>", escaped(card.note));
+      html_ += fmt::format("<span class=\"faint\">{}</span>", encode::markup(card.note));
     if (!card.badge.word.empty()) html_ += badge_html(card.badge);
     html_ += "</li>\n";
   }
@@ -223,7 +192,8 @@ Content& Content::cards(const std::vector<Card>& cards) {
 Content& Content::facts(const std::vector<Fact>& facts) {
   html_ += "<dl>\n";
   for (const Fact& fact : facts)
-    html_ += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(fact.name), escaped(fact.value));
+    html_ += fmt::format("<dt>{}</dt><dd>{}</dd>\n", encode::markup(fact.name),
+                         encode::markup(fact.value));
   html_ += "</dl>\n";
   return *this;
 }
@@ -231,14 +201,15 @@ Content& Content::facts(const std::vector<Fact>& facts) {
 Content& Content::table(const Table& table) {
   const std::vector<bool> right = numeric_columns(table);
   html_ += "<div class=\"table\"><table>";
-  if (!table.caption.empty()) html_ += fmt::format("<caption>{}</caption>", escaped(table.caption));
+  if (!table.caption.empty())
+    html_ += fmt::format("<caption>{}</caption>", encode::markup(table.caption));
   html_ += "<thead><tr>";
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const std::string unit = unit_text(table.columns[i].unit);
-    html_ +=
-        fmt::format("<th scope=\"col\"{} data-unit=\"{}\">{}{}</th>",
-                    right[i] ? " class=\"n\"" : "", escaped(unit), escaped(table.columns[i].title),
-                    unit.empty() ? "" : fmt::format(" <small>{}</small>", escaped(unit)));
+    html_ += fmt::format(
+        "<th scope=\"col\"{} data-unit=\"{}\">{}{}</th>", right[i] ? " class=\"n\"" : "",
+        encode::markup(unit), encode::markup(table.columns[i].title),
+        unit.empty() ? "" : fmt::format(" <small>{}</small>", encode::markup(unit)));
   }
   html_ += "</tr></thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
@@ -267,15 +238,16 @@ Content& Content::figures(const std::vector<Figure>& figures) {
 }
 
 Content& Content::code(const std::string& text, const std::string& caption) {
-  if (!caption.empty()) html_ += fmt::format("<p class=\"codecaption\">{}</p>", escaped(caption));
+  if (!caption.empty())
+    html_ += fmt::format("<p class=\"codecaption\">{}</p>", encode::markup(caption));
   html_ += fmt::format("<div class=\"code\"><pre tabindex=\"0\"><code>{}</code></pre></div>\n",
-                       escaped(text));
+                       encode::markup(text));
   return *this;
 }
 
 Content& Content::fold(const std::string& summary, const Content& content, bool open) {
   html_ += fmt::format("<details{}><summary>{}</summary>\n{}</details>\n", open ? " open" : "",
-                       escaped(summary), content.html_);
+                       encode::markup(summary), content.html_);
   drawings_.insert(drawings_.end(), content.drawings_.begin(), content.drawings_.end());
   return *this;
 }
@@ -312,21 +284,22 @@ void Page::add_style(std::string_view css) {
 }
 
 void Page::add_data(const std::string& id, std::string_view base64) {
-  data_ += fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", escaped(id), base64);
+  data_ += fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", encode::markup(id),
+                       base64);
 }
 
 std::string Page::html() const {
   fmt::memory_buffer out;
   auto to = std::back_inserter(out);
   fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body>\n", kHead,
-                 escaped(title_), asset("page.css"), styles_);
+                 encode::markup(title_), asset("page.css"), styles_);
   fmt::format_to(to, "<a class=\"skip\" href=\"#content\">Skip to the content</a>\n");
   fmt::format_to(to, "<header><h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n{}</header>\n",
-                 escaped(title_), escaped(subtitle_), top_.html());
+                 encode::markup(title_), encode::markup(subtitle_), top_.html());
   if (sections_.size() > 1) {
     fmt::format_to(to, "<nav aria-label=\"Contents\"><ul>\n");
     for (const Section& s : sections_)
-      fmt::format_to(to, "<li><a href=\"#{}\">{}</a></li>\n", s.anchor, escaped(s.title));
+      fmt::format_to(to, "<li><a href=\"#{}\">{}</a></li>\n", s.anchor, encode::markup(s.title));
     fmt::format_to(to, "</ul></nav>\n");
   }
   fmt::format_to(to, "<main id=\"content\">\n");
@@ -334,9 +307,9 @@ std::string Page::html() const {
     fmt::format_to(to,
                    "<section id=\"{0}\" aria-labelledby=\"{0}-title\"><h2 id=\"{0}-title\">{1}"
                    "</h2>\n{2}</section>\n",
-                   s.anchor, escaped(s.title), s.content.html());
+                   s.anchor, encode::markup(s.title), s.content.html());
   fmt::format_to(to, "</main>\n<footer>{}</footer>\n<script>{}</script>\n{}{}</body></html>\n",
-                 escaped(footer_), asset("page.js"), data_, scripts_);
+                 encode::markup(footer_), asset("page.js"), data_, scripts_);
   return fmt::to_string(out);
 }
 

@@ -21,9 +21,6 @@ namespace firn::page {
 // A text as an anchor: letters and digits in lower case, hyphens between them.
 std::string anchor_of(const std::string& text);
 
-// As it may stand between tags and within a quoted attribute. What XML forbids becomes U+FFFD.
-std::string escaped(std::string_view text);
-
 // For people: four significant digits, or as many as given; "undefined" unless finite.
 std::string number_text(double value, int digits = 4);
 // With as many digits as one standard deviation lets count, "11.4 ± 1.2"; without a positive,

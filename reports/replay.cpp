@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/bonds.h"
+#include "experiments/text_encoding.h"
 #include "reports/assets.h"
 #include "reports/pose_tracks.h"
 #include "reports/simplify_mesh.h"
@@ -229,12 +230,12 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
   size.frames = tracks.time.size();
   size.characters = data.size();
 
-  const std::string id = page::escaped(name.anchor);
+  const std::string id = encode::markup(name.anchor);
   content.html(fmt::format(
       "<div class=\"replay\" id=\"replay-{0}\" data-name=\"{0}\" data-title=\"{1}\" "
       "data-source=\"replay-data-{0}\"><p class=\"replay-message\" role=\"status\">The replay "
       "needs a browser with JavaScript and WebGL.</p></div>\n",
-      id, page::escaped(name.title)));
+      id, encode::markup(name.title)));
   const std::string kept = size.frames == size.recorded_frames
                                ? fmt::format("All {} frames of the results file", size.frames)
                                : fmt::format("{} of the {} frames of the results file", size.frames,

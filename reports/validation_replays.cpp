@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "experiments/text_encoding.h"
 #include "reports/replay.h"
 
 namespace firn {
@@ -53,7 +54,7 @@ void ValidationReplays::add(const std::string& experiment, const std::string& an
     content.html(fmt::format(
         "<p class=\"screen-only\">The replay of this experiment stands <a href=\"#{}\">above</a>."
         "</p>\n",
-        page::escaped(run.drawn_at)));
+        encode::markup(run.drawn_at)));
     return;
   }
   page::Content watch;

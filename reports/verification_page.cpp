@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "experiments/text_encoding.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -137,23 +138,6 @@ std::string markdown(const std::vector<VerificationCase>& cases,
 
 // ---- HTML
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 constexpr const char* kStyle = R"css(
 :root { --ink: #1b2733; --faint: #6b7785; --line: #d7dde4; --ground: #fff; --band: #f4f7fa;
         --good: #1d6f5c; --bad: #b3261e; --bar: #8fb8cf; }
@@ -198,10 +182,10 @@ void html_checks(fmt::memory_buffer& out, const CaseResult& r) {
     fmt::format_to(to,
                    "<tr><td>{}<td class=\"n\">{}<td class=\"n\">{}<td class=\"n\">{}<td>{}<td "
                    "class=\"{}\">{}</tr>\n",
-                   escaped(k.what), escaped(value_text(k.measured, k.unit)),
-                   escaped(value_text(k.expected, k.unit)), escaped(tolerance_text(k)),
-                   bar(used(k), passed(k)), passed(k) ? "holds" : "fails",
-                   passed(k) ? "" : "fails");
+                   encode::markup(k.what), encode::markup(value_text(k.measured, k.unit)),
+                   encode::markup(value_text(k.expected, k.unit)),
+                   encode::markup(tolerance_text(k)), bar(used(k), passed(k)),
+                   passed(k) ? "holds" : "fails", passed(k) ? "" : "fails");
   }
   fmt::format_to(to, "</table></div>");
 }
@@ -210,19 +194,19 @@ void html_case(fmt::memory_buffer& out, const VerificationCase& c, const CaseRes
   auto to = std::back_inserter(out);
   const bool good = passed(r);
   fmt::format_to(to, "<details{} id=\"{}\"><summary><h3>{}</h3>", r.ran && !good ? " open" : "",
-                 escaped(c.name), escaped(c.title));
+                 encode::markup(c.name), encode::markup(c.title));
   if (r.ran && r.error.empty()) {
     fmt::format_to(to, "{}<span class=\"faint count\">{} check{}</span>", bar(most_used(r), good),
                    r.checks.size(), r.checks.size() == 1 ? "" : "s");
   }
   fmt::format_to(to, "<span class=\"verdict {}\">{}</span></summary>\n", good ? "holds" : "fails",
                  verdict_text(r));
-  fmt::format_to(to, "<p><b>Against</b> {}</p>", escaped(c.reference));
-  if (!c.remark.empty()) fmt::format_to(to, "<p>{}</p>", escaped(c.remark));
-  if (!r.error.empty()) fmt::format_to(to, "<p class=\"fails\">{}</p>", escaped(r.error));
+  fmt::format_to(to, "<p><b>Against</b> {}</p>", encode::markup(c.reference));
+  if (!c.remark.empty()) fmt::format_to(to, "<p>{}</p>", encode::markup(c.remark));
+  if (!r.error.empty()) fmt::format_to(to, "<p class=\"fails\">{}</p>", encode::markup(r.error));
   if (!r.checks.empty()) html_checks(out, r);
   fmt::format_to(to, "<p class=\"faint\"><code>firn verify {}</code>, {:.1f} s</p></details>\n",
-                 escaped(c.name), r.seconds);
+                 encode::markup(c.name), r.seconds);
 }
 
 std::string html(const std::vector<VerificationCase>& cases, const std::vector<CaseResult>& results,
@@ -239,11 +223,11 @@ std::string html(const std::vector<VerificationCase>& cases, const std::vector<C
                  "<h1>Verification</h1>\n<p class=\"summary verdict {}\">{}</p>\n<p>{}</p>\n<p "
                  "class=\"faint\">{}</p>\n",
                  t.held == t.cases ? "holds" : "fails", summary_text(results), kIntroduction,
-                 escaped(program));
+                 encode::markup(program));
   std::string last;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const std::string g = group(cases[i]);
-    if (g != last) fmt::format_to(to, "<h2>{}</h2>\n", escaped(title_of(g)));
+    if (g != last) fmt::format_to(to, "<h2>{}</h2>\n", encode::markup(title_of(g)));
     last = g;
     html_case(out, cases[i], results[i]);
   }

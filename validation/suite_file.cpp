@@ -252,9 +252,7 @@ Suite read_suite(const std::string& file) {
   root.allow({"suite", "execution", "parameter_sets", "experiments", "comparisons"});
   const TomlTable head = root.required_table("suite");
   head.allow({"name", "title", "note", "seeds", "first_seed", "threads"});
-  suite.name = head.string("name");
-  if (suite.name.empty() || suite.name.find('/') != std::string::npos)
-    head.fail("name", "is empty or has a slash; expected a name that can be a folder's");
+  suite.name = path_name(head);
   suite.title = head.string("title", suite.name);
   suite.note = head.string("note", "");
   suite.threads = head.integer("threads", 1, 1);

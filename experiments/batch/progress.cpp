@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "experiments/batch/execution.h"
+#include "experiments/terminal.h"
 
 namespace firn {
 namespace {
@@ -89,9 +90,9 @@ void BatchProgress::count(const JobResult& result) {
 
 void BatchProgress::knowledge(const std::string& text, const std::string& json) {
   knowledge_ = text;
-  if (style_ == ProgressStyle::people && !terminal_) fmt::print(stderr, "{}\n", text);
+  if (style_ == ProgressStyle::people && !terminal_) print_lines(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
-    fmt::print(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
+    print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
   if (terminal_) draw(true);
 }
 
@@ -126,11 +127,11 @@ void BatchProgress::draw(bool now) {
   erase();
   drawn_ = true;
   if (!terminal_) {
-    fmt::print(stderr, "{}\n", line());
+    print_lines(stderr, "{}\n", line());
   } else {
     std::istringstream text(line() + '\n' + knowledge_);
     for (std::string row; std::getline(text, row); ++lines_drawn_)
-      fmt::print(stderr, "{}{}", lines_drawn_ > 0 ? "\n" : "", row.substr(0, terminal_width()));
+      print_lines(stderr, "{}{}", lines_drawn_ > 0 ? "\n" : "", row.substr(0, terminal_width()));
   }
   std::fflush(stderr);
 }
@@ -163,8 +164,8 @@ void BatchProgress::tell(const char* event, const PlannedRun* run, const JobResu
   j["under_way"] = running_;
   const double left = time_left();
   j["seconds_left"] = std::isfinite(left) ? nlohmann::ordered_json(left) : nullptr;
-  fmt::print(stderr, "{}\n",
-             j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  print_lines(stderr, "{}\n",
+              j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 }  // namespace firn

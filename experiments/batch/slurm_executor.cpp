@@ -16,6 +16,7 @@
 #include "experiments/batch/run_process.h"
 #include "experiments/batch/slurm_task.h"
 #include "experiments/sha256.h"
+#include "experiments/text_encoding.h"
 
 namespace firn {
 namespace {
@@ -250,14 +251,9 @@ class SlurmExecutor final : public Executor {
     if (!s.account.empty()) args.push_back("--account=" + s.account);
     args.insert(args.end(), s.options.begin(), s.options.end());
     args.push_back(fmt::format("--wrap=exec {} slurm-task {} $SLURM_ARRAY_TASK_ID",
-                               shell_word(options_.task_program), shell_word(list)));
+                               encode::shell_word(options_.task_program),
+                               encode::shell_word(list)));
     return args;
-  }
-
-  static std::string shell_word(const std::string& text) {
-    std::string word = "'";
-    for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return word + "'";
   }
 
   void wait(const JobEvents& events) const {

@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "experiments/text_encoding.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -63,7 +64,7 @@ bool Statement::next() {
 
 std::string Statement::text(int column) const {
   const unsigned char* s = sqlite3_column_text(statement_, column);
-  return s == nullptr ? "" : reinterpret_cast<const char*>(s);
+  return s == nullptr ? "" : encode::cleaned(reinterpret_cast<const char*>(s));
 }
 
 std::int64_t Statement::integer(int column) const {

@@ -40,8 +40,8 @@ class Statement {
   Statement& bind(std::int64_t i);
   Statement& bind(double x);  // NaN: NULL
 
-  bool next();  // to the next row; false: none
-  std::string text(int column) const;
+  bool next();                         // to the next row; false: none
+  std::string text(int column) const;  // as encode::cleaned() returns it
   std::int64_t integer(int column) const;
   double real(int column) const;  // NULL: NaN
   bool null(int column) const;

@@ -16,6 +16,7 @@
 #include "experiments/batch/operand.h"
 #include "experiments/case_materials.h"
 #include "experiments/csv_file.h"
+#include "experiments/text_encoding.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
 
@@ -96,17 +97,19 @@ void read_values(SweepResult& r) {
 void write_csv(const SweepResult& r) {
   CsvFile file(r.directory, "runs.csv");
   std::string head;
-  for (const SweptKey& k : r.sweep.vary) head += quoted(k.name) + ",";
+  for (const SweptKey& k : r.sweep.vary) head += encode::csv_field(k.name) + ",";
   head += "seed,status,wall [s],key";
   for (std::size_t i = 0; i < r.responses.size(); ++i) {
     const std::string unit = i < r.units.size() ? r.units[i] : "";
-    head += "," + quoted(unit.empty() || unit == "1" ? r.responses[i]
-                                                     : r.responses[i] + " [" + unit + "]");
+    head +=
+        "," + encode::csv_field(unit.empty() || unit == "1" ? r.responses[i]
+                                                            : r.responses[i] + " [" + unit + "]");
   }
   file.line(head);
   for (const SweepRun& run : r.runs) {
     std::string line;
-    for (const std::string& v : r.sweep.values(run.combination)) line += quoted(plain(v)) + ",";
+    for (const std::string& v : r.sweep.values(run.combination))
+      line += encode::csv_field(plain(v)) + ",";
     line += fmt::format("{},{},{},{}", run.seed, to_string(run.result.status), run.result.wall,
                         run.key);
     for (const double v : run.values) line += std::isfinite(v) ? fmt::format(",{}", v) : ",";
@@ -204,9 +207,7 @@ Sweep read_sweep(const std::string& file) {
   const TomlTable head = root.required_table("sweep");
   head.allow({"name", "case", "set", "materials", "responses", "seeds", "first_seed", "design",
               "threads"});
-  s.name = head.string("name");
-  if (s.name.empty() || s.name.find('/') != std::string::npos)
-    head.fail("name", "is empty or has a slash; expected a name that can be a folder's");
+  s.name = path_name(head);
   s.case_file = (fs::path(file).parent_path() / head.string("case")).lexically_normal().string();
   std::error_code unreadable;  // as a name that is too long
   if (!fs::exists(s.case_file, unreadable))

@@ -129,7 +129,7 @@ TEST(MaterialJson, RoundTripIsExact) {
     r.parameters[0].value = wild;
     r.family->anchors[0].runs[0].responses[0].value = -wild;
     r.family->anchors[0].runs[0].seed = random();
-    r.remark = "\"quotes\", \\, \xc3\xa4\xc3\xb6, \x7f and\ttabs";
+    r.remark = "\"quotes\", \\, \xc3\xa4\xc3\xb6, \u00b5 and\ttabs";
     const std::string text = export_text({r});
     const ReadRecord back = read_records_text(text, "export.json").at(0);
     EXPECT_EQ(std::memcmp(&back.record.parameters[0].value, &wild, sizeof wild), 0);
@@ -149,7 +149,7 @@ TEST(MaterialJson, PythonSpellsTheCanonicalTextTheSameWay) {
   for (const double value : {1e-5, 1e-4, 1e15, 1e16, 123456789012345680.0, 5e-324, -0.0, 2.0, 0.1,
                              1.7976931348623157e308, 9007199254740993.0}) {
     r.parameters[0].value = value;
-    r.remark = "\xc3\xa4 \"x\" \\ \n\x01\x7f /";
+    r.remark = "\xc3\xa4 \"x\" \\ \n\t /";
     all.push_back(r);
   }
   std::ofstream(folder / "r.json") << export_text(all);
