@@ -141,7 +141,7 @@ Replay replay(const Case& c, const ReplayOptions& options) {
   return outcome(driver.run(), options);
 }
 
-Replay replay(const std::string& results_file, const ReplayOptions& options) {
+Replay replay(const std::string& results_file, const ReplayOptions& options) try {
   const Recording recording(results_file);
   const Case c = case_of(recording, "replayed");
   check_runnable(c);
@@ -166,6 +166,8 @@ Replay replay(const std::string& results_file, const ReplayOptions& options) {
   result.frames_equal = proof.equal();
   result.proved_until = proof.until();
   return result;
+} catch (const hdf5::Error& e) {
+  throw InputError(fmt::format("{}: damaged or foreign results file: {}", results_file, e.what()));
 }
 
 }  // namespace firn

@@ -236,7 +236,7 @@ void knowledge_section(const Json& results, page::Page& page) {
            fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_of(m)),
            Cell(number(m, "information_bits"), 3),
            Cell(100 * number(m, "longest_direction_left"), 3),
-           Cell(number(m, "effort_seconds") / 60, 3)});
+           m.contains("effort_seconds") ? Cell(number(m, "effort_seconds") / 60, 3) : Cell("-")});
     content.table(table);
   }
   if (!results.contains("sensitivity")) return;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -51,6 +53,24 @@ std::string journal_file(const std::string& directory, bool must_exist) {
 std::string run_key(const std::string& case_text, const std::string& program) {
   return sha256(program + '\n' + case_text).substr(0, 16);
 }
+
+namespace {
+
+[[noreturn]] void refuse(Database& db, const char* column, const std::string& text,
+                         const char* expected) {
+  throw InputError(fmt::format("{}: {}: is \"{}\"; expected {}", db.file().name(), column,
+                               text.substr(0, 40), expected));
+}
+
+std::uint64_t seed_of(Database& db, const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto [last, error] = std::from_chars(text.data(), end, seed);
+  if (error != std::errc() || last != end) refuse(db, "seed", text, "a whole number");
+  return seed;
+}
+
+}  // namespace
 
 Journal::Journal(const std::string& directory, const std::string& study_text, bool must_exist)
     : db_(journal_file(directory, must_exist), schema(), format) {
@@ -108,7 +128,7 @@ std::vector<JournalRun> Journal::runs() {
     JournalRun run;
     run.key = row.text(0);
     run.label = {row.text(1), row.text(2), static_cast<int>(row.integer(3)), row.text(4),
-                 std::stoull(row.text(5))};
+                 seed_of(db_, row.text(5))};
     run.program = row.text(6);
     run.git_commit = row.text(7);
     run.status = row.text(8);
@@ -134,9 +154,13 @@ void Journal::forget_submission(const std::string& name) {
 std::vector<Submission> Journal::submissions() {
   std::vector<Submission> all;
   Statement row(db_, "SELECT name, job, tasks FROM submissions ORDER BY name");
-  while (row.next())
-    all.push_back({row.text(0), row.text(1),
-                   nlohmann::json::parse(row.text(2)).get<std::vector<std::string>>()});
+  while (row.next()) {
+    const nlohmann::json tasks = nlohmann::json::parse(row.text(2), nullptr, false);
+    const bool texts =
+        tasks.is_array() && std::ranges::all_of(tasks, [](const auto& t) { return t.is_string(); });
+    if (!texts) refuse(db_, "tasks", row.text(2), "a list of keys");
+    all.push_back({row.text(0), row.text(1), tasks.get<std::vector<std::string>>()});
+  }
   return all;
 }
 
