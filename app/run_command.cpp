@@ -21,6 +21,7 @@
 #include "experiments/run.h"
 #include "experiments/state_trace.h"
 #include "experiments/terminal.h"
+#include "experiments/text_encoding.h"
 #include "experiments/units.h"
 #include "experiments/version.h"
 
@@ -53,13 +54,9 @@ std::string kind_text(const toml::table& resolved, const std::string& shape) {
   return variant.empty() ? kind : fmt::format("{} ({})", kind, variant);
 }
 
-// runs/<case name>-seed<N>.h5, with letters that are awkward in file names replaced.
+// runs/<case name>-seed<N>.h5
 std::string default_output(const Case& c) {
-  std::string name;
-  for (const char letter : c.name) {
-    const bool plain = std::isalnum(static_cast<unsigned char>(letter)) || letter == '_';
-    if (plain || (!name.empty() && name.back() != '-')) name += plain ? letter : '-';
-  }
+  const std::string name = encode::file_name(c.name);
   return fmt::format("runs/{}-seed{}.h5", name.empty() ? "case" : name, c.seed);
 }
 

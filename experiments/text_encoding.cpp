@@ -235,6 +235,17 @@ std::string gnuplot_tic(std::string_view text) {
   return gnuplot_string(format);
 }
 
+std::string file_name(std::string_view text) {
+  constexpr std::size_t kLongest = 100;
+  std::string name;
+  for (const char c : text) {
+    const bool plain = c == '_' || (static_cast<unsigned char>(c) < 0x80 &&
+                                    std::isalnum(static_cast<unsigned char>(c)));
+    if (plain || (!name.empty() && name.back() != '-')) name += plain ? c : '-';
+  }
+  return name.substr(0, kLongest);
+}
+
 std::string shell_word(std::string_view text) {
   std::string word = "'";
   for (const char c : text) {

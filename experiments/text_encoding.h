@@ -1,6 +1,6 @@
 // Text of the user inside another language: one function for each. A result has no effect in its
-// language other than to stand for the text. Every function accepts any bytes. Names that become
-// file names are not encoded: path_name() of case_materials.h refuses those that are none.
+// language other than to stand for the text. Every function accepts any bytes. Names of folders
+// are not encoded: path_name() of case_materials.h refuses those that are none.
 #pragma once
 
 #include <string>
@@ -40,6 +40,10 @@ std::string csv_field(std::string_view text);
 std::string gnuplot(std::string_view text);
 // The same for the label of a tic, which gnuplot reads as a format.
 std::string gnuplot_tic(std::string_view text);
+
+// Part of the name of a file: letters and digits of ASCII, `_`, and one `-` for whatever stands
+// between them; at most 100 characters, may be empty. Different texts can give the same name.
+std::string file_name(std::string_view text);
 
 // One word of the language of a POSIX shell.
 std::string shell_word(std::string_view text);

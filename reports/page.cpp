@@ -320,7 +320,8 @@ std::vector<std::string> Page::write_figures(const std::string& folder) const {
   const auto write_all = [&](const std::string& name, const std::vector<std::string>& drawings) {
     for (std::size_t k = 0; k < drawings.size(); ++k) {
       const std::string number = k == 0 ? "" : fmt::format("-{}", k + 1);
-      files.push_back((std::filesystem::path(folder) / (name + number + ".svg")).string());
+      files.push_back(
+          (std::filesystem::path(folder) / (encode::file_name(name) + number + ".svg")).string());
       std::ofstream out(files.back());
       out << standing_alone(drawings[k]);
       if (!out.flush())

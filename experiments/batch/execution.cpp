@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -18,6 +19,21 @@ constexpr MemoryUnit memory_units[] = {{"kB", 1e3},     {"MB", 1e6},     {"GB", 
                                        {"TB", 1e12},    {"KiB", 0x1p10}, {"MiB", 0x1p20},
                                        {"GiB", 0x1p30}, {"TiB", 0x1p40}};
 
+// Options of sbatch that say where and when a job runs. Others can choose what runs (--wrap, a
+// script, --export, --container) or where it writes: a study file may not.
+constexpr std::string_view slurm_options[] = {
+    "begin",      "clusters",  "comment",          "constraint", "contiguous",  "core-spec",
+    "cpu-freq",   "deadline",  "exclude",          "exclusive",  "gres",        "hint",
+    "licenses",   "mail-type", "mail-user",        "mem-bind",   "mem-per-cpu", "nice",
+    "nodelist",   "nodes",     "prefer",           "priority",   "qos",         "reservation",
+    "spread-job", "switches",  "threads-per-core", "time-min",   "tmp",         "wckey"};
+
+bool is_slurm_option(std::string_view option) {
+  if (!option.starts_with("--")) return false;
+  return std::ranges::find(slurm_options, option.substr(2, option.find('=') - 2)) !=
+         std::end(slurm_options);
+}
+
 SlurmSettings read_slurm(const TomlTable& t) {
   t.allow({"partition", "account", "options", "poll"});
   SlurmSettings s;
@@ -25,9 +41,10 @@ SlurmSettings read_slurm(const TomlTable& t) {
   s.account = t.string("account", "");
   s.options = t.strings("options");
   for (const std::string& option : s.options)
-    if (!option.starts_with('-'))
-      t.fail("options",
-             fmt::format("\"{}\" is no option of sbatch; expected such as \"--qos=low\"", option));
+    if (!is_slurm_option(option))
+      t.fail("options", fmt::format("\"{}\" is no option of sbatch that a file may set; expected "
+                                    "such as \"--qos=low\": one of {}",
+                                    option, comma_list(slurm_options)));
   s.poll = t.quantity("poll", dimension::time, Sign::positive, "10 s");
   return s;
 }

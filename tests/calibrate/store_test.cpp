@@ -214,7 +214,10 @@ TEST(Execution, IsReadAndChecked) {
   refused("[execution]\nmemory_limit = \"2 G\"\n", "is no amount of memory");
   refused("[execution]\nmemory_limit = \"-2 GiB\"\n", "is no amount of memory");
   refused("[execution]\nmemory_limits = \"2 GiB\"\n", "memory_limit");
-  refused("[execution.slurm]\noptions = [\"low\"]\n", "is no option of sbatch");
+  for (const char* option : {"low", "--wrap=touch x", "--wra=x", "--export=LD_PRELOAD=x.so", "-J",
+                             "--container=x", "--output=/x", "job.sh", "--", "--qos =x"})
+    refused(std::string("[execution.slurm]\noptions = [\"") + option + "\"]\n",
+            "is no option of sbatch");
 }
 
 TEST(Execution, DoesNotMakeAnotherStudy) {

@@ -188,6 +188,7 @@ class Fields {
       if (site_.run({"shape", "case.toml"}, what) != 0) continue;
       if (site_.run({"run", "-q", "case.toml", "-o", "x.h5"}, what) != 0) continue;
       results(what);
+      if (what.starts_with("rich -> ")) site_.run({"run", "-q", "case.toml"}, what);
     }
     finish();
   }

@@ -163,5 +163,18 @@ TEST(TextEncoding, ShellWordsAreOneWord) {
   EXPECT_TRUE(fs::is_empty(folder));
 }
 
+TEST(TextEncoding, FileNamesStayInTheirFolder) {
+  EXPECT_EQ(encode::file_name("two boxes"), "two-boxes");
+  EXPECT_EQ(encode::file_name("../../etc/passwd"), "etc-passwd");
+  EXPECT_EQ(encode::file_name(std::string(1000, 'x')).size(), 100u);
+  for (const std::string& text : random_texts(3000, 7)) {
+    const std::string name = encode::file_name(text);
+    EXPECT_EQ(name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                     "0123456789_-"),
+              std::string::npos);
+    EXPECT_FALSE(name.starts_with("-"));
+  }
+}
+
 }  // namespace
 }  // namespace firn
