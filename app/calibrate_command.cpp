@@ -72,11 +72,20 @@ ScopeLimit parse_scope(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
+void require_printable(const char* option, const std::string& text) {
+  if (const std::string found = encode::first_control(text); !found.empty())
+    throw InputError(
+        fmt::format("{}: has the character {}; expected printable text", option, found));
+}
+
 // Whether the record could be written, before hours of work. Nothing when none is wanted.
 std::unique_ptr<MaterialDatabase> open_database(const Arguments& a, StudyOptions& options) {
   if (options.save.name.empty()) return nullptr;
   if (options.save.author.empty()) options.save.author = account_name();
   for (const std::string& text : a.scope) options.save.scope.push_back(parse_scope(text));
+  for (const std::string& text : a.scope) require_printable("--scope", text);
+  require_printable("--author", options.save.author);
+  require_printable("--remark", options.save.remark);
   auto database = std::make_unique<MaterialDatabase>(material_database_file(a.database),
                                                      MaterialDatabase::Access::write);
   database->require_free(options.save.name);

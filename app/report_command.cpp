@@ -63,7 +63,8 @@ int make_report(const Arguments& a) {
   nlohmann::json done = {{"report", output}};
   if (!a.figures.empty()) done["figures"] = figures;
   if (a.json)
-    print_lines(stdout, "{}\n", done.dump());
+    print_lines(stdout, "{}\n",
+                done.dump(-1, ' ', false, decltype(done)::error_handler_t::replace));
   else
     print_lines(stdout, "{}\n{}", output,
                 figures.empty() ? "" : fmt::format("{}\n", fmt::join(figures, "\n")));

@@ -126,6 +126,9 @@ Json energy_json(const Energy& e) {
           {"removed", e.removed}};
 }
 
-void print_json(const Json& document) { print_lines(stdout, "{}\n", document.dump(2)); }
+void print_json(const Json& document) {
+  // Names of files may be no UTF-8.
+  print_lines(stdout, "{}\n", document.dump(2, ' ', false, Json::error_handler_t::replace));
+}
 
 }  // namespace firn

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <set>
 
+#include "experiments/material_json.h"
 #include "experiments/material_names.h"
 #include "experiments/material_record.h"
+#include "experiments/text_encoding.h"
 
 namespace firn {
 namespace {
@@ -239,6 +241,21 @@ void check_provenance(const MaterialRecord& r) {
     refuse("provenance.estimators", "is missing; expected how each response was measured");
 }
 
+// Text that readers of records refuse must not be written either.
+void check_text(const MaterialRecord& r) {
+  const nlohmann::ordered_json flat = to_json(r).flatten();
+  for (const auto& [place, value] : flat.items()) {
+    if (!value.is_string()) continue;
+    std::string field = place.substr(1);
+    std::ranges::replace(field, '/', '.');
+    const bool line = field.ends_with(".name") || field.ends_with("title");
+    const auto& text = value.get_ref<const std::string&>();
+    const std::string found = line ? encode::first_unprintable(text) : encode::first_control(text);
+    if (!found.empty())
+      refuse(field, fmt::format("has the character {}; expected printable text", found));
+  }
+}
+
 }  // namespace
 
 void check(const MaterialRecord& r) {
@@ -268,6 +285,7 @@ void check(const MaterialRecord& r) {
     require_text(fmt::format("scope.{}.name", i), r.scope[i].name, "what the limit is of");
     require_text(fmt::format("scope.{}.statement", i), r.scope[i].statement, "where it holds");
   }
+  check_text(r);
   if (r.scope.empty()) refuse("scope", "is missing; expected where the values hold");
   check_provenance(r);
 }

@@ -9,8 +9,10 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "experiments/sha256.h"
 #include "experiments/text_encoding.h"
 #include "reports/assets.h"
+#include "reports/pose_tracks.h"
 #include "solver/types.h"
 
 namespace firn::page {
@@ -101,14 +103,24 @@ std::string figure_html(const Figure& figure) {
       encode::markup(figure.caption));
 }
 
-// Nothing may be asked of any network: the browser is told to refuse it.
+// The browser refuses every request to a network, and every script but those whose hashes are here:
+// `{}` is their list.
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src {}; img-src data: blob:">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <link rel="icon" href="data:,">
 )";
+
+// A script as a content security policy names it: 'sha256-BASE64'.
+std::string script_source(std::string_view script) {
+  const std::string hex = sha256(script);
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    bytes.push_back(static_cast<std::uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+  return "'sha256-" + base64(bytes) + "'";
+}
 
 }  // namespace
 
@@ -276,7 +288,7 @@ bool Page::added_before(std::string_view text) {
 }
 
 void Page::add_script(std::string_view script) {
-  if (!added_before(script)) scripts_ += fmt::format("<script>{}</script>\n", script);
+  if (!added_before(script)) scripts_.emplace_back(script);
 }
 
 void Page::add_style(std::string_view css) {
@@ -291,8 +303,13 @@ void Page::add_data(const std::string& id, std::string_view base64) {
 std::string Page::html() const {
   fmt::memory_buffer out;
   auto to = std::back_inserter(out);
-  fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body>\n", kHead,
-                 encode::markup(title_), asset("page.css"), styles_);
+  std::string sources = script_source(asset("page.js")), scripts;
+  for (const std::string& script : scripts_) {
+    sources += " " + script_source(script);
+    scripts += fmt::format("<script>{}</script>\n", script);
+  }
+  fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body>\n",
+                 fmt::format(kHead, sources), encode::markup(title_), asset("page.css"), styles_);
   fmt::format_to(to, "<a class=\"skip\" href=\"#content\">Skip to the content</a>\n");
   fmt::format_to(to, "<header><h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n{}</header>\n",
                  encode::markup(title_), encode::markup(subtitle_), top_.html());
@@ -309,7 +326,7 @@ std::string Page::html() const {
                    "</h2>\n{2}</section>\n",
                    s.anchor, encode::markup(s.title), s.content.html());
   fmt::format_to(to, "</main>\n<footer>{}</footer>\n<script>{}</script>\n{}{}</body></html>\n",
-                 encode::markup(footer_), asset("page.js"), data_, scripts_);
+                 encode::markup(footer_), asset("page.js"), data_, scripts);
   return fmt::to_string(out);
 }
 

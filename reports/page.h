@@ -135,7 +135,8 @@ class Page {
   };
   bool added_before(std::string_view text);
 
-  std::string title_, subtitle_, footer_, styles_, scripts_, data_;
+  std::string title_, subtitle_, footer_, styles_, data_;
+  std::vector<std::string> scripts_;
   std::set<std::size_t> added_;  // hashes of scripts and styles
   Content top_;
   std::list<Section> sections_;

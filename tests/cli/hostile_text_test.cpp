@@ -635,12 +635,12 @@ TEST(HostileTextLong, EveryTextInEveryField) {
   Fields(all).records();
 }
 
-TEST(HostileTextLong, EveryTextInEveryResult) {
-  const std::size_t all = all_texts().size();
-  Fields(all).results_files();
+TEST(HostileTextLong, EveryTextInEveryResultsFile) { Fields(all_texts().size()).results_files(); }
+
+TEST(HostileTextLong, EveryTextInEveryPageAndDatabase) {
   Fields(5).pages("validate", "suite.toml", "out");
   Fields(5).pages("calibrate", "study.toml", "out");
-  Fields(all).databases();
+  Fields(all_texts().size()).databases();
 }
 
 TEST(HostileTextLong, EveryNameGoesThroughEverything) {

@@ -165,6 +165,14 @@ response = "remaining_count"
 value = "18 1"
 uncertainty = "4 1"
 )");
+  // What no reader of records would take is refused before the work.
+  for (const char* option : {"--author", "--remark", "--scope"}) {
+    const Outcome refused = folder.firn({"calibrate", "study.toml", "-o", "refused", "--save",
+                                         "small", option, "a=b\x1b[2J", "--database", "m.db"});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.err, HasSubstr(std::string(option) + ": has the character \\x1b"));
+    EXPECT_FALSE(folder.contains("refused"));
+  }
   const Outcome saved =
       folder.firn({"calibrate", "study.toml", "-o", "out", "--save", "small", "--author", "me",
                    "--scope", "temperature=none", "--database", "m.db"});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <regex>
 
 #include "experiments/run.h"
@@ -153,6 +154,29 @@ TEST_F(RunPage, PlaysInABrowser) {
   expect_in(view, "in \"half way\"");
   // Centre 0.3 m lower: sqrt(2 h / g) = 0.2473 s, looked at every 16 steps.
   expect_in(view, "0.248 s");
+}
+
+// Should markup of a file ever reach a page, its scripts do not run: the page names the hashes of
+// its own ones.
+TEST(PageInABrowser, RunsNoScriptButItsOwn) {
+  if (!has_browser()) GTEST_SKIP() << "chromium is not installed: no script is tried";
+  const fs::path folder = fs::path(testing::TempDir()) / "page with a foreign script";
+  fs::create_directories(folder);
+  page::Page page("mine", "");
+  page.add_script("document.body.dataset.own = 'ran';");
+  std::string html = page.html();
+  html.insert(html.find("<main"),
+              "<script>document.body.dataset.foreign = 'ran';</script>"
+              "<img src=x onerror=\"document.body.dataset.foreign = 'ran'\">"
+              "<svg onload=\"document.body.dataset.foreign = 'ran'\"></svg>");
+  std::ofstream(folder / "page.html") << html;
+  const std::string dom =
+      output_of("timeout 120 chromium --headless --no-sandbox --user-data-dir='" + folder.string() +
+                "/profile' --virtual-time-budget=2000 --dump-dom 'file://" +
+                (folder / "page.html").string() + "' 2>/dev/null");
+  expect_in(dom, "data-own=\"ran\"");
+  EXPECT_EQ(dom.find("data-foreign=\"ran\""), std::string::npos);
+  fs::remove_all(folder);
 }
 
 }  // namespace
