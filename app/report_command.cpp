@@ -42,8 +42,9 @@ Report report_of(const std::string& path, bool replays) {
   fs::path source = path;
   if (source.extension() == ".h5")
     return {run_page(path), fs::path(path).replace_extension(".html")};
-  if (fs::is_directory(source)) source /= "results.json";
-  if (!fs::exists(source))
+  std::error_code unreadable;  // as a name that is too long
+  if (fs::is_directory(source, unreadable)) source /= "results.json";
+  if (!fs::exists(source, unreadable))
     throw InputError(
         fmt::format("{}: does not exist; expected RUN.h5, the folder of a study or a validation, "
                     "or its results.json",

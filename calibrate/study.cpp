@@ -56,9 +56,12 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
   for (const JournalRun& run : runs) {
     // It may lie with another study, or this folder may have been moved since.
     for (const fs::path& results :
-         {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")})
-      if (run.label.phase == "confirm" && campaign.asked_for(run.key) && fs::exists(results))
+         {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
+      std::error_code unreadable;  // as a name that is too long
+      if (run.label.phase == "confirm" && campaign.asked_for(run.key) &&
+          fs::exists(results, unreadable))
         s.example_run = results.string();
+    }
   }
   write_file(folder / "results.json", s.json + "\n");
   write_file(folder / "runs.csv", render_runs_csv(study, runs));

@@ -111,7 +111,8 @@ void keep_copy(const std::string& results_file) {
 }
 
 bool has_kept_copy(const std::string& results_file) {
-  return std::filesystem::exists(kept_copy(results_file));
+  std::error_code unreadable;  // as a name that is too long
+  return std::filesystem::exists(kept_copy(results_file), unreadable);
 }
 
 void restore_kept_copy(const std::string& results_file) {
@@ -119,8 +120,13 @@ void restore_kept_copy(const std::string& results_file) {
 }
 
 void drop_kept_copy(const std::string& results_file) {
-  std::filesystem::remove(kept_copy(results_file));
-  std::filesystem::remove(results_file + kUnfinished);
+  for (const std::string& file : {kept_copy(results_file), results_file + kUnfinished}) {
+    std::error_code error;
+    std::filesystem::remove(file, error);
+    if (error == std::errc::filename_too_long)
+      throw InputError(results_file + ": is too long a name; expected a shorter one");
+    if (error) throw RunError(fmt::format("{}: cannot be removed: {}", file, error.message()));
+  }
 }
 
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file) {

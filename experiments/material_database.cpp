@@ -116,7 +116,8 @@ const std::vector<StoredRecord>& shipped_materials() {
 }
 
 MaterialDatabase::MaterialDatabase(const std::string& file, Access access) : file_(file) {
-  if (access == Access::read && (file.empty() || !fs::exists(file))) return;
+  std::error_code unreadable;  // as a name that is too long
+  if (access == Access::read && (file.empty() || !fs::exists(file, unreadable))) return;
   if (file.empty())
     throw InputError(
         "materials: there is no home folder to keep them in; expected --database FILE or "

@@ -65,7 +65,8 @@ bool is_hdf5(const std::string& file) {
 void recover_results(const std::string& file) {
   if (!has_kept_copy(file)) return;
   std::optional<WriteLock> nobody_writes;  // or its file would be taken from under it
-  if (std::filesystem::exists(file)) nobody_writes.emplace(file);
+  std::error_code unreadable;              // as a name that is too long
+  if (std::filesystem::exists(file, unreadable)) nobody_writes.emplace(file);
   restore_kept_copy(file);
 }
 

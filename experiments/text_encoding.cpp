@@ -117,6 +117,15 @@ std::string gnuplot_string(std::string_view text) {
 
 constexpr std::size_t kLongestLabel = 200;  // characters; more do not fit into a picture
 
+// Text of a picture: printable, short, and without `]]>`, which gnuplot leaves as it is in SVG
+// where XML forbids it.
+std::string label(std::string_view text) {
+  std::string shown = shortened(terminal(text), kLongestLabel);
+  for (std::size_t at = 0; (at = shown.find("]]>", at)) != std::string::npos; at += 3)
+    shown.insert(at + 2, 1, ' ');
+  return shown;
+}
+
 }  // namespace
 
 std::string terminal(std::string_view text) {
@@ -225,13 +234,11 @@ std::string csv_field(std::string_view text) {
   return quoted + '"';
 }
 
-std::string gnuplot(std::string_view text) {
-  return gnuplot_string(shortened(terminal(text), kLongestLabel));
-}
+std::string gnuplot(std::string_view text) { return gnuplot_string(label(text)); }
 
 std::string gnuplot_tic(std::string_view text) {
   std::string format;
-  for (const char c : shortened(terminal(text), kLongestLabel)) format.append(c == '%' ? 2 : 1, c);
+  for (const char c : label(text)) format.append(c == '%' ? 2 : 1, c);
   return gnuplot_string(format);
 }
 

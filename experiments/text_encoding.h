@@ -35,7 +35,8 @@ std::string markdown_block(std::string_view lines);
 // leading apostrophe; numbers stay as they are.
 std::string csv_field(std::string_view text);
 
-// A string of gnuplot's language with its quotes: one line, at most 200 characters of the text.
+// A string of gnuplot's language with its quotes: one line, at most 200 characters of the text, a
+// space in `]]>`.
 // The script must draw text with `noenhanced`.
 std::string gnuplot(std::string_view text);
 // The same for the label of a tic, which gnuplot reads as a format.

@@ -18,9 +18,10 @@ namespace fs = std::filesystem;
 // Where a run's file is now: folders are moved with their runs. Empty: nowhere.
 fs::path found(const std::string& results_file, const fs::path& folder) {
   if (results_file.empty()) return {};
+  std::error_code unreadable;  // as a name that is too long
   for (const fs::path& file :
        {folder / "runs" / fs::path(results_file).filename(), fs::path(results_file)})
-    if (fs::is_regular_file(file)) return file;
+    if (fs::is_regular_file(file, unreadable)) return file;
   return {};
 }
 

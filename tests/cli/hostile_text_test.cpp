@@ -624,6 +624,35 @@ TEST(HostileText, NamesThatLeaveTheirFolderAreRefused) {
   EXPECT_FALSE(site.contains("runs"));
 }
 
+TEST(HostileText, PathsThatNoSystemTakesAreOneLine) {
+  Site site;
+  ASSERT_EQ(site.run({"run", "-q", "case.toml", "-o", "x.h5"}, ""), 0);
+  for (const std::string& path :
+       {std::string(5000, 'x'), std::string(254, 'x'), std::string("\xff")})
+    for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+             {"run", "-q", path},
+             {"run", "-q", "--resume", path + ".h5"},
+             {"run", "-q", "case.toml", "-o", path + ".h5"},
+             {"shape", path + ".stl"},
+             {"shape", path + ".toml"},
+             {"measure", path + ".h5"},
+             {"export", path + ".h5", "--to", "csv"},
+             {"export", "x.h5", "--to", "csv", "-o", path + "/a"},
+             {"contacts", path + ".h5"},
+             {"report", path},
+             {"report", path + ".h5"},
+             {"report", "x.h5", "-o", path + ".html", "--json"},
+             {"calibrate", path},
+             {"calibrate", "study.toml", "-o", path + "/b", "--progress", "none"},
+             {"sweep", "sweep.toml", "-o", path + "/c", "--progress", "none"},
+             {"validate", path},
+             {"materials", "add", path},
+             {"materials", "list", "--database", path}}) {
+      site.run(command, path);
+      EXPECT_EQ(site.last_error().find("filesystem error"), std::string::npos) << command[0];
+    }
+}
+
 TEST(HostileTextLong, EveryTextInEveryField) {
   const std::size_t all = all_texts().size();
   Fields(all).cases();
