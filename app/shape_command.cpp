@@ -29,6 +29,7 @@ struct Arguments {
   std::vector<std::string> settings;
   std::string picture;
   std::string repaired;
+  bool any_size = false;
   bool json = false;
 };
 
@@ -101,9 +102,10 @@ int tell_mesh(const Arguments& a) {
   if (!a.rounding.empty()) {
     options.rounding = option_quantity("--rounding", a.rounding, dimension::length);
   }
-  const TriangleMesh mesh = read_mesh_file(a.file, unit).mesh;
+  const MeshLimits limits = a.any_size ? of_any_size(kParticleMesh) : kParticleMesh;
+  const TriangleMesh mesh = read_mesh_file(a.file, unit, limits).mesh;
   const MeshDefects defects = inspect(mesh);
-  const MeshRepair repair = firn::repair(read_triangles(a.file, unit));
+  const MeshRepair repair = firn::repair(read_triangles(a.file, unit, limits));
   if (!defects.sound()) return tell_unsound(a, mesh, defects, repair);
   if (!a.repaired.empty())
     throw InputError(fmt::format("--repaired: {} has nothing to repair", a.file));
@@ -181,6 +183,8 @@ void add_shape_command(CLI::App& app, int& status) {
           "Draw the case's boundaries and placed bodies: an overview,\nfrom above, and two "
           "sections. FILE.png or FILE.svg")
       ->type_name("FILE");
+  command->add_flag("--any-size", a->any_size,
+                    "Accept a mesh file's body below 1 um or above 100 m");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->footer(
       "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");

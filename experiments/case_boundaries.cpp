@@ -51,10 +51,11 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
     b.parts = std::move(part.parts);
   } else {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
-             "position", "orientation", "file", "length_unit", "sha256", "thickness", "may_touch"});
+             "position", "orientation", "file", "length_unit", "sha256", "any_size", "thickness",
+             "may_touch"});
     const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
     b.kind = Boundary::Kind::solid;
-    b.mesh = read_mesh(t, directory);
+    b.mesh = read_mesh(t, directory, kBoundaryMesh);
     b.parts = t.at("file", [&] { return boundary_parts(b.mesh, thickness); });
   }
   b.origin = t.vector("position", dimension::length, "0 0 0 m");

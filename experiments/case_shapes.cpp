@@ -8,7 +8,6 @@
 #include <map>
 
 #include "experiments/case_materials.h"
-#include "experiments/mesh_file.h"
 
 namespace firn {
 namespace {
@@ -118,10 +117,10 @@ class ShapeReader {
 
   Shape mesh(const TomlTable& t, const std::string& name) {
     t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "file",
-             "length_unit", "sha256", "max_parts"});
+             "length_unit", "sha256", "any_size", "max_parts"});
     ShapeOptions o = options(t, name);
     o.max_parts = t.integer("max_parts", 1, o.max_parts);
-    const TriangleMesh triangles = read_mesh(t, directory_);
+    const TriangleMesh triangles = read_mesh(t, directory_, kParticleMesh);
     return t.at("file", [&] { return make_mesh(triangles, o); });
   }
 
@@ -195,7 +194,8 @@ NamedCrescent read_crescent(const TomlTable& t) {
   return t.at("", [&] { return named_crescent(variant, p); });
 }
 
-TriangleMesh read_mesh(const TomlTable& table, const std::string& directory) {
+TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
+                       const MeshLimits& limits) {
   const double unit = [&] {
     const std::string text = table.string("length_unit");
     return table.at("length_unit", [&] { return parse_quantity("1 " + text, dimension::length); });
@@ -203,7 +203,8 @@ TriangleMesh read_mesh(const TomlTable& table, const std::string& directory) {
   const std::filesystem::path file = table.string("file");
   const std::string absolute =
       std::filesystem::absolute(directory / file).lexically_normal().string();
-  MeshFile read = table.at("file", [&] { return read_mesh_file(absolute, unit); });
+  const MeshLimits allowed = table.boolean("any_size", false) ? of_any_size(limits) : limits;
+  MeshFile read = table.at("file", [&] { return read_mesh_file(absolute, unit, allowed); });
   if (table.has("sha256") && table.string("sha256") != read.sha256) {
     table.fail("file", fmt::format("\"{}\" has changed; expected the content with SHA-256 {}",
                                    absolute, table.string("sha256")));

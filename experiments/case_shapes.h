@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/mesh_file.h"
 #include "experiments/toml_reader.h"
 #include "solver/model.h"
 
@@ -17,8 +18,10 @@ std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material
 NamedCrescent read_crescent(const TomlTable& table);
 
 // The mesh named by the keys `file` and `length_unit`. Writes the absolute path and the hash of
-// the content back into the table; throws when a hash stands there already and differs.
-TriangleMesh read_mesh(const TomlTable& table, const std::string& directory);
+// the content back into the table; throws when a hash stands there already and differs,
+// and for a mesh beyond `limits`. The key `any_size` leaves only their number of triangles.
+TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
+                       const MeshLimits& limits);
 
 // The index of a shape named by a key. Throws for an unknown one.
 int shape_index(const TomlTable& table, std::string_view key, const std::vector<Shape>& shapes);

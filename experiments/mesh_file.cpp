@@ -10,9 +10,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <limits>
-#include <sstream>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "experiments/obj_file.h"
@@ -24,16 +23,6 @@ namespace {
 // 80 bytes of title, the number of triangles, then 50 bytes each: normal, three corners, 2 bytes.
 constexpr std::size_t kTitle = 80, kHeader = 84, kNormal = 12, kTriangle = 50;
 
-std::string read_bytes(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file + ": cannot be opened; expected an STL or OBJ file");
-  std::ostringstream bytes;
-  if (!(bytes << in.rdbuf())) {
-    throw InputError(file + ": cannot be read or is empty; expected an STL or OBJ file");
-  }
-  return std::move(bytes).str();
-}
-
 std::uint32_t little_endian(const char* p) {
   std::uint32_t value = 0;
   for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(p[i]);
@@ -41,6 +30,43 @@ std::uint32_t little_endian(const char* p) {
 }
 
 float little_endian_float(const char* p) { return std::bit_cast<float>(little_endian(p)); }
+
+[[noreturn]] void refuse_count(const std::string& place, std::size_t triangles, std::size_t limit) {
+  throw InputError(
+      fmt::format("{}: has {} triangles; expected at most {}", place, triangles, limit));
+}
+
+// The whole file, or a refusal once it is longer than any mesh within the limit.
+std::string read_bytes(const std::string& file, const MeshLimits& limits) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw InputError(file + ": cannot be opened; expected an STL or OBJ file");
+  constexpr std::size_t kBytesPerTriangle = 1000, kRest = 1 << 20, kBlock = 1 << 16;
+  const std::size_t most = limits.triangles * kBytesPerTriangle + kRest;
+  std::string bytes;
+  while (in && bytes.size() <= most) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + kBlock);
+    in.read(&bytes[before], kBlock);
+    bytes.resize(before + static_cast<std::size_t>(in.gcount()));
+    // The header of a long binary file is enough.
+    if (before > 0 || bytes.size() < kHeader) continue;
+    std::error_code unknown;
+    const std::uintmax_t length = std::filesystem::file_size(file, unknown);
+    const std::size_t count = little_endian(&bytes[kTitle]);
+    if (!unknown && length == kHeader + kTriangle * count && count > limits.triangles)
+      refuse_count(file, count, limits.triangles);
+  }
+  if (in.bad() || bytes.empty()) {
+    throw InputError(file + ": cannot be read or is empty; expected an STL or OBJ file");
+  }
+  if (bytes.size() > most) {
+    throw InputError(
+        fmt::format("{}: is longer than {} bytes; expected a mesh of at most {} "
+                    "triangles",
+                    file, most, limits.triangles));
+  }
+  return bytes;
+}
 
 // Three corners a triangle, in the file's unit and in its single precision.
 using Corners = std::vector<Vec3>;
@@ -110,13 +136,17 @@ class Words {
 };
 
 // solid NAME { facet normal X Y Z, outer loop, 3 * vertex X Y Z, endloop, endfacet } endsolid NAME
-Corners read_text(const std::string& file, std::string_view text) {
+Corners read_text(const std::string& file, std::string_view text, const MeshLimits& limits) {
   Corners corners;
   Words words(file, text);
   for (std::string word = words.next(); !word.empty(); word = words.next()) {
     if (word != "solid") words.fail(Words::found(word) + "; expected \"solid\"");
     words.skip_line();  // a name of any words
     for (word = words.next(); word == "facet"; word = words.next()) {
+      if (corners.size() >= 3 * limits.triangles) {
+        words.fail(
+            fmt::format("has more than {} triangles; expected at most so many", limits.triangles));
+      }
       words.expect("normal");
       for (int k = 0; k < 3; ++k) words.next();  // some programs write nan here
       words.expect("outer");
@@ -148,20 +178,22 @@ bool looks_like_text(std::string_view bytes) {
   });
 }
 
-Corners read_corners(const std::string& file, std::string_view bytes) {
+Corners read_corners(const std::string& file, std::string_view bytes, const MeshLimits& limits) {
   const std::size_t promised = bytes.size() >= kHeader ? little_endian(&bytes[kTitle]) : 0;
   const std::size_t held = bytes.size() >= kHeader ? (bytes.size() - kHeader) / kTriangle : 0;
   // The title of a binary file may begin with "solid" too; then its length tells.
   const bool exact = bytes.size() == kHeader + kTriangle * promised;
-  if (!exact && looks_like_text(bytes)) return read_text(file, bytes);
+  if (!exact && looks_like_text(bytes)) return read_text(file, bytes, limits);
   if (bytes.size() < kHeader) {
     throw InputError(file + ": is neither a text nor a binary STL file; expected one of them");
   }
-  if (promised > held) {
+  if (!exact) {
     throw InputError(
-        fmt::format("{}: promises {} triangles and holds {}; expected a whole binary STL file",
-                    file, promised, held));
+        fmt::format("{}: promises {} triangles and holds {} in {} bytes; expected a "
+                    "whole binary STL file of 84 + 50 n bytes",
+                    file, promised, held, bytes.size()));
   }
+  if (promised > limits.triangles) refuse_count(file, promised, limits.triangles);
   return read_binary(bytes, promised);
 }
 
@@ -171,15 +203,26 @@ bool is_obj(const std::string& file) {
   return ending == ".obj";
 }
 
+void check_size(const std::string& file, const TriangleMesh& mesh, const MeshLimits& limits) {
+  const auto [low, high] = bounding_box(mesh);
+  const double size = (high - low).maxCoeff();
+  if (size >= limits.smallest && size <= limits.largest) return;
+  throw InputError(fmt::format(
+      "{}: is {:.3g} m long; expected {:g} m to {:g} m: check the length unit, or allow it by "
+      "any_size = true (firn shape: --any-size)",
+      file, size, limits.smallest, limits.largest));
+}
+
 // As the file has them, in metres.
-TriangleMesh triangles_of(const std::string& file, const std::string& bytes, double length_unit) {
+TriangleMesh triangles_of(const std::string& file, std::string_view bytes, double length_unit,
+                          const MeshLimits& limits) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (bytes.starts_with(kByteOrderMark)) bytes.remove_prefix(kByteOrderMark.size());
   TriangleMesh mesh;
   if (is_obj(file)) {
-    mesh = read_obj(file, bytes);
+    mesh = read_obj(file, std::string(bytes), limits.triangles);
   } else {
-    mesh.vertices = read_corners(file, bytes);
-    if (mesh.vertices.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-      throw InputError(file + ": holds too many triangles; expected fewer than 700 million");
+    mesh.vertices = read_corners(file, bytes, limits);
     for (int i = 0; i + 2 < static_cast<int>(mesh.vertices.size()); i += 3)
       mesh.triangles.push_back({i, i + 1, i + 2});
   }
@@ -196,6 +239,7 @@ TriangleMesh triangles_of(const std::string& file, const std::string& bytes, dou
         file, is_obj(file) ? "vertex" : "triangle", is_obj(file) ? i + 1 : i / 3 + 1, corner.x(),
         corner.y(), corner.z()));
   }
+  check_size(file, mesh, limits);
   return mesh;
 }
 
@@ -223,17 +267,17 @@ void put(std::string& bytes, const Vec3& v) {
 
 }  // namespace
 
-TriangleMesh read_stl(const std::string& file, double length_unit) {
-  return merged(file, triangles_of(file, read_bytes(file), length_unit));
+TriangleMesh read_stl(const std::string& file, double length_unit, const MeshLimits& limits) {
+  return read_mesh_file(file, length_unit, limits).mesh;
 }
 
-MeshFile read_mesh_file(const std::string& file, double length_unit) {
-  const std::string bytes = read_bytes(file);
-  return {merged(file, triangles_of(file, bytes, length_unit)), sha256(bytes)};
+MeshFile read_mesh_file(const std::string& file, double length_unit, const MeshLimits& limits) {
+  const std::string bytes = read_bytes(file, limits);
+  return {merged(file, triangles_of(file, bytes, length_unit, limits)), sha256(bytes)};
 }
 
-TriangleMesh read_triangles(const std::string& file, double length_unit) {
-  return triangles_of(file, read_bytes(file), length_unit);
+TriangleMesh read_triangles(const std::string& file, double length_unit, const MeshLimits& limits) {
+  return triangles_of(file, read_bytes(file, limits), length_unit, limits);
 }
 
 void write_stl(const std::string& file, const TriangleMesh& mesh, double length_unit) {

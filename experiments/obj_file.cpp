@@ -14,7 +14,7 @@ namespace {
 // The library takes what it cannot read for 0, so vertices and faces are looked at first.
 class LineCheck {
  public:
-  explicit LineCheck(const std::string& file) : file_(file) {}
+  LineCheck(const std::string& file, std::size_t most) : file_(file), most_(most) {}
 
   void check(const std::string& line) {
     ++line_;
@@ -25,9 +25,16 @@ class LineCheck {
       for (int k = 0; k < 3; ++k) number(words);
       ++vertices_;
     } else if (word == "f") {
-      int corners = 0;
-      for (; words >> word; ++corners) vertex(word);
+      std::size_t corners = 0;
+      for (; words >> word; ++corners) {
+        if (corners == kMostCorners)
+          fail(fmt::format("a face of more than {} corners; expected fewer", kMostCorners));
+        vertex(word);
+      }
       if (corners < 3) fail(fmt::format("a face of {} corners; expected at least three", corners));
+      triangles_ += corners - 2;
+      if (triangles_ > most_)
+        fail(fmt::format("has more than {} triangles; expected at most so many", most_));
     }
   }
 
@@ -55,14 +62,17 @@ class LineCheck {
     throw InputError(fmt::format("{}:{}: {}", file_, line_, what));
   }
 
+  static constexpr std::size_t kMostCorners = 1000;
+
   std::string file_;
+  std::size_t most_, triangles_ = 0;
   long line_ = 0, vertices_ = 0;
 };
 
 }  // namespace
 
-TriangleMesh read_obj(const std::string& file, const std::string& bytes) {
-  LineCheck lines(file);
+TriangleMesh read_obj(const std::string& file, const std::string& bytes, std::size_t limit) {
+  LineCheck lines(file, limit);
   std::istringstream text(bytes);
   for (std::string line; std::getline(text, line);) lines.check(line);
   tinyobj::ObjReader reader;

@@ -121,11 +121,72 @@ TEST_F(StlFile, BinaryTitleMayBeginWithSolid) {
   expect_same(read_stl(file, 1e-3), read);
 }
 
-TEST_F(StlFile, BytesAfterTheTrianglesAreIgnored) {
+TEST_F(StlFile, LengthIsThatOfTheCount) {
+  spoil([](std::string& bytes) { bytes += "made by a tool"; });
+  EXPECT_THAT(refusal(), HasSubstr("promises 68 triangles and holds 68 in 3498 bytes"));
+  spoil([](std::string& bytes) { bytes[80] = 34; });  // half of the triangles
+  EXPECT_THAT(refusal(), HasSubstr("promises 34 triangles and holds 68 in 3484 bytes"));
+}
+
+TEST_F(StlFile, ByteOrderMarkIsSkipped) {
   write_stl(file, mesh, 1e-3);
   const TriangleMesh read = read_stl(file, 1e-3);
-  spoil([](std::string& bytes) { bytes += "made by somebody"; });
+  put("\xEF\xBB\xBF" + text_of(mesh, 1e-3, "\n"));
   expect_same(read_stl(file, 1e-3), read);
+}
+
+TEST_F(StlFile, LimitsAreCheckedBeforeTheTrianglesAreRead) {
+  // Two million triangles that are not on the disk: a file with a hole.
+  std::string header(84, ' ');
+  constexpr std::uint32_t kMany = 2000000;
+  for (std::size_t i = 0; i < 4; ++i) header[80 + i] = static_cast<char>(kMany >> (8 * i) & 0xff);
+  put(header);
+  std::filesystem::resize_file(file, 84 + 50ull * kMany);
+  EXPECT_THAT(refusal(), HasSubstr("has 2000000 triangles; expected at most 200000"));
+  put("solid long\n");
+  std::filesystem::resize_file(file, 500'000'000);
+  EXPECT_THAT(refusal(), HasSubstr("is longer than"));
+  EXPECT_EQ(refusal().find("has 2000000"), std::string::npos);
+  // One above the limit, and one at it, in both formats.
+  const auto read_at = [&](std::size_t limit) {
+    return read_stl(file, 1e-3, {.triangles = limit});
+  };
+  write_stl(file, mesh, 1e-3);
+  EXPECT_EQ(read_at(68).triangles.size(), 68U);
+  EXPECT_THROW(read_at(67), InputError);
+  put(text_of(mesh, 1e-3, "\n"));
+  EXPECT_EQ(read_at(68).triangles.size(), 68U);
+  EXPECT_THROW(read_at(67), InputError);
+}
+
+TEST_F(StlFile, SizesThatSuggestAnotherUnitAreRefused) {
+  const double size = (bounding_box(mesh)[1] - bounding_box(mesh)[0]).maxCoeff();
+  write_stl(file, mesh, 1e-3);
+  struct Member {
+    double longest;
+    bool particle, boundary;
+  };
+  for (const Member& m : {Member{0.9e-6, false, true},
+                          {1.1e-6, true, true},
+                          {99, true, true},
+                          {101, false, true},
+                          {9.9e3, false, true},
+                          {10.1e3, false, false}}) {
+    const double unit = 1e-3 * m.longest / size;
+    const auto reads = [&](const MeshLimits& limits) {
+      try {
+        read_stl(file, unit, limits);
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("any_size = true"));
+        return false;
+      }
+      return true;
+    };
+    EXPECT_EQ(reads(kParticleMesh), m.particle) << m.longest;
+    EXPECT_EQ(reads(kBoundaryMesh), m.boundary) << m.longest;
+    EXPECT_TRUE(reads(of_any_size(kParticleMesh))) << m.longest;
+  }
+  EXPECT_THROW(read_stl(file, 1e-33 / size, of_any_size(kParticleMesh)), InputError);
 }
 
 TEST_F(StlFile, TruncatedBinaryIsRefused) {
