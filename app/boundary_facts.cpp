@@ -53,6 +53,7 @@ std::vector<BoundaryFacts> boundary_facts(const Case& c) {
     facts.triangles = b.mesh.triangles.size();
     if (facts.triangles == 0) continue;
     facts.defects = inspect(b.mesh);
+    facts.conflicts = find_conflicts(b.mesh);
     std::tie(facts.lower, facts.upper) =
         std::pair(bounding_box(b.mesh)[0], bounding_box(b.mesh)[1]);
     const auto [low, high] = bounding_box(placed(b));
@@ -74,6 +75,7 @@ std::string boundary_table(const BoundaryFacts& facts) {
   if (facts.triangles == 0) return table;
   table += row("triangles", std::to_string(facts.triangles));
   table += row("surface", facts.defects.sound() ? "closed" : facts.defects.sentence());
+  if (!facts.conflicts.none()) table += row("conflicts", facts.conflicts.sentence());
   table += row("bounding box", mm_text(facts.upper - facts.lower));
   table += row("at the start", from_to(facts.world_lower, facts.world_upper));
   table += row("convex parts", std::to_string(facts.parts));
@@ -88,7 +90,7 @@ Json boundary_json(const BoundaryFacts& facts) {
   json["triangles"] = facts.triangles;
   json["convex_parts"] = facts.parts;
   json["closed"] = facts.defects.sound();
-  json["defects"] = defects_json(facts.defects);
+  json["defects"] = defects_json(facts.defects, facts.conflicts);
   json["bounding_box"] = {{"min", vector_json(facts.lower)}, {"max", vector_json(facts.upper)}};
   json["at_start"] = {{"min", vector_json(facts.world_lower)},
                       {"max", vector_json(facts.world_upper)}};

@@ -7,6 +7,7 @@
 
 #include "app/report_text.h"
 #include "experiments/case.h"
+#include "solver/mesh_conflicts.h"
 
 namespace firn {
 
@@ -14,6 +15,7 @@ struct BoundaryFacts {
   std::string name;
   std::string kind;  // as the case file calls it
   std::size_t triangles = 0, parts = 0;
+  MeshConflicts conflicts;
   MeshDefects defects;                                          // none: a closed surface
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();              // m, own axes
   Vec3 world_lower = Vec3::Zero(), world_upper = Vec3::Zero();  // m, where it is at the start

@@ -53,7 +53,7 @@ Json repair_json(const MeshRepair& r) {
           {"degenerate", r.degenerate}, {"disconnected_edges", r.disconnected_edges},
           {"joined", r.joined},         {"removed", r.removed},
           {"added", r.added},           {"reversed", r.reversed},
-          {"parts", r.parts},           {"left", defects_json(r.left)}};
+          {"parts", r.parts},           {"left", defects_json(r.left, find_conflicts(r.mesh))}};
 }
 
 std::string repair_rows(const MeshRepair& r) {
@@ -64,22 +64,29 @@ std::string repair_rows(const MeshRepair& r) {
 // An unsound mesh still has facts worth telling: which defects, what would mend them, and where it
 // lies.
 int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
-                 const MeshRepair& repair) {
+                 const MeshConflicts& conflicts, const MeshRepair& repair) {
   const auto [low, high] = bounding_box(mesh);
   if (a.json) {
     print_json({{"file", a.file},
                 {"triangles", mesh.triangles.size()},
                 {"vertices", mesh.vertices.size()},
                 {"sound", false},
-                {"defects", defects_json(defects)},
+                {"defects", defects_json(defects, conflicts)},
                 {"repair", repair_json(repair)}});
   } else {
     print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{}\n{}", a.file, "triangles",
                 mesh.triangles.size(), "bounding box", mm_text(high - low), repair_rows(repair));
   }
+  if (!find_conflicts(repair.mesh).none()) {
+    print_lines(stderr,
+                "firn: {}: {}; expected surfaces that do not cross and no solid inside another "
+                "one\n",
+                a.file, defects_text(defects, conflicts));
+    return ExitStatus::bad_input;
+  }
   if (repair.hopeless() || a.repaired.empty()) {
     print_lines(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
-                defects.sentence(),
+                defects_text(defects, conflicts),
                 repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
                                   : std::string("--repaired FILE.stl writes it repaired"));
     return ExitStatus::bad_input;
@@ -106,7 +113,9 @@ int tell_mesh(const Arguments& a) {
   const TriangleMesh mesh = read_mesh_file(a.file, unit, limits).mesh;
   const MeshDefects defects = inspect(mesh);
   const MeshRepair repair = firn::repair(read_triangles(a.file, unit, limits));
-  if (!defects.sound()) return tell_unsound(a, mesh, defects, repair);
+  const MeshConflicts conflicts = find_conflicts(mesh);
+  if (!defects.sound() || !conflicts.none())
+    return tell_unsound(a, mesh, defects, conflicts, repair);
   if (!a.repaired.empty())
     throw InputError(fmt::format("--repaired: {} has nothing to repair", a.file));
   const Shape shape = make_mesh(mesh, options);

@@ -15,15 +15,24 @@ std::string parts_text(std::size_t count) {
 
 }  // namespace
 
-std::string defects_text(const MeshDefects& defects) {
-  return defects.sound() ? "none" : defects.sentence();
+std::string defects_text(const MeshDefects& defects, const MeshConflicts& conflicts) {
+  const std::string first = defects.sentence(), second = conflicts.sentence();
+  if (first.empty() && second.empty()) return "none";
+  return first + (first.empty() || second.empty() ? "" : ", ") + second;
 }
 
-Json defects_json(const MeshDefects& d) {
-  return {{"open_edges", d.open_edges},       {"nonmanifold_edges", d.nonmanifold_edges},
-          {"flipped_edges", d.flipped_edges}, {"degenerate", d.degenerate},
-          {"duplicated", d.duplicated},       {"inside_out", d.inside_out},
-          {"non_finite", d.non_finite}};
+Json defects_json(const MeshDefects& d, const MeshConflicts& c) {
+  return {{"open_edges", d.open_edges},
+          {"nonmanifold_edges", d.nonmanifold_edges},
+          {"flipped_edges", d.flipped_edges},
+          {"degenerate", d.degenerate},
+          {"duplicated", d.duplicated},
+          {"inside_out", d.inside_out},
+          {"non_finite", d.non_finite},
+          {"intersections", c.intersections},
+          {"overlapping_shells", c.overlapping_shells},
+          {"nested_shells", c.nested_shells},
+          {"inverted_shells", c.inverted_shells}};
 }
 
 std::string shape_line(const Shape& s) {
@@ -43,7 +52,7 @@ std::string shape_table(const Shape& s) {
   const Eigen::AngleAxisd turn(s.shape_from_body);
   std::string table;
   table += row("triangles", std::to_string(s.mesh.triangles.size()));
-  table += row("defects", defects_text(inspect(s.mesh)));
+  table += row("defects", defects_text(inspect(s.mesh), find_conflicts(s.mesh)));
   table += row("bounding box", mm_text(s.box));
   table += row("volume", fmt::format("{:.6g} cm^3", s.volume * 1e6));
   table += row("mass", fmt::format("{:.6g} g", s.mass * 1e3));
@@ -74,7 +83,7 @@ Json shape_json(const Shape& s) {
   return {{"name", s.name},
           {"triangles", s.mesh.triangles.size()},
           {"vertices", s.mesh.vertices.size()},
-          {"defects", defects_json(inspect(s.mesh))},
+          {"defects", defects_json(inspect(s.mesh), find_conflicts(s.mesh))},
           {"sound", inspect(s.mesh).sound()},
           {"bounding_box", {{"min", vector_json(low)}, {"max", vector_json(high)}}},
           {"box", vector_json(s.box)},

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/report_text.h"
+#include "solver/mesh_conflicts.h"
 #include "solver/shape.h"
 
 namespace firn {
@@ -14,7 +15,8 @@ std::string shape_line(const Shape& shape);
 std::string shape_table(const Shape& shape);
 Json shape_json(const Shape& shape);
 
-std::string defects_text(const MeshDefects& defects);  // "none" when sound
-Json defects_json(const MeshDefects& defects);
+// "none" when there are neither.
+std::string defects_text(const MeshDefects& defects, const MeshConflicts& conflicts);
+Json defects_json(const MeshDefects& defects, const MeshConflicts& conflicts);
 
 }  // namespace firn

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "solver/mesh_conflicts.h"
 #include "solver/shape_makers.h"
 
 namespace firn {
@@ -256,6 +257,11 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
   if (mesh.triangles.size() > kMaxTriangles) {
     throw InputError("the mesh has " + std::to_string(mesh.triangles.size()) +
                      " triangles; expected at most " + std::to_string(kMaxTriangles));
+  }
+  const std::string conflicts = find_conflicts(mesh).sentence();
+  if (!conflicts.empty()) {
+    throw InputError("the mesh bounds no solid: " + conflicts +
+                     "; expected surfaces that do not cross and no solid inside another one");
   }
   Shape shape = begin_shape(mesh, mass_properties(mesh), options);
   std::vector<std::vector<HalfSpace>> hulls;

@@ -113,6 +113,21 @@ TEST(ShapeCommand, TellsAndDoesWhatRepairsAMesh) {
   EXPECT_THAT(lone.err, HasSubstr("cannot be repaired: "));
 }
 
+TEST(ShapeCommand, OverlappingCubesAreRefusedWithTrianglesAndPlace) {
+  const Folder folder;
+  auto both = box(20, 20, 20);
+  for (Triangle t : box(20, 20, 20)) {
+    for (auto& corner : t) corner[0] += 10;
+    both.push_back(t);
+  }
+  const Outcome o = folder.firn({"shape", folder.write("both.stl", stl(both)), "--json"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_EQ(json::parse(o.out)["defects"]["overlapping_shells"], 1);
+  EXPECT_EQ(json::parse(o.out)["defects"]["nested_shells"], 0);
+  EXPECT_EQ(lines(o.err), 1U) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("1 pair of shells that overlap (triangles "));
+}
+
 TEST(ShapeCommand, ReadsObjFiles) {
   const Folder folder;
   const Outcome o = folder.firn({"shape",
