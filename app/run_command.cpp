@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "app/commands.h"
 #include "app/default_threads.h"
@@ -86,6 +89,23 @@ void tell_materials(const Case& c, const toml::table& resolved) {
   }
 }
 
+// One line for a shape whose contact parts are not its mesh.
+void warn_of_deviation(const Shape& shape, const toml::table& resolved) {
+  constexpr double kMost = 0.02;  // of the smallest edge
+  const double relative = shape.contact_deviation / shape.box.minCoeff();
+  const auto table = resolved["shapes"][shape.name];
+  const bool is_mesh = table["kind"].value_or("") == std::string_view("mesh");
+  const auto most = table["max_parts"].value_or(std::int64_t{ShapeOptions{}.max_parts});
+  const bool all_parts = is_mesh && most > 1 && std::ssize(shape.parts) >= most;
+  if (relative <= kMost && !all_parts) return;
+  spdlog::warn(
+      "shape {}: the contact parts deviate by {:.3g} mm from the mesh ({:.3g} % of the smallest "
+      "edge){}; check rounding{} with firn shape",
+      shape.name, shape.contact_deviation * 1e3, 100 * relative,
+      all_parts ? fmt::format(" and are as many as max_parts = {} allows", most) : "",
+      is_mesh ? " and max_parts" : "");
+}
+
 void tell_facts(const Case& c, const std::string& results_file) {
   spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
   if (!c.start.empty()) spdlog::info("starts from {}", c.start);
@@ -98,6 +118,7 @@ void tell_facts(const Case& c, const std::string& results_file) {
         [&](const Particle& particle) { return particle.shape == static_cast<int>(i); });
     spdlog::info("{} x {}: {}, {}", count, shape.name, kind_text(resolved, shape.name),
                  shape_line(shape));
+    warn_of_deviation(shape, resolved);
   }
   spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
   spdlog::info("results in {}", results_file);

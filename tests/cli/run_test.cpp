@@ -49,6 +49,21 @@ TEST(RunCommand, QuietRunTellsOnlyResults) {
   EXPECT_EQ(o.err, "");
 }
 
+TEST(RunCommand, WarnsInOneLineOfPartsThatDeviate) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const auto run = [&](const std::string& rounding) {
+    return folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet", "--set",
+                        "shapes.cube.rounding=\"" + rounding + "\"", "--set",
+                        "case.duration=\"1 ms\""});
+  };
+  EXPECT_EQ(run("0.2 mm").err, "");
+  const Outcome rounded = run("2 mm");
+  EXPECT_EQ(rounded.status, 0);
+  EXPECT_EQ(lines(rounded.err), 1U) << rounded.err;
+  EXPECT_THAT(rounded.err, HasSubstr("shape cube: the contact parts deviate by "));
+}
+
 TEST(RunCommand, EarlierResultsAreKept) {
   const Folder folder;
   folder.write("case.toml", two_boxes);
