@@ -9,6 +9,7 @@
 #include "experiments/case_materials.h"
 #include "experiments/motion_csv.h"
 #include "solver/mesh.h"
+#include "solver/mesh_conflicts.h"
 
 namespace firn {
 namespace {
@@ -216,6 +217,12 @@ TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
       t.fail("", fmt::format("carries \"{}\", whose mesh is not closed, so that it has no mass of "
                              "its own; expected mass, center and inertia",
                              b.name));
+    }
+    if (const MeshConflicts found = find_conflicts(b.mesh); !found.none()) {
+      t.fail("",
+             fmt::format("carries \"{}\", whose mesh bounds no solid: {}; expected mass, center "
+                         "and inertia",
+                         b.name, found.sentence()));
     }
     const int first = static_cast<int>(all.vertices.size());
     for (const Vec3& v : b.mesh.vertices) all.vertices.push_back(b.origin + b.orientation * v);

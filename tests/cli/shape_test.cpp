@@ -128,6 +128,37 @@ TEST(ShapeCommand, OverlappingCubesAreRefusedWithTrianglesAndPlace) {
   EXPECT_THAT(o.err, HasSubstr("1 pair of shells that overlap (triangles "));
 }
 
+TEST(ShapeCommand, FreeBodyOfOverlappingCubesNeedsItsMass) {
+  const Folder folder;
+  const auto outcome = [&](double shift, const std::string& keys) {
+    auto both = box(20, 20, 20);
+    for (Triangle t : box(20, 20, 20)) {
+      for (auto& corner : t) corner[0] += shift;
+      both.push_back(t);
+    }
+    folder.write("both.stl", stl(both));
+    return folder.firn(
+        {"shape", folder.write("case.toml", std::string(two_boxes) +
+                                                "\n[[boundaries]]\nname = \"both\"\n"
+                                                "material = \"plastic\"\nkind = \"mesh\"\n"
+                                                "file = \"both.stl\"\nlength_unit = \"mm\"\n"
+                                                "position = \"1 1 1 m\"\nmotion_frame = \"cup\"\n"
+                                                "[[motion_frames]]\nname = \"cup\"\n"
+                                                "[motion_frames.free]\nturns_freely = true\n" +
+                                                keys)});
+  };
+  EXPECT_EQ(outcome(50, "density = \"900 kg/m^3\"\n").status, 0);
+  const Outcome refused = outcome(10, "density = \"900 kg/m^3\"\n");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(lines(refused.err), 1U) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("expected mass, center and inertia"));
+  const Outcome stated = outcome(10,
+                                 "mass = \"0.1 kg\"\ncenter = \"1 1 1 m\"\n"
+                                 "inertia = \"1e-3 1e-3 1e-3 kg m^2\"\n");
+  EXPECT_EQ(stated.status, 0) << stated.err;
+  EXPECT_THAT(stated.out, HasSubstr("1 pair of shells that overlap"));
+}
+
 TEST(ShapeCommand, ReadsObjFiles) {
   const Folder folder;
   const Outcome o = folder.firn({"shape",
