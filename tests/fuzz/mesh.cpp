@@ -3,6 +3,7 @@
 
 #include "experiments/boundary_mesh.h"
 #include "experiments/mesh_file.h"
+#include "solver/mesh_conflicts.h"
 #include "solver/shape.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -43,6 +44,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const MeshDefects defects = inspect(mesh);
   fuzz::require(defects.sound() == defects.sentence().empty(), "defects are named");
   if (mesh.triangles.size() > 200) return 0;
+  const MeshConflicts conflicts = find_conflicts(mesh);
+  fuzz::require(conflicts.none() == conflicts.sentence().empty(), "conflicts are named");
+  for (const MeshConflict& c : conflicts.examples) {
+    fuzz::require(c.triangle >= 0 && c.triangle < static_cast<int>(mesh.triangles.size()) &&
+                      c.other < static_cast<int>(mesh.triangles.size()),
+                  "a conflict names triangles");
+    fuzz::require(c.place.allFinite(), "a conflict has a place");
+  }
   ShapeOptions options;
   options.name = "mesh";
   options.density = 900;
@@ -51,5 +60,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::accepts([&] { boundary_parts(mesh, 1e-4); });
   const bool made = fuzz::accepts([&] { require_shape(make_mesh(mesh, options)); });
   fuzz::require(!made || defects.sound(), "an unsound mesh makes no shape");
+  fuzz::require(!made || conflicts.none(), "a mesh with conflicts makes no shape");
   return 0;
 }
