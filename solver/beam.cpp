@@ -8,8 +8,6 @@ namespace firn {
 
 namespace {
 
-using Mat6 = Eigen::Matrix<double, 6, 6>;
-
 double cube(double x) { return x * x * x; }
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -40,8 +38,7 @@ Vec3 to_ends(const BeamPose& pose, const Vec3& m) {
   return f.across * m + (f.along * v.dot(m)) * v;
 }
 
-// How the six deformations give way to forces of their own kind, with the bodies free: velocity of
-// one over impulse of another, beam axes, in the pose without stress.
+// mobility_of(), each body with a part of its mass and inertia.
 Mat6 mobility(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a, const Shape& b,
               double share_b) {
   Mat6 sum = Mat6::Zero();
@@ -128,6 +125,10 @@ BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, con
   return c;
 }
 
+Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b) {
+  return mobility(law, bond, a, 1, b, 1);
+}
+
 double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a,
                          const Shape& b, double share_b) {
   const BeamSprings k = stiffness_of(law);
@@ -171,17 +172,14 @@ double elastic_energy(const BeamSprings& k, const BeamPose& pose) {
   return 0.5 * (k.ways.dot(pose.way.cwiseAbs2()) + k.turns.dot(pose.turn.cwiseAbs2()));
 }
 
-double add_damping(const BeamSprings& c, const BeamPose& pose, const BodyInMotion& a,
-                   const BodyInMotion& b, BeamForces& forces) {
+Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b) {
   const Vec3 spin = b.spin - a.spin;
   const Vec3 middle_spin = 0.5 * (a.spin + b.spin) - 0.5 * (pose.axes * pose.half).cross(spin);
   const Vec3 velocity = (b.velocity + b.spin.cross(pose.arm_b)) -
                         (a.velocity + a.spin.cross(pose.arm_a)) - middle_spin.cross(pose.apart);
-  const Vec3 way = pose.axes.transpose() * velocity;
-  const Vec3 turn = to_ends(pose, pose.axes.transpose() * spin);
-  forces.force += c.ways.cwiseProduct(way);
-  forces.moment += c.turns.cwiseProduct(turn);
-  return c.ways.dot(way.cwiseAbs2()) + c.turns.dot(turn.cwiseAbs2());
+  Vec6 rates;
+  rates << pose.axes.transpose() * velocity, to_ends(pose, pose.axes.transpose() * spin);
+  return rates;
 }
 
 // The gradient of the elastic energy. With f the force in the beam, d from end to end, h `half` and

@@ -67,6 +67,11 @@ struct BeamSprings {
 BeamSprings stiffness_of(const BeamLaw& law);
 // A given part of critical damping for each deformation by itself, with the masses of both bodies.
 BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
+// How the six deformations give way to forces of their own kind, with the bodies free: rate of one
+// over impulse of another, beam axes, in the pose without stress. Ways first, then turns.
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
 // Largest angular frequency, rad/s, of the two bodies on the beam, each with this part of its mass
 // and inertia: with 1 / (number of its bonds) the largest over all bonds bounds that of the whole
 // (Irons and Treharne, 1971).
@@ -93,9 +98,8 @@ struct BeamForces {
 BeamForces elastic_forces(const BeamSprings& stiffness, const BeamPose& pose);
 double elastic_energy(const BeamSprings& stiffness, const BeamPose& pose);  // J
 
-// Adds the damping forces; returns the power that they take, W.
-double add_damping(const BeamSprings& damping, const BeamPose& pose, const BodyInMotion& a,
-                   const BodyInMotion& b, BeamForces& forces);
+// Rates of the deformations, m/s and rad/s, beam axes: stretch and two shears, then the turns.
+Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b);
 
 // What the beam does to the bodies, world. The force on b is the opposite of that on a, and forces
 // and moments together turn nothing.

@@ -39,10 +39,68 @@ double energy_now(const Model& model, const BondWorkspace& w, const State& s, st
                         pose_of(model.beams[b.law], b, body(s, b.a), body(s, b.b)));
 }
 
-void strain(const Model& model, BondWorkspace& w, State& s, std::size_t number) {
-  s.bond_loads[number] = {};
+BeamDampers dampers_of(const Model& model, const Bond& bond) {
+  const BeamLaw& law = model.beams[bond.law];
+  const Shape &a = shape_of(model, bond.a), &b = shape_of(model, bond.b);
+  const BeamSprings c = damping_of(law, bond, a, b);
+  BeamDampers out;
+  out.constants << c.ways, c.turns;
+  const Mat6 half =
+      0.5 * model.timestep * mobility_of(law, bond, a, b) * out.constants.asDiagonal();
+  out.implicit = (Mat6::Identity() + half).inverse();
+  return out;
+}
+
+// The body with its accelerations by a load in the place of its velocities.
+BodyInMotion accelerated(const Model& model, const State& s, int particle, const Vec3& force,
+                         const Vec3& torque) {
+  const Shape& shape = shape_of(model, particle);
+  const Quat& q = s.orientation[particle];
+  return {s.motion[particle].position, force / shape.mass,
+          q * Vec3((q.conjugate() * torque).cwiseQuotient(shape.inertia)), q};
+}
+
+Vec6 accelerations(const Model& model, const State& s, const Bond& bond, const BeamPose& pose,
+                   const BeamLoad& load) {
+  return rates_of(pose, accelerated(model, s, bond.a, load.force, load.moment_a),
+                  accelerated(model, s, bond.b, -load.force, load.moment_b));
+}
+
+// Adds the forces of the dampers to the elastic ones; returns the power that they take, W.
+//
+// The bodies have the velocities of the half step before and the places of the full step. The rates
+// of the full step lack half a kick by all forces. That of the bond itself, damper included, is
+// taken implicitly. That of everything else is taken from the step before: State::load and
+// State::bond_loads are still those. So force and deformation belong to the same time to second
+// order.
+double add_damping(const Model& model, const BeamDampers& dampers, const State& s,
+                   std::size_t number, const BeamPose& pose, BeamForces& forces) {
+  const Bond& bond = model.bonds[number];
+  const double half = 0.5 * model.timestep;
+  const BodyLoad &on_a = s.load[bond.a], &on_b = s.load[bond.b];
+  const BeamLoad& own = s.bond_loads[number];
+  const Vec6 others = rates_of(
+      pose, accelerated(model, s, bond.a, on_a.force - own.force, on_a.torque - own.moment_a),
+      accelerated(model, s, bond.b, on_b.force + own.force, on_b.torque - own.moment_b));
+  const Vec6 before = rates_of(pose, body(s, bond.a), body(s, bond.b)) + half * others;
+  const auto with = [&](const Vec6& rates) {
+    const Vec6 damping = dampers.constants.cwiseProduct(rates);
+    return BeamForces{forces.force + damping.head<3>(), forces.moment + damping.tail<3>()};
+  };
+  // `implicit` belongs to the pose without stress: one correction makes up for that.
+  Vec6 rates = Vec6::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const Vec6 kicked =
+        before + half * accelerations(model, s, bond, pose, load_of(pose, with(rates)));
+    rates += dampers.implicit * (kicked - rates);
+  }
+  forces = with(rates);
+  return dampers.constants.dot(rates.cwiseAbs2());
+}
+
+BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t number) {
   w.lost[number] = 0;
-  if (!acts(model, s, number)) return;
+  if (!acts(model, s, number)) return {};
   const Bond& bond = model.bonds[number];
   const BeamLaw& law = model.beams[bond.law];
   const BodyInMotion a = body(s, bond.a), b = body(s, bond.b);
@@ -56,10 +114,13 @@ void strain(const Model& model, BondWorkspace& w, State& s, std::size_t number) 
                        pulled ? stress.tension + stress.bending : stress.shear + stress.torsion,
                        middle_of(a, pose)};
     w.lost[number] = elastic_energy(w.stiffness[number], pose);
-    return;
+    return {};
   }
-  w.lost[number] = model.timestep * add_damping(w.damping[number], pose, a, b, forces);
-  s.bond_loads[number] = load_of(pose, forces);
+  if (law.damping_ratio > 0) {
+    w.lost[number] =
+        model.timestep * add_damping(model, w.dampers[number], s, number, pose, forces);
+  }
+  return load_of(pose, forces);
 }
 
 // Calls visit(bond, is_b) for the bonds of a particle.
@@ -78,7 +139,7 @@ BondWorkspace::BondWorkspace(const Model& model)
   for (const Bond& b : model.bonds) {
     const BeamLaw& law = model.beams[b.law];
     stiffness.push_back(stiffness_of(law));
-    damping.push_back(damping_of(law, b, shape_of(model, b.a), shape_of(model, b.b)));
+    dampers.push_back(dampers_of(model, b));
     ++first[b.a + 1];
     ++first[b.b + 1];
   }
@@ -94,7 +155,7 @@ BondWorkspace::BondWorkspace(const Model& model)
 void strain_bonds(const Model& model, BondWorkspace& w, State& s) {
   for_ranges(model.numerics.threads, model.bonds.size(), kGrain,
              [&](std::size_t begin, std::size_t end) {
-               for (std::size_t k = begin; k < end; ++k) strain(model, w, s, k);
+               for (std::size_t k = begin; k < end; ++k) s.bond_loads[k] = strained(model, w, s, k);
              });
   for (const double lost : w.lost) s.lost_in_bonds += lost;
 }

@@ -1,5 +1,7 @@
 // Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
 // and rotate_free() do, in the same order of operations.
+#include <algorithm>
+
 #include "solver/columns.h"
 #include "solver/fetch.h"
 #include "solver/workspace.h"
@@ -243,6 +245,8 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
       // Not kept in the state: nobody else needs them, and they are a line of the cache each.
       BodyLoad loads[kGrain];
       sum_loads(w, s, begin, end, loads);
+      // Dampers of bonds read them (bonds.cpp).
+      if (!s.bonds.empty()) std::copy_n(loads, end - begin, s.load.data() + begin);
       const Mover mover(model, w, s, loads, begin);
       LoadsAhead ahead(w, end, goes_on ? std::min(n, end + kGrain) : end);
       for_crews(s, begin, end, [&](Crew& crew) {

@@ -90,8 +90,9 @@ struct State {
   LargeArray<BodyMotion> motion;               // [M]
   LargeArray<Quat> orientation;                // [M] body axes -> world
   LargeArray<Vec3> angular_momentum;           // [N] kg m^2/s, body axes
-  LargeArray<BodyLoad> load;                   // [N] by contacts and bonds, at `time`; of no
-                                               // meaning while a half kick is put off
+  LargeArray<BodyLoad> load;                   // [N] by contacts and bonds, at `time`; while a
+                                               // half kick is put off, one step older with bonds
+                                               // and of no meaning without
   LargeArray<double> path;                     // [M] m, bound on the way of any point of the body
   LargeArray<double> turn;                     // [M] rad, bound on the angle turned
   LargeArray<double> margin;                   // [M] m, what the neighbour list lets it move

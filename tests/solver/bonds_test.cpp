@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "validation/verification/scenes.h"
@@ -164,6 +165,108 @@ TEST(Bond, DampingTakesItsRatioAndIsBooked) {
   const double decay =
       std::exp(-4 * pi * ratio / std::sqrt(1 - ratio * ratio) * solver.time() / ring);
   EXPECT_NEAR(scenes::mechanical(e) / start, decay, 0.15 * decay);
+}
+
+// One deformation of a pair: its number (stretch, two shears, torsion, two bendings), what b is
+// moved by and what it is turned by about the middle of the bridge, for a unit of it.
+struct DampedMode {
+  int number;
+  Vec3 shift, turn;
+};
+const DampedMode kDampedModes[] = {
+    {0, Vec3::UnitX(), Vec3::Zero()}, {1, Vec3::UnitY(), Vec3::Zero()},
+    {2, Vec3::UnitZ(), Vec3::Zero()}, {3, Vec3::Zero(), Vec3::UnitX()},
+    {4, Vec3::Zero(), Vec3::UnitY()}, {5, Vec3::Zero(), Vec3::UnitZ()}};
+
+struct Deformation {
+  double way, rate;
+};
+Deformation deformation(const Solver& solver, int number) {
+  const ParticleState& p = solver.particles();
+  const auto body = [&](std::size_t i) {
+    return BodyInMotion{p.position[i], p.velocity[i], p.angular_velocity[i], p.orientation[i]};
+  };
+  const Model& model = solver.model();
+  const BeamPose pose = pose_of(model.beams[0], model.bonds[0], body(0), body(1));
+  Vec6 ways;
+  ways << pose.way, pose.turn;
+  return {ways[number], rates_of(pose, body(0), body(1))[number]};
+}
+
+// x'' + 2 ratio w x' + w^2 x = 0.
+Deformation damped(const Deformation& start, double ratio, double w, double t) {
+  const std::complex<double> root = std::sqrt(std::complex<double>(ratio * ratio - 1, 0)) * w;
+  const double x0 = start.way, mixed = start.rate + ratio * w * x0,
+               decay = std::exp(-ratio * w * t);
+  const std::complex<double> sine =
+      std::abs(root) * t < 1e-9 ? std::complex<double>(t) : std::sinh(root * t) / root;
+  const double x = decay * (x0 * std::cosh(root * t) + mixed * sine).real();
+  const double slope = decay * (x0 * root * root * sine + mixed * std::cosh(root * t)).real();
+  return {x, slope - ratio * w * x};
+}
+
+// Largest error over one and a half periods, over the largest deformation. The first steps are left
+// out: a body that is placed feels its bonds from the end of its first step on.
+double damping_error(const DampedMode& mode, double ratio, double steps) {
+  Model model = straight_pair(bridge(1e9, ratio, 1e8));
+  const BeamSprings k = stiffness_of(model.beams[0]);
+  const Mat6 give = mobility_of(model.beams[0], model.bonds[0], model.shapes[0], model.shapes[0]);
+  Vec6 stiffness;
+  stiffness << k.ways, k.turns;
+  const double w = std::sqrt(stiffness[mode.number] * give(mode.number, mode.number));
+  model.timestep = 0.5 * pi / w / steps;
+  Solver solver(model);
+  const double size = mode.number < 3 ? 1e-7 : 1e-5;
+  const Quat turn(Eigen::AngleAxisd(mode.turn.norm() * size, mode.turn.normalized()));
+  put(solver, 0, place(0));
+  put(solver, 1, 0.5 * place(1) + turn * (0.5 * place(1)) + size * mode.shift, turn);
+  for (int i = 0; i < 2; ++i) solver.step();
+  const Deformation start = deformation(solver, mode.number);
+  const double begin = solver.time();
+  double worst = 0;
+  while (solver.time() < begin + 3 * pi / w) {
+    solver.step();
+    const Deformation now = deformation(solver, mode.number),
+                      exact = damped(start, ratio, w, solver.time() - begin);
+    worst = std::max({worst, std::abs(now.way - exact.way), std::abs(now.rate - exact.rate) / w});
+  }
+  return worst / std::hypot(start.way, start.rate / w);
+}
+
+TEST(Bond, DampedModesFollowTheDampedOscillator) {
+  for (const DampedMode& mode : kDampedModes) {
+    for (const double ratio : {0.01, 0.05, 0.2, 0.5, 0.9, 1.0, 1.1, 1.5, 2.0}) {
+      // The default step. Without damping leapfrog's period is (w dt)^2 / 24 = 0.1 % off.
+      const double error = damping_error(mode, ratio, 10);
+      EXPECT_LT(error, 0.011) << "mode " << mode.number << ", ratio " << ratio;
+      const double fine = damping_error(mode, ratio, 60), finer = damping_error(mode, ratio, 240);
+      EXPECT_NEAR(fine / finer, 16, 3) << "mode " << mode.number << ", ratio " << ratio;
+    }
+  }
+}
+
+// A row that spins as one from the start and is stretched and bent by that: each bond must know the
+// forces of its neighbours at the same time, too. Nothing is strained at the start.
+TEST(Bond, DampedRowConvergesToSecondOrder) {
+  for (const double ratio : {0.0, 0.1, 1.0, 2.0}) {
+    Model model = row(6, bridge(1e12, ratio, 1e8));
+    const double quarter = advise_timestep(model, 1).timestep;
+    const Vec3 spin = 0.02 / quarter * Vec3(0.3, 0.5, 0.8), center = 2.5 * place(1);
+    const auto end_of = [&](int steps) {
+      model.timestep = 12 * quarter / steps;
+      Solver solver(model);
+      for (int i = 0; i < 6; ++i)
+        put(solver, i, place(i), Quat::Identity(), spin.cross(place(i) - center), spin);
+      for (int k = 0; k < steps; ++k) solver.step();
+      Vec6 length;
+      for (int i = 0; i < 5; ++i) length[i] = solver.bond(i).forces.force.norm();
+      length[5] = solver.bond(2).forces.moment.norm();
+      return length;
+    };
+    const Vec6 a = end_of(240), b = end_of(480), c = end_of(960);
+    EXPECT_NEAR((a - b).norm() / (b - c).norm(), 4, 0.8) << "ratio " << ratio;
+    EXPECT_LT((a - c).norm(), 0.02 * c.norm()) << "ratio " << ratio;
+  }
 }
 
 // The automatic step is a statement on stability: a pair is stable up to 2 / omega and no further.
