@@ -68,6 +68,10 @@ inline double share(const Patch& patch, const ContactPoint& point) {
   return point.weight * patch.share_of_area;
 }
 
+// N, the least force of a point that has borne and still overlaps. It is the state "in contact" and
+// nothing a body feels: a point of exactly zero is one that touches for the first time.
+inline constexpr double kInContact = 1e-150;
+
 // Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`
 // (m, positive: approaching) to `overlap`. Loading along K, unloading and reloading along K_u,
 // never below lambda K s. A point that touches for the first time starts on the loading line.
@@ -76,7 +80,8 @@ inline double normal_force(double previous, double stiffness, double unloading_s
   // Written without branches: whether a point touches is anybody's guess to the processor.
   const double loading = std::max(0.0, stiffness * overlap);
   const double from = previous > 0 ? previous : std::numeric_limits<double>::infinity();
-  return std::min(loading, std::max(from + unloading_stiffness * ds, floor * loading));
+  const double least = std::max(floor * loading, kInContact);
+  return std::min(loading, std::max(from + unloading_stiffness * ds, least));
 }
 
 // How the two bodies move against each other at a patch, over one step.

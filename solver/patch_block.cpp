@@ -157,7 +157,9 @@ struct FourLoads {
   // normal_force()
   const Four pressed = own * overlap, loading = zero < pressed ? pressed : zero;
   const Four from = before > zero ? before : infinite;
-  const Four unloading = from + own * in.ratio * ds, least = in.floor * loading;
+  const Four touching = {kInContact, kInContact, kInContact, kInContact};
+  const Four floor = in.floor * loading, least = floor < touching ? touching : floor;
+  const Four unloading = from + own * in.ratio * ds;
   const Four higher = unloading < least ? least : unloading;
   out.force = higher < loading ? higher : loading;
   put_twos(gap, out.force, gaps);

@@ -8,7 +8,8 @@
 
 namespace firn::verification {
 
-std::vector<VerificationCase> oblique_cases();  // cases_oblique.cpp
+std::vector<VerificationCase> oblique_cases();       // cases_oblique.cpp
+std::vector<VerificationCase> impact_floor_cases();  // cases_impact_floor.cpp
 
 namespace {
 
@@ -350,7 +351,9 @@ std::vector<VerificationCase> impact_cases() {
       {"impact.squeeze", "A sphere squeezed slowly: loading, unloading, loading again",
        "two springs K in series on the way in, K / e^2 on the way back and in again",
        "Below the largest overlap so far nothing is lost.", Tier::quick, slow_squeeze}};
-  for (VerificationCase& c : oblique_cases()) cases.push_back(std::move(c));
+  for (auto* more : {impact_floor_cases, oblique_cases}) {
+    for (VerificationCase& c : more()) cases.push_back(std::move(c));
+  }
   return cases;
 }
 
