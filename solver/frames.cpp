@@ -43,11 +43,27 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
 
 using RotationMap = Eigen::Map<const Mat3>;
 
+// rad, of the turn from one orientation to the next.
+Vec3 rotation_vector(const Mat3& from, const Mat3& to) {
+  const Eigen::AngleAxisd turn(Quat(Mat3(to * from.transpose())));
+  return turn.angle() * turn.axis();
+}
+
+// Spin over a step of what turned by `turned` (rad) in the axes of its carrier, which turns as
+// well.
+Vec3 spin_of(const Vec3& carrier_spin, const Mat3& carrier, const Vec3& turned, const Mat3& from,
+             const Mat3& to, double dt) {
+  if (carrier_spin.isZero(0) || turned.isZero(0)) return carrier_spin + carrier * turned / dt;
+  return rotation_vector(from, to) / dt;
+}
+
 Vec3 origin_of(const Model& model, int frame) {
   return frame < 0 ? Vec3(Vec3::Zero()) : model.frames[static_cast<std::size_t>(frame)].origin;
 }
 
-FreeBodyScene scene_of(const Model& model, const State& s, std::size_t f, const BodyLoad& load) {
+// `parents`: where they are when the loads act; how they move comes from the state.
+FreeBodyScene scene_of(const Model& model, const State& s, const std::vector<FrameMotion>& parents,
+                       std::size_t f, const BodyLoad& load) {
   const MotionFrame& frame = model.frames[f];
   const FrameMotion& motion = s.frames[f];
   FreeBodyScene scene;
@@ -57,11 +73,13 @@ FreeBodyScene scene_of(const Model& model, const State& s, std::size_t f, const 
   scene.gravity = model.gravity;
   if (frame.parent >= 0) {
     const FrameMotion& parent = s.frames[static_cast<std::size_t>(frame.parent)];
-    scene.parent = RotationMap(parent.rotation);
-    scene.offset = motion.position - parent.position;
+    const FrameMotion& place = parents[static_cast<std::size_t>(frame.parent)];
+    scene.parent = RotationMap(place.rotation);
+    scene.offset = motion.position - place.position;
     scene.parent_spin = parent.spin;
     scene.parent_velocity_change = parent.velocity_change;
     scene.parent_spin_change = parent.spin_change;
+    scene.parent_moves = !parent.velocity_change.isZero(0) || !parent.spin_change.isZero(0);
   }
   return scene;
 }
@@ -70,7 +88,8 @@ FreeBodyMotion coordinates(FrameMotion& m) {
   return {m.coordinate, m.rate, m.drive_impulse, m.stop_impulse};
 }
 
-void kick(const Model& model, State& s, std::size_t f, const BodyLoad& load, bool first_half) {
+HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& parents, std::size_t f,
+              const BodyLoad& load, HalfKick half) {
   const MotionFrame& frame = model.frames[f];
   std::vector<const Drive*> drives[kMostAxes];
   for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
@@ -81,41 +100,27 @@ void kick(const Model& model, State& s, std::size_t f, const BodyLoad& load, boo
     }
   }
   FrameMotion& motion = s.frames[f];
-  const FreeBodyScene scene = scene_of(model, s, f, load);
-  const bool driven = kick_free_body(*frame.free, frame.origin, drives, scene, s.time,
-                                     0.5 * model.timestep, first_half, coordinates(motion));
-  motion.driven = driven ? 1 : 0;
-  meet_stops(*frame.free, frame.origin, scene, first_half ? model.timestep : 0,
-             coordinates(motion));
+  const FreeBodyScene scene = scene_of(model, s, parents, f, load);
+  KickResult result = kick_free_body(*frame.free, frame.origin, drives, scene, s.time,
+                                     model.timestep, half, coordinates(motion));
+  motion.driven = result.driven ? 1 : 0;
+  meet_stops(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
+             coordinates(motion), result.held);
+  return result.held;
 }
 
-// The free body's place in its parent's axes after dt.
-Place moved(const FreeBody& body, const Vec3& rest, const Mat3& parent, double dt,
-            FrameMotion& motion, const Quat& orientation) {
-  Place place{rest, orientation};
+// Where the coordinates of a free body put it in its parent's axes.
+Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& motion) {
+  Vec3 position = rest;
   for (std::size_t k = 0; k < body.axes.size(); ++k) {
-    const FreeAxis& axis = body.axes[k];
-    motion.coordinate[k] += motion.rate[k] * dt;
-    if (axis.kind == FreeAxis::Kind::translation) {
-      place.position += axis.direction * motion.coordinate[k];
-    } else {
-      place.orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
-      place.turned += axis.direction * (motion.rate[k] * dt);
-    }
+    if (body.axes[k].kind == FreeAxis::Kind::translation)
+      position += body.axes[k].direction * motion.coordinate[k];
   }
-  if (body.turns_freely) {
-    const double* spin = motion.rate + body.axes.size();
-    const Vec3 turned = parent.transpose() * Vec3(spin[0], spin[1], spin[2]) * dt;
-    const double angle = turned.norm();
-    if (angle > 0)
-      place.orientation =
-          (Quat(Eigen::AngleAxisd(angle, turned / angle)) * orientation).normalized();
-    place.turned += turned;
-  }
-  return place;
+  return position;
 }
 
-void advance_frame(const Model& model, State& s, std::size_t f) {
+void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>& before,
+                   std::size_t f) {
   const MotionFrame& frame = model.frames[f];
   FrameMotion& motion = s.frames[f];
   const FrameMotion world;
@@ -126,8 +131,11 @@ void advance_frame(const Model& model, State& s, std::size_t f) {
   const Vec3 parent_origin = origin_of(model, frame.parent);
   Place place{s.frame_position[f], s.frame_orientation[f]};
   if (frame.free) {
-    kick(model, s, f, load_on_frame(model, s, static_cast<int>(f)), true);
-    place = moved(*frame.free, frame.origin - parent_origin, axes, dt, motion, place.orientation);
+    const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+    const HeldAxes held = kick(model, s, before, f, load, HalfKick::first);
+    place.turned =
+        drift(*frame.free, frame.origin, dt, held, coordinates(motion), place.orientation);
+    place.position = position_of(*frame.free, frame.origin - parent_origin, motion);
   } else {
     apply_all(frame.motions, model.boundaries.size() + f, parent_origin, s, dt, place);
   }
@@ -135,13 +143,15 @@ void advance_frame(const Model& model, State& s, std::size_t f) {
   s.frame_orientation[f] = place.orientation;
   const Vec3 position = parent.position + axes * place.position;
   const Vec3 velocity = (position - motion.position) / dt;
-  const Vec3 spin = parent.spin + axes * place.turned / dt;
+  const Mat3 rotation = axes * place.orientation.toRotationMatrix();
+  const Vec3 spin =
+      spin_of(parent.spin, axes, place.turned, RotationMap(motion.rotation), rotation, dt);
   motion.velocity_change = velocity - motion.velocity;
   motion.spin_change = spin - motion.spin;
   motion.velocity = velocity;
   motion.spin = spin;
   motion.position = position;
-  Eigen::Map<Mat3>(motion.rotation) = axes * place.orientation.toRotationMatrix();
+  Eigen::Map<Mat3>(motion.rotation) = rotation;
 }
 
 void advance_boundary(const Model& model, State& s, std::size_t b) {
@@ -166,15 +176,18 @@ void advance_boundary(const Model& model, State& s, std::size_t b) {
   const Mat3 axes = RotationMap(frame.rotation);
   const Vec3 position = frame.position + axes * place.position;
   motion.velocity = (position - motion.position) / dt;
-  motion.spin = frame.spin + axes * place.turned / dt;
+  const Quat orientation = (Quat(axes) * place.orientation).normalized();
+  motion.spin = spin_of(frame.spin, axes, place.turned, s.orientation[body].toRotationMatrix(),
+                        orientation.toRotationMatrix(), dt);
   motion.position = position;
-  if (!motion.spin.isZero(0)) s.orientation[body] = (Quat(axes) * place.orientation).normalized();
+  if (!motion.spin.isZero(0)) s.orientation[body] = orientation;
 }
 
 }  // namespace
 
 void advance_boundaries(const Model& model, State& s) {
-  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, f);
+  const std::vector<FrameMotion> before = s.frames;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, before, f);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b);
 }
 
@@ -194,7 +207,7 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
 void finish_frames(const Model& model, State& s) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
-    if (model.frames[f].free) kick(model, s, f, load, false);
+    if (model.frames[f].free) kick(model, s, s.frames, f, load, HalfKick::second);
     s.frames[f].impulse += load.force * model.timestep;
     s.frames[f].angular_impulse += load.torque * model.timestep;
   }
@@ -235,10 +248,15 @@ void start_frame(const Model& model, const FrameStart& start, State& s) {
     std::ranges::copy(start.coordinates, motion.coordinate);
     std::ranges::copy(start.rates, motion.rate);
     if (frame.free->turns_freely)
-      Eigen::Map<Vec3>(motion.rate + frame.free->axes.size()) = start.spin;
-    const Quat about = frame.free->turns_freely ? turned : Quat::Identity();
-    place =
-        moved(*frame.free, frame.origin - origin_of(model, frame.parent), axes, 0, motion, about);
+      Eigen::Map<Vec3>(motion.rate + frame.free->axes.size()) = axes.transpose() * start.spin;
+    place.position =
+        position_of(*frame.free, frame.origin - origin_of(model, frame.parent), motion);
+    if (!frame.free->turns_freely) place.orientation = Quat::Identity();
+    for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
+      const FreeAxis& axis = frame.free->axes[k];
+      if (axis.kind == FreeAxis::Kind::rotation)
+        place.orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
+    }
   }
   s.frame_position[f] = place.position;
   s.frame_orientation[f] = place.orientation;

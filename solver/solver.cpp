@@ -315,7 +315,11 @@ std::vector<FrameState> Solver::frames() const {
     for (std::size_t k = 0; k < axes; ++k) {
       one.axes.push_back({m.coordinate[k], m.rate[k], m.drive_impulse[k], m.stop_impulse[k]});
     }
-    if (free->turns_freely) one.free_spin = Vec3(m.rate + axes);
+    const int parent = i.model.frames[f].parent;
+    const Mat3 above = parent < 0 ? Mat3(Mat3::Identity())
+                                  : Mat3(Eigen::Map<const Mat3>(
+                                        i.state.frames[static_cast<std::size_t>(parent)].rotation));
+    if (free->turns_freely) one.free_spin = above * Vec3(m.rate + axes);
   }
   return out;
 }

@@ -42,7 +42,7 @@ struct FrameMotion {
   Vec3 angular_impulse = Vec3::Zero();   // N m s, about the moving origin
   double coordinate[kMostAxes] = {};     // m or rad, of the axes
   double rate[kMostAxes] = {};           // m/s or rad/s; the last three of a body that turns
-                                         // freely: its spin against the parent, world axes
+                                         // freely: its spin against the parent, in whose axes
   double drive_impulse[kMostAxes] = {};  // N s or N m s, by drives
   double stop_impulse[kMostAxes] = {};   // and by hard stops, both since they were cleared
   double driven = 0;                     // 1: a drive acted in the last step
