@@ -12,32 +12,75 @@ namespace {
 struct Place {
   Vec3 position;
   Quat orientation;
-  Vec3 turned = Vec3::Zero();  // rad, sum of the rotation vectors
+  Vec3 turned = Vec3::Zero();  // rad, rotation vector of the step
 };
 
-// `center` of a rotation counts from `origin`.
-void apply(const Motion& m, const Vec3& origin, double t, double dt, Place& place) {
+// Rigid motion from t = 0: x -> turn x + shift.
+struct Carried {
+  Quat turn = Quat::Identity();
+  Vec3 shift = Vec3::Zero();
+
+  // Followed, in what it carries, by a motion that has covered this way. Centres count from
+  // `origin`.
+  void carry(const Motion& m, const Vec3& origin, double way) {
+    if (way == 0) return;
+    if (m.kind == Motion::Kind::translation) {
+      shift += turn * (m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+      return;
+    }
+    const Quat one(Eigen::AngleAxisd(way, m.axis));
+    const Vec3 center = m.center - origin;
+    shift += turn * Vec3(center - one * center);
+    turn = (turn * one).normalized();
+  }
+};
+
+// A step of one motion, whose directions and centre `by` has carried along; nothing has at first.
+void apply(const Motion& m, const Carried* by, const Vec3& origin, double t, double dt,
+           Place& place) {
   const double way = m.way(t, dt);
   if (way == 0) return;
+  const auto direction = [&](const Vec3& v) { return by ? Vec3(by->turn * v) : v; };
   if (m.kind == Motion::Kind::translation) {
-    place.position += (m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+    place.position += direction(m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
     return;
   }
-  const Quat turn(Eigen::AngleAxisd(way, m.axis));
-  const Vec3 center = m.center - origin;
+  const Vec3 axis = direction(m.axis);
+  const Quat turn(Eigen::AngleAxisd(way, axis));
+  Vec3 center = m.center - origin;
+  if (by) center = by->turn * center + by->shift;
   place.position = center + turn * (place.position - center);
   place.orientation = turn * place.orientation;
-  place.turned += m.axis * way;
+  if (place.turned.isZero(0)) {
+    place.turned = axis * way;
+  } else {
+    const Quat so_far(Eigen::AngleAxisd(place.turned.norm(), place.turned.normalized()));
+    const Eigen::AngleAxisd both(turn * so_far);
+    place.turned = both.angle() * both.axis();
+  }
 }
 
-// All motions of a boundary or frame (`mover` as in State::extra_motion_mover).
+// All motions of a boundary or frame (`mover` as in State::extra_motion_mover). Each is carried by
+// those before it, as by a frame that each of them moves: in a step from t the motion j turns about
+// the place where the motions before it have put its centre at t. These steps, the last motion's
+// first, make up exactly the change of the whole, since a motion's step commutes with its own way.
 void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3& origin,
                const State& s, double dt, Place& place) {
-  for (const Motion& m : motions) apply(m, origin, s.time, dt, place);
+  std::vector<const Motion*> all;
+  for (const Motion& m : motions) all.push_back(&m);
   for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
-    if (s.extra_motion_mover[k] == static_cast<int>(mover))
-      apply(s.extra_motions[k], origin, s.time, dt, place);
+    if (s.extra_motion_mover[k] == static_cast<int>(mover)) all.push_back(&s.extra_motions[k]);
   }
+  std::vector<Carried> carried(all.size());  // by the motions before each
+  std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
+  for (std::size_t j = 1; j < all.size(); ++j) {
+    const double way = all[j - 1]->covered(s.time);
+    carried[j] = carried[j - 1];
+    carried[j].carry(*all[j - 1], origin, way);
+    if (way == 0 && still == j) ++still;
+  }
+  for (std::size_t j = all.size(); j-- > 0;)
+    apply(*all[j], j < still ? nullptr : &carried[j], origin, s.time, dt, place);
   if (!place.turned.isZero(0)) place.orientation.normalize();
 }
 

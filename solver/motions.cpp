@@ -71,4 +71,12 @@ double Motion::way(double t, double dt) const {
   return covered;
 }
 
+double Motion::covered(double t) const {
+  const double until = std::min(t, end);
+  if (!(until > start)) return 0;
+  const double periods = periods_before(*this, until), begin = start + periods * period;
+  const double whole = periods > 0 ? periods * way_since_start(*this, stop - start) : 0;
+  return whole + way_since_start(*this, std::min(until, begin + (stop - start)) - begin);
+}
+
 }  // namespace firn

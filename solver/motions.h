@@ -26,8 +26,9 @@ struct Schedule {
   bool acts(double t) const;
 };
 
-// Prescribed motion, active while its schedule says so. Later motions act on top of earlier ones,
-// each in the axes of what they hang on.
+// Prescribed motion, active while its schedule says so. In a list each motion is carried by those
+// before it, as if it hung on a frame that they move: its axis, center and direction are those at
+// t = 0 and go along. The pose at t is T_1(t) T_2(t) ... T_n(t) of the pose at t = 0.
 struct Motion : Schedule {
   enum class Kind { translation, rotation };
   enum class Course {
@@ -49,6 +50,8 @@ struct Motion : Schedule {
 
   // Way covered within [t, t + dt], m or rad; for a steady translation the time in s.
   double way(double t, double dt) const;
+  // Way covered from the start to t, in all periods.
+  double covered(double t) const;
 };
 
 // A motor on one axis of a free body: pushes towards a speed, with no more than its limit.
