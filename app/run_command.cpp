@@ -121,6 +121,14 @@ void tell_facts(const Case& c, const std::string& results_file) {
     warn_of_deviation(shape, resolved);
   }
   spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
+  if (c.steps_taken > 0 && c.steps_taken < kAccurateSteps) {
+    spdlog::warn(
+        "time step: {:.3g} steps in the shortest quarter period are {}; expected at most {:.4g} s",
+        c.steps_taken,
+        c.steps_taken < kStableSteps ? "not stable"
+                                     : "stable, but restitution is off by more than 1 %",
+        c.model.timestep * c.steps_taken / kAccurateSteps);
+  }
   spdlog::info("results in {}", results_file);
 }
 

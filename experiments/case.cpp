@@ -46,9 +46,11 @@ void read_head(const TomlTable& root, Case& c) {
   }
 }
 
-void read_numerics(const TomlTable& root, Numerics& n) {
+void read_numerics(const TomlTable& root, Case& c) {
+  Numerics& n = c.model.numerics;
   const TomlTable t = root.table("numerics");
-  t.allow({"contact_shell", "shell_limit", "refresh_fraction", "skin", "overlap_limit"});
+  t.allow({"contact_shell", "shell_limit", "refresh_fraction", "skin", "overlap_limit",
+           "allow_unstable_timestep"});
   const auto fraction = [&](std::string_view key, double& value, bool zero_allowed) {
     value = t.number(key, value);
     if (!(zero_allowed ? value >= 0 : value > 0)) {
@@ -64,6 +66,22 @@ void read_numerics(const TomlTable& root, Numerics& n) {
   fraction("refresh_fraction", n.refresh_fraction, true);
   length("skin", n.skin, Sign::non_negative);
   fraction("overlap_limit", n.overlap_limit, false);
+  c.allow_unstable_timestep = t.boolean("allow_unstable_timestep", false);
+}
+
+// Refuses a step that is not stable.
+void check_timestep(const TomlTable& root, Case& c) {
+  const TimestepAdvice stable = advise_timestep(c.model, kStableSteps);
+  if (!stable.is_a_limit) return;
+  c.steps_taken = kStableSteps * stable.timestep / c.model.timestep;
+  if (c.allow_unstable_timestep || c.steps_taken >= kStableSteps * (1 - 1e-9)) return;
+  root.table("case").fail(
+      c.automatic_timestep ? "steps_per_quarter_period" : "timestep",
+      fmt::format(
+          "{:.4g} s is not stable; expected at most {:.4g} s ({}), {:.4g} s for an accurate "
+          "restitution, or numerics.allow_unstable_timestep = true",
+          c.model.timestep, stable.timestep, stable.reason,
+          stable.timestep * kStableSteps / kAccurateSteps));
 }
 
 void read_output(const TomlTable& root, Case& c) {
@@ -172,7 +190,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   c.material_records = std::move(applied);
   Model& model = c.model;
   read_head(root, c);
-  read_numerics(root, model.numerics);
+  read_numerics(root, c);
   read_output(root, c);
   model.materials = read_materials(root);
   InteractionTable interactions = read_interactions(root, model.materials);
@@ -211,6 +229,7 @@ Case read_case_text(const std::string& text, const std::string& source,
     c.timestep_reason = advice.reason;
   }
   root.at("", [&] { validate(model); });
+  check_timestep(root, c);
   c.resolved = document.text();
   return c;
 }

@@ -197,6 +197,8 @@ struct Case {
   double steps_per_quarter_period = 10;  // for timestep = "auto"
   bool automatic_timestep = true;
   std::string timestep_reason;  // printed with the time step
+  bool allow_unstable_timestep = false;
+  double steps_taken = 0;  // in the shortest quarter period; 0: nothing swings
   Model model;                  // complete but for particles of fills: they are appended in order
   // [[particles]]: placed at the start, ids first.
   struct Placed {

@@ -315,6 +315,17 @@ void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& a
   }
 }
 
+double highest_frequency(const FreeBody& body, const Vec3& origin) {
+  const Matrix mass = Axes(body, origin, Mat3::Identity(), Mat3::Identity()).mass;
+  Vector root = Vector::Zero(mass.rows());
+  for (std::size_t k = 0; k < body.axes.size(); ++k)
+    root[static_cast<Eigen::Index>(k)] = std::sqrt(body.axes[k].stiffness);
+  if (root.isZero(0)) return 0;
+  const Eigen::MatrixXd squares = root.asDiagonal() * mass.inverse() * root.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(squares, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+}
+
 double least_apparent_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm) {
   const Axes axes(body, origin, Mat3::Identity(), Mat3::Identity());
   Columns point = axes.velocity;

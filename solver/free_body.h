@@ -69,6 +69,9 @@ void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& s
 Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& held,
            FreeBodyMotion motion, Quat& orientation);
 
+// Of its springs alone, at t = 0, rad/s; 0: it has none.
+double highest_frequency(const FreeBody& body, const Vec3& origin);
+
 // Mass that a force at a point `arm` (m from the body's origin, world at t = 0) in the worst
 // direction meets at t = 0, kg: for time steps.
 double least_apparent_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm);

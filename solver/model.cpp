@@ -157,13 +157,14 @@ TimestepAdvice advise_for_contacts(const Model& model, double steps) {
     }
   }
   if (springs.empty()) {
-    return {1e-4, "no particle can touch anything: 0.1 ms"};
+    return {1e-4, false, "no particle can touch anything: 0.1 ms"};
   }
   const Spring& s = *std::min_element(
       springs.begin(), springs.end(),
       [](const auto& x, const auto& y) { return x.quarter_period() < y.quarter_period(); });
   TimestepAdvice advice;
   advice.timestep = s.quarter_period() / steps;
+  advice.is_a_limit = true;
   advice.reason = fmt::format(
       "{:.4g} steps in the quarter period {:.4g} s of {}: {} stiffness {:.4g} N/m, effective mass "
       "{:.4g} kg",
@@ -175,17 +176,29 @@ TimestepAdvice advise_for_contacts(const Model& model, double steps) {
 }  // namespace
 
 TimestepAdvice advise_timestep(const Model& model, double steps) {
-  const TimestepAdvice contacts = advise_for_contacts(model, steps);
+  TimestepAdvice advice = advise_for_contacts(model, steps);
+  const auto swings = [&](double frequency, const auto& what) {
+    const double quarter_period = 0.5 * std::numbers::pi / frequency;
+    if (advice.is_a_limit && quarter_period / steps >= advice.timestep) return;
+    advice = {quarter_period / steps, true,
+              fmt::format("{:.4g} steps in the quarter period {:.4g} s of {}", steps,
+                          quarter_period, what())};
+  };
+  for (const MotionFrame& frame : model.frames) {
+    const double frequency = frame.free ? highest_frequency(*frame.free, frame.origin) : 0;
+    if (frequency > 0)
+      swings(frequency,
+             [&] { return fmt::format("the free body \"{}\" on its springs", frame.name); });
+  }
   const FastestBond fastest = fastest_bond(model);
-  if (fastest.bond < 0) return contacts;
-  const double quarter_period = 0.5 * std::numbers::pi / fastest.frequency;
-  if (quarter_period / steps >= contacts.timestep) return contacts;
-  const Bond& bond = model.bonds[static_cast<std::size_t>(fastest.bond)];
-  return {quarter_period / steps,
-          fmt::format("{:.4g} steps in the quarter period {:.4g} s of the bond \"{}\" between "
-                      "particles {} and {}",
-                      steps, quarter_period, model.beams[static_cast<std::size_t>(bond.law)].name,
-                      bond.a, bond.b)};
+  if (fastest.bond >= 0) {
+    swings(fastest.frequency, [&] {
+      const Bond& bond = model.bonds[static_cast<std::size_t>(fastest.bond)];
+      return fmt::format("the bond \"{}\" between particles {} and {}",
+                         model.beams[static_cast<std::size_t>(bond.law)].name, bond.a, bond.b);
+    });
+  }
+  return advice;
 }
 
 namespace {

@@ -90,12 +90,17 @@ double particle_pair_stiffness(const Shape& a, const Shape& b);
 double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundary& b);
 
 // The largest safe step and why: `steps` per quarter period (pi/2 sqrt(m_eff / K)) of the stiffest
-// loading or unloading spring over all pairs of shapes and boundaries that the model holds.
+// loading or unloading spring over all pairs of shapes and boundaries that the model holds, of its
+// bonds and of the springs of free bodies.
 struct TimestepAdvice {
-  double timestep = 0;  // s
-  std::string reason;   // one sentence naming the pair, stiffness, mass and period
+  double timestep = 0;      // s
+  bool is_a_limit = false;  // something can swing; otherwise the step is a guess
+  std::string reason;       // one sentence naming the pair, stiffness, mass and period
 };
 TimestepAdvice advise_timestep(const Model& model, double steps);
+// With fewer steps in that quarter period a bed is not stable, with fewer than the second number
+// the restitution of an impact is off by more than 1 %. docs/contact.md, "Time step".
+inline constexpr double kStableSteps = 3, kAccurateSteps = 6;
 
 // Throws InputError with one sentence when the model cannot be simulated (no interaction for a
 // pair that can meet, restitution outside (0, 1], dynamic above static friction, no time step...).

@@ -1,6 +1,7 @@
 #include "experiments/case.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -193,6 +194,29 @@ TEST(Case, AutomaticTimeStepComesFromTheStiffestSpring) {
   const Case given = read(with("seed = 7", "timestep = \"10 us\""));
   EXPECT_FALSE(given.automatic_timestep);
   EXPECT_DOUBLE_EQ(given.model.timestep, 1e-5);
+}
+
+// The text of the refusal names the largest stable step, and that step is taken.
+TEST(Case, UnstableTimeStepIsRefusedUnlessAllowed) {
+  const double quarter = M_PI / 2 * std::sqrt(1 / (1e6 / 0.09));
+  const auto given = [&](double timestep, bool allowed) {
+    return with("seed = 7", fmt::format("timestep = \"{:.17g} s\"", timestep)) +
+           (allowed ? "[numerics]\nallow_unstable_timestep = true\n" : "");
+  };
+  EXPECT_NEAR(read(given(quarter / 3.001, false)).steps_taken, 3.001, 1e-6);
+  EXPECT_NEAR(read(given(quarter / 10, false)).steps_taken, 10, 1e-6);
+  for (const double steps : {2.999, 2.0, 0.8}) {
+    try {
+      read(given(quarter / steps, false));
+      ADD_FAILURE() << steps << " steps were accepted";
+    } catch (const InputError& e) {
+      EXPECT_THAT(e.what(), testing::HasSubstr("case.timestep"));
+      EXPECT_THAT(e.what(),
+                  testing::HasSubstr(fmt::format("expected at most {:.4g} s", quarter / 3)));
+    }
+    EXPECT_NEAR(read(given(quarter / steps, true)).steps_taken, steps, 1e-6);
+  }
+  EXPECT_THROW(read(with("seed = 7", "steps_per_quarter_period = 2")), InputError);
 }
 
 TEST(Case, FillsFollowPlacedParticles) {

@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kDrum = R"([case]
 duration = "12 ms"
 gravity = "0 0 0 m/s^2"
-timestep = "0.1 ms"
+timestep = "20 us"
 [materials.ice]
 density = "916.7 kg/m^3"
 young_modulus = "1 MPa"
@@ -80,7 +80,7 @@ TEST(MassFlow, OfAStreamIsItsRate) {
   std::string text = R"([case]
 duration = "0.6 s"
 gravity = "0 0 0 m/s^2"
-timestep = "0.1 ms"
+timestep = "20 us"
 [materials.ice]
 density = "1000 kg/m^3"
 young_modulus = "1 MPa"
