@@ -71,7 +71,10 @@ Shape make_compound(const std::vector<Component>& components, const ShapeOptions
         body_from_shape * (c.pose * c.shape.centroid - shape.centroid)};
     for (const auto& part : c.shape.parts) shape.parts.push_back(moved(part, body_pose));
     shape.rounding = std::min(shape.rounding, c.shape.rounding);
-    shape.contact_deviation = std::max(shape.contact_deviation, c.shape.contact_deviation);
+    if (c.shape.contact_deviation > shape.contact_deviation || shape.deviation_reason.empty()) {
+      shape.contact_deviation = c.shape.contact_deviation;
+      shape.deviation_reason = "component " + c.shape.name + ": " + c.shape.deviation_reason;
+    }
   }
   set_reach(shape);
   find_neighbours(shape);

@@ -201,7 +201,11 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
   TriangleMesh mesh = crescent_mesh(p);
   const MassProperties integrals = mass_properties(mesh);
   Shape shape = begin_shape(std::move(mesh), integrals, options);
-  for (auto& piece : pieces_of(p)) add_part(shape, std::move(piece));
+  const auto pieces = pieces_of(p);
+  if (!(options.rounding >= 0)) {
+    shape.rounding = default_rounding(pieces, shape.mesh, shape.box.minCoeff());
+  }
+  for (const auto& piece : pieces) add_part(shape, piece);
   set_reach(shape);
   for (int i = 0; i < p.parts; ++i) {
     std::uint64_t mask = 0;
@@ -210,7 +214,11 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
     }
     shape.part_neighbours.push_back(mask);
   }
-  shape.contact_deviation = measure_deviation(shape);
+  const Deviation deviation = measure_deviation(shape);
+  shape.contact_deviation = deviation.largest();
+  shape.deviation_reason = deviation.rounding > deviation.surplus
+                               ? "edges rounded, flat segments of the arc"
+                               : "flat segments of the dish and the arc";
   return shape;
 }
 

@@ -13,6 +13,7 @@
 #include <thread>
 #include <tuple>
 
+#include "solver/interior.h"
 #include "solver/parallel.h"
 #include "solver/quick_hull.h"
 
@@ -20,9 +21,9 @@ namespace firn {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMaxCuts = 32;            // of one part
-constexpr std::size_t kPlanTriangles = 2500;    // of the mesh that the cuts are planned on
-constexpr std::size_t kSamples = 700;           // facets whose depth is measured for a trial
+constexpr std::size_t kMaxCuts = 32;          // of one part
+constexpr std::size_t kPlanTriangles = 2500;  // of the mesh that the cuts are planned on
+constexpr std::size_t kSamples = 700;         // facets whose depth is measured for a trial
 
 // Part of the boundary of a piece. The caps of cuts are cones over their outlines from a point of
 // the plane: their triangles may overlap with opposite signs, but volume and area add up exactly.
@@ -149,71 +150,6 @@ std::vector<ReflexEdge> reflex_edges(const std::vector<Facet>& facets, double si
   }
   return result;
 }
-
-// Tells whether points lie within a closed surface, by the number of crossings of a ray.
-class Interior {
- public:
-  Interior(const std::vector<Facet>& surface, double size) {
-    // Along a direction that no edge of a drawn body is likely to have.
-    const Quat turn = Quat(0.811, 0.273, -0.419, 0.303).normalized();
-    axes_ = turn.toRotationMatrix();
-    low_ = Vec3::Constant(kInfinity);
-    for (const auto& f : surface) {
-      Triangle t;
-      for (int k = 0; k < 3; ++k) {
-        t[k] = axes_ * f.corners[k];
-        low_ = low_.cwiseMin(t[k]);
-      }
-      triangles_.push_back(t);
-    }
-    cell_ = 1.0001 * size / kCells;
-    cells_.resize(kCells * kCells);
-    for (std::size_t i = 0; i < triangles_.size(); ++i) {
-      const auto& t = triangles_[i];
-      const Vec3 least = t[0].cwiseMin(t[1]).cwiseMin(t[2]), most = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
-      for (int x = column(least, 0); x <= column(most, 0); ++x) {
-        for (int y = column(least, 1); y <= column(most, 1); ++y) {
-          cells_[x * kCells + y].push_back(static_cast<int>(i));
-        }
-      }
-    }
-  }
-
-  bool contains(const Vec3& point) const {
-    const Vec3 p = axes_ * point;
-    bool inside = false;
-    for (const int i : cells_[column(p, 0) * kCells + column(p, 1)]) {
-      const Triangle& t = triangles_[i];
-      const bool a = left(t[0], t[1], p), b = left(t[1], t[2], p), c = left(t[2], t[0], p);
-      if (a != b || b != c) continue;
-      const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
-      if (n.dot(t[0] - p) * n.z() > 0) inside = !inside;
-    }
-    return inside;
-  }
-
- private:
-  using Triangle = std::array<Vec3, 3>;
-  static constexpr int kCells = 48;
-
-  int column(const Vec3& p, int axis) const {
-    return std::clamp(static_cast<int>((p(axis) - low_(axis)) / cell_), 0, kCells - 1);
-  }
-
-  // Whether p lies to the left of an edge; both triangles at the edge get opposite answers.
-  static bool left(const Vec3& a, const Vec3& b, const Vec3& p) {
-    const bool swap = before(b, a);
-    const Vec3 &u = swap ? b : a, &v = swap ? a : b;
-    const bool above = (v.x() - u.x()) * (p.y() - u.y()) - (v.y() - u.y()) * (p.x() - u.x()) > 0;
-    return above != swap;
-  }
-
-  Mat3 axes_;
-  Vec3 low_;
-  double cell_ = 1;
-  std::vector<Triangle> triangles_;
-  std::vector<std::vector<int>> cells_;
-};
 
 class Decomposer {
  public:
@@ -364,12 +300,12 @@ class Decomposer {
         const Vec3 along = a.normal.cross(b.normal);
         const double volume = along.dot(cut.normal);
         if (std::abs(volume) < 1e-9) continue;
-        const Vec3 p = (a.offset * b.normal.cross(cut.normal) + b.offset * cut.normal.cross(a.normal) +
-                        cut.offset * along) /
+        const Vec3 p = (a.offset * b.normal.cross(cut.normal) +
+                        b.offset * cut.normal.cross(a.normal) + cut.offset * along) /
                        volume;
-        const bool in_cell = std::all_of(
-            piece.cuts.begin(), piece.cuts.end(),
-            [&](const HalfSpace& h) { return h.normal.dot(p) - h.offset <= snap_; });
+        const bool in_cell =
+            std::all_of(piece.cuts.begin(), piece.cuts.end(),
+                        [&](const HalfSpace& h) { return h.normal.dot(p) - h.offset <= snap_; });
         if (!in_cell || !solid_.contains(p)) continue;
         below.push_back(p);
         above.push_back(p);
@@ -545,7 +481,8 @@ class Decomposer {
         continue;
       }
       const Vec3 along = across.normalized(), start = segments[0].a;
-      std::vector<std::pair<double, int>> ends;  // along the line: how often it is covered from here
+      std::vector<std::pair<double, int>>
+          ends;  // along the line: how often it is covered from here
       for (const auto& s : segments) {
         ends.emplace_back(along.dot(s.a - start), 1);
         ends.emplace_back(along.dot(s.b - start), -1);
@@ -711,8 +648,8 @@ class Decomposer {
       }
       if (to - from < 1e-6) continue;
       const Vec3 point = e.a + 0.5 * (from + to) * (e.b - e.a);
-      const double weight = depth_of(piece, point) * (to - from) * (e.b - e.a).norm() *
-                            e.n1.cross(e.n2).norm();
+      const double weight =
+          depth_of(piece, point) * (to - from) * (e.b - e.a).norm() * e.n1.cross(e.n2).norm();
       if (weight > 0) edges.emplace_back(weight, &e);
     }
     std::stable_sort(edges.begin(), edges.end(),
@@ -754,7 +691,8 @@ class Decomposer {
     return result;
   }
 
-  // Of a cut with normal n: what is left to do on both sides. A side that is convex enough costs nothing.
+  // Of a cut with normal n: what is left to do on both sides. A side that is convex enough costs
+  // nothing.
   double cost(const std::array<Piece, 2>& sides, const Vec3& n, const Rule& rule) const {
     const double unit = size_ * size_ * size_;
     double sum = 0, least = kInfinity;
@@ -763,10 +701,18 @@ class Decomposer {
       double c = 0;
       if (excess > 1) {
         switch (rule.cost) {
-          case Rule::Cost::volume: c = surplus; break;
-          case Rule::Cost::root: c = std::cbrt(std::max(surplus, 0.0)); break;
-          case Rule::Cost::both: c = excess * surplus; break;
-          case Rule::Cost::depth: c = excess; break;
+          case Rule::Cost::volume:
+            c = surplus;
+            break;
+          case Rule::Cost::root:
+            c = std::cbrt(std::max(surplus, 0.0));
+            break;
+          case Rule::Cost::both:
+            c = excess * surplus;
+            break;
+          case Rule::Cost::depth:
+            c = excess;
+            break;
         }
       }
       sum += c;
@@ -780,7 +726,8 @@ class Decomposer {
         cap += 0.5 * (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]).dot(n);
       }
     }
-    return sum + 0.01 * (sides[0].surplus + sides[1].surplus) / unit + 0.001 * cap / (size_ * size_);
+    return sum + 0.01 * (sides[0].surplus + sides[1].surplus) / unit +
+           0.001 * cap / (size_ * size_);
   }
 
   double thickness(const Piece& piece) const {
@@ -831,12 +778,10 @@ class Decomposer {
     };
     const auto take = [&](const Piece& from, const Piece& other) {
       for (const auto& cut : from.cuts) {
-        const bool shared =
-            std::any_of(other.cuts.begin(), other.cuts.end(),
-                        [&](const HalfSpace& h) { return opposite(cut, h); });
-        const bool known =
-            std::any_of(whole.cuts.begin(), whole.cuts.end(),
-                        [&](const HalfSpace& h) { return same_plane(cut, h); });
+        const bool shared = std::any_of(other.cuts.begin(), other.cuts.end(),
+                                        [&](const HalfSpace& h) { return opposite(cut, h); });
+        const bool known = std::any_of(whole.cuts.begin(), whole.cuts.end(),
+                                       [&](const HalfSpace& h) { return same_plane(cut, h); });
         if (!shared && !known) whole.cuts.push_back(cut);
       }
     };
@@ -858,9 +803,8 @@ class Decomposer {
     const double gap = 1e-6 * size_;
     const auto separates = [gap](const Piece& x, const Piece& y) {
       return std::any_of(x.planes.begin(), x.planes.end(), [&](const HalfSpace& h) {
-        return std::all_of(y.corners.begin(), y.corners.end(), [&](const Vec3& p) {
-          return h.normal.dot(p) >= h.offset - gap;
-        });
+        return std::all_of(y.corners.begin(), y.corners.end(),
+                           [&](const Vec3& p) { return h.normal.dot(p) >= h.offset - gap; });
       });
     };
     return separates(a, b) || separates(b, a);
@@ -874,13 +818,12 @@ class Decomposer {
 
 }  // namespace
 
-std::vector<std::vector<HalfSpace>> decompose(const TriangleMesh& mesh,
-                                              const DecomposeOptions& options) {
+Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options) {
   const auto [lower, upper] = bounding_box(mesh);
   const double size = (upper - lower).norm();
   Piece whole;
   whole.boundary = sorted_facets(mesh);
-  const Interior interior(whole.boundary, size);
+  const Interior interior(mesh);
   const Decomposer decomposer(interior, options, size, (lower + upper) / 2);
   if (!decomposer.measure(whole)) throw InputError("the mesh is flat; expected a solid");
   std::vector<Piece> pieces;
@@ -916,9 +859,9 @@ std::vector<std::vector<HalfSpace>> decompose(const TriangleMesh& mesh,
       // Within the tolerance the number of parts counts, beyond it the deviation.
       o.score = static_cast<double>(o.merged.size()) + worst + (worst > 1 ? 100 * worst : 0);
     });
-    Outcome& best = *std::min_element(
-        outcomes.begin(), outcomes.end(),
-        [](const Outcome& a, const Outcome& b) { return a.score < b.score; });
+    Outcome& best =
+        *std::min_element(outcomes.begin(), outcomes.end(),
+                          [](const Outcome& a, const Outcome& b) { return a.score < b.score; });
     if (exact) {
       pieces = std::move(best.merged);
     } else {
@@ -934,8 +877,12 @@ std::vector<std::vector<HalfSpace>> decompose(const TriangleMesh& mesh,
     pieces = decomposer.cut_down(std::move(pieces), rules[0], reflex);
     if (pieces.size() > before) pieces = decomposer.merge(std::move(pieces));
   }
-  std::vector<std::vector<HalfSpace>> result;
+  Decomposition result;
   for (const auto& piece : pieces) {
+    if (!decomposer.convex_enough(piece)) {
+      const bool full = static_cast<int>(pieces.size()) >= options.max_parts;
+      (full ? result.at_most_parts : result.stopped_by_thickness) = true;
+    }
     std::vector<HalfSpace> hull = convex_hull(piece.corners);
     for (auto& h : hull) {
       // The pieces on both sides of a cut get exactly opposite planes.
@@ -945,7 +892,7 @@ std::vector<std::vector<HalfSpace>> decompose(const TriangleMesh& mesh,
         if (same) h = cut;
       }
     }
-    result.push_back(std::move(hull));
+    result.pieces.push_back(std::move(hull));
   }
   return result;
 }

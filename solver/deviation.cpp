@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 
+#include "solver/interior.h"
 #include "solver/shape_makers.h"
 
 namespace firn {
@@ -53,16 +56,39 @@ double signed_distance(const Vec3& p, const ConvexPart& part) {
   return distance - part.radius;
 }
 
-double distance_to_surface(const Vec3& p, const std::vector<ConvexPart>& parts) {
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const auto& part : parts) {
-    if ((p - part.center).norm() - part.bounding_radius >= lowest) continue;
-    lowest = std::min(lowest, signed_distance(p, part));
+// The point of a flat convex polygon that is nearest to p, corners counter-clockwise about n.
+template <typename Corner>
+Vec3 nearest_on_polygon(const Vec3& p, const Vec3& n, int count, const Corner& corner) {
+  Vec3 nearest = Vec3::Zero();
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < count; ++k) {
+    const Vec3 a = corner(k), ab = corner((k + 1) % count) - a;
+    if (n.cross(ab).dot(p - a) >= 0) continue;
+    const Vec3 q = a + std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab;
+    if ((p - q).squaredNorm() < least) {
+      least = (p - q).squaredNorm();
+      nearest = q;
+    }
   }
-  return std::abs(lowest);
+  return std::isfinite(least) ? nearest : Vec3(p - n.dot(p - corner(0)) * n);
 }
 
-// Triangles with what a distance query needs, in body axes.
+// Calls f(point) for points of a triangle, corners left out, no farther apart than `spacing`.
+template <typename F>
+void for_points(const Vec3& a, const Vec3& b, const Vec3& c, double spacing, const F& f) {
+  const double longest =
+      std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+  const int n = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, 200);
+  if (n == 1) return f((a + b + c) / 3);
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; i + j <= n; ++j) {
+      if (i == n || j == n || i + j == 0) continue;  // a corner
+      f(a + (static_cast<double>(i) / n) * (b - a) + (static_cast<double>(j) / n) * (c - a));
+    }
+  }
+}
+
+// Distances to a mesh, by a tree of boxes.
 class MeshDistance {
  public:
   explicit MeshDistance(const TriangleMesh& mesh) {
@@ -71,77 +97,229 @@ class MeshDistance {
       for (int k = 0; k < 3; ++k) triangle.corner[k] = mesh.vertices[t[k]];
       const auto& c = triangle.corner;
       triangle.normal = (c[1] - c[0]).cross(c[2] - c[0]).normalized();
-      triangle.center = (c[0] + c[1] + c[2]) / 3;
-      for (const Vec3& v : c) {
-        triangle.radius = std::max(triangle.radius, (v - triangle.center).norm());
-      }
       triangles_.push_back(triangle);
     }
+    if (!triangles_.empty()) build(0, triangles_.size());
   }
 
   double operator()(const Vec3& p) const {
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Triangle& t : triangles_) {
-      const double reach = nearest + t.radius;
-      if ((p - t.center).squaredNorm() >= reach * reach) continue;
-      nearest = std::min(nearest,
-                         distance_to_polygon(p, t.normal, 3, [&](int k) { return t.corner[k]; }));
-    }
+    if (!nodes_.empty()) search(0, p, nearest);
     return nearest;
   }
 
  private:
   struct Triangle {
-    Vec3 corner[3], normal, center;
-    double radius = 0;
+    Vec3 corner[3], normal;
   };
-  std::vector<Triangle> triangles_;
-};
+  struct Node {
+    Vec3 low, high;
+    std::size_t first = 0, last = 0;  // triangles
+    std::size_t right = 0;            // second child; the first one follows the node. 0: a leaf
+  };
 
-// Points of the swept body's surface straight above the corners of a part, on every real face.
-std::vector<Vec3> surface_points(const std::vector<ConvexPart>& parts, std::size_t index) {
-  const ConvexPart& part = parts[index];
-  const auto in_another = [&](const Vec3& p) {
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      if (i != index && signed_distance(p, parts[i]) < -1e-6 * parts[i].bounding_radius) {
-        return true;
+  std::size_t build(std::size_t first, std::size_t last) {
+    constexpr std::size_t kLeaf = 4;
+    Node node;
+    node.low = node.high = triangles_[first].corner[0];
+    for (std::size_t i = first; i < last; ++i) {
+      for (const Vec3& c : triangles_[i].corner) {
+        node.low = node.low.cwiseMin(c);
+        node.high = node.high.cwiseMax(c);
       }
     }
-    return false;
-  };
-  std::vector<Vec3> points;
-  for (const auto& face : part.faces) {
-    if (face.internal) continue;
-    for (int k = 0; k < face.count; ++k) {
-      const Vec3 p = part.vertex(part.loops[face.first + k]) + part.radius * face.normal;
-      if (!in_another(p)) points.push_back(p);
+    node.first = first;
+    node.last = last;
+    const std::size_t index = nodes_.size();
+    nodes_.push_back(node);
+    if (last - first <= kLeaf) return index;
+    int axis = 0;
+    (node.high - node.low).maxCoeff(&axis);
+    const auto at = [this](std::size_t i) { return triangles_.begin() + static_cast<long>(i); };
+    const std::size_t middle = (first + last) / 2;
+    std::nth_element(at(first), at(middle), at(last), [axis](const auto& a, const auto& b) {
+      return a.corner[0](axis) + a.corner[1](axis) + a.corner[2](axis) <
+             b.corner[0](axis) + b.corner[1](axis) + b.corner[2](axis);
+    });
+    build(first, middle);
+    nodes_[index].right = build(middle, last);
+    return index;
+  }
+
+  double squared_gap(std::size_t node, const Vec3& p) const {
+    const Node& n = nodes_[node];
+    return (p - p.cwiseMax(n.low).cwiseMin(n.high)).squaredNorm();
+  }
+
+  void search(std::size_t index, const Vec3& p, double& nearest) const {
+    const Node& node = nodes_[index];
+    if (squared_gap(index, p) >= nearest * nearest) return;
+    if (node.right == 0) {
+      for (std::size_t i = node.first; i < node.last; ++i) {
+        const Triangle& t = triangles_[i];
+        nearest = std::min(nearest,
+                           distance_to_polygon(p, t.normal, 3, [&](int k) { return t.corner[k]; }));
+      }
+      return;
+    }
+    const bool left_first = squared_gap(index + 1, p) <= squared_gap(node.right, p);
+    search(left_first ? index + 1 : node.right, p, nearest);
+    search(left_first ? node.right : index + 1, p, nearest);
+  }
+
+  std::vector<Triangle> triangles_;
+  std::vector<Node> nodes_;
+};
+
+// Of points in one cell of a lattice, the first.
+class Thinning {
+ public:
+  explicit Thinning(double cell) : cell_(cell) {}
+  bool fresh(const Vec3& p) {
+    const Vec3 at = (p / cell_).array().floor();
+    return cells_.insert({at.x(), at.y(), at.z()}).second;
+  }
+
+ private:
+  double cell_;
+  std::set<std::array<double, 3>> cells_;
+};
+
+// Distance to the nearest part, below zero within one.
+double height_above(const std::vector<ConvexPart>& parts, const Vec3& p) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const auto& part : parts) {
+    const double gap = (p - part.center).norm() - part.bounding_radius;
+    if (gap >= lowest || (lowest <= 0 && gap > 0)) continue;
+    lowest = std::min(lowest, signed_distance(p, part));
+  }
+  return lowest;
+}
+
+// The outer surface of the union of swept parts. Voids within the body, where the edges of covered
+// faces are round, do not count.
+class Union {
+ public:
+  Union(const std::vector<ConvexPart>& parts, const TriangleMesh& mesh, double spacing)
+      : parts_(parts), interior_(mesh), to_mesh_(mesh) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const ConvexPart& part = parts[i];
+      Thinning thinning(0.25 * spacing);
+      for (const auto& face : part.faces) {
+        if (face.internal) continue;
+        const auto corner = [&](int k) {
+          return Vec3(part.vertex(part.loops[face.first + k]) + part.radius * face.normal);
+        };
+        const auto add = [&](const Vec3& p) {
+          if (thinning.fresh(p) && exposed(p, i)) points_.push_back(p);
+        };
+        for (int k = 0; k < face.count; ++k) add(corner(k));
+        for (int k = 1; k + 1 < face.count; ++k) {
+          for_points(corner(0), corner(k), corner(k + 1), spacing, add);
+        }
+      }
     }
   }
-  return points;
-}
+
+  // How far the surface stands out of the mesh at most.
+  double highest() const {
+    double most = 0;
+    for (const Vec3& p : points_) {
+      const double distance = to_mesh_(p);
+      if (distance > most && !interior_.contains(p)) most = distance;
+    }
+    return most;
+  }
+
+  // How deep a point within the union lies: at most so far is its surface.
+  double depth(const Vec3& p) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const ConvexPart& part = parts_[i];
+      if ((p - part.center).norm() - part.bounding_radius >= nearest) continue;
+      for (const auto& face : part.faces) {
+        if (face.internal) continue;
+        if (std::abs(face.normal.dot(p) - face.offset - part.radius) >= nearest) continue;
+        const Vec3 q = nearest_on_polygon(p, face.normal, face.count, [&](int k) {
+          return Vec3(part.vertex(part.loops[face.first + k]) + part.radius * face.normal);
+        });
+        const double distance = (p - q).norm();
+        if (distance < nearest && exposed(q, i)) nearest = distance;
+      }
+    }
+    // Where the nearest point of a face is covered, another one of it may not be.
+    double squared = nearest * nearest;
+    for (const Vec3& q : points_) squared = std::min(squared, (p - q).squaredNorm());
+    return std::sqrt(squared);
+  }
+
+ private:
+  bool exposed(const Vec3& p, std::size_t owner) const {
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const ConvexPart& part = parts_[i];
+      if (i == owner ||
+          (p - part.center).squaredNorm() > part.bounding_radius * part.bounding_radius) {
+        continue;
+      }
+      if (signed_distance(p, part) < -1e-6 * part.bounding_radius) return false;
+    }
+    // Grooves at the surface are about as deep as the rounding, voids lie deeper.
+    return to_mesh_(p) <= 2 * parts_[owner].radius || !interior_.contains(p);
+  }
+
+  const std::vector<ConvexPart>& parts_;
+  Interior interior_;
+  MeshDistance to_mesh_;
+  std::vector<Vec3> points_;  // of the faces
+};
+
+constexpr double kSpacing = 1.0 / 60;  // of samples, over the box diagonal
 
 }  // namespace
 
-double measure_deviation(const Shape& shape) {
+Deviation measure_deviation(const Shape& shape) {
   TriangleMesh mesh = shape.mesh;
   for (Vec3& v : mesh.vertices) v = shape.shape_from_body.conjugate() * (v - shape.centroid);
-
-  std::vector<Vec3> samples = mesh.vertices;
-  for (const auto& t : mesh.triangles) {
-    samples.push_back((mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3);
-  }
-  double largest = 0;
-  const std::size_t stride = 1 + samples.size() / 4000;
-  for (std::size_t i = 0; i < samples.size(); i += stride) {
-    largest = std::max(largest, distance_to_surface(samples[i], shape.parts));
-  }
-  const MeshDistance distance_to_mesh(mesh);
-  for (std::size_t i = 0; i < shape.parts.size(); ++i) {
-    for (const Vec3& p : surface_points(shape.parts, i)) {
-      largest = std::max(largest, distance_to_mesh(p));
+  const double size = shape.box.norm(), spacing = kSpacing * size;
+  const Union parts(shape.parts, mesh, spacing);
+  Deviation deviation;
+  const auto sample = [&](const Vec3& p) {
+    const double height = height_above(shape.parts, p);
+    deviation.rounding = std::max(deviation.rounding, height);
+    if (-height > std::max(deviation.surplus, 1e-9 * size)) {
+      deviation.surplus = std::max(deviation.surplus, parts.depth(p));
     }
+  };
+  for (const Vec3& v : mesh.vertices) sample(v);
+  Thinning thinning(0.25 * spacing);
+  for (const auto& t : mesh.triangles) {
+    for_points(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], spacing,
+               [&](const Vec3& p) {
+                 if (thinning.fresh(p)) sample(p);
+               });
   }
-  return largest;
+  deviation.surplus = std::max(deviation.surplus, parts.highest());
+  return deviation;
+}
+
+double default_rounding(const std::vector<std::vector<HalfSpace>>& pieces, const TriangleMesh& mesh,
+                        double edge) {
+  constexpr double kRounding = 0.02, kOfThinnest = 0.25;  // of the smallest edge, of a piece
+  constexpr double kAllowed = 0.018;                      // of the smallest edge
+  double rounding = kRounding * edge;
+  for (const auto& piece : pieces) {
+    rounding = std::min(rounding, kOfThinnest * convex_part(piece, 0).thickness);
+  }
+  // The distance of a corner is proportional to the rounding as long as no face vanishes.
+  for (int i = 0; i < 8; ++i) {
+    std::vector<ConvexPart> parts;
+    for (const auto& piece : pieces) parts.push_back(convex_part(piece, rounding));
+    double farthest = 0;
+    for (const Vec3& v : mesh.vertices) farthest = std::max(farthest, height_above(parts, v));
+    if (farthest <= kAllowed * edge) break;
+    rounding *= std::clamp(0.98 * kAllowed * edge / farthest, 0.3, 0.9);
+  }
+  return rounding;
 }
 
 }  // namespace firn

@@ -74,9 +74,9 @@ class Builder {
     std::array<int, 2> line = {0, 0};
     double longest = 0;
     for (int k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax_element(
-          points_.begin(), points_.end(),
-          [k](const Vec3& a, const Vec3& b) { return a(k) < b(k); });
+      const auto [low, high] =
+          std::minmax_element(points_.begin(), points_.end(),
+                              [k](const Vec3& a, const Vec3& b) { return a(k) < b(k); });
       const double length = (*high - *low).norm();
       if (length > longest) {
         longest = length;
@@ -212,9 +212,10 @@ class Builder {
       hull.triangles.push_back(f.corners);
       hull.planes.push_back({f.normal, f.offset, false});
       hull.corners.insert(hull.corners.end(), f.corners.begin(), f.corners.end());
-      hull.volume += (points_[f.corners[0]] - origin)
-                         .dot((points_[f.corners[1]] - origin).cross(points_[f.corners[2]] - origin)) /
-                     6;
+      hull.volume +=
+          (points_[f.corners[0]] - origin)
+              .dot((points_[f.corners[1]] - origin).cross(points_[f.corners[2]] - origin)) /
+          6;
     }
     std::sort(hull.corners.begin(), hull.corners.end());
     hull.corners.erase(std::unique(hull.corners.begin(), hull.corners.end()), hull.corners.end());
@@ -224,8 +225,8 @@ class Builder {
   const std::vector<Vec3>& points_;
   double tolerance_;
   std::vector<Facet> facets_;
-  std::vector<char> state_;     // [facets] seen from the present point
-  std::vector<int> edge_to_;    // [points] the new facet whose horizon edge starts here, or -1
+  std::vector<char> state_;   // [facets] seen from the present point
+  std::vector<int> edge_to_;  // [points] the new facet whose horizon edge starts here, or -1
   std::vector<int> visible_, added_;
   std::vector<std::array<int, 3>> horizon_;  // corner, corner, facet beyond
 };

@@ -79,7 +79,7 @@ Shape begin_shape(TriangleMesh mesh, const MassProperties& integrals, const Shap
   shape.mesh = std::move(mesh);
   std::array<double, 3> edges = {shape.box.x(), shape.box.y(), shape.box.z()};
   std::sort(edges.begin(), edges.end());
-  shape.rounding = options.rounding >= 0 ? options.rounding : 1e-3 * edges[0];
+  shape.rounding = std::max(options.rounding, 0.0);  // the default needs the pieces
   shape.size_for_stiffness = options.size_for_stiffness > 0 ? options.size_for_stiffness : edges[1];
   shape.stiffness =
       options.stiffness > 0 ? options.stiffness : options.young_modulus * shape.size_for_stiffness;
@@ -156,11 +156,21 @@ TriangleMesh box_mesh(const Vec3& size) {
   return mesh;
 }
 
-Shape finish_single(Shape shape) {
+Shape finish_single(Shape shape, const char* reason) {
   set_reach(shape);
   shape.part_neighbours = {1};
-  shape.contact_deviation = measure_deviation(shape);
+  shape.contact_deviation = measure_deviation(shape).largest();
+  shape.deviation_reason = reason;
   return shape;
+}
+
+// One part of the given faces, rounded as the options say.
+Shape finish_convex(Shape shape, const std::vector<HalfSpace>& faces, const ShapeOptions& options) {
+  if (!(options.rounding >= 0)) {
+    shape.rounding = default_rounding({faces}, shape.mesh, shape.box.minCoeff());
+  }
+  add_part(shape, faces);
+  return finish_single(std::move(shape), "edges rounded");
 }
 
 void expect_positive(double value, const char* what) {
@@ -180,7 +190,7 @@ Shape make_sphere(double radius, const ShapeOptions& options) {
   Shape shape = begin_shape(sphere_mesh(radius), integrals, options);
   shape.rounding = radius;
   shape.parts.push_back(sphere_part(Vec3::Zero(), radius));
-  return finish_single(std::move(shape));
+  return finish_single(std::move(shape), "triangles of the drawing");
 }
 
 Shape make_box(const Vec3& size, const ShapeOptions& options) {
@@ -193,8 +203,7 @@ Shape make_box(const Vec3& size, const ShapeOptions& options) {
     faces.push_back({Vec3::Unit(k), size(k) / 2, false});
     faces.push_back({-Vec3::Unit(k), size(k) / 2, false});
   }
-  add_part(shape, std::move(faces));
-  return finish_single(std::move(shape));
+  return finish_convex(std::move(shape), faces, options);
 }
 
 Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options) {
@@ -202,8 +211,7 @@ Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options) 
   TriangleMesh mesh = surface_mesh(convex_part(faces, 0));
   const MassProperties integrals = mass_properties(mesh);
   Shape shape = begin_shape(std::move(mesh), integrals, options);
-  add_part(shape, faces);
-  return finish_single(std::move(shape));
+  return finish_convex(std::move(shape), faces, options);
 }
 
 }  // namespace firn

@@ -32,6 +32,7 @@ struct Shape {
   double size_for_stiffness = 0;  // m, L of equation (6): middle edge of the bounding box
   double stiffness = 0;           // N/m, loading stiffness K of equation (6), or given
   double contact_deviation = 0;   // m, largest distance mesh <-> swept parts, sampled
+  std::string deviation_reason;   // what decides contact_deviation, a few words
 };
 
 // What every maker below needs to know beside the geometry.
@@ -41,18 +42,19 @@ struct ShapeOptions {
   double density = 0;             // kg/m^3
   double young_modulus = 0;       // Pa
   double mass = 0;                // kg; 0: density * volume
-  double rounding = -1;           // m; below 0: 0.1 % of the smallest bounding-box edge
+  double rounding = -1;           // m; below 0: chosen, see default_rounding()
   double size_for_stiffness = 0;  // m; 0: the middle bounding-box edge
   double stiffness = 0;           // N/m; 0: young_modulus * size_for_stiffness
-  int max_parts = 32;             // for the decomposition of a concave mesh
+  int max_parts = 64;             // for the decomposition of a concave mesh
 };
 
 Shape make_sphere(double radius, const ShapeOptions& options);
 Shape make_box(const Vec3& size, const ShapeOptions& options);
 Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
-// Any closed mesh of up to 20000 triangles. One that is convex to 0.2 % of its box diagonal becomes
-// one part; others are cut into pieces that convex, or into max_parts (the deviation is measured
-// and stored). Throws InputError naming the defects of an unsound mesh.
+// Any closed mesh of up to 20000 triangles. One whose hull exceeds it by no more than 1.7 % of the
+// smallest edge of its bounding box becomes one part; others are cut into pieces that convex, or
+// into max_parts. The deviation is measured and stored with its reason. Throws InputError naming
+// the defects of an unsound mesh.
 Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options);
 // Rigid union of non-overlapping shapes placed in common axes; mass and inertia add. Density and
 // rounding of the options are not used: the components have theirs. `rounding` becomes the least of

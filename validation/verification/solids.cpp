@@ -25,9 +25,7 @@ class Dice {
     if (!random_) return (low + high) / 2;
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
-  int whole(int low, int high) {
-    return static_cast<int>(std::floor((*this)(low, high + 0.999)));
-  }
+  int whole(int low, int high) { return static_cast<int>(std::floor((*this)(low, high + 0.999))); }
 
  private:
   std::mt19937_64 engine_;
@@ -132,8 +130,8 @@ TriangleMesh dimpled(double top, double bottom, double height, double rim, doubl
 TriangleMesh gear(int teeth, double radius, double depth, double height) {
   std::vector<Point> outline;
   for (int i = 0; i < teeth; ++i) {
-    for (const auto& [part, r] : {std::pair{0.0, radius - depth}, {0.36, radius - depth},
-                                  {0.54, radius}, {0.82, radius}}) {
+    for (const auto& [part, r] :
+         {std::pair{0.0, radius - depth}, {0.36, radius - depth}, {0.54, radius}, {0.82, radius}}) {
       const double angle = 2 * kPi * (i + part) / teeth;
       outline.emplace_back(r * std::cos(angle), r * std::sin(angle));
     }
@@ -142,10 +140,10 @@ TriangleMesh gear(int teeth, double radius, double depth, double height) {
 }
 
 TriangleMesh star(int tips, double radius, double inner, double height) {
-  return prism(polar(2 * tips, [&](double angle) {
-                 return std::lround(angle * tips / kPi) % 2 ? inner : radius;
-               }),
-               height);
+  return prism(
+      polar(2 * tips,
+            [&](double angle) { return std::lround(angle * tips / kPi) % 2 ? inner : radius; }),
+      height);
 }
 
 TriangleMesh torus(double radius, double thick, int around, int across) {
@@ -255,15 +253,25 @@ TriangleMesh hourglass(double radius, double waist, double height) {
 
 TriangleMesh plate(double edge, double thick, double hole) {
   constexpr int n = 40;
-  return loft({flat(square(n, edge), 0), flat(square(n, edge), thick),
-               flat(circle(n, hole), thick), flat(circle(n, hole), 0)},
+  return loft({flat(square(n, edge), 0), flat(square(n, edge), thick), flat(circle(n, hole), thick),
+               flat(circle(n, hole), 0)},
               true);
 }
 
 TriangleMesh cross(double arm, double width, double height) {
   const double w = width / 2;
-  return prism({{arm, -w}, {arm, w}, {w, w}, {w, arm}, {-w, arm}, {-w, w}, {-arm, w}, {-arm, -w},
-                {-w, -w}, {-w, -arm}, {w, -arm}, {w, -w}},
+  return prism({{arm, -w},
+                {arm, w},
+                {w, w},
+                {w, arm},
+                {-w, arm},
+                {-w, w},
+                {-arm, w},
+                {-arm, -w},
+                {-w, -w},
+                {-w, -arm},
+                {w, -arm},
+                {w, -w}},
                height);
 }
 
@@ -299,7 +307,13 @@ TriangleMesh angle_bar(double a, double b, double wall, double length) {
 
 TriangleMesh channel(double width, double height, double wall, double length) {
   const double w = width / 2, v = w - wall;
-  return bar({{-w, 0}, {w, 0}, {w, height}, {v, height}, {v, wall}, {-v, wall}, {-v, height},
+  return bar({{-w, 0},
+              {w, 0},
+              {w, height},
+              {v, height},
+              {v, wall},
+              {-v, wall},
+              {-v, height},
               {-w, height}},
              {{0, 1, 4, 5}, {1, 2, 3, 4}, {0, 5, 6, 7}}, length);
 }
@@ -357,8 +371,7 @@ const std::vector<Family>& families() {
        [](Dice& d) {
          return star(d.whole(4, 8), d(16, 22) * kMm, d(8, 11) * kMm, d(6, 14) * kMm);
        }},
-      {"ring",
-       [](Dice& d) { return ring(d(18, 22) * kMm, d(10, 14) * kMm, d(6, 16) * kMm, 48); }},
+      {"ring", [](Dice& d) { return ring(d(18, 22) * kMm, d(10, 14) * kMm, d(6, 16) * kMm, 48); }},
       {"torus", [](Dice& d) { return torus(d(11, 15) * kMm, d(4.5, 6.5) * kMm, 48, 20); }},
       {"cup",
        [](Dice& d) {
@@ -406,14 +419,11 @@ const std::vector<Family>& families() {
        [](Dice& d) {
          return channel(d(20, 30) * kMm, d(12, 25) * kMm, d(3, 6) * kMm, d(10, 40) * kMm);
        }},
-      {"cross",
-       [](Dice& d) { return cross(d(12, 20) * kMm, d(5, 10) * kMm, d(5, 15) * kMm); }},
-      {"banana",
-       [](Dice& d) { return banana(d(24, 32) * kMm, d(5, 8) * kMm, d(1.2, 2.2)); }},
+      {"cross", [](Dice& d) { return cross(d(12, 20) * kMm, d(5, 10) * kMm, d(5, 15) * kMm); }},
+      {"banana", [](Dice& d) { return banana(d(24, 32) * kMm, d(5, 8) * kMm, d(1.2, 2.2)); }},
       {"hourglass",
        [](Dice& d) { return hourglass(d(12, 16) * kMm, d(6, 9) * kMm, d(26, 40) * kMm); }},
-      {"heart",
-       [](Dice& d) { return heart(d(14, 20) * kMm, d(0.3, 0.55), d(8, 16) * kMm); }},
+      {"heart", [](Dice& d) { return heart(d(14, 20) * kMm, d(0.3, 0.55), d(8, 16) * kMm); }},
       {"lobed ball of 20000 facets",
        [](Dice& d) { return bumpy(d(14, 20) * kMm, d(0.12, 0.3), 140, 72); }}};
   return all;
