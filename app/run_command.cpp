@@ -22,6 +22,7 @@
 #include "app/shape_facts.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
+#include "experiments/run_health.h"
 #include "experiments/state_trace.h"
 #include "experiments/terminal.h"
 #include "experiments/text_encoding.h"
@@ -89,23 +90,6 @@ void tell_materials(const Case& c, const toml::table& resolved) {
   }
 }
 
-// One line for a shape whose contact parts are not its mesh.
-void warn_of_deviation(const Shape& shape, const toml::table& resolved) {
-  constexpr double kMost = 0.02;  // of the smallest edge
-  const double relative = shape.contact_deviation / shape.box.minCoeff();
-  const auto table = resolved["shapes"][shape.name];
-  const bool is_mesh = table["kind"].value_or("") == std::string_view("mesh");
-  const auto most = table["max_parts"].value_or(std::int64_t{ShapeOptions{}.max_parts});
-  const bool all_parts = is_mesh && most > 1 && std::ssize(shape.parts) >= most;
-  if (relative <= kMost && !all_parts) return;
-  spdlog::warn(
-      "shape {}: the contact parts deviate by {:.3g} mm from the mesh ({:.3g} % of the smallest "
-      "edge){}; check rounding{} with firn shape",
-      shape.name, shape.contact_deviation * 1e3, 100 * relative,
-      all_parts ? fmt::format(" and are as many as max_parts = {} allows", most) : "",
-      is_mesh ? " and max_parts" : "");
-}
-
 void tell_facts(const Case& c, const std::string& results_file) {
   spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
   if (!c.start.empty()) spdlog::info("starts from {}", c.start);
@@ -118,7 +102,8 @@ void tell_facts(const Case& c, const std::string& results_file) {
         [&](const Particle& particle) { return particle.shape == static_cast<int>(i); });
     spdlog::info("{} x {}: {}, {}", count, shape.name, kind_text(resolved, shape.name),
                  shape_line(shape));
-    warn_of_deviation(shape, resolved);
+    const std::string warning = deviation_warning(shape);
+    if (!warning.empty()) spdlog::warn("{}", warning);
   }
   spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
   if (c.steps_taken > 0 && c.steps_taken < kAccurateSteps) {
@@ -139,6 +124,17 @@ double relative_overlap(const Case& c, const Health& health) {
       c.model.particles.at(static_cast<std::size_t>(health.largest_overlap_particle));
   const Shape& shape = c.model.shapes.at(static_cast<std::size_t>(particle.shape));
   return health.largest_overlap / shape.box.minCoeff();
+}
+
+// What the results file says of the contacts' health; empty when they are good, or nothing ran.
+std::string warning_of_run(const std::string& results_file, const RunSummary& summary) {
+  if (summary.steps == 0) return {};
+  try {
+    const Recording recording(results_file);
+    return health_warning(contact_health(recording, recording.read_case()));
+  } catch (const InputError&) {
+    return {};  // a file that a full disk cut short; the summary says so
+  }
 }
 
 Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
@@ -279,6 +275,8 @@ int run_case(const Arguments& a) {
     spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
   }
   tell_summary(c, summary);
+  const std::string warning = warning_of_run(options.results_file, summary);
+  if (!warning.empty()) spdlog::warn("{}", warning);
 
   std::vector<Verdict> verdicts;
   if (summary.status == RunStatus::finished) verdicts = judge(requirements, summary.responses);

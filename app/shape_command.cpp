@@ -26,6 +26,7 @@ struct Arguments {
   std::string density = "916.7 kg/m^3";
   std::string young_modulus = "0.01 GPa";
   std::string rounding;
+  int max_parts = ShapeOptions{}.max_parts;
   std::vector<std::string> settings;
   std::string picture;
   std::string repaired;
@@ -109,6 +110,7 @@ int tell_mesh(const Arguments& a) {
   if (!a.rounding.empty()) {
     options.rounding = option_quantity("--rounding", a.rounding, dimension::length);
   }
+  options.max_parts = a.max_parts;
   const MeshLimits limits = a.any_size ? of_any_size(kParticleMesh) : kParticleMesh;
   const TriangleMesh mesh = read_mesh_file(a.file, unit, limits).mesh;
   const MeshDefects defects = inspect(mesh);
@@ -175,10 +177,15 @@ void add_shape_command(CLI::App& app, int& status) {
       ->type_name("QUANTITY")
       ->capture_default_str();
   command
-      ->add_option("--rounding", a->rounding,
-                   "Radius of edges and corners of a mesh file's body;\n0.1 % of its smallest box "
-                   "edge by default")
+      ->add_option(
+          "--rounding", a->rounding,
+          "Radius of edges and corners of a mesh file's body;\nby default up to 2 % of its "
+          "smallest box edge")
       ->type_name("LENGTH");
+  command->add_option("--max-parts", a->max_parts, "Convex parts of a mesh file's body, at most")
+      ->check(CLI::Range(1, 64))
+      ->type_name("N")
+      ->capture_default_str();
   command
       ->add_option("--repaired", a->repaired,
                    "Write a mesh that has defects, and can be repaired, without them")

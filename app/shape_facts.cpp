@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 namespace firn {
 namespace {
 
@@ -11,6 +13,13 @@ Json quaternion_json(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 std::string parts_text(std::size_t count) {
   return fmt::format("{} convex part{}", count, count == 1 ? "" : "s");
+}
+
+// m, over all parts.
+double thinnest_part(const Shape& s) {
+  double least = s.parts.empty() ? 0 : s.parts[0].thickness;
+  for (const ConvexPart& part : s.parts) least = std::min(least, part.thickness);
+  return least;
 }
 
 }  // namespace
@@ -66,8 +75,11 @@ std::string shape_table(const Shape& s) {
   table += row("bounding radius", fmt::format("{:.3f} mm", s.bounding_radius * 1e3));
   table += row("convex parts", fmt::format("{}, vertices: {}", s.parts.size(), vertices));
   table += row("edge rounding", fmt::format("{:.4g} mm", s.rounding * 1e3));
-  table += row("contact deviation", fmt::format("{:.4g} mm, largest distance of mesh and parts",
-                                                s.contact_deviation * 1e3));
+  table += row("thinnest part", fmt::format("{:.4g} mm", thinnest_part(s) * 1e3));
+  table +=
+      row("contact deviation",
+          fmt::format("{:.4g} mm, {:.3g} % of the smallest edge: {}", s.contact_deviation * 1e3,
+                      100 * s.contact_deviation / s.box.minCoeff(), s.deviation_reason));
   table += row("L", fmt::format("{:.3f} mm, middle edge of the bounding box unless given",
                                 s.size_for_stiffness * 1e3));
   table += row("loading stiffness", fmt::format("{:.6g} N/m", s.stiffness));
@@ -95,7 +107,10 @@ Json shape_json(const Shape& s) {
           {"bounding_radius", s.bounding_radius},
           {"convex_parts", parts},
           {"rounding", s.rounding},
+          {"thinnest_part", thinnest_part(s)},
           {"contact_deviation", s.contact_deviation},
+          {"deviation_relative", s.contact_deviation / s.box.minCoeff()},
+          {"deviation_reason", s.deviation_reason},
           {"size_for_stiffness", s.size_for_stiffness},
           {"stiffness", s.stiffness}};
 }

@@ -10,6 +10,7 @@
 
 #include "experiments/bonds.h"
 #include "experiments/recording.h"
+#include "experiments/run_health.h"
 #include "experiments/units.h"
 #include "experiments/version.h"
 #include "reports/run_plots.h"
@@ -182,20 +183,17 @@ double last_finite(const std::vector<double>& values) {
 
 // Whether the numbers can be trusted.
 void health_section(const Recording& recording, const Case& c, page::Page& page) {
-  double edge = INFINITY;
-  for (const Shape& shape : c.model.shapes) edge = std::min(edge, shape.box.minCoeff());
   const double overlap = last_finite(recording.series("/health/largest_overlap"));
   const double rise = last_finite(recording.series("/health/energy_rise"));
   const double turned = last_finite(recording.series("/energy/dissipated"));
   const double births = last_finite(recording.series("/health/deep_births"));
   page::Content& content = page.section("Health", "health");
-  if (overlap > 0.1 * edge)
-    content.note(
-        {Mark::caution, "soft"},
-        fmt::format("bodies overlapped by up to {} mm, {} % of the smallest edge: forces are "
-                    "those of soft bodies",
-                    page::number_text(1e3 * overlap, 3),
-                    page::number_text(100 * overlap / edge, 3)));
+  for (const Shape& shape : c.model.shapes) {
+    const std::string warning = deviation_warning(shape);
+    if (!warning.empty()) content.note({Mark::caution, "shape"}, warning);
+  }
+  const std::string warning = health_warning(contact_health(recording, c));
+  if (!warning.empty()) content.note({Mark::caution, "contacts"}, warning);
   if (rise > 0.01 * turned && rise > 0)
     content.note({Mark::caution, "energy"},
                  fmt::format("rises of energy that nothing explains add up to {} % of what was "

@@ -111,7 +111,7 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
         found.at_most_parts) {
       break;
     }
-    wanted.tolerance *= 0.6;
+    wanted.tolerance *= 0.8;
   }
   return best;
 }
