@@ -164,7 +164,8 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
                         {"largest_overlap_relative", relative_overlap(c, s.health)},
                         {"largest_overlap_particle", s.health.largest_overlap_particle},
                         {"deep_births", s.health.deep_births},
-                        {"energy_rise", s.health.energy_rise}};
+                        {"energy_rise", s.health.energy_rise},
+                        {"warning", warning_of_run(file, s)}};
   document["profile"] = profile_json(s.profile);
   document["firn_version"] = firn_version();
   document["git_commit"] = firn_git_commit();

@@ -119,7 +119,11 @@ class ShapeReader {
     t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "file",
              "length_unit", "sha256", "any_size", "max_parts"});
     ShapeOptions o = options(t, name);
+    constexpr int kMostParts = 64;  // of any shape
     o.max_parts = t.integer("max_parts", 1, o.max_parts);
+    if (o.max_parts > kMostParts) {
+      t.fail("max_parts", fmt::format("is {}; expected 1 to {}", o.max_parts, kMostParts));
+    }
     const TriangleMesh triangles = read_mesh(t, directory_, kParticleMesh);
     return t.at("file", [&] { return make_mesh(triangles, o); });
   }

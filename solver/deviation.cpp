@@ -205,6 +205,7 @@ class Union {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const ConvexPart& part = parts[i];
       Thinning thinning(0.25 * spacing);
+      if (part.faces.empty()) add_sphere(i);
       for (const auto& face : part.faces) {
         if (face.internal) continue;
         const auto corner = [&](int k) {
@@ -237,6 +238,10 @@ class Union {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const ConvexPart& part = parts_[i];
       if ((p - part.center).norm() - part.bounding_radius >= nearest) continue;
+      if (part.faces.empty() && p != part.center) {
+        const Vec3 q = part.center + part.radius * (p - part.center).normalized();
+        if ((p - q).norm() < nearest && exposed(q, i)) nearest = (p - q).norm();
+      }
       for (const auto& face : part.faces) {
         if (face.internal) continue;
         if (std::abs(face.normal.dot(p) - face.offset - part.radius) >= nearest) continue;
@@ -254,6 +259,18 @@ class Union {
   }
 
  private:
+  // Points along a spiral, evenly spread.
+  void add_sphere(std::size_t index) {
+    constexpr int kPoints = 400;
+    const ConvexPart& part = parts_[index];
+    for (int k = 0; k < kPoints; ++k) {
+      const double z = (2 * k + 1.0) / kPoints - 1, angle = 2.399963229728653 * k;
+      const double r = std::sqrt(1 - z * z);
+      const Vec3 p = part.center + part.radius * Vec3(r * std::cos(angle), r * std::sin(angle), z);
+      if (exposed(p, index)) points_.push_back(p);
+    }
+  }
+
   bool exposed(const Vec3& p, std::size_t owner) const {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const ConvexPart& part = parts_[i];

@@ -64,6 +64,24 @@ TEST(RunCommand, WarnsInOneLineOfPartsThatDeviate) {
   EXPECT_THAT(rounded.err, HasSubstr("shape cube: the contact parts deviate by "));
 }
 
+TEST(RunCommand, NamesTheLikelyCauseOfDeepOverlapsAtItsEnd) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const auto run = [&](const std::string& key_and_value) {
+    return folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet", "--json", "--set",
+                        key_and_value});
+  };
+  const Outcome soft = run("materials.ice.young_modulus=\"2 kPa\"");
+  EXPECT_EQ(soft.status, 0) << soft.err;
+  EXPECT_EQ(lines(soft.err), 1U) << soft.err;
+  EXPECT_THAT(soft.err, HasSubstr("likely cause: the stiffness"));
+  const std::string told = nlohmann::json::parse(soft.out)["health"]["warning"];
+  EXPECT_THAT(told, HasSubstr("likely cause: the stiffness"));
+  const Outcome good = run("case.duration=\"50 ms\"");
+  EXPECT_EQ(good.err, "");
+  EXPECT_EQ(nlohmann::json::parse(good.out)["health"]["warning"], "");
+}
+
 TEST(RunCommand, EarlierResultsAreKept) {
   const Folder folder;
   folder.write("case.toml", two_boxes);

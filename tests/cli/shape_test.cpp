@@ -68,6 +68,42 @@ TEST(ShapeCommand, FactsOfABox) {
   EXPECT_NEAR(facts["stiffness"], 20e3, 1e-3);            // E L
 }
 
+// An L of 20 x 20 x 10 mm, 5 mm thick.
+std::vector<Triangle> angle_bar() {
+  const std::vector<std::array<double, 2>> outline = {{0, 0}, {20, 0}, {20, 5},
+                                                      {5, 5}, {5, 20}, {0, 20}};
+  const auto at = [&](int i, double z) -> std::array<double, 3> {
+    return {outline[i % 6][0], outline[i % 6][1], z};
+  };
+  std::vector<Triangle> triangles;
+  for (int i = 0; i < 6; ++i) {
+    triangles.push_back({at(i, 0), at(i + 1, 0), at(i + 1, 10)});
+    triangles.push_back({at(i, 0), at(i + 1, 10), at(i, 10)});
+  }
+  for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4},
+                                                               {0, 4, 5}}) {
+    triangles.push_back({at(a, 10), at(b, 10), at(c, 10)});
+    triangles.push_back({at(c, 0), at(b, 0), at(a, 0)});
+  }
+  return triangles;
+}
+
+TEST(ShapeCommand, StatesDeviationReasonAndThinnestPart) {
+  const Folder folder;
+  folder.write("l.stl", stl(angle_bar()));
+  const Outcome o = folder.firn({"shape", "l.stl", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json facts = json::parse(o.out);
+  EXPECT_EQ(facts["convex_parts"].size(), 2U);
+  EXPECT_NEAR(facts["rounding"], 0.2e-3, 1e-9);  // 2 % of the smallest edge
+  EXPECT_NEAR(facts["thinnest_part"], 5e-3, 1e-6);
+  EXPECT_LT(facts["deviation_relative"], 0.02);
+  EXPECT_EQ(facts["deviation_reason"], "edges rounded");
+  const Outcome one = folder.firn({"shape", "l.stl", "--max-parts", "1"});
+  EXPECT_THAT(one.out, HasSubstr("max_parts = 1 reached"));
+  EXPECT_EQ(folder.firn({"shape", "l.stl", "--max-parts", "65"}).status, 2);
+}
+
 TEST(ShapeCommand, LengthUnitOfTheMesh) {
   const Folder folder;
   folder.write("box.stl", stl(box(1, 1, 1)));

@@ -104,8 +104,8 @@ TEST(RunHealth, CauseDoesNotDependOnSize) {
     const HealthCause cause = likely_cause(h);
     EXPECT_EQ(health_warning(h).empty(), cause == HealthCause::none);
     EXPECT_EQ(health_warning(h).find('\n'), std::string::npos);
-    for (double* length : {&h.largest_overlap, &h.edge, &h.rounding, &h.rounding_edge,
-                           &h.expected_overlap})
+    for (double* length :
+         {&h.largest_overlap, &h.edge, &h.rounding, &h.rounding_edge, &h.expected_overlap})
       *length *= 64;
     EXPECT_EQ(likely_cause(h), cause);
   }

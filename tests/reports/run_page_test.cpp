@@ -94,6 +94,23 @@ TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
   EXPECT_EQ(html.find("<fall>"), std::string::npos);
 }
 
+TEST_F(RunPage, SaysWhatSpoilsShapesAndContacts) {
+  EXPECT_EQ(run_page(file()).html().find("likely cause"), std::string::npos);
+  std::string text = kFall;
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("0.01 GPa", "0.3 MPa");
+  replace("kind = \"box\"", "kind = \"box\"\nrounding = \"5 mm\"");
+  RunOptions options;
+  options.results_file = folder_ / "soft.h5";
+  ASSERT_EQ(run(read_case_text(text, "soft.toml", "."), options).status, RunStatus::finished);
+  const std::string html = run_page(options.results_file).html();
+  expect_in(html, "shape cube: the contact parts deviate by 3.66 mm");
+  expect_in(html, "edges rounded");
+  expect_in(html, "likely cause: the stiffness");
+}
+
 TEST_F(RunPage, AsksNoNetworkForAnything) {
   const std::string html = run_page(file()).html();
   const std::regex outside(R"re((src|href)\s*=\s*["']?\s*(https?:|//))re");

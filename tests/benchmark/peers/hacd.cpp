@@ -62,7 +62,8 @@ Peer by_hacd(const TriangleMesh& mesh, const Shape& reference, double concavity)
     }
   }
   peer.parts = shape.parts.size();
-  peer.deviation = shape.parts.empty() ? 1e9 : measure_deviation(shape).largest() / shape.box.minCoeff();
+  peer.deviation =
+      shape.parts.empty() ? 1e9 : measure_deviation(shape).largest() / shape.box.minCoeff();
   return peer;
 }
 
