@@ -13,6 +13,7 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "experiments/results_guard.h"
 #include "experiments/terminal.h"
 #include "experiments/version.h"
 #include "solver/types.h"
@@ -112,6 +113,8 @@ int main_program(int argc, char** argv) {
   add_contacts_command(app, status);
   add_hashes_command(app, status);
   add_materials_command(app, status);
+  add_check_results_command(app, status);
+  guard_results_with("/proc/self/exe");  // also after an update has replaced its file
   try {
     app.parse(argc, argv);
     return status;

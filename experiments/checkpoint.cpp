@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <string_view>
@@ -65,6 +66,16 @@ std::vector<std::byte> sealed(const Checkpoint& checkpoint) {
   return bytes;
 }
 
+// Of a path that is the state_path() of one.
+std::optional<std::uint64_t> step_of(std::string_view path) {
+  if (!path.starts_with(kStates)) return std::nullopt;
+  const std::string_view digits = path.substr(kStates.size());
+  std::uint64_t step = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), step);
+  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  return step;
+}
+
 std::string state_path(std::uint64_t step) { return fmt::format("{}{:012}", kStates, step); }
 
 // `to` is the old file or the new one at any moment.
@@ -89,7 +100,7 @@ void write_state(hdf5::File& file, std::uint64_t step, const std::vector<std::by
 std::vector<std::uint64_t> kept_states(const hdf5::File& file) {
   std::vector<std::uint64_t> steps;
   for (const std::string& path : file.datasets())
-    if (path.starts_with(kStates)) steps.push_back(std::stoull(path.substr(kStates.size())));
+    if (const auto step = step_of(path)) steps.push_back(*step);
   std::sort(steps.begin(), steps.end());
   return steps;
 }

@@ -59,7 +59,8 @@ Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::
   const std::vector<double> rate = column("rate"), times = r.frame_times();
   std::vector<double> acceleration(rate.size(), 0);
   for (std::size_t i = 1; i < rate.size(); ++i)
-    acceleration[i] = (rate[i] - rate[i - 1]) / (times[i] - times[i - 1]);
+    if (times[i] > times[i - 1])
+      acceleration[i] = (rate[i] - rate[i - 1]) / (times[i] - times[i - 1]);
   return {acceleration, turns ? "rad/s^2" : "m/s^2"};
 }
 

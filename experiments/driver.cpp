@@ -79,6 +79,20 @@ void walk(const Each& each, T& traffic, P& watch) {
   each(watch.changes);
 }
 
+// Whether every list of a checkpoint is as long as the case needs it.
+bool fits(const Case& c, std::size_t stages, const DriverState& state,
+          const TrafficState& traffic) {
+  const std::size_t n = c.model.particles.size();
+  const Passages& p = traffic.passages;
+  const auto is_whole = [&](const auto& list) { return list.size() == n; };
+  return !state.stages.empty() && state.stages.size() <= stages &&
+         traffic.fill_batches.size() == c.fills.size() &&
+         traffic.source_batches.size() == c.sources.size() && is_whole(p.exit_time) &&
+         is_whole(p.door_time) && is_whole(p.insert_time) && is_whole(p.outlet) &&
+         is_whole(p.batch) && is_whole(p.tag) && p.gate_time.size() == c.gates.size() &&
+         std::ranges::all_of(p.gate_time, is_whole);
+}
+
 Model with_threads(Model model, int threads) {
   model.numerics.threads = threads;
   return model;
@@ -121,8 +135,12 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   walk([&](auto& value) { in.get(value); }, traffic, watch);
   std::vector<std::byte> bytes;
   in.get(bytes);
-  if (traffic.passages.insert_time.size() != case_.model.particles.size() ||
-      watch.closed.size() != case_.switches.size())
+  if (!fits(case_, stages_.size(), state, traffic) ||
+      watch.closed.size() != case_.switches.size() ||
+      watch.above_since.size() != case_.switches.size() ||
+      std::ranges::any_of(watch.changes, [&](const SwitchChange& change) {
+        return change.index < 0 || change.index >= std::ssize(case_.switches);
+      }))
     throw RunError("checkpoint does not fit the case");
   solver_.restore(bytes);
   state_ = std::move(state);

@@ -113,7 +113,8 @@ VtkSurface particle_surface(const Frame& frame, const Model& model, const std::v
     const Eigen::Vector3f v = Vec3(frame.velocity[i].data()).cast<float>();
     append(surface, bodies[static_cast<std::size_t>(particle.shape)],
            Vec3(frame.position[i].data()), Quat(q[0], q[1], q[2], q[3]),
-           {static_cast<float>(i), static_cast<float>(particle.tag), v.x(), v.y(), v.z(), v.norm(),
+           {static_cast<float>(i), static_cast<float>(particle.tag), v.x(), v.y(), v.z(),
+            static_cast<float>(Vec3(frame.velocity[i].data()).norm()),
             static_cast<float>(peak_normal_force[i])});
   }
   return surface;

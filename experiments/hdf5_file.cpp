@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <type_traits>
+#include <unordered_set>
 
 #include "experiments/text_encoding.h"
 
@@ -75,13 +78,14 @@ Shape shape_of(hid_t dataset) {
   return shape_of_space(space.id());
 }
 
+constexpr double kLargestCompression = 1032;  // what deflate makes of zeros
+
 // A damaged header may promise more elements than the file could hold; nothing is allocated for it.
 // `element` bytes each in the file; `packed`: what is stored may be compressed.
 void check_believable(hid_t file, const Shape& shape, std::size_t element, bool packed,
                       const std::string& path) {
   hsize_t bytes = 0;
   check(H5Fget_filesize(file, &bytes), "read the file's size");
-  constexpr double kLargestCompression = 1032;  // what deflate makes of zeros
   double claimed = static_cast<double>(element);
   for (std::size_t n : shape) claimed *= static_cast<double>(n);
   if (claimed > (packed ? kLargestCompression : 1) * static_cast<double>(bytes))
@@ -207,6 +211,239 @@ void check_printable(const std::string& text, const std::string& what) {
         fmt::format("{} has the character {} in its text; expected printable text", what, found));
 }
 
+constexpr std::size_t kDeepest = 32;  // links from the root
+constexpr std::size_t kMostObjects = 100000;
+
+Type type_of(hid_t type) {
+  const auto is = [type](hid_t known) { return H5Tequal(type, known) > 0; };
+  if (H5Tget_class(type) == H5T_STRING)
+    return H5Tis_variable_str(type) > 0 ? Type::text : Type::other;
+  if (is(H5T_IEEE_F64LE)) return Type::real;
+  if (is(H5T_STD_I32LE)) return Type::integer;
+  if (is(H5T_STD_U64LE)) return Type::natural;
+  if (is(H5T_STD_U8LE)) return Type::byte;
+  return Type::other;
+}
+
+bool has_extent(hid_t space) {
+  const H5S_class_t kind = H5Sget_simple_extent_type(space);
+  return kind == H5S_SIMPLE || kind == H5S_SCALAR;
+}
+
+struct Links {
+  std::vector<std::string> names;
+  bool odd = false;  // a link that is not hard
+};
+
+herr_t collect_link(hid_t, const char* name, const H5L_info_t* info, void* out) {
+  auto& links = *static_cast<Links*>(out);
+  links.names.emplace_back(name);
+  if (info->type != H5L_TYPE_HARD) {
+    links.odd = true;
+    return 1;
+  }
+  return links.names.size() > kMostObjects ? 1 : 0;
+}
+
+// One look at the groups of a file, those near the root first.
+class Walk {
+ public:
+  explicit Walk(hid_t file) {
+    const Handle root = own(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
+    note(root.id(), "/");
+    list(root.id(), "", 1);
+    for (std::size_t next = 0; next < groups_.size(); ++next) {
+      const auto [path, depth] = groups_[next];
+      const Handle group = own(H5Gopen2(file, path.c_str(), H5P_DEFAULT), "open " + path);
+      list(group.id(), path, depth + 1);
+    }
+  }
+
+  std::vector<Object> objects;
+
+ private:
+  // Throws for an object that has been seen under another name.
+  H5O_type_t note(hid_t object, const std::string& path) {
+    H5O_info_t info;
+    check(H5Oget_info2(object, &info, H5O_INFO_BASIC), "look at " + path);
+    if (!seen_.insert(info.addr).second)
+      throw Error(path + ": is a second name of another object; expected one name each");
+    return info.type;
+  }
+
+  void list(hid_t group, const std::string& path, std::size_t depth) {
+    Links links;
+    hsize_t from = 0;
+    check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, &from, collect_link, &links),
+          fmt::format("list {}", path.empty() ? "/" : path));
+    for (const std::string& name : links.names) check_printable(name, "a name");
+    if (links.odd)
+      throw Error(fmt::format("{}/{}: is a link to elsewhere; expected a dataset or a group", path,
+                              links.names.back()));
+    if (objects.size() + links.names.size() > kMostObjects)
+      throw Error(fmt::format("{}: holds too many objects; expected at most {} in the file",
+                              path.empty() ? "/" : path, kMostObjects));
+    for (const std::string& name : links.names) add(group, name, path + "/" + name, depth);
+  }
+
+  void add(hid_t group, const std::string& name, const std::string& path, std::size_t depth) {
+    if (depth > kDeepest)
+      throw Error(fmt::format("{}: is {} groups deep; expected at most {}", path, depth, kDeepest));
+    const Handle object = own(H5Oopen(group, name.c_str(), H5P_DEFAULT), "open " + path);
+    Object found;
+    found.path = path;
+    switch (note(object.id(), path)) {
+      case H5O_TYPE_GROUP:
+        found.is_group = true;
+        groups_.emplace_back(path, depth);
+        break;
+      case H5O_TYPE_DATASET: {
+        const Handle type = own(H5Dget_type(object.id()), "read the type of " + path);
+        const Handle space = own(H5Dget_space(object.id()), "read the shape of " + path);
+        found.type = type_of(type.id());
+        found.has_space = has_extent(space.id());
+        if (found.has_space) found.shape = shape_of_space(space.id());
+        break;
+      }
+      default:
+        throw Error(path + ": is neither a dataset nor a group; expected one of them");
+    }
+    objects.push_back(std::move(found));
+  }
+
+  std::unordered_set<haddr_t> seen_;
+  std::vector<std::pair<std::string, std::size_t>> groups_;  // still to be listed, and their depth
+};
+
+// How the values of a dataset are kept.
+struct Storage {
+  H5D_layout_t layout = H5D_COMPACT;
+  bool packed = false;         // by shuffle and deflate
+  std::vector<hsize_t> chunk;  // of a chunked one
+  std::size_t element = 0;     // bytes of one
+  std::size_t chunk_bytes = 0;
+};
+
+Storage storage_of(hid_t dataset, const std::string& path) {
+  const std::string what = "read the layout of " + path;
+  const Handle list = own(H5Dget_create_plist(dataset), what);
+  const Handle type = own(H5Dget_type(dataset), "read the type of " + path);
+  Storage s;
+  s.element = H5Tget_size(type.id());
+  s.layout = H5Pget_layout(list.id());
+  if (s.layout != H5D_COMPACT && s.layout != H5D_CONTIGUOUS && s.layout != H5D_CHUNKED)
+    throw Error(path + ": keeps its values elsewhere; expected them in the file");
+  if (check(H5Pget_external_count(list.id()), what) > 0)
+    throw Error(path + ": keeps its values in another file; expected them in this one");
+  std::vector<H5Z_filter_t> filters;
+  const int count = check(H5Pget_nfilters(list.id()), what);
+  for (int i = 0; i < count; ++i) {
+    unsigned flags = 0;
+    std::size_t parameters = 0;
+    filters.push_back(check(H5Pget_filter2(list.id(), static_cast<unsigned>(i), &flags, &parameters,
+                                           nullptr, 0, nullptr, nullptr),
+                            what));
+  }
+  s.packed = filters == std::vector<H5Z_filter_t>{H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE};
+  if (!filters.empty() && !s.packed)
+    throw Error(path + ": is packed in an unknown way; expected none, or shuffle and deflate");
+  if (s.layout != H5D_CHUNKED) return s;
+  const Shape shape = shape_of(dataset);
+  s.chunk.resize(shape.size());
+  check(H5Pget_chunk(list.id(), static_cast<int>(s.chunk.size()), s.chunk.data()), what);
+  double bytes = static_cast<double>(s.element);
+  for (std::size_t k = 0; k < shape.size(); ++k) {
+    if (s.chunk[k] == 0 || (k > 0 && s.chunk[k] != shape[k]))
+      throw Error(path + ": is cut into chunks that are not whole rows");
+    bytes *= static_cast<double>(s.chunk[k]);
+  }
+  if (bytes >= 4294967296.0) throw Error(path + ": has chunks of more than 4 GiB");
+  s.chunk_bytes = static_cast<std::size_t>(bytes);
+  return s;
+}
+
+struct Chunk {
+  haddr_t address = HADDR_UNDEF;  // not in the file
+  hsize_t size = 0;               // bytes in the file
+  unsigned skipped = 0;           // filters
+};
+
+Chunk chunk_at(hid_t dataset, std::size_t row, std::size_t rank, const std::string& path) {
+  std::vector<hsize_t> offset(rank, 0);
+  offset[0] = row;
+  Chunk c;
+  check(H5Dget_chunk_info_by_coord(dataset, offset.data(), &c.skipped, &c.address, &c.size),
+        "look for the rows of " + path);
+  return c;
+}
+
+// Deflate is left out of a chunk that it would not make smaller.
+constexpr unsigned kDeflateSkipped = 1u << 1;
+
+// That a chunk which is in the file can hold its rows.
+void check_chunk(const Chunk& c, const Storage& s, std::size_t row, hsize_t file_size,
+                 const std::string& path) {
+  const bool inside = c.address < file_size && c.size <= file_size - c.address;
+  const bool deflated = s.packed && c.skipped == 0;
+  const bool plain = c.skipped == (s.packed ? kDeflateSkipped : 0u);
+  const bool fits = deflated ? static_cast<double>(s.chunk_bytes) <=
+                                   kLargestCompression * static_cast<double>(c.size) + 64
+                             : plain && c.size == s.chunk_bytes;
+  if (!inside || !fits)
+    throw Error(fmt::format("{}: the chunk of row {} does not fit its rows", path, row));
+}
+
+// The values of one compressed chunk. The library checks neither that they are enough nor that the
+// filters were applied; so the bytes are unpacked here.
+void unpack_chunk(hid_t dataset, const Storage& s, std::size_t row, const Chunk& c,
+                  const std::string& path, std::vector<unsigned char>& packed,
+                  std::vector<unsigned char>& shuffled, std::vector<unsigned char>& values) {
+  packed.resize(c.size);
+  shuffled.resize(s.chunk_bytes);
+  values.resize(s.chunk_bytes);
+  std::vector<hsize_t> offset(s.chunk.size(), 0);
+  offset[0] = row;
+  std::uint32_t skipped = 0;
+  check(H5Dread_chunk(dataset, H5P_DEFAULT, offset.data(), &skipped, packed.data()),
+        "read " + path);
+  uLongf size = shuffled.size();
+  if (c.skipped == kDeflateSkipped) {
+    shuffled = packed;
+  } else if (uncompress(shuffled.data(), &size, packed.data(), packed.size()) != Z_OK ||
+             size != shuffled.size()) {
+    throw Error(fmt::format("{}: the compressed values of row {} are damaged", path, row));
+  }
+  const std::size_t count = s.chunk_bytes / s.element;
+  for (std::size_t byte = 0; byte < s.element; ++byte)
+    for (std::size_t i = 0; i < count; ++i)
+      values[i * s.element + byte] = shuffled[byte * count + i];
+}
+
+// Rows [first, first + count) of a table whose rows are compressed.
+void read_packed(hid_t dataset, const Storage& s, std::size_t first, std::size_t count,
+                 hsize_t file_size, const std::string& path, double* out) {
+  const std::size_t rows = s.chunk[0], row_bytes = s.chunk_bytes / rows;
+  std::vector<unsigned char> packed, shuffled, values;
+  auto* to = reinterpret_cast<unsigned char*>(out);
+  for (std::size_t row = first; row < first + count;) {
+    const std::size_t start = row / rows * rows, take = std::min(start + rows, first + count) - row;
+    const Chunk c = chunk_at(dataset, start, s.chunk.size(), path);
+    if (c.address == HADDR_UNDEF)
+      throw Error(fmt::format("{}: row {} was never written", path, row));
+    check_chunk(c, s, start, file_size, path);
+    unpack_chunk(dataset, s, start, c, path, packed, shuffled, values);
+    std::memcpy(to, values.data() + (row - start) * row_bytes, take * row_bytes);
+    to += take * row_bytes;
+    row += take;
+  }
+}
+
+hsize_t size_of_file(hid_t file) {
+  hsize_t bytes = 0;
+  check(H5Fget_filesize(file, &bytes), "read the file's size");
+  return bytes;
+}
+
 }  // namespace
 
 void Handle::close() {
@@ -300,6 +537,44 @@ std::vector<std::string> File::datasets() const {
   return names;
 }
 
+std::vector<Object> File::objects() const {
+  silence();
+  Walk walk(file_.id());
+  std::sort(walk.objects.begin(), walk.objects.end(),
+            [](const Object& a, const Object& b) { return a.path < b.path; });
+  return std::move(walk.objects);
+}
+
+std::size_t File::check_storage(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  const Storage s = storage_of(dataset.id(), path);
+  const Shape shape = shape_of(dataset.id());
+  const hsize_t file_size = size_of_file(file_.id());
+  const std::size_t rows = shape.empty() ? 1 : shape[0];
+  if (s.layout == H5D_CHUNKED) {
+    double sum = 0;
+    std::size_t written = rows;
+    for (std::size_t row = 0; row < rows; row += s.chunk[0]) {
+      const Chunk c = chunk_at(dataset.id(), row, shape.size(), path);
+      if (c.address == HADDR_UNDEF) {
+        written = row;  // the rest of the index is not looked at: nobody reads it
+        break;
+      }
+      check_chunk(c, s, row, file_size, path);
+      sum += static_cast<double>(c.size);
+    }
+    if (sum > static_cast<double>(file_size)) throw Error(path + ": has chunks that overlap");
+    return written;
+  }
+  check_believable(file_.id(), dataset, path);
+  const haddr_t address = H5Dget_offset(dataset.id());
+  const hsize_t bytes = H5Dget_storage_size(dataset.id());
+  if (s.layout == H5D_CONTIGUOUS && address != HADDR_UNDEF &&
+      (address > file_size || bytes > file_size - address || bytes < product(shape) * s.element))
+    throw Error(path + ": has less space in the file than its values need");
+  return rows;
+}
+
 Shape File::shape(const std::string& path) const {
   return shape_of(open_dataset(file_.id(), path).id());
 }
@@ -308,7 +583,14 @@ template <class T>
 std::vector<T> File::read(const std::string& path) const {
   const Handle dataset = open_dataset(file_.id(), path);
   check_believable(file_.id(), dataset, path);
-  std::vector<T> values(product(shape_of(dataset.id())));
+  const Shape shape = shape_of(dataset.id());
+  std::vector<T> values(product(shape));
+  if constexpr (std::is_same_v<T, double>) {
+    if (const Storage s = storage_of(dataset.id(), path); s.packed && !values.empty()) {
+      read_packed(dataset.id(), s, 0, shape[0], size_of_file(file_.id()), path, values.data());
+      return values;
+    }
+  }
   if (!values.empty())
     check(H5Dread(dataset.id(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
           "read " + path);
@@ -341,6 +623,10 @@ std::vector<double> File::read_rows(const std::string& path, std::size_t first,
   shape[0] = count;
   std::vector<double> values(product(shape));
   if (values.empty()) return values;
+  if (const Storage s = storage_of(dataset.id(), path); s.packed) {
+    read_packed(dataset.id(), s, first, count, size_of_file(file_.id()), path, values.data());
+    return values;
+  }
   const Handle selected = select_rows(dataset.id(), first, count);
   const Handle memory = dataspace({values.size()});
   check(H5Dread(dataset.id(), H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT,
@@ -460,6 +746,17 @@ Table File::open_table(const std::string& path) {
 bool File::has_attribute(const std::string& path, const std::string& name) const {
   silence();
   return H5Aexists_by_name(file_.id(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+Attribute File::attribute(const std::string& path, const std::string& name) const {
+  const Handle opened = open_attribute(file_.id(), path, name);
+  const Handle type = own(H5Aget_type(opened.id()), "read the type of " + name);
+  const Handle space = own(H5Aget_space(opened.id()), "read a shape");
+  Attribute found;
+  found.type = type_of(type.id());
+  found.has_space = has_extent(space.id());
+  if (found.has_space) found.shape = shape_of_space(space.id());
+  return found;
 }
 
 void File::set_attribute(const std::string& path, const std::string& name,

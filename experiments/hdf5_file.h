@@ -45,6 +45,24 @@ using Shape = std::vector<std::size_t>;  // rows first; empty: a scalar
 template <class T>
 Id native_type();
 
+// What elements are in the file. Numbers are little-endian; text has any length.
+enum class Type { real, integer, natural, byte, text, other };  // 64, 32, 64 (unsigned), 8 bits
+
+// A group or a dataset of a file.
+struct Object {
+  std::string path;  // absolute
+  bool is_group = false;
+  // Of a dataset:
+  Type type = Type::other;
+  bool has_space = true;  // false: a null dataspace, which has neither shape nor values
+  Shape shape;
+};
+struct Attribute {
+  Type type = Type::other;
+  bool has_space = true;
+  Shape shape;
+};
+
 // A dataset of doubles that grows by rows. What is flushed never moves: rows of 4 KiB or more are
 // one compressed chunk each, written once; smaller ones share plain chunks that are filled in
 // place. So a writer that is killed leaves every flushed row readable.
@@ -74,13 +92,24 @@ class File {
   bool contains(const std::string& path) const;
   void remove(const std::string& path);       // a dataset, or a group with all in it
   std::vector<std::string> datasets() const;  // every one, absolute, in alphabetical order
+  // Every group but the root and every dataset, by path. Throws Error for what no writer of Firn
+  // makes and what could lead out of the file or through it without end: links that are not hard,
+  // two links to one object, named types, groups in groups beyond a depth of 32, more than 100 000
+  // objects.
+  std::vector<Object> objects() const;
+  // Throws Error unless the values of a dataset are inside the file and take the space that its
+  // shape needs: no external or virtual storage, no filters but shuffle and deflate, chunks of
+  // whole rows that do not overlap. Reads no values. Returns the leading rows whose values are in
+  // the file; for a dataset without chunks, all.
+  std::size_t check_storage(const std::string& path) const;
   Shape shape(const std::string& path) const;
 
   // Whole datasets, row-major.
   template <class T>
   std::vector<T> read(const std::string& path) const;
   std::vector<std::string> read_strings(const std::string& path) const;
-  // Rows [first, first + count) of a dataset of doubles.
+  // Rows [first, first + count) of a dataset of doubles. Throws Error where a compressed chunk does
+  // not hold exactly its rows.
   std::vector<double> read_rows(const std::string& path, std::size_t first,
                                 std::size_t count) const;
   // How many leading rows of a table have their values in the file. Fewer than its shape says when
@@ -100,6 +129,7 @@ class File {
 
   // Attributes of the object at `path` ("/" for the file).
   bool has_attribute(const std::string& path, const std::string& name) const;
+  Attribute attribute(const std::string& path, const std::string& name) const;
   void set_attribute(const std::string& path, const std::string& name, const std::string& value);
   void set_attribute(const std::string& path, const std::string& name, double value);
   void set_attribute(const std::string& path, const std::string& name, std::uint64_t value);

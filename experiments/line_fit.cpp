@@ -19,8 +19,7 @@ Line least_squares_line(std::span<const double> x, std::span<const double> y) {
     sxx += (x[i] - mean_x) * (x[i] - mean_x);
     sxy += (x[i] - mean_x) * (y[i] - mean_y);
   }
-  assert(sxx > 0);
-  const double slope = sxy / sxx;
+  const double slope = sxx > 0 ? sxy / sxx : 0;
   return {slope, mean_y - slope * mean_x};
 }
 

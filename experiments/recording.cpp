@@ -6,19 +6,24 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
+#include <span>
 
 #include "experiments/checkpoint.h"
 #include "experiments/hdf5_file.h"
+#include "experiments/results_guard.h"
+#include "experiments/results_schema.h"
 
 namespace firn {
 namespace {
 
-hdf5::File open_results(const std::string& file) {
+// `name` is what errors call the file.
+hdf5::File open_results(const std::string& file, const std::string& name) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw InputError(file + ": no such file");
   if (std::filesystem::is_directory(file, error))
     throw InputError(file + ": is a directory; expected a results file (HDF5)");
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(file + ": is no regular file; expected a results file (HDF5)");
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file + ": cannot be read; check its permissions");
   char signature[8] = {};
@@ -26,23 +31,13 @@ hdf5::File open_results(const std::string& file) {
   if (stream.gcount() != sizeof(signature) ||
       std::string_view(signature, sizeof(signature)) != std::string_view("\x89HDF\r\n\x1a\n", 8))
     throw InputError(file + ": not a results file; expected HDF5 written by firn run");
+  check_in_child(file, name);
   try {
     return hdf5::File::open(file, hdf5::File::Access::read);
   } catch (const hdf5::Error& e) {
     throw InputError(fmt::format("{}: truncated or damaged results file: {}", file, e.what()));
   }
 }
-
-// Row tables that every frame has, and the shape of one row.
-struct FrameTable {
-  const char* path;
-  std::size_t width;  // values a particle; 0: one value a frame
-};
-constexpr FrameTable kFrameTables[] = {{"/frames/time", 0},
-                                       {"/frames/position", 3},
-                                       {"/frames/orientation", 4},
-                                       {"/frames/velocity", 3},
-                                       {"/frames/angular_velocity", 3}};
 
 bool is_series(const std::string& path) {
   for (const char* group : {"/energy/", "/boundaries/", "/motion_frames/", "/health/"})
@@ -62,6 +57,7 @@ std::vector<std::array<double, Width>> rows_of(const std::vector<double>& flat) 
 struct Recording::Impl {
   std::string name;
   hdf5::File file;
+  results::Contents contents;
   std::size_t particles = 0, frames = 0;
 
   // Every failure of a read is a sentence about this file.
@@ -70,89 +66,70 @@ struct Recording::Impl {
     try {
       return read();
     } catch (const hdf5::Error& e) {
-      throw InputError(fmt::format("{}: damaged or foreign results file: {}", name, e.what()));
+      throw InputError(fmt::format("{}: {}", name, e.what()));
     }
   }
 
   // `path` is the file itself or the copy kept beside it; errors name `results_file`.
   Impl(const std::string& results_file, const std::string& path)
-      : name(results_file), file(open_results(path)) {
-    guarded([&] { check_layout(); });
+      : name(results_file), file(open_results(path, results_file)) {
+    contents = guarded([&] { return results::check_file(file); });
+    particles = contents.particles;
+    frames = contents.frames;
   }
 
-  // For a file whose writer may have been killed in the middle of a flush: cuts the frames back to
-  // those that arrived whole. Throws where one of them cannot be read.
-  void keep_whole_frames() {
+  // For a file whose writer may have been killed in the middle of a flush. Throws where a frame
+  // cannot be read.
+  void check_frames() const {
     constexpr std::size_t kBlock = 16;  // frames at a time
     guarded([&] {
-      std::vector<std::string> tables;
-      for (const std::string& path : file.datasets())
-        if (path.starts_with("/frames/") || is_series(path)) tables.push_back(path);
-      for (const std::string& path : tables) frames = std::min(frames, file.rows_written(path));
-      for (const std::string& path : tables)
+      for (const auto& [path, dataset] : contents.datasets) {
+        if (!dataset->shape.starts_with("T")) continue;
         for (std::size_t i = 0; i < frames; i += kBlock)
           file.read_rows(path, i, std::min(kBlock, frames - i));
+      }
     });
   }
 
-  void check_layout() {
-    if (!file.has_attribute("/", "firn_version"))
-      throw hdf5::Error("no attribute firn_version; expected a file written by firn run");
-    for (const char* path : {"/particles/id", "/frames/time"})
-      if (!file.contains(path)) throw hdf5::Error(fmt::format("{} is missing", path));
-    const hdf5::Shape ids = file.shape("/particles/id");
-    if (ids.size() != 1) throw hdf5::Error("/particles/id has the wrong shape; expected [N]");
-    particles = ids[0];
-    for (const char* path :
-         {"/particles/shape", "/particles/tag", "/particles/mass", "/particles/peak_normal_force",
-          "/particles/exit_time", "/particles/door_time"})
-      expect_shape(path, {particles}, "[N]");
-    frames = std::numeric_limits<std::size_t>::max();
-    for (const FrameTable& table : kFrameTables) {
-      const hdf5::Shape shape = rows_at(table.path);
-      const hdf5::Shape expected =
-          table.width ? hdf5::Shape{shape[0], particles, table.width} : hdf5::Shape{shape[0]};
-      expect_shape(table.path, expected, table.width ? "[T,N,...]" : "[T]");
-      frames = std::min(frames, shape[0]);
-    }
-    for (const std::string& path : file.datasets())
-      if (is_series(path)) frames = std::min(frames, rows_at(path)[0]);
-    // A writer killed in the middle of a flush leaves rows whose time never arrived.
-    const std::vector<double> time = file.read_rows("/frames/time", 0, frames);
-    while (frames > 0 && std::isnan(time[frames - 1])) --frames;
-  }
-
-  hdf5::Shape rows_at(const std::string& path) const {
-    if (!file.contains(path)) throw hdf5::Error(path + " is missing");
-    hdf5::Shape shape = file.shape(path);
-    if (shape.empty()) throw hdf5::Error(path + " has the wrong shape; expected one row a frame");
-    return shape;
-  }
-
-  void expect_shape(const std::string& path, const hdf5::Shape& shape, const char* words) const {
-    if (!file.contains(path)) throw hdf5::Error(path + " is missing");
-    if (file.shape(path) != shape)
-      throw hdf5::Error(fmt::format("{} has the wrong shape; expected {}", path, words));
+  // Rows [first, first + count) of a table, as the schema wants them.
+  std::vector<double> rows(const std::string& path, std::size_t first, std::size_t count) const {
+    return guarded([&] {
+      if (!contents.datasets.contains(path)) throw hdf5::Error(path + ": is missing");
+      std::vector<double> values = file.read_rows(path, first, count);
+      results::check_values(contents, path, values, first);
+      return values;
+    });
   }
 
   template <class T>
-  std::vector<T> read(const char* path) const {
-    return guarded([&] { return file.read<T>(path); });
+  std::vector<T> read(const std::string& path) const {
+    return guarded([&] {
+      if (!contents.datasets.contains(path)) throw hdf5::Error(path + ": is missing");
+      return file.read<T>(path);
+    });
   }
 
   std::vector<double> row(const std::string& path, std::size_t i) const {
     if (i >= frames)
       throw InputError(fmt::format("{}: no frame {}; the file has {}", name, i, frames));
-    return guarded([&] { return file.read_rows(path, i, 1); });
+    return rows(path, i, 1);
   }
 
   template <std::size_t Width>
   std::array<double, Width> short_row(const std::string& path, std::size_t i) const {
     const std::vector<double> values = row(path, i);
-    if (values.size() != Width)
-      throw InputError(
-          fmt::format("{}: {} has the wrong shape; expected {} values a frame", name, path, Width));
-    return rows_of<Width>(values).front();
+    std::array<double, Width> result;
+    std::copy_n(values.begin(), Width, result.begin());
+    return result;
+  }
+
+  // That what is there in one of two tables is there in the other, vector by vector.
+  void check_same_presence(const std::string& path, std::span<const double> values,
+                           std::size_t width, std::span<const double> positions) const {
+    for (std::size_t i = 0; 3 * i < positions.size(); ++i)
+      if (std::isnan(values[width * i]) != std::isnan(positions[3 * i]))
+        throw InputError(fmt::format(
+            "{}: {}: is NaN for other bodies than the positions; expected the same", name, path));
   }
 };
 
@@ -166,7 +143,7 @@ Recording::Recording(const std::string& file) {
   }
   try {
     impl_ = std::make_unique<Impl>(file, file);
-    if (copy) impl_->keep_whole_frames();
+    if (copy) impl_->check_frames();
   } catch (const InputError&) {
     if (!copy) throw;
     impl_.reset();
@@ -180,7 +157,9 @@ const std::string& Recording::file() const { return impl_->name; }
 
 Case Recording::read_case() const {
   const std::string text = impl_->guarded([&] { return impl_->file.text_attribute("/", "case"); });
-  return read_case_text(text, impl_->name, ".");
+  Case c = read_case_text(text, impl_->name, ".");
+  impl_->guarded([&] { results::check_case(impl_->contents, impl_->file, c); });
+  return c;
 }
 
 std::string Recording::status() const {
@@ -235,16 +214,22 @@ std::vector<double> Recording::gate_time(const std::string& gate) const {
 }
 
 std::vector<double> Recording::frame_times() const {
-  return impl_->guarded([&] { return impl_->file.read_rows("/frames/time", 0, impl_->frames); });
+  return impl_->rows("/frames/time", 0, impl_->frames);
 }
 
 Frame Recording::frame(std::size_t i) const {
   Frame frame;
   frame.time = impl_->row("/frames/time", i).at(0);
-  frame.position = rows_of<3>(impl_->row("/frames/position", i));
-  frame.orientation = rows_of<4>(impl_->row("/frames/orientation", i));
-  frame.velocity = rows_of<3>(impl_->row("/frames/velocity", i));
-  frame.angular_velocity = rows_of<3>(impl_->row("/frames/angular_velocity", i));
+  const std::vector<double> position = impl_->row("/frames/position", i);
+  const auto of_those_present = [&](const std::string& path, std::size_t width) {
+    std::vector<double> values = impl_->row(path, i);
+    impl_->check_same_presence(path, values, width, position);
+    return values;
+  };
+  frame.position = rows_of<3>(position);
+  frame.orientation = rows_of<4>(of_those_present("/frames/orientation", 4));
+  frame.velocity = rows_of<3>(of_those_present("/frames/velocity", 3));
+  frame.angular_velocity = rows_of<3>(of_those_present("/frames/angular_velocity", 3));
   return frame;
 }
 
@@ -255,8 +240,6 @@ std::vector<StageRecord> Recording::stages() const {
     const std::vector<std::string> ended_by = file.read_strings("/stages/ended_by");
     const std::vector<double> start = file.read<double>("/stages/start");
     const std::vector<double> end = file.read<double>("/stages/end");
-    if (ended_by.size() != name.size() || start.size() != name.size() || end.size() != name.size())
-      throw hdf5::Error("/stages has lists of different lengths");
     std::vector<StageRecord> entered;
     for (std::size_t i = 0; i < name.size(); ++i)
       if (!std::isnan(start[i])) entered.push_back({name[i], start[i], end[i], ended_by[i]});
@@ -268,7 +251,7 @@ std::vector<Response> Recording::responses() const {
   return impl_->guarded([&] {
     const hdf5::File& file = impl_->file;
     std::vector<Response> responses;
-    for (const std::string& path : file.datasets()) {
+    for (const auto& [path, dataset] : impl_->contents.datasets) {
       const std::string group = "/responses/";
       if (!path.starts_with(group)) continue;
       Response response;
@@ -288,23 +271,26 @@ std::vector<Response> Recording::responses() const {
 }
 
 std::vector<double> Recording::series(const std::string& path) const {
-  return impl_->guarded([&] {
-    impl_->rows_at(path);
-    return impl_->file.read_rows(path, 0, impl_->frames);
-  });
+  const auto known = impl_->contents.datasets.find(path);
+  if (known != impl_->contents.datasets.end() && !known->second->shape.starts_with("T"))
+    throw InputError(fmt::format("{}: {}: is no series over frames", file(), path));
+  std::vector<double> values = impl_->rows(path, 0, impl_->frames);
+  if (path.starts_with("/frames/") && path != "/frames/time" && path != "/frames/position") {
+    const std::size_t width = impl_->contents.shapes.at(path)[2];
+    impl_->check_same_presence(path, values, width,
+                               impl_->rows("/frames/position", 0, impl_->frames));
+  }
+  return values;
 }
 
 std::vector<Series> Recording::series_list() const {
-  return impl_->guarded([&] {
-    std::vector<Series> list;
-    for (const std::string& path : impl_->file.datasets()) {
-      if (!is_series(path)) continue;
-      const hdf5::Shape shape = impl_->file.shape(path);
-      list.push_back(
-          {path, impl_->file.text_attribute(path, "unit"), shape.size() > 1 ? shape[1] : 1});
-    }
-    return list;
-  });
+  std::vector<Series> list;
+  for (const auto& [path, dataset] : impl_->contents.datasets) {
+    if (!is_series(path)) continue;
+    const hdf5::Shape& shape = impl_->contents.shapes.at(path);
+    list.push_back({path, std::string(dataset->unit), shape.size() > 1 ? shape[1] : 1});
+  }
+  return list;
 }
 
 BoundaryFrame Recording::boundary(const std::string& name, std::size_t frame) const {
@@ -313,6 +299,7 @@ BoundaryFrame Recording::boundary(const std::string& name, std::size_t frame) co
   const auto orientation = impl_->short_row<4>(group + "/orientation", frame);
   const auto force = impl_->short_row<3>(group + "/force", frame);
   const auto torque = impl_->short_row<3>(group + "/torque", frame);
+  impl_->check_same_presence(group + "/orientation", orientation, 4, position);
   BoundaryFrame result;
   result.position = Vec3(position.data());
   result.orientation = Quat(orientation[0], orientation[1], orientation[2], orientation[3]);
@@ -322,10 +309,20 @@ BoundaryFrame Recording::boundary(const std::string& name, std::size_t frame) co
   return result;
 }
 
-bool Recording::contains(const std::string& path) const { return impl_->file.contains(path); }
+bool Recording::contains(const std::string& path) const {
+  return impl_->contents.datasets.contains(path);
+}
 
 std::vector<double> Recording::values(const std::string& path) const {
-  return impl_->read<double>(path.c_str());
+  const auto shape = impl_->contents.shapes.find(path);
+  if (shape == impl_->contents.shapes.end() || shape->second.empty())
+    return impl_->read<double>(path);
+  const auto dataset = impl_->contents.datasets.find(path)->second;
+  if (dataset->type == hdf5::Type::integer) {
+    const std::vector<int> numbers = impl_->read<int>(path);
+    return {numbers.begin(), numbers.end()};
+  }
+  return impl_->rows(path, 0, impl_->contents.rows_of(path));
 }
 
 std::vector<std::string> Recording::strings(const std::string& path) const {

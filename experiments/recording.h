@@ -45,9 +45,11 @@ struct BoundaryFrame {
   double peak_normal_force = 0;         // N, largest single contact
 };
 
-// Read-only view of a results file. Throws InputError (one line) for a file that is missing,
-// truncated, of another kind or lacking an object. Where a kill in the middle of a flush left a
-// file that cannot be read, the view is of the copy kept with the last checkpoint.
+// Read-only view of a results file that keeps to the schema (results_schema.h). Throws InputError
+// (one line) for a file that is missing, truncated, of another kind, or that breaks the schema.
+// Values of datasets that grow with the run are checked when they are read. Where a kill in the
+// middle of a flush left a file that cannot be read, the view is of the copy kept with the last
+// checkpoint.
 class Recording {
  public:
   explicit Recording(const std::string& file);
@@ -55,7 +57,8 @@ class Recording {
   Recording(Recording&&) noexcept;
 
   const std::string& file() const;
-  Case read_case() const;       // from the resolved text kept in the file
+  // From the resolved text kept in the file. Throws InputError unless the file fits the case.
+  Case read_case() const;
   std::string status() const;   // "finished", "failed: ...", "running", "interrupted"
   std::string program() const;  // what ran it, "Firn 0.1.0 (89ab...)"
   std::uint64_t seed() const;
@@ -81,7 +84,8 @@ class Recording {
   std::vector<double> series(const std::string& path) const;
   std::vector<Series> series_list() const;  // all of them, in alphabetical order
   BoundaryFrame boundary(const std::string& name, std::size_t frame) const;
-  // Datasets that are no series: whether there is one of this path, and all its values.
+  // Datasets of the schema that are no series: whether there is one of this path, and its values;
+  // of those that grow, whole rows, as many in each.
   bool contains(const std::string& path) const;
   std::vector<double> values(const std::string& path) const;
   std::vector<std::string> strings(const std::string& path) const;

@@ -89,7 +89,8 @@ void add_flow(std::vector<std::pair<double, double>> passages, const std::string
     times.push_back(passages[i].first);
     passed.push_back(sum);
   }
-  if (times.size() < kFewest || times.front() == times.back()) return;
+  constexpr double kShortest = 1e-12;  // s: less is one instant
+  if (times.size() < kFewest || times.back() - times.front() < kShortest) return;
   out.add(
       name + "mass_flow", {least_squares_line(times, passed).slope}, "kg/s",
       "line through the mass passed over time, between a fifth and four fifths of all passages");

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -38,6 +39,18 @@ void live_and_die_with(pid_t parent, int signal) {
   setpgid(0, 0);  // Ctrl-C reaches it through the parent, if at all
   prctl(PR_SET_PDEATHSIG, signal);
   if (getppid() != parent) _exit(130);
+}
+
+void limit(int resource, rlim_t most) {
+  const rlimit both{most, most};
+  if (most > 0) setrlimit(static_cast<__rlimit_resource>(resource), &both);
+}
+
+void keep_within(const ProcessLimits& limits) {
+  limit(RLIMIT_CPU, limits.processor_time);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  limit(RLIMIT_AS, limits.address_space);
+#endif
 }
 
 // Reads both pipes until they are closed.
@@ -76,8 +89,14 @@ pid_t start_process(const std::vector<std::string>& args, const std::string& log
   _exit(127);
 }
 
-CommandResult run_command(const std::vector<std::string>& args, const std::string& directory) {
+CommandResult run_command(const std::vector<std::string>& args, const std::string& directory,
+                          const ProcessLimits& limits) {
   const std::vector<char*> argv = argument_list(args);
+  std::vector<char*> environment;
+  for (const std::string& one : limits.environment)
+    environment.push_back(const_cast<char*>(one.c_str()));
+  for (char** one = environ; *one; ++one) environment.push_back(*one);
+  environment.push_back(nullptr);
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0) no_process();
   if (pipe2(err, O_CLOEXEC) != 0) {
@@ -93,7 +112,8 @@ CommandResult run_command(const std::vector<std::string>& args, const std::strin
     dup2(out[1], STDOUT_FILENO);
     dup2(err[1], STDERR_FILENO);
     if (!directory.empty() && chdir(directory.c_str()) != 0) _exit(126);
-    execvp(argv[0], argv.data());
+    keep_within(limits);
+    execvpe(argv[0], argv.data(), environment.data());
     _exit(127);
   }
   close(out[1]);

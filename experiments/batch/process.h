@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,13 @@ namespace firn {
 // be started ends with status 127.
 pid_t start_process(const std::vector<std::string>& args, const std::string& log);
 
+// What a command may use; 0: as much as this process.
+struct ProcessLimits {
+  unsigned processor_time = 0;           // s
+  std::size_t address_space = 0;         // bytes; not with the address or thread sanitizer
+  std::vector<std::string> environment;  // "NAME=value", beside that of this process
+};
+
 struct CommandResult {
   int status = 0;  // exit status; 128 + signal for one that was killed
   std::string out, err;
@@ -20,7 +28,8 @@ struct CommandResult {
 // Runs a command to its end; the program is looked up in PATH, 127 when it is not there. Ctrl-C
 // does not reach it; it dies with this process. It runs in `directory`, if one is given. Throws
 // RunError when no process can be made.
-CommandResult run_command(const std::vector<std::string>& args, const std::string& directory = {});
+CommandResult run_command(const std::vector<std::string>& args, const std::string& directory = {},
+                          const ProcessLimits& limits = {});
 
 // Bytes of main memory that the process has now; 0 when it is gone.
 double resident_memory(pid_t pid);

@@ -1,0 +1,69 @@
+#include "experiments/results_guard.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cstring>
+#include <mutex>
+#include <set>
+#include <tuple>
+
+#include "experiments/batch/process.h"
+#include "solver/types.h"
+
+namespace firn {
+namespace {
+
+// A file on the disk, at one moment.
+using Version = std::tuple<dev_t, ino_t, off_t, time_t, long>;
+
+std::mutex mutex;  // guards both
+std::string checker;
+std::set<Version> passed;
+
+Version version_of(const struct stat& s) {
+  return {s.st_dev, s.st_ino, s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
+}
+
+ProcessLimits limits_for(double bytes) {
+  ProcessLimits limits;
+  limits.processor_time = static_cast<unsigned>(30 + bytes / 20e6);  // s
+  limits.address_space = static_cast<std::size_t>(4e9 + 4 * bytes);
+  // Memory that was never written is no zero: what depends on it fails in the child already.
+  limits.environment = {"MALLOC_PERTURB_=165"};
+  return limits;
+}
+
+}  // namespace
+
+void guard_results_with(const std::string& program) {
+  const std::lock_guard lock(mutex);
+  checker = program;
+}
+
+void check_in_child(const std::string& file, const std::string& name) {
+  std::string program;
+  struct stat found = {};
+  {
+    const std::lock_guard lock(mutex);
+    if (checker.empty() || ::stat(file.c_str(), &found) != 0 || passed.contains(version_of(found)))
+      return;
+    program = checker;
+  }
+  const CommandResult r = run_command({program, "check-results", file}, {},
+                                      limits_for(static_cast<double>(found.st_size)));
+  if (r.status == 2 && !r.out.empty())
+    throw InputError(fmt::format("{}: {}", name, last_line(r.out)));
+  if (r.status == 126 || r.status == 127)
+    throw RunError(fmt::format("{}: no process can be started to check it", name));
+  if (r.status != 0) {
+    const std::string how = r.status > 128 ? strsignal(r.status - 128) : "no result";
+    throw InputError(fmt::format(
+        "{}: damaged: the HDF5 library failed while reading it ({}); expected a whole file", name,
+        how));
+  }
+  const std::lock_guard lock(mutex);
+  passed.insert(version_of(found));
+}
+
+}  // namespace firn
