@@ -314,15 +314,12 @@ bool Recording::contains(const std::string& path) const {
 }
 
 std::vector<double> Recording::values(const std::string& path) const {
-  const auto shape = impl_->contents.shapes.find(path);
-  if (shape == impl_->contents.shapes.end() || shape->second.empty())
+  if (const auto rows = impl_->contents.growing_rows(path)) return impl_->rows(path, 0, *rows);
+  const auto known = impl_->contents.datasets.find(path);
+  if (known == impl_->contents.datasets.end() || known->second->type != hdf5::Type::integer)
     return impl_->read<double>(path);
-  const auto dataset = impl_->contents.datasets.find(path)->second;
-  if (dataset->type == hdf5::Type::integer) {
-    const std::vector<int> numbers = impl_->read<int>(path);
-    return {numbers.begin(), numbers.end()};
-  }
-  return impl_->rows(path, 0, impl_->contents.rows_of(path));
+  const std::vector<int> numbers = impl_->read<int>(path);
+  return {numbers.begin(), numbers.end()};
 }
 
 std::vector<std::string> Recording::strings(const std::string& path) const {

@@ -20,7 +20,6 @@ using R = Rule;
 constexpr auto real = Type::real, integer = Type::integer, text = Type::text, byte = Type::byte,
                natural = Type::natural;
 
-// clang-format off: a table.
 constexpr Dataset kDatasets[] = {
     {"/particles/id", always, "", integer, "N", "", R::counting, "", "number of the particle"},
     {"/particles/shape", always, "", integer, "N", "", R::index, "H", "index into `/shapes`"},
@@ -259,7 +258,6 @@ constexpr Symbol kSymbols[] = {
 };
 // Of meshes, in each group that has one.
 constexpr std::string_view kMeshSymbols[][2] = {{"V", "vertices"}, {"P", "triangles"}};
-// clang-format on
 
 // A path of the schema: what stands before and after the name that it leaves open.
 struct Pattern {
@@ -346,6 +344,13 @@ struct Limits {
   double count = 0;       // one above the largest index
   double boundaries = 0;  // of the rules for bodies
 };
+
+// `length` is that of the symbol which the rule names.
+Limits limits_of(Rule rule, std::size_t length, std::size_t particles) {
+  const auto n = static_cast<double>(length);
+  if (rule != R::body && rule != R::body_or_nan) return {n, 0};
+  return {static_cast<double>(particles), n};
+}
 
 bool is_whole(double v) { return v == std::floor(v); }
 bool is_finite(double v) { return std::abs(v) <= kLargestNumber; }
@@ -710,9 +715,7 @@ class Check {
 
   Limits limits_of(const Dataset& d, const std::string& path) const {
     if (d.limit.empty() || d.rule == R::choice) return {};
-    const auto count = static_cast<double>(length(d.limit, path).count);
-    if (d.rule != R::body && d.rule != R::body_or_nan) return {count, 0};
-    return {static_cast<double>(contents_.particles), count};
+    return results::limits_of(d.rule, length(d.limit, path).count, contents_.particles);
   }
 
   void check_contents(const Found& found) const {
@@ -847,11 +850,10 @@ std::span<const Dataset> datasets() { return kDatasets; }
 std::span<const Attribute> attributes() { return kAttributes; }
 std::span<const Symbol> symbols() { return kSymbols; }
 
-std::size_t Contents::rows_of(const std::string& path) const {
-  if (const auto known = datasets.find(path); known != datasets.end())
-    if (const Symbol* s = growing(*known->second)) return rows.find(s->name)->second;
-  const auto shape = shapes.find(path);
-  return shape == shapes.end() || shape->second.empty() ? 1 : shape->second[0];
+std::optional<std::size_t> Contents::growing_rows(std::string_view path) const {
+  const auto known = datasets.find(path);
+  const Symbol* s = known == datasets.end() ? nullptr : growing(*known->second);
+  return s ? std::optional(rows.find(s->name)->second) : std::nullopt;
 }
 
 Contents check_file(const hdf5::File& file) { return Check(file).all(); }
@@ -861,12 +863,9 @@ void check_values(const Contents& contents, const std::string& path, std::span<c
   const auto known = contents.datasets.find(path);
   if (known == contents.datasets.end()) return;
   const Dataset& d = *known->second;
-  Limits limits{static_cast<double>(contents.particles), 0};
-  if (d.rule == R::body) {
-    const auto boundaries = contents.lengths.find(d.limit);
-    limits.boundaries =
-        boundaries == contents.lengths.end() ? 0 : static_cast<double>(boundaries->second);
-  }
+  Limits limits;
+  if (const auto length = contents.lengths.find(d.limit); length != contents.lengths.end())
+    limits = limits_of(d.rule, length->second, contents.particles);
   check_numbers(path, d.rule, values, contents.shapes.at(path), limits, first);
 }
 

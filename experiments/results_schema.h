@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -91,8 +92,8 @@ struct Contents {
   std::map<std::string, std::size_t, std::less<>> rows;
   std::map<std::string, std::size_t, std::less<>> lengths;  // of the other symbols
 
-  // Rows of a dataset that count; those beyond are what a killed writer left.
-  std::size_t rows_of(const std::string& path) const;
+  // Rows of a dataset that grows which count; those beyond are what a killed writer left.
+  std::optional<std::size_t> growing_rows(std::string_view path) const;
 };
 
 // Throws hdf5::Error, "PATH: what is wrong; what is expected". Reads all values but those that grow

@@ -49,7 +49,7 @@ shape = "cube"
 position = "0 0 30.5 mm"
 [[particles]]
 shape = "pebble"
-position = "0.2 0.2 0 m"
+position = "0.2 0.2 0.05 m"
 velocity = "0 0 -3 m/s"
 
 [[fills]]
