@@ -49,8 +49,8 @@ shape = "cube"
 position = "0 0 30.5 mm"
 [[particles]]
 shape = "pebble"
-position = "0.2 0.2 0.05 m"
-velocity = "0 0 -3 m/s"
+position = "0.14 0.2 0.05 m"
+velocity = "8 0 0 m/s"
 
 [[fills]]
 shape = "pebble"

@@ -385,16 +385,16 @@ class ResultsMutator {
     }
     const std::pair<const char*, const char*> edits[] = {
         {"count = 2", "count = 3"},
-        {"name = 'high'", "name = 'low2'"},
-        {"name = 'side'", "name = 'x'"},
+        {"name = \"high\"", "name = \"low2\""},
+        {"name = \"side\"", "name = \"x\""},
         {"batches = 2", "batches = 1"},
         {"pairs = [ [ 0, 1 ] ]", "pairs = [ [ 1, 2 ] ]"},
-        {"'pebble'", "'cube'"},
-        {"name = 'arm'", "name = 'leg'"},
-        {"name = 'panel'", "name = 'wall'"},
+        {"\"pebble\"", "\"cube\""},
+        {"name = \"arm\"", "name = \"leg\""},
+        {"name = \"panel\"", "name = \"wall\""},
         {"columns = 2", "columns = 5"},
         {"turns_freely = true", "turns_freely = false"},
-        {"name = 'hold'", "name = 'end'"}};
+        {"name = \"hold\"", "name = \"end\""}};
     const auto& [from, to] = edits[draw_(std::size(edits))];
     const std::size_t at = text.find(from);
     if (at == std::string::npos) return "the case stays";
