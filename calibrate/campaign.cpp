@@ -17,7 +17,8 @@ std::vector<double> Point::finished(const ResponseId& response) const {
   for (const JobResult& r : results[response.experiment]) {
     if (r.status != JobStatus::finished) continue;
     for (const Response& candidate : r.responses)
-      if (candidate.name == response.name && std::isfinite(candidate.value.at(0)))
+      if (candidate.name == response.name && candidate.value.size() == 1 &&
+          std::isfinite(candidate.value[0]))
         values.push_back(candidate.value[0]);
   }
   return values;

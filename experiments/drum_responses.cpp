@@ -59,8 +59,8 @@ Angles angles_of(const Recording& recording, std::size_t index, const Case& c, c
         placed_mesh(frame, k, c.model.shapes[static_cast<std::size_t>(particle.shape)]);
     for (const Vec3& vertex : placed.mesh->vertices) {
       const Vec3 at = placed.pose * vertex;
-      const int column =
-          static_cast<int>(std::floor((section.u(at) + kMiddle * section.radius) / step));
+      const int column = static_cast<int>(std::clamp(
+          std::floor((section.u(at) + kMiddle * section.radius) / step), -1.0, 1.0 * columns));
       if (column < 0 || column >= columns) continue;
       double& height = top[static_cast<std::size_t>(column)];
       height = std::max(height, section.v(at));

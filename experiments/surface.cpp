@@ -8,6 +8,9 @@
 namespace firn {
 namespace {
 
+// A number of a cell; of what is far away, one outside of any grid.
+int cell(double number) { return static_cast<int>(std::clamp(number, -1e9, 1e9)); }
+
 // Calls visit(i, j, z) for every cell whose middle lies on the triangle in plan. Corners in cell
 // units (x, y) and metres (z).
 template <class Visit>
@@ -17,10 +20,10 @@ void scan_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const PlanGrid& 
   if (area == 0) return;  // seen edge-on: its neighbours cover the cell
   const auto [u_min, u_max] = std::minmax({a.x(), b.x(), c.x()});
   const auto [v_min, v_max] = std::minmax({a.y(), b.y(), c.y()});
-  const int i_first = std::max(0, static_cast<int>(std::ceil(u_min - 0.5)));
-  const int i_last = std::min(grid.nx - 1, static_cast<int>(std::floor(u_max - 0.5)));
-  const int j_first = std::max(0, static_cast<int>(std::ceil(v_min - 0.5)));
-  const int j_last = std::min(grid.ny - 1, static_cast<int>(std::floor(v_max - 0.5)));
+  const int i_first = std::max(0, cell(std::ceil(u_min - 0.5)));
+  const int i_last = std::min(grid.nx - 1, cell(std::floor(u_max - 0.5)));
+  const int j_first = std::max(0, cell(std::ceil(v_min - 0.5)));
+  const int j_last = std::min(grid.ny - 1, cell(std::floor(v_max - 0.5)));
   // Barycentric coordinates; the small slack closes the cracks between triangles.
   constexpr double slack = -1e-12;
   for (int i = i_first; i <= i_last; ++i) {
@@ -84,10 +87,10 @@ std::vector<ColumnSpan> column_spans(const PlacedMesh& body, const PlanGrid& gri
   if (u_max < 0 || v_max < 0 || u_min > grid.nx || v_min > grid.ny) return {};
 
   // Spans of the body's own rectangle of cells, then only those that were hit.
-  const int i_first = std::max(0, static_cast<int>(std::floor(u_min)));
-  const int i_last = std::min(grid.nx - 1, static_cast<int>(std::floor(u_max)));
-  const int j_first = std::max(0, static_cast<int>(std::floor(v_min)));
-  const int j_last = std::min(grid.ny - 1, static_cast<int>(std::floor(v_max)));
+  const int i_first = std::max(0, cell(std::floor(u_min)));
+  const int i_last = std::min(grid.nx - 1, cell(std::floor(u_max)));
+  const int j_first = std::max(0, cell(std::floor(v_min)));
+  const int j_last = std::min(grid.ny - 1, cell(std::floor(v_max)));
   const int across = j_last - j_first + 1;
   std::vector<ColumnSpan> spans(static_cast<std::size_t>((i_last - i_first + 1) * across),
                                 ColumnSpan{0, 0, huge, -huge});

@@ -25,7 +25,8 @@ constexpr std::size_t kMapTriangles = 24'000;
 
 // Whole micrometres and microseconds: shorter, and no eye sees less.
 Json micro(double value) {
-  return std::isfinite(value) ? Json(std::llround(value * 1e6)) : Json(nullptr);
+  return std::isfinite(value) ? Json(std::llround(std::clamp(value * 1e6, -9e18, 9e18)))
+                              : Json(nullptr);
 }
 Json micro(const std::vector<double>& values) {
   Json all = Json::array();

@@ -2,6 +2,8 @@
 // library ends in one line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <cstring>
@@ -143,6 +145,19 @@ TEST_F(DamagedResults, EndInOneLine) { try_members(1, 150); }
 using DamagedResultsLong = DamagedResults;
 TEST_F(DamagedResultsLong, EndInOneLine) { try_members(1000000, 6000); }
 
+// Gives a file the attribute without which no reader goes on to its objects; in a process of its
+// own, as the library may crash over it.
+void mark_as_results(const std::string& file) {
+  const pid_t child = fork();
+  if (child == 0) {
+    test::ResultsMutator(file, [](std::size_t) {
+      return std::size_t{0};
+    }).set_text("/", "firn_version", "0.1.0");
+    _exit(0);
+  }
+  waitpid(child, nullptr, 0);
+}
+
 // The malformed files of the library's own tests: scripts/fetch-hdf5-corpus.sh.
 TEST_F(DamagedResultsLong, CorpusOfTheLibraryEndsInOneLine) {
   const char* const corpus = std::getenv("FIRN_HDF5_CORPUS");
@@ -154,9 +169,12 @@ TEST_F(DamagedResultsLong, CorpusOfTheLibraryEndsInOneLine) {
     const std::string name = entry.path().filename().string();
     fs::copy_file(entry.path(), folder_.path() / name, fs::copy_options::overwrite_existing);
     expect_promise(name, {"measure", name});
+    mark_as_results((folder_.path() / name).string());
+    expect_promise(name, {"measure", name});
   }
+  std::printf("%d files, %d crashes of the checking process\n", files, crashes_);
   EXPECT_GT(files, 100);
-  EXPECT_EQ(statuses_[2], files);
+  EXPECT_EQ(statuses_[2], 2 * files);
 }
 
 // Scripts in place of the program show what becomes of it.
