@@ -40,7 +40,8 @@ Angles angles_of(const Recording& recording, std::size_t index, const Case& c, c
                  const Section& section) {
   const Frame frame = recording.frame(index);
   const std::vector<double> mass = recording.mass();
-  const int columns = std::max(4, static_cast<int>(2 * kMiddle * section.radius / section.width));
+  const int columns =
+      std::max(4, static_cast<int>(std::min(2 * kMiddle * section.radius / section.width, 1e6)));
   const double step = 2 * kMiddle * section.radius / columns;
   std::vector<double> x, top;
   for (int i = 0; i < columns; ++i) {

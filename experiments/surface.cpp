@@ -1,5 +1,7 @@
 #include "experiments/surface.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -59,7 +61,14 @@ Eigen::ArrayXXd erode_rows(const Eigen::ArrayXXd& z, int half) {
 }  // namespace
 
 PlanGrid PlanGrid::between(double x_from, double x_to, double y_from, double y_to, double step) {
-  assert(step > 0 && x_from != x_to && y_from != y_to);
+  assert(step > 0);
+  constexpr double kMostCells = 1e8;
+  const double across = std::abs(x_to - x_from), along = std::abs(y_to - y_from);
+  if (!(across > 0 && along > 0 && across / step * (along / step) <= kMostCells))
+    throw InputError(
+        fmt::format("a surface of {:.4g} m by {:.4g} m cannot be measured in cells of {:.4g} m; "
+                    "expected at most {:g} cells",
+                    across, along, step, kMostCells));
   PlanGrid grid;
   grid.corner_x = x_from;
   grid.corner_y = y_from;

@@ -23,7 +23,8 @@ struct PlanGrid {
   double step_x = 0, step_y = 0;      // m
   int nx = 0, ny = 0;
 
-  // Cells of about `step` between two corners, an exact number of them each way.
+  // Cells of about `step` between two corners, an exact number of them each way. Throws InputError
+  // for more than 1e8 of them.
   static PlanGrid between(double x_from, double x_to, double y_from, double y_to, double step);
   double x(int i) const { return corner_x + (i + 0.5) * step_x; }
   double y(int j) const { return corner_y + (j + 0.5) * step_y; }
