@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <random>
@@ -144,6 +145,51 @@ TEST_F(DamagedResults, EndInOneLine) { try_members(1, 150); }
 
 using DamagedResultsLong = DamagedResults;
 TEST_F(DamagedResultsLong, EndInOneLine) { try_members(1000000, 6000); }
+
+// Every command that opens results files, over files that break the schema.
+TEST_F(DamagedResults, AreNamedByEveryCommand) {
+  const std::string whole = (folder_.path() / "whole.h5").string();
+  test::run_full_case(whole);
+  const auto draw = [](std::size_t) { return std::size_t{0}; };
+  const std::vector<std::pair<std::string, std::function<void(test::ResultsMutator&)>>> changes = {
+      {"/bonds/a: has 2 entries; expected 1, as /bonds/name",
+       [](auto& m) { m.replace("/bonds/a", {2}, H5T_NATIVE_INT); }},
+      {"/particles/mass: entry 0 is -26; expected a finite number above 0",
+       [](auto& m) { m.overwrite("/particles/mass", 0, 1, -26); }},
+      {"groups deep; expected at most 32", [](auto& m) { m.nest_groups("/deep", 5000); }},
+      {"/stages/start: has no values and no shape; expected [S]",
+       [](auto& m) { m.replace("/stages/start", {}, H5T_NATIVE_DOUBLE, H5S_NULL); }},
+  };
+  std::string start = test::kFullCase;
+  start.replace(start.find("[[particles]]"),
+                start.find("[[motion_frames]]") - start.find("[[particles]]"),
+                "[start]\nfile = \"bad.h5\"\n");
+  start.resize(start.find("[[bonds]]"));
+  folder_.write("start.toml", start);
+  for (const auto& [message, change] : changes) {
+    fs::copy_file(whole, folder_.path() / "bad.h5", fs::copy_options::overwrite_existing);
+    {
+      test::ResultsMutator mutator((folder_.path() / "bad.h5").string(), draw);
+      change(mutator);
+    }
+    for (const std::vector<std::string>& arguments :
+         std::vector<std::vector<std::string>>{{"measure", "bad.h5"},
+                                               {"export", "bad.h5", "--to", "csv"},
+                                               {"export", "bad.h5", "--to", "vtk"},
+                                               {"export", "bad.h5", "--to", "png"},
+                                               {"report", "bad.h5"},
+                                               {"contacts", "bad.h5", "--time", "2 ms"},
+                                               {"run", "--resume", "bad.h5"},
+                                               {"run", "start.toml", "-o", "new.h5"}}) {
+      const Outcome o = folder_.firn(arguments);
+      EXPECT_EQ(o.status, 2) << arguments[0] << " " << o.err;
+      EXPECT_EQ(lines(o.err), 1u) << o.err;
+      EXPECT_THAT(o.err, HasSubstr("bad.h5"));
+      EXPECT_THAT(o.err, HasSubstr(message)) << arguments[0];
+    }
+  }
+  EXPECT_EQ(fs::exists(folder_.path() / "new.h5"), false);
+}
 
 // Gives a file the attribute without which no reader goes on to its objects; in a process of its
 // own, as the library may crash over it.

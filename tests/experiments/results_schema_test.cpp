@@ -11,6 +11,7 @@
 #include <random>
 #include <set>
 
+#include "experiments/checkpoint.h"
 #include "experiments/recording.h"
 #include "experiments/statistics_tables.h"
 #include "tests/experiments/results_folder.h"
@@ -326,6 +327,35 @@ TEST_F(ResultsSchema, RefusesAFileOfAnotherCase) {
               HasSubstr("/particles/id: has 7 entries; expected 8, the particles of the case"));
   EXPECT_THAT(with_case("name = \"high\"", "name = \"top\""),
               HasSubstr("/gates/name: entry 1 is \"high\"; expected \"top\""));
+}
+
+// Lengths and numbers of a checkpoint before the solver's own bytes, under a hash that fits.
+TEST_F(ResultsSchema, GoesOnFromNoCheckpointWithListsOfOtherLengths) {
+  const std::string file = path("resumed.h5");
+  int refused = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    std::mt19937_64 random(seed);
+    fs::copy_file(half(), file, fs::copy_options::overwrite_existing);
+    {
+      hdf5::File open = hdf5::File::open(file, hdf5::File::Access::write);
+      Checkpoint newest = read_checkpoints(open).front();
+      remove_checkpoints(open);
+      const std::uint64_t value = random() % 3 ? random() % 20 : random();
+      const std::size_t word = random() % 120;
+      std::memcpy(newest.payload.data() + 8 * word, &value, sizeof(value));
+      ++newest.sequence;
+      write_checkpoint(open, newest);
+    }
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    RunOptions options;
+    try {
+      resume(file, options);
+    } catch (const InputError& e) {
+      ++refused;
+      EXPECT_THAT(e.what(), HasSubstr(file));
+    }
+  }
+  EXPECT_GT(refused, 5);
 }
 
 // One to three changes of a good file: refused in one line, or read with finite results.
