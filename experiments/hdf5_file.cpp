@@ -5,6 +5,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -393,49 +394,65 @@ void check_chunk(const Chunk& c, const Storage& s, std::size_t row, hsize_t file
     throw Error(fmt::format("{}: the chunk of row {} does not fit its rows", path, row));
 }
 
-// The values of one compressed chunk. The library checks neither that they are enough nor that the
-// filters were applied; so the bytes are unpacked here.
-void unpack_chunk(hid_t dataset, const Storage& s, std::size_t row, const Chunk& c,
-                  const std::string& path, std::vector<unsigned char>& packed,
-                  std::vector<unsigned char>& shuffled, std::vector<unsigned char>& values) {
-  packed.resize(c.size);
-  shuffled.resize(s.chunk_bytes);
-  values.resize(s.chunk_bytes);
-  std::vector<hsize_t> offset(s.chunk.size(), 0);
-  offset[0] = row;
-  std::uint32_t skipped = 0;
-  check(H5Dread_chunk(dataset, H5P_DEFAULT, offset.data(), &skipped, packed.data()),
-        "read " + path);
-  uLongf size = shuffled.size();
-  if (c.skipped == kDeflateSkipped) {
-    shuffled = packed;
-  } else if (uncompress(shuffled.data(), &size, packed.data(), packed.size()) != Z_OK ||
-             size != shuffled.size()) {
-    throw Error(fmt::format("{}: the compressed values of row {} are damaged", path, row));
-  }
-  const std::size_t count = s.chunk_bytes / s.element;
-  for (std::size_t byte = 0; byte < s.element; ++byte)
-    for (std::size_t i = 0; i < count; ++i)
-      values[i * s.element + byte] = shuffled[byte * count + i];
-}
+// The bytes of one chunk, as many as its rows have. The library checks neither that a chunk holds
+// them all nor that its filters were applied; so they are unpacked here.
+class ChunkReader {
+ public:
+  ChunkReader(hid_t dataset, const Storage& storage, const std::string& path)
+      : dataset_(dataset), storage_(storage), path_(path), values_(storage.chunk_bytes) {}
 
-// Rows [first, first + count) of a table whose rows are compressed.
-void read_packed(hid_t dataset, const Storage& s, std::size_t first, std::size_t count,
-                 hsize_t file_size, const std::string& path, double* out) {
+  const std::vector<unsigned char>& read(std::size_t row, const Chunk& c) {
+    stored_.resize(c.size);
+    std::vector<hsize_t> offset(storage_.chunk.size(), 0);
+    offset[0] = row;
+    std::uint32_t skipped = 0;
+    check(H5Dread_chunk(dataset_, H5P_DEFAULT, offset.data(), &skipped, stored_.data()),
+          "read " + path_);
+    if (!storage_.packed) return stored_;
+    uLongf size = storage_.chunk_bytes;
+    shuffled_.resize(size);
+    if (c.skipped == kDeflateSkipped) {
+      shuffled_ = stored_;
+    } else if (uncompress(shuffled_.data(), &size, stored_.data(), stored_.size()) != Z_OK ||
+               size != shuffled_.size()) {
+      throw Error(fmt::format("{}: the compressed values of row {} are damaged", path_, row));
+    }
+    const std::size_t count = storage_.chunk_bytes / storage_.element;
+    for (std::size_t byte = 0; byte < storage_.element; ++byte)
+      for (std::size_t i = 0; i < count; ++i)
+        values_[i * storage_.element + byte] = shuffled_[byte * count + i];
+    return values_;
+  }
+
+ private:
+  hid_t dataset_;
+  const Storage& storage_;
+  const std::string& path_;
+  std::vector<unsigned char> stored_, shuffled_, values_;
+};
+
+// Rows [first, first + count) of a dataset in chunks, as they are in the file.
+void read_chunks(hid_t dataset, const Storage& s, std::size_t first, std::size_t count,
+                 hsize_t file_size, const std::string& path, unsigned char* to) {
   const std::size_t rows = s.chunk[0], row_bytes = s.chunk_bytes / rows;
-  std::vector<unsigned char> packed, shuffled, values;
-  auto* to = reinterpret_cast<unsigned char*>(out);
+  ChunkReader reader(dataset, s, path);
   for (std::size_t row = first; row < first + count;) {
     const std::size_t start = row / rows * rows, take = std::min(start + rows, first + count) - row;
     const Chunk c = chunk_at(dataset, start, s.chunk.size(), path);
     if (c.address == HADDR_UNDEF)
       throw Error(fmt::format("{}: row {} was never written", path, row));
     check_chunk(c, s, start, file_size, path);
-    unpack_chunk(dataset, s, start, c, path, packed, shuffled, values);
-    std::memcpy(to, values.data() + (row - start) * row_bytes, take * row_bytes);
+    std::memcpy(to, reader.read(start, c).data() + (row - start) * row_bytes, take * row_bytes);
     to += take * row_bytes;
     row += take;
   }
+}
+
+// Whether the file has the bytes of this type, with nothing to convert.
+template <class T>
+bool is_kept_as(hid_t dataset) {
+  const Handle type = own(H5Dget_type(dataset), "read a type");
+  return std::endian::native == std::endian::little && H5Tequal(type.id(), native_type<T>()) > 0;
 }
 
 hsize_t size_of_file(hid_t file) {
@@ -545,7 +562,7 @@ std::vector<Object> File::objects() const {
   return std::move(walk.objects);
 }
 
-std::size_t File::check_storage(const std::string& path) const {
+Stored File::check_storage(const std::string& path) const {
   const Handle dataset = open_dataset(file_.id(), path);
   const Storage s = storage_of(dataset.id(), path);
   const Shape shape = shape_of(dataset.id());
@@ -564,7 +581,7 @@ std::size_t File::check_storage(const std::string& path) const {
       sum += static_cast<double>(c.size);
     }
     if (sum > static_cast<double>(file_size)) throw Error(path + ": has chunks that overlap");
-    return written;
+    return {written, true};
   }
   check_believable(file_.id(), dataset, path);
   const haddr_t address = H5Dget_offset(dataset.id());
@@ -572,7 +589,7 @@ std::size_t File::check_storage(const std::string& path) const {
   if (s.layout == H5D_CONTIGUOUS && address != HADDR_UNDEF &&
       (address > file_size || bytes > file_size - address || bytes < product(shape) * s.element))
     throw Error(path + ": has less space in the file than its values need");
-  return rows;
+  return {rows, false};
 }
 
 Shape File::shape(const std::string& path) const {
@@ -585,9 +602,10 @@ std::vector<T> File::read(const std::string& path) const {
   check_believable(file_.id(), dataset, path);
   const Shape shape = shape_of(dataset.id());
   std::vector<T> values(product(shape));
-  if constexpr (std::is_same_v<T, double>) {
-    if (const Storage s = storage_of(dataset.id(), path); s.packed && !values.empty()) {
-      read_packed(dataset.id(), s, 0, shape[0], size_of_file(file_.id()), path, values.data());
+  if (!values.empty() && is_kept_as<T>(dataset.id())) {
+    if (const Storage s = storage_of(dataset.id(), path); s.layout == H5D_CHUNKED) {
+      read_chunks(dataset.id(), s, 0, shape[0], size_of_file(file_.id()), path,
+                  reinterpret_cast<unsigned char*>(values.data()));
       return values;
     }
   }
@@ -623,9 +641,12 @@ std::vector<double> File::read_rows(const std::string& path, std::size_t first,
   shape[0] = count;
   std::vector<double> values(product(shape));
   if (values.empty()) return values;
-  if (const Storage s = storage_of(dataset.id(), path); s.packed) {
-    read_packed(dataset.id(), s, first, count, size_of_file(file_.id()), path, values.data());
-    return values;
+  if (is_kept_as<double>(dataset.id())) {
+    if (const Storage s = storage_of(dataset.id(), path); s.layout == H5D_CHUNKED) {
+      read_chunks(dataset.id(), s, first, count, size_of_file(file_.id()), path,
+                  reinterpret_cast<unsigned char*>(values.data()));
+      return values;
+    }
   }
   const Handle selected = select_rows(dataset.id(), first, count);
   const Handle memory = dataspace({values.size()});
@@ -633,26 +654,6 @@ std::vector<double> File::read_rows(const std::string& path, std::size_t first,
                 values.data()),
         "read " + path);
   return values;
-}
-
-std::size_t File::rows_written(const std::string& path) const {
-  const Handle dataset = open_dataset(file_.id(), path);
-  const Shape shape = shape_of(dataset.id());
-  if (shape.empty()) throw Error(path + " has no rows");
-  const Handle layout = own(H5Dget_create_plist(dataset.id()), "read the layout of " + path);
-  if (H5Pget_layout(layout.id()) != H5D_CHUNKED) return shape[0];
-  std::vector<hsize_t> chunk(shape.size()), offset(shape.size(), 0);
-  check(H5Pget_chunk(layout.id(), static_cast<int>(chunk.size()), chunk.data()),
-        "read the layout of " + path);
-  for (; offset[0] < shape[0]; offset[0] += chunk[0]) {
-    haddr_t address = HADDR_UNDEF;
-    hsize_t size = 0;
-    unsigned filters = 0;
-    check(H5Dget_chunk_info_by_coord(dataset.id(), offset.data(), &filters, &address, &size),
-          "look for the rows of " + path);
-    if (address == HADDR_UNDEF) return offset[0];
-  }
-  return shape[0];
 }
 
 template <class T>

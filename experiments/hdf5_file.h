@@ -57,6 +57,11 @@ struct Object {
   bool has_space = true;  // false: a null dataspace, which has neither shape nor values
   Shape shape;
 };
+// What a file has of the values of a dataset.
+struct Stored {
+  std::size_t rows = 0;  // leading rows that are there; all of a dataset without chunks
+  bool in_chunks = false;
+};
 struct Attribute {
   Type type = Type::other;
   bool has_space = true;
@@ -99,23 +104,18 @@ class File {
   std::vector<Object> objects() const;
   // Throws Error unless the values of a dataset are inside the file and take the space that its
   // shape needs: no external or virtual storage, no filters but shuffle and deflate, chunks of
-  // whole rows that do not overlap. Reads no values. Returns the leading rows whose values are in
-  // the file; for a dataset without chunks, all.
-  std::size_t check_storage(const std::string& path) const;
+  // whole rows that do not overlap. Reads no values.
+  Stored check_storage(const std::string& path) const;
   Shape shape(const std::string& path) const;
 
   // Whole datasets, row-major.
   template <class T>
   std::vector<T> read(const std::string& path) const;
   std::vector<std::string> read_strings(const std::string& path) const;
-  // Rows [first, first + count) of a dataset of doubles. Throws Error where a compressed chunk does
-  // not hold exactly its rows.
+  // Rows [first, first + count) of a dataset of doubles. Throws Error where a chunk does not hold
+  // exactly its rows, or was never written.
   std::vector<double> read_rows(const std::string& path, std::size_t first,
                                 std::size_t count) const;
-  // How many leading rows of a table have their values in the file. Fewer than its shape says when
-  // its writer was killed in the middle of a flush: the others would read as not-a-number.
-  std::size_t rows_written(const std::string& path) const;
-
   // Creates the dataset and its groups, or overwrites one of the same shape in place.
   template <class T>
   void write(const std::string& path, const Shape& shape, std::span<const T> values);

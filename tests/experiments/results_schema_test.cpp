@@ -284,8 +284,7 @@ TEST_F(ResultsSchema, RefusesMoreValuesThanTheFileHolds) {
 }
 
 TEST_F(ResultsSchema, RefusesACompressedChunkThatIsTooShort) {
-  // A frame table with rows of 4 KiB: 200 particles of the small run's shape would do; here the
-  // table is replaced by one whose only chunk holds less than a row.
+  // In place of the table of a large run: one whose chunks hold less than their rows.
   const std::string e = error_after(whole(), [](test::ResultsMutator& m) {
     const auto shape = m.shape_of("/frames/position");
     m.remove("/frames/position");
@@ -305,14 +304,7 @@ TEST_F(ResultsSchema, RefusesACompressedChunkThatIsTooShort) {
       H5Dwrite_chunk(made, H5P_DEFAULT, 0, offset, sizeof(zip), zip);
     }
   });
-  EXPECT_EQ(e, "");
-  const Recording recording(path("changed.h5"));
-  try {
-    recording.frame(0);
-    FAIL() << "expected an error";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("/frames/position: the compressed values of row 0 are "));
-  }
+  EXPECT_THAT(e, HasSubstr("/frames/position: the compressed values of row 0 are damaged"));
 }
 
 TEST_F(ResultsSchema, RefusesAFileOfAnotherCase) {
