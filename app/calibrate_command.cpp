@@ -9,10 +9,10 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
-#include "app/interrupt.h"
 #include "calibrate/study.h"
 #include "experiments/batch/execution.h"
 #include "experiments/batch/slurm_executor.h"
+#include "experiments/interruption.h"
 #include "experiments/material_database.h"
 #include "experiments/terminal.h"
 #include "experiments/units.h"
@@ -114,7 +114,7 @@ int run_study(const Arguments& a) {
   options.memory_limit = parsed("--memory-limit", a.memory_limit, parse_memory);
   options.json_progress = a.batch.progress == "json";
   options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interrupt_flag();
+  options.interrupt = &interruption::requested();
   const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
   draw_example(summary);
@@ -185,8 +185,9 @@ void add_slurm_task_command(CLI::App& app, int& status) {
   command->group("");  // nothing that people would type
   command->add_option("LIST", *list)->required()->type_name("");
   command->add_option("INDEX", *index)->required()->type_name("");
-  command->callback(
-      [list, index, &status] { status = run_slurm_task(*list, *index, &interrupt_flag()); });
+  command->callback([list, index, &status] {
+    status = run_slurm_task(*list, *index, &interruption::requested());
+  });
 }
 
 }  // namespace firn

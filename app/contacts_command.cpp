@@ -12,8 +12,8 @@
 #include "app/contacts_text.h"
 #include "app/default_threads.h"
 #include "app/exit_status.h"
-#include "app/interrupt.h"
 #include "app/progress_meter.h"
+#include "experiments/interruption.h"
 #include "experiments/recording.h"
 #include "experiments/replay.h"
 #include "experiments/terminal.h"
@@ -141,7 +141,7 @@ bool simulate(const Arguments& a, const Source& source, ReplayOptions options, c
   const double dt = source.c.model.timestep;
   ProgressMeter meter(dt);
   options.threads = a.threads > 0 ? a.threads : default_threads();
-  options.interrupt = &interrupt_flag();
+  options.interrupt = &interruption::requested();
   if (!a.quiet) options.progress = [&](const Progress& p) { meter.show(p); };
   const Replay replayed = source.recorded ? replay(a.file, options) : replay(source.c, options);
   meter.finish();

@@ -8,7 +8,7 @@ struct ExitStatus {
   static constexpr int failed = 1;     // the run went wrong
   static constexpr int bad_input = 2;  // or usage
   static constexpr int requirement_missed = 3;
-  static constexpr int interrupted = 130;  // state saved
+  static constexpr int interrupted = 130;  // what was finished or saved is kept
 };
 
 }  // namespace firn

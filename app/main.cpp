@@ -13,6 +13,7 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "experiments/interruption.h"
 #include "experiments/results_guard.h"
 #include "experiments/terminal.h"
 #include "experiments/version.h"
@@ -47,6 +48,8 @@ void set_up_logging() {
 std::string one_line(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
   std::replace(text.begin(), text.end(), '\n', ' ');
+  constexpr std::size_t kMost = 4000;  // what a file quotes can be of any length
+  if (text.size() > kMost) text = text.substr(0, kMost) + " ...";
   return text;
 }
 
@@ -98,7 +101,8 @@ int main_program(int argc, char** argv) {
   app.footer(
       "Exit status: 0 done, 1 the run failed, 2 bad input or usage, 3 a --require bound was "
       "missed,\n"
-      "130 interrupted with the state saved. Results go to standard output, the rest to standard\n"
+      "130 interrupted; what was finished or saved is kept. Results go to standard output, the "
+      "rest to standard\n"
       "error. `firn COMMAND --help` explains one command.");
   add_run_command(app, status);
   add_measure_command(app, status);
@@ -133,5 +137,6 @@ int main_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   // A file that reaches the limit of its size is an error of the write, not a sudden death.
   std::signal(SIGXFSZ, SIG_IGN);
+  firn::interruption::install();
   return firn::main_program(argc, argv);
 }

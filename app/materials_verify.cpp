@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
+#include <optional>
 
-#include "app/interrupt.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
+#include "experiments/interruption.h"
 #include "experiments/run.h"
 #include "experiments/sha256.h"
 #include "experiments/terminal.h"
@@ -28,6 +29,7 @@ class Scratch {
     std::string name = (fs::temp_directory_path() / "firn-replay-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw RunError("cannot make a folder for the replay");
     path_ = name;
+    temporary_.emplace(name);
   }
   ~Scratch() {
     std::error_code ignored;
@@ -39,15 +41,17 @@ class Scratch {
 
  private:
   fs::path path_;
+  std::optional<interruption::Temporary> temporary_;
 };
 
 RecordCheck check_file(const std::string& record, const RawData& data) {
   RecordCheck check{record, fmt::format("{} {}", data.what, data.file), Finding::holds, ""};
-  std::ifstream in(data.file, std::ios::binary);
-  if (!in.is_open() || fs::is_directory(data.file)) {
+  std::error_code error;
+  if (!fs::is_regular_file(data.file, error)) {
     check.finding = Finding::unknown;
     check.detail = "is not here";
-  } else if (sha256(std::string(std::istreambuf_iterator<char>(in), {})) != data.sha256) {
+  } else if (sha256(read_input_file(data.file, "raw data", input_limits::raw_data_bytes)) !=
+             data.sha256) {
     check.finding = Finding::fails;
     check.detail = "is another file now: its hash differs";
   }
@@ -133,7 +137,7 @@ std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
   RunOptions options;
   options.results_file = scratch.file("run.h5");
   options.threads = threads;
-  options.interrupt = &interrupt_flag();
+  options.interrupt = &interruption::requested();
   print_lines(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), anchor.name,
               simulated.experiment.empty() ? "" : ", ", simulated.experiment, seed);
   const RunSummary summary = run(c, options);

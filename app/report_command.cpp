@@ -3,13 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "experiments/terminal.h"
+#include "reports/json_values.h"
 #include "reports/run_page.h"
 #include "reports/study_page.h"
 #include "reports/validation_page.h"
@@ -33,8 +33,7 @@ struct Report {
 
 // Studies and validations leave files of one name.
 bool is_study(const fs::path& results) {
-  std::ifstream stream(results);
-  const auto json = nlohmann::json::parse(stream, nullptr, false);
+  const Json json = read_results_json(results.string());
   return json.is_object() && json.contains("study");
 }
 

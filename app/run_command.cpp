@@ -16,10 +16,10 @@
 #include "app/commands.h"
 #include "app/default_threads.h"
 #include "app/exit_status.h"
-#include "app/interrupt.h"
 #include "app/progress_meter.h"
 #include "app/report_text.h"
 #include "app/shape_facts.h"
+#include "experiments/interruption.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
 #include "experiments/run_health.h"
@@ -257,7 +257,7 @@ int run_case(const Arguments& a) {
 
   RunOptions options;
   options.threads = a.threads > 0 ? a.threads : default_threads();
-  options.interrupt = &interrupt_flag();
+  options.interrupt = &interruption::requested();
   ProgressMeter meter(c.model.timestep);
   if (!a.quiet) options.progress = [&](const Progress& progress) { meter.show(progress); };
   const bool resuming = !a.resume_file.empty();

@@ -7,8 +7,8 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
-#include "app/interrupt.h"
 #include "experiments/batch/sweep.h"
+#include "experiments/interruption.h"
 #include "experiments/terminal.h"
 
 namespace firn {
@@ -29,7 +29,7 @@ int run_sweep(const Arguments& a) {
   options.store = a.batch.store_file();
   options.json_progress = a.batch.progress == "json";
   options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interrupt_flag();
+  options.interrupt = &interruption::requested();
   const SweepResult r = sweep(options);
   if (r.interrupted) {
     print_lines(stderr,

@@ -7,7 +7,7 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
-#include "app/interrupt.h"
+#include "experiments/interruption.h"
 #include "experiments/terminal.h"
 #include "reports/validation_page.h"
 #include "validation/validate.h"
@@ -39,7 +39,7 @@ int run_suite(const Arguments& a) {
   options.store = a.batch.store_file();
   options.json_progress = a.batch.progress == "json";
   options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interrupt_flag();
+  options.interrupt = &interruption::requested();
   const Validation v = validate(options);
   if (v.interrupted) {
     print_lines(stderr,

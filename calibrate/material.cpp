@@ -9,12 +9,12 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <set>
 
 #include "calibrate/print.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/measurement.h"
 #include "experiments/sha256.h"
 #include "experiments/version.h"
@@ -147,9 +147,7 @@ std::vector<std::string> materials_of(const Study& study) {
 }
 
 std::string file_hash(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in.is_open()) throw RunError(fmt::format("{}: cannot be read for its hash", file));
-  return sha256(std::string(std::istreambuf_iterator<char>(in), {}));
+  return sha256(read_input_file(file, "a file to take the hash of", input_limits::raw_data_bytes));
 }
 
 void collect(const toml::table& table, const std::string& path, std::vector<std::string>& out) {

@@ -10,6 +10,7 @@
 #include "calibrate/direct.h"
 #include "calibrate/material.h"
 #include "experiments/batch/batch_folder.h"
+#include "experiments/interruption.h"
 #include "experiments/terminal.h"
 #include "experiments/text_encoding.h"
 
@@ -137,6 +138,8 @@ StudySummary calibrate(const StudyOptions& options) {
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
   if (!options.save.name.empty()) require_material(study);
   BatchFolder batch = open_folder(study, options, directory);
+  const interruption::Advice advice(fmt::format(
+      "everything finished is kept in {}: the same command goes on from there", directory));
   Campaign campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
                     batch.runs(), options.interrupt);
   Answer answer;

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "calibrate/budget.h"
 #include "experiments/bench_tests.h"
 #include "experiments/case_materials.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
@@ -356,14 +356,9 @@ const char* to_string(DirectSearch search) {
 }
 
 Study read_study(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw InputError(fmt::format("{}: cannot be read; expected a study file (TOML)", file));
-  std::ostringstream text;
-  text << in.rdbuf();
-
   Study study;
   study.source = file;
-  study.text = text.str();
+  study.text = read_input_file(file, "a study file (TOML)", input_limits::toml_bytes);
   TomlDocument document(study.text, file);
   const TomlTable root = TomlTable::root(document);
   root.allow({"study", "experiments", "budget", "parameters", "targets", "observe", "compare",

@@ -171,10 +171,12 @@ void Surrogate::fit() {
   upper.segment(1, lengths).setConstant(std::log(most_length));
   const Minimum best = minimize([this](const VectorXd& p) { return objective(p); }, lower, upper,
                                 60 * static_cast<int>(count));
-  most_likely_ = member(best.x);
+  // Nothing but NaN: data that no form explains, such as values from 1e-300 to 1e300.
+  const VectorXd start = best.x.size() == count ? best.x : VectorXd((lower + upper) / 2);
+  most_likely_ = member(start);
   // Metropolis's walk through the posterior, one hyperparameter at a time.
   std::mt19937_64 random(5489);
-  VectorXd p = best.x;
+  VectorXd p = start;
   double here = objective(p);
   for (int i = 1; i <= members * sweeps; ++i) {
     for (Index k = 0; k < count; ++k) {
@@ -313,7 +315,8 @@ Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_varianc
 SurrogateChoice choose_surrogate(const SurrogateData& data) {
   // A process with a length for each parameter asks for more points than a polynomial.
   const bool enough_for_matern = data.y.size() >= 3 * data.u.cols() + 1;
-  const bool positive = data.y.minCoeff() > 0;
+  constexpr double least_of_logarithm = 1e-30;  // the square of one below it may vanish
+  const bool positive = data.y.minCoeff() > least_of_logarithm;
   std::vector<Surrogate> candidates;
   for (const bool logarithm : {false, true}) {
     if (logarithm && !positive) continue;

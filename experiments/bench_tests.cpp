@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/measurement.h"
 #include "experiments/toml_reader.h"
 
@@ -88,13 +88,8 @@ double BenchResponse::standard_uncertainty(int repeats) const {
 }
 
 std::vector<BenchTest> read_bench_tests(const std::string& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) {
-    throw InputError(fmt::format("{}: cannot be read; expected a file of bench tests", file));
-  }
-  TomlDocument document(text.str(), file);
+  TomlDocument document(read_input_file(file, "a file of bench tests", input_limits::toml_bytes),
+                        file);
   const TomlTable root = TomlTable::root(document);
   root.allow({"tests"});
   std::vector<BenchTest> tests;

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "experiments/case_bonds.h"
 #include "experiments/case_boundaries.h"
@@ -19,6 +17,8 @@
 #include "experiments/case_start.h"
 #include "experiments/case_statistics.h"
 #include "experiments/drained_repose_scene.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/material_application.h"
 #include "experiments/sha256.h"
 #include "experiments/toml_reader.h"
@@ -35,9 +35,9 @@ void read_head(const TomlTable& root, Case& c) {
   c.seed = static_cast<std::uint64_t>(t.integer64("seed", 0));
   c.model.gravity = t.vector("gravity", dimension::acceleration, "0 0 -9.81 m/s^2");
   c.steps_per_quarter_period = t.number("steps_per_quarter_period", c.steps_per_quarter_period);
-  if (!(c.steps_per_quarter_period >= 1)) {
+  if (!(c.steps_per_quarter_period >= 1 && c.steps_per_quarter_period <= 1e6)) {
     t.fail("steps_per_quarter_period",
-           fmt::format("is {}; expected a number of at least 1", c.steps_per_quarter_period));
+           fmt::format("is {}; expected a number from 1 to 1e6", c.steps_per_quarter_period));
   }
   c.automatic_timestep = t.string("timestep", "auto") == "auto";
   if (!c.automatic_timestep) {
@@ -170,6 +170,30 @@ std::vector<Override> in_order_of_file(std::vector<Override> overrides, const to
   return overrides;
 }
 
+// Time must advance, and its steps must be counted: a double resolves k * timestep to far below a
+// step up to here, and more steps take years.
+void check_steps(const TomlTable& root, const Case& c) {
+  constexpr double kMost = 1e12;
+  const double dt = c.model.timestep, steps = c.duration / dt;
+  const TomlTable head = root.table("case");
+  if (steps > kMost)
+    head.fail(c.automatic_timestep ? "duration" : "timestep",
+              fmt::format("{:.3g} s in steps of {:.3g} s ({}) are {:.3g} steps; expected at most "
+                          "{:g}: a duration up to {:.3g} s or a time step of at least {:.3g} s",
+                          c.duration, dt, c.timestep_reason, steps, kMost, kMost * dt,
+                          c.duration / kMost));
+  const auto require_a_step = [&](const TomlTable& t, std::string_view key, double time) {
+    if (time < dt)
+      t.fail(key, fmt::format("is {:.3g} s, shorter than the time step of {:.3g} s ({}); expected "
+                              "at least a step",
+                              time, dt, c.timestep_reason));
+  };
+  require_a_step(head, "duration", c.duration);
+  const std::vector<TomlTable> stages = root.tables("stages");
+  for (std::size_t i = 0; i < std::min(stages.size(), c.stages.size()); ++i)
+    require_a_step(stages[i], "max_duration", c.stages[i].max_duration);
+}
+
 }  // namespace
 
 Case read_case_text(const std::string& text, const std::string& source,
@@ -189,6 +213,9 @@ Case read_case_text(const std::string& text, const std::string& source,
   c.source = source;
   c.material_records = std::move(applied);
   Model& model = c.model;
+  root.require_at_most("materials", input_limits::materials);
+  root.require_at_most("shapes", input_limits::shapes);
+  root.require_at_most("interactions", input_limits::interactions);
   read_head(root, c);
   read_numerics(root, c);
   read_output(root, c);
@@ -228,6 +255,7 @@ Case read_case_text(const std::string& text, const std::string& source,
     model.timestep = advice.timestep;
     c.timestep_reason = advice.reason;
   }
+  check_steps(root, c);
   root.at("", [&] { validate(model); });
   check_timestep(root, c);
   c.resolved = document.text();
@@ -236,12 +264,7 @@ Case read_case_text(const std::string& text, const std::string& source,
 
 Case read_case(const std::string& file, const std::vector<Override>& overrides,
                const MaterialRequest& materials) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in.is_open() || std::filesystem::is_directory(file)) {
-    throw InputError(
-        fmt::format("{}:1: case: the file cannot be opened; expected a case file", file));
-  }
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = read_input_file(file, "a case file", input_limits::toml_bytes);
   const std::string directory = std::filesystem::path(file).parent_path().string();
   return read_case_text(text, file, directory, overrides, materials);
 }
@@ -267,7 +290,9 @@ Override parse_override(const std::string& text) {
 }
 
 std::uint64_t to_steps(const Case& c, double seconds) {
-  return static_cast<std::uint64_t>(std::max(0LL, std::llround(seconds / c.model.timestep)));
+  constexpr double kMost = 1e15;  // beyond the end of every case
+  const double steps = std::clamp(seconds / c.model.timestep, 0.0, kMost);
+  return static_cast<std::uint64_t>(std::llround(steps));
 }
 
 std::string case_hash(const Case& c) { return sha256(c.resolved); }

@@ -5,11 +5,13 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <new>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -33,8 +35,7 @@ class RowReader {
   ~RowReader() { csv_free(&parser_); }
 
   std::vector<CsvRow> read() {
-    std::ifstream in(file_, std::ios::binary);
-    if (!in) throw InputError(file_ + ": cannot be opened; expected a CSV file");
+    std::istringstream in(read_input_file(file_, "a CSV file", input_limits::csv_bytes));
     std::string text;
     while (std::getline(in, text)) {
       ++line_;
@@ -51,8 +52,11 @@ class RowReader {
 
  private:
   static void on_field(void* data, std::size_t size, void* self) {
-    static_cast<RowReader*>(self)->fields_.push_back(
-        trimmed(std::string(static_cast<const char*>(data), size)));
+    auto* reader = static_cast<RowReader*>(self);
+    if (reader->fields_.size() < input_limits::csv_fields)
+      reader->fields_.push_back(trimmed(std::string(static_cast<const char*>(data), size)));
+    else
+      reader->too_many_fields_ = true;  // nothing is thrown through the library
   }
   static void on_row(int, void* self) {
     auto* reader = static_cast<RowReader*>(self);
@@ -61,6 +65,12 @@ class RowReader {
   void feed(const std::string& text) {
     if (csv_parse(&parser_, text.data(), text.size(), on_field, on_row, this) != text.size())
       fail();
+    if (too_many_fields_)
+      throw InputError(fmt::format("{}:{}: CSV: a row has more than {} fields; expected fewer",
+                                   file_, line_, input_limits::csv_fields));
+    if (rows_.size() > input_limits::csv_rows)
+      throw InputError(fmt::format("{}:{}: CSV: has more than {} rows; expected fewer", file_,
+                                   line_, input_limits::csv_rows));
   }
   [[noreturn]] void fail() {
     throw InputError(fmt::format("{}:{}: CSV: {}; expected fields between commas, quotes in pairs",
@@ -70,6 +80,7 @@ class RowReader {
   std::string file_;
   csv_parser parser_{};
   unsigned line_ = 0;
+  bool too_many_fields_ = false;
   std::vector<std::string> fields_;
   std::vector<CsvRow> rows_;
 };

@@ -164,6 +164,7 @@ void Driver::restore() {
       recorder_->with_file(
           [&](hdf5::File& file) { truncate_statistics(file, case_, state_.statistics); });
       checkpoints_ = checkpoint.sequence;
+      advise();
       return;
     } catch (const RunError& e) {
       why = e.what();
@@ -176,6 +177,8 @@ void Driver::restore(const std::vector<std::byte>& payload) { unpack(payload); }
 
 RunSummary Driver::run() {
   RunSummary summary;
+  std::optional<interruption::Polled> polled;
+  if (options_.interrupt) polled.emplace();
   try {
     const std::string ended_by = simulate();
     summary.status = ended_by.empty() ? RunStatus::interrupted : RunStatus::finished;
@@ -211,16 +214,20 @@ RunSummary Driver::run() {
 std::string Driver::simulate() {
   if (options_.progress) report();
   if (!resumed_) {
+    const interruption::NotPolled placing;
     place_start(solver_, case_);
     enter_stage(0);
   }
   while (true) {
     // Nothing of this step has happened yet: the one place where the state is saved.
-    if (options_.interrupt && *options_.interrupt) {
+    const bool interrupted = options_.interrupt && *options_.interrupt;
+    if (interrupted || save_wanted_) {
+      // Before the first step there is nothing that is worth waiting for.
+      std::optional<interruption::NotPolled> nothing_yet;
+      if (solver_.steps() == 0) nothing_yet.emplace();
       save();
-      return {};
     }
-    if (save_wanted_) save();
+    if (interrupted) return {};
     if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
     if (const auto blocked = traffic_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
@@ -315,7 +322,14 @@ void Driver::save() {
     write_checkpoint(file, {++checkpoints_, payload});
     keep_copy(options_.results_file);
   });
+  for (interruption::Temporary& file : unsaved_) file.keep();
+  advise();
   saved_ = Clock::now();
+}
+
+// There is a checkpoint to go on from.
+void Driver::advise() {
+  if (!advice_) advice_.emplace("go on with: firn run --resume " + options_.results_file);
 }
 
 // The same bytes whether or not the run was interrupted on its way: a resumed one writes some

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "experiments/checkpoint.h"
+#include "experiments/interruption.h"
 #include "experiments/recorder.h"
 #include "experiments/results_layout.h"
 #include "experiments/run.h"
@@ -58,6 +60,8 @@ class Driver {
   // Until the case's end, an interruption or a failure, whatever comes first. The file is complete
   // and says how it ended when this returns. Throws InputError for a fill that does not fit.
   RunSummary run();
+  // Files that are worth nothing before the first checkpoint is in them.
+  void set_unsaved(std::span<interruption::Temporary> files) { unsaved_ = files; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -71,6 +75,7 @@ class Driver {
   void record_frame();
   bool look(bool last);  // false: the onlooker has seen enough
   void save();
+  void advise();
   void keep_state();
   void hand_over_statistics(bool at_end);
   void report();
@@ -85,6 +90,8 @@ class Driver {
   const RunOptions& options_;
   Recorder* recorder_;
   Onlooker onlooker_;
+  std::span<interruption::Temporary> unsaved_;
+  std::optional<interruption::Advice> advice_;
   Solver solver_;
   const std::vector<Stage> stages_;
   Traffic traffic_;

@@ -28,6 +28,7 @@ Gnuplot::Gnuplot() {
   std::string name = (parent / "firn-gnuplot-XXXXXX").string();
   if (!mkdtemp(name.data())) throw RunError(fmt::format("{}: no such folder can be made", name));
   folder_ = name;
+  temporary_.emplace(name);
 }
 
 Gnuplot::~Gnuplot() {

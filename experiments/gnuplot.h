@@ -8,8 +8,11 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
+
+#include "experiments/interruption.h"
 
 namespace firn {
 
@@ -43,6 +46,7 @@ class Gnuplot {
 
  private:
   std::filesystem::path folder_;
+  std::optional<interruption::Temporary> temporary_;
 };
 
 }  // namespace firn

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "experiments/input_limits.h"
 #include "experiments/text_encoding.h"
 #include "experiments/toml_reader.h"
 
@@ -29,13 +30,14 @@ std::size_t line_at(std::string_view text, std::size_t byte) {
   return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
 }
 
-struct KeyTwice {
-  std::string key;
+// Stops the parser.
+struct Refused {
+  std::string what;
 };
 
-}  // namespace
-
-Json parse_json(std::string_view text, const std::string& source) {
+template <class Document>
+Document parse_checked(std::string_view text, const std::string& source) {
+  using Event = typename Document::parse_event_t;
   std::vector<std::set<std::string>> keys;  // of the objects that are open
   std::string key;                          // read last
   const auto check_text = [&](const std::string& text, bool one_line) {
@@ -45,34 +47,47 @@ Json parse_json(std::string_view text, const std::string& source) {
       throw InputError(fmt::format("{}: {}: has the character {}; expected printable text", source,
                                    encode::terminal(key), found));
   };
-  const auto watch = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::key) {
-      key = parsed.get<std::string>();
+  const auto watch = [&](int depth, Event event, Document& parsed) {
+    if (depth > input_limits::json_depth)
+      throw Refused{fmt::format("arrays and objects are nested more than {} deep; expected fewer",
+                                input_limits::json_depth)};
+    if (event == Event::key) {
+      key = parsed.template get<std::string>();
       check_text(key, true);
     }
-    if (event == Json::parse_event_t::value && parsed.is_string())
-      check_text(parsed.get_ref<const std::string&>(), key == "name" || key == "title");
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key &&
-        !keys.back().insert(parsed.get_ref<const std::string&>()).second)
-      throw KeyTwice{parsed.get<std::string>()};
+    if (event == Event::value && parsed.is_string())
+      check_text(parsed.template get_ref<const std::string&>(), key == "name" || key == "title");
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    if (event == Event::key && !keys.back().insert(key).second)
+      throw Refused{
+          fmt::format("the key \"{}\" stands twice in one object; expected it once", key)};
+    if (event == Event::key && keys.back().size() > input_limits::json_keys)
+      throw Refused{
+          fmt::format("an object has more than {} keys; expected fewer", input_limits::json_keys)};
     return true;
   };
   try {
-    return Json::parse(text, watch);
-  } catch (const Json::parse_error& e) {
+    return Document::parse(text, watch);
+  } catch (const typename Document::parse_error& e) {
     throw InputError(fmt::format("{}:{}: JSON: no JSON from here on; expected valid JSON in UTF-8",
                                  source, line_at(text, e.byte)));
-  } catch (const Json::exception&) {  // a number beyond all doubles
+  } catch (const typename Document::exception&) {  // a number beyond all doubles
     throw InputError(fmt::format(
         "{}:1: JSON: holds a number that no computer can; expected finite numbers", source));
-  } catch (const KeyTwice& twice) {
-    throw InputError(
-        fmt::format("{}:1: JSON: the key \"{}\" stands twice in one object; expected "
-                    "it once",
-                    source, twice.key));
+  } catch (const Refused& refused) {
+    throw InputError(fmt::format("{}:1: JSON: {}", source, refused.what));
   }
+}
+
+}  // namespace
+
+Json parse_json(std::string_view text, const std::string& source) {
+  return parse_checked<Json>(text, source);
+}
+
+nlohmann::ordered_json parse_ordered_json(std::string_view text, const std::string& source) {
+  return parse_checked<nlohmann::ordered_json>(text, source);
 }
 
 void JsonReader::fail(const std::string& message) const {

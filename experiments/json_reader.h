@@ -12,8 +12,10 @@
 
 namespace firn {
 
-// Throws InputError `SOURCE:LINE: JSON: ...` for text that is no JSON, or that has a key twice.
+// Throws InputError `SOURCE:LINE: JSON: ...` for text that is no JSON, that has a key twice, or
+// that is beyond the limits of input_limits.h.
 nlohmann::json parse_json(std::string_view text, const std::string& source);
+nlohmann::ordered_json parse_ordered_json(std::string_view text, const std::string& source);
 
 // One value of a document, which must outlive it. Everything throws InputError
 // `SOURCE: PATH: what is wrong; what is expected`; missing keys are those that are null, too.

@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/json_reader.h"
 #include "experiments/sha256.h"
 
@@ -409,11 +408,8 @@ std::vector<ReadRecord> read_records_text(std::string_view text, const std::stri
 }
 
 std::vector<ReadRecord> read_records_file(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in.is_open() || std::filesystem::is_directory(file))
-    throw InputError(fmt::format(
-        "{}:1: JSON: the file cannot be opened; expected a file of material records", file));
-  return read_records_text(std::string(std::istreambuf_iterator<char>(in), {}), file);
+  return read_records_text(
+      read_input_file(file, "a file of material records", input_limits::json_bytes), file);
 }
 
 MaterialRecord read_canonical(std::string_view text, const std::string& source) {

@@ -7,9 +7,9 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/small_samples.h"
 #include "experiments/toml_reader.h"
 
@@ -243,13 +243,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
 }
 
 Measurement read_measurement(const std::string& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) {
-    throw InputError(fmt::format("{}: cannot be read; expected a measurement file", file));
-  }
-  return read_measurement_text(text.str(), file);
+  return read_measurement_text(
+      read_input_file(file, "a measurement file", input_limits::toml_bytes), file);
 }
 
 double expected_range(int n) {

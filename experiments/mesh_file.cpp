@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "experiments/input_file.h"
 #include "experiments/obj_file.h"
 #include "experiments/sha256.h"
 
@@ -38,8 +39,8 @@ float little_endian_float(const char* p) { return std::bit_cast<float>(little_en
 
 // The whole file, or a refusal once it is longer than any mesh within the limit.
 std::string read_bytes(const std::string& file, const MeshLimits& limits) {
+  require_regular_file(file, "an STL or OBJ file");
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file + ": cannot be opened; expected an STL or OBJ file");
   constexpr std::size_t kBytesPerTriangle = 1000, kRest = 1 << 20, kBlock = 1 << 16;
   const std::size_t most = limits.triangles * kBytesPerTriangle + kRest;
   std::string bytes;

@@ -10,6 +10,7 @@
 
 #include "experiments/checkpoint.h"
 #include "experiments/hdf5_file.h"
+#include "experiments/input_file.h"
 #include "experiments/results_guard.h"
 #include "experiments/results_schema.h"
 
@@ -20,10 +21,7 @@ namespace {
 hdf5::File open_results(const std::string& file, const std::string& name) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw InputError(file + ": no such file");
-  if (std::filesystem::is_directory(file, error))
-    throw InputError(file + ": is a directory; expected a results file (HDF5)");
-  if (!std::filesystem::is_regular_file(file, error))
-    throw InputError(file + ": is no regular file; expected a results file (HDF5)");
+  require_regular_file(file, "a results file (HDF5)");
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file + ": cannot be read; check its permissions");
   char signature[8] = {};

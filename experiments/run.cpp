@@ -4,6 +4,7 @@
 
 #include "experiments/checkpoint.h"
 #include "experiments/driver.h"
+#include "experiments/interruption.h"
 #include "experiments/machine_check.h"
 #include "experiments/recorder.h"
 #include "experiments/recording.h"
@@ -106,12 +107,15 @@ RunSummary run(const Case& c, const RunOptions& options) {
   recover_results(options.results_file);  // a killed run is kept whole, too
   const std::string kept_earlier = keep_earlier_results(options.results_file);
   drop_kept_copy(options.results_file);
+  interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
+                                       interruption::Temporary(kept_copy(options.results_file))};
   Recorder recorder = Recorder::create(options.results_file, result_columns(c.model));
   recorder.with_file([&](hdf5::File& file) {
     write_header(file, c);
     file.flush();
   });
   Driver driver(c, options, &recorder, onlooker(options));
+  driver.set_unsaved(unsaved);
   RunSummary summary = drive(driver, options);
   summary.kept_earlier = kept_earlier;
   return summary;

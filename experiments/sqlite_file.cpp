@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <thread>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "solver/types.h"
 
 namespace firn::sqlite {
@@ -30,6 +32,7 @@ std::string escaped(const std::string& path) {
 
 File::File(const std::string& file, Access access, int patience) : name_(file) {
   const std::string uri = "file:" + escaped(file);
+  if (std::error_code error; fs::exists(file, error)) require_regular_file(file, "a database");
   if (access == Access::write) {
     std::error_code error;
     if (const fs::path folder = fs::path(file).parent_path(); !folder.empty())

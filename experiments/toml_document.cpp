@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <sstream>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/text_encoding.h"
+#include "experiments/toml_limits.h"
 #include "experiments/toml_reader.h"
 #include "experiments/toml_text.h"
 
@@ -47,6 +48,7 @@ void check_text(const toml::node& node, const std::string& path, std::string_vie
 }
 
 toml::table parse(std::string_view text, const std::string& source) {
+  check_toml_limits(text, source);
   try {
     toml::table table = toml::parse(text, source);
     check_text(table, "", "",
@@ -64,8 +66,9 @@ std::vector<std::string> split_path(const std::string& path) {
     return InputError(
         fmt::format("--set {}: not a path; expected keys joined by dots, such as "
                     "interactions.ice-ice.restitution",
-                    path));
+                    shortened(path)));
   };
+  check_toml_limits(path, fmt::format("--set {}", shortened(path)));
   toml::table chain;
   try {
     chain = toml::parse(path + " = 0");
@@ -82,6 +85,7 @@ std::vector<std::string> split_path(const std::string& path) {
 
 // A table of the one key `v`, whose value is what the text says.
 toml::table parse_value(const std::string& text) {
+  check_toml_limits(text, "--set");
   try {
     toml::table parsed = toml::parse("v = " + text);
     if (parsed.size() == 1 && parsed.contains("v")) return parsed;
@@ -164,14 +168,12 @@ void lead_files(toml::node& node, const std::filesystem::path& directory) {
 }
 
 std::string read_included(const std::filesystem::path& file, const std::string& by) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in.is_open() || std::filesystem::is_directory(file)) {
-    throw InputError(
-        fmt::format("{}: include: \"{}\" cannot be opened; expected a case file, "
-                    "relative to this one",
-                    by, file.string()));
+  try {
+    return read_input_file(file.string(), "a case file, relative to this one",
+                           input_limits::toml_bytes);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: include: {}", by, error.what()));
   }
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 // `by`: FILE:LINE for messages; `depth` ends circles.

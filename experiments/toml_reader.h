@@ -70,6 +70,9 @@ class TomlTable {
   TomlTable(TomlDocument& document, toml::table& table, std::string path, unsigned line);
   static TomlTable root(TomlDocument& document);
 
+  // Throws when the table of that name has more keys; nothing when it is missing.
+  void require_at_most(std::string_view key, std::size_t most) const;
+
   // Throws for a key that is none of these, naming the nearest one. Call it before any getter.
   void allow(std::span<const std::string_view> keys) const;
   void allow(std::initializer_list<std::string_view> keys) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/input_limits.h"
 #include "experiments/toml_reader.h"
 #include "experiments/toml_text.h"
 
@@ -118,7 +119,8 @@ std::int64_t TomlTable::integer64(std::string_view key, std::int64_t least,
 }
 
 int TomlTable::integer(std::string_view key, int least) const {
-  return static_cast<int>(integer64(key, least, std::numeric_limits<int>::max()));
+  constexpr int kMost = 1'000'000'000;  // so that the sum of two is a whole number, too
+  return static_cast<int>(integer64(key, least, kMost));
 }
 
 int TomlTable::integer(std::string_view key, int least, int fallback) const {
@@ -132,6 +134,9 @@ double TomlTable::number(std::string_view key) const {
   if (!node->is_number()) fail(key, fmt::format("is {}; expected a number", describe(*node)));
   const double d = *node->value<double>();
   if (!std::isfinite(d)) fail(key, fmt::format("is {}; expected a finite number", d));
+  if (std::abs(d) > usable_range(dimension::none).largest)
+    fail(key, fmt::format("is {}; expected a number up to {:g}", d,
+                          usable_range(dimension::none).largest));
   return d;
 }
 
@@ -158,6 +163,10 @@ std::string TomlTable::choice(std::string_view key, std::initializer_list<std::s
 
 void TomlTable::check_sign(std::string_view key, double value, const Dimension& dimension,
                            Sign sign) const {
+  if (const double least = usable_range(dimension).smallest;
+      sign == Sign::positive && value > 0 && value < least)
+    fail(key, fmt::format("is {}; expected {} of at least {}", describe(*table_->get(key)),
+                          dimension_name(dimension), si_text(least, dimension)));
   if (sign == Sign::any || value > 0 || (sign == Sign::non_negative && value == 0)) return;
   fail(key,
        fmt::format("is {}; expected {} {} zero", describe(*table_->get(key)),
@@ -196,8 +205,10 @@ Vec3 TomlTable::vector(std::string_view key, const Dimension& dimension,
 
 Vec3 TomlTable::sizes(std::string_view key) const {
   const Vec3 v = vector(key, dimension::length);
-  if (v.minCoeff() <= 0) {
-    fail(key, fmt::format("is {}; expected three lengths above zero", describe(*table_->get(key))));
+  const double least = usable_range(dimension::length).smallest;
+  if (v.minCoeff() < least) {
+    fail(key, fmt::format("is {}; expected three lengths above zero, of at least {}",
+                          describe(*table_->get(key)), si_text(least, dimension::length)));
   }
   return v;
 }
@@ -308,6 +319,13 @@ std::vector<std::string> TomlTable::strings(std::string_view key) const {
   return values;
 }
 
+void TomlTable::require_at_most(std::string_view key, std::size_t most) const {
+  const toml::node* node = table_->get(key);
+  const toml::table* t = node == nullptr ? nullptr : node->as_table();
+  if (t != nullptr && t->size() > most)
+    fail(key, fmt::format("has {} entries; expected at most {}", t->size(), most));
+}
+
 TomlTable TomlTable::table(std::string_view key) const {
   if (!has(key)) set(key, toml::table());
   return required_table(key);
@@ -327,6 +345,10 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   toml::array* array = node->as_array();
   const std::string wanted = fmt::format("tables [[{}]]", path_of(key));
   if (!array) fail(key, fmt::format("is {}; expected {}", describe(*node), wanted));
+  const std::size_t most =
+      key == "particles" ? input_limits::placed_tables : input_limits::list_tables;
+  if (array->size() > most)
+    fail(key, fmt::format("holds {} tables; expected at most {}", array->size(), most));
   std::vector<TomlTable> result;
   for (std::size_t i = 0; i < array->size(); ++i) {
     toml::node& element = *array->get(i);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "experiments/case_schedule.h"
+#include "experiments/interruption.h"
 #include "experiments/placement.h"
 
 namespace firn {
@@ -70,7 +71,10 @@ std::optional<std::string> Traffic::place_due(Solver& solver, const Now& now) {
       const int before = static_cast<int>(placed) * size,
                 count = std::min(size, fill.count - before);
       const int first = first_of_fill_[i] + before;
-      place_batch(solver, case_, i, placed, first, count);
+      {
+        const interruption::NotPolled placing;
+        place_batch(solver, case_, i, placed, first, count);
+      }
       const int tag = fill.tag + (fill.tag_batches ? static_cast<int>(placed) : 0);
       note_batch(first, count, placed, tag, solver.time());
       ++placed;

@@ -283,10 +283,35 @@ double take_unit(std::string_view text, std::string_view whole, const Dimension&
   return unit.factor;
 }
 
-double checked(double value, std::string_view whole, const std::string& wanted) {
-  if (std::isfinite(value)) return value;
-  throw InputError(fmt::format("\"{}\" is not finite; expected {}", whole, wanted));
+double checked(double value, std::string_view whole, const Dimension& d,
+               const std::string& wanted) {
+  if (!std::isfinite(value))
+    throw InputError(fmt::format("\"{}\" is not finite; expected {}", whole, wanted));
+  if (const double largest = usable_range(d).largest; std::abs(value) > largest)
+    throw InputError(fmt::format("\"{}\" is beyond {}; expected {} up to it", whole,
+                                 si_text(largest, d), dimension_name(d)));
+  return value;
 }
+
+struct DimensionRange {
+  Dimension dimension;
+  UsableRange range;
+};
+const std::array kRanges = {
+    DimensionRange{dimension::length, {1e-9, 1e6}},
+    DimensionRange{dimension::mass, {1e-20, 1e9}},
+    DimensionRange{dimension::time, {1e-12, 1e9}},
+    DimensionRange{dimension::angle, {1e-9, 1e6}},
+    DimensionRange{dimension::velocity, {1e-12, 1e6}},
+    DimensionRange{dimension::acceleration, {1e-12, 1e9}},
+    DimensionRange{dimension::angular_velocity, {1e-12, 1e7}},
+    DimensionRange{dimension::density, {1e-6, 1e6}},
+    DimensionRange{dimension::force, {1e-20, 1e12}},
+    DimensionRange{dimension::stiffness, {1e-12, 1e15}},
+    DimensionRange{dimension::pressure, {1e-3, 1e15}},
+    DimensionRange{dimension::energy, {1e-30, 1e15}},
+    DimensionRange{dimension::frequency, {1e-9, 1e12}},
+};
 
 }  // namespace
 
@@ -304,7 +329,7 @@ double parse_quantity(std::string_view text, const Dimension& expected) {
   const std::string wanted = example(expected);
   std::string_view rest = text;
   const double number = take_number(rest, text, wanted);
-  return checked(number * take_unit(rest, text, expected, wanted), text, wanted);
+  return checked(number * take_unit(rest, text, expected, wanted), text, expected, wanted);
 }
 
 Vec3 parse_vector(std::string_view text, const Dimension& expected) {
@@ -313,8 +338,13 @@ Vec3 parse_vector(std::string_view text, const Dimension& expected) {
   Vec3 v;
   for (int i = 0; i < 3; ++i) v[i] = take_number(rest, text, wanted);
   v *= take_unit(rest, text, expected, wanted);
-  for (int i = 0; i < 3; ++i) checked(v[i], text, wanted);
+  for (int i = 0; i < 3; ++i) checked(v[i], text, expected, wanted);
   return v;
+}
+
+UsableRange usable_range(const Dimension& d) {
+  const auto known = std::ranges::find(kRanges, d, &DimensionRange::dimension);
+  return known == kRanges.end() ? UsableRange{1e-60, 1e60} : known->range;
 }
 
 std::string dimension_name(const Dimension& d) {

@@ -37,6 +37,13 @@ inline constexpr Dimension frequency{0, 0, -1, 0};
 inline constexpr Dimension moment_of_inertia{2, 1, 0, 0};
 }  // namespace dimension
 
+// What values may be, in SI: zero, or between these either way. Wider than anything simulated, and
+// so narrow that sums and products of several values neither overflow nor vanish.
+struct UsableRange {
+  double smallest, largest;
+};
+UsableRange usable_range(const Dimension& dimension);
+
 struct Unit {
   double factor = 1;  // value in SI = factor * value in this unit
   Dimension dimension;
@@ -47,7 +54,8 @@ struct Unit {
 Unit parse_unit(std::string_view text);
 
 // "2.4 in" in SI. Throws InputError (one sentence) for a missing, unknown or unfitting unit and
-// for a number that is not finite.
+// for a number that is not finite or beyond the usable range. Values below it are taken as they
+// are.
 double parse_quantity(std::string_view text, const Dimension& expected);
 // "x y z unit" in SI.
 Vec3 parse_vector(std::string_view text, const Dimension& expected);

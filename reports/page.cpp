@@ -9,6 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "experiments/interruption.h"
 #include "experiments/sha256.h"
 #include "experiments/text_encoding.h"
 #include "reports/assets.h"
@@ -355,6 +356,7 @@ void Page::write(const std::string& file) const {
   if (std::filesystem::path(file).extension() != ".html")
     throw InputError(fmt::format("{}: no name of a page; expected FILE.html", file));
   const std::string unfinished = file + ".writing";
+  const interruption::Temporary temporary(unfinished);
   std::ofstream out(unfinished, std::ios::binary);
   out << html();
   out.close();

@@ -24,12 +24,15 @@ std::string axis_title(const Axis& axis) {
 }
 
 bool shown(const Axis& axis, double value) {
-  return std::isfinite(value) && (!axis.log || value > 0);
+  // Beyond these the arithmetic of gnuplot overflows.
+  constexpr double kLargest = 1e100, kSmallestOfLog = 1e-100;
+  return std::abs(value) <= kLargest && (!axis.log || value >= kSmallestOfLog);
 }
 
 std::string range(const Axis& axis) {
-  const auto end = [](const std::optional<double>& v) {
-    return v ? fmt::format("{:.17g}", *v) : std::string("*");
+  const bool empty = axis.low && axis.high && !(*axis.low < *axis.high);
+  const auto end = [&](const std::optional<double>& v) {
+    return v && shown(axis, *v) && !empty ? fmt::format("{:.17g}", *v) : std::string("*");
   };
   return fmt::format("[{}:{}]", end(axis.low), end(axis.high));
 }
@@ -44,7 +47,7 @@ std::string axis_script(char name, const Axis& axis) {
 std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Rule>& horizontal) {
   std::string script;
   for (const Rule& r : vertical) {
-    if (!std::isfinite(r.at)) continue;
+    if (!shown({}, r.at)) continue;
     script += fmt::format(
         "set arrow from first {0:.17g}, graph 0 to first {0:.17g}, graph 1 nohead lw 1 dt 3 lc rgb "
         "{1} back\nset label {2} at first {0:.17g}, graph 0.97 right rotate by 90 offset -0.7,0 "
@@ -52,7 +55,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
         r.at, ink::faint, encode::gnuplot(r.text));
   }
   for (const Rule& r : horizontal) {
-    if (!std::isfinite(r.at)) continue;
+    if (!shown({}, r.at)) continue;
     script += fmt::format(
         "set arrow from graph 0, first {0:.17g} to graph 1, first {0:.17g} nohead lw 1 dt 3 lc rgb "
         "{1} back\nset label {2} at graph 0.99, first {0:.17g} right offset 0,0.5 textcolor rgb "
@@ -96,8 +99,9 @@ std::string write_series(const Drawing& drawing, const std::string& name, const 
   for (std::size_t i = 0; i < s.x.size(); ++i) {
     const bool there = shown(x, s.x[i]) && shown(y, s.y[i]);
     any = any || there;
-    rows.push_back({s.x[i], there ? s.y[i] : kNone, at(s.x_error, i), at(s.y_error, i),
-                    at(s.low, i), at(s.high, i)});
+    const auto along = [&](const Axis& axis, double v) { return shown(axis, v) ? v : kNone; };
+    rows.push_back({along(x, s.x[i]), there ? s.y[i] : kNone, at(s.x_error, i), at(s.y_error, i),
+                    along(y, at(s.low, i)), along(y, at(s.high, i))});
   }
   return drawing.data(name, rows);
 }

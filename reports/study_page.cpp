@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "reports/json_values.h"
 #include "reports/plots.h"
 #include "solver/types.h"
@@ -34,9 +34,9 @@ std::string with_unit(double value, double uncertainty, const Json& j) {
   return page::measured_text(value, uncertainty) + (unit_of(j).empty() ? "" : " " + unit_of(j));
 }
 
-std::string range_text(const Json& interval) {
-  return fmt::format("{} to {}", page::number_text(number(interval[0]), 3),
-                     page::number_text(number(interval[1]), 3));
+std::string range_text(const Json& ends) {
+  const auto [low, high] = interval(ends);
+  return fmt::format("{} to {}", page::number_text(low, 3), page::number_text(high, 3));
 }
 
 void summary(const Json& results, page::Page& page) {
@@ -83,7 +83,7 @@ page::Figure profile_figure(const Json& p) {
   plot.y = {"minus twice the log likelihood", "", false, 0.0, 10.0};
   plots::Series series;
   series.x = numbers(profile.at("values"));
-  series.y = numbers(profile.at("minus_twice_log_likelihood"));
+  series.y = numbers(profile.at("minus_twice_log_likelihood"), series.x.size());
   const auto least = std::ranges::min_element(series.y);
   const double low = least == series.y.end() ? 0 : *least;
   for (double& y : series.y) y = y - low > 12 ? std::nan("") : y - low;
@@ -141,7 +141,7 @@ void parameters_section(const Json& results, page::Page& page) {
 
 // The answer, the family of equally good sets and what was compared, over the first two parameters.
 void add_map(const Json& results, page::Content& content) {
-  const Json& parameters = results.at("parameters");
+  const Json& parameters = list(results, "parameters");
   if (parameters.size() < 2) return;
   plots::XyPlot plot;
   const auto axis = [](const Json& p) {
@@ -211,12 +211,14 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
     if (results.contains(list))
       for (const Json& set : results.at(list)) add_set(set, results, table);
   content.table(table);
-  std::ifstream stream(folder / "fitted_response.svg");
-  std::ostringstream svg;
-  svg << stream.rdbuf();
-  const std::size_t start = svg.str().find("<svg");
-  if (stream && start != std::string::npos)
-    content.figure({svg.str().substr(start), "The fitted response over the parameters.",
+  const fs::path drawn = folder / "fitted_response.svg";
+  std::error_code unreadable;
+  if (!fs::is_regular_file(drawn, unreadable)) return;
+  const std::string svg =
+      read_input_file(drawn.string(), "a picture of firn calibrate", input_limits::svg_bytes);
+  const std::size_t start = svg.find("<svg");
+  if (start != std::string::npos)
+    content.figure({svg.substr(start), "The fitted response over the parameters.",
                     "The fitted response over the parameters"});
 }
 
@@ -323,21 +325,14 @@ page::Page page_of(const Json& results, const fs::path& folder) {
 }  // namespace
 
 page::Page study_page(const std::string& results_file) {
-  std::ifstream stream(results_file);
-  const Json results = Json::parse(stream, nullptr, false);
+  const Json results = read_results_json(results_file);
   if (!results.is_object() || !results.contains("study"))
     throw InputError(
         fmt::format("{}: is no result of a study; expected the results.json that firn calibrate "
                     "writes",
                     results_file));
-  try {
-    return page_of(results, fs::path(results_file).parent_path());
-  } catch (const Json::exception& e) {
-    throw InputError(
-        fmt::format("{}: lacks what a page needs: {}; expected the results.json that "
-                    "firn calibrate writes",
-                    results_file, e.what()));
-  }
+  return page_from(results_file,
+                   [&] { return page_of(results, fs::path(results_file).parent_path()); });
 }
 
 }  // namespace firn

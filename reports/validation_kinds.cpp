@@ -17,8 +17,9 @@ using page::Cell;
 using page::Mark;
 
 std::string share(double p) { return page::number_text(100 * p, 3) + " %"; }
-std::string share_range(const Json& interval) {
-  return share(number(interval[0])) + " to " + share(number(interval[1]));
+std::string share_range(const Json& ends) {
+  const auto [low, high] = interval(ends);
+  return share(low) + " to " + share(high);
 }
 
 void value_content(const Sets& sets, page::Content& content) {
@@ -90,10 +91,10 @@ void claims_content(const Sets& sets, page::Content& content) {
                                 text(claim, "relation"), text(claim, "because")});
       }
       const Json& p = claim.at("probability_90");
-      const int holds = claim.at("holds_in"), runs = claim.at("runs");
+      const int holds = whole_number(claim, "holds_in"), runs = whole_number(claim, "runs");
+      const auto [low, high] = interval(p);
       plot.rows[row_of[statement]].intervals[s] = plots::Interval{
-          number(p[0]), number(p[1]),
-          runs > 0 ? std::optional(static_cast<double>(holds) / runs) : std::nullopt};
+          low, high, runs > 0 ? std::optional(static_cast<double>(holds) / runs) : std::nullopt};
       table.rows.push_back({Cell(static_cast<double>(row_of[statement] + 1)), statement,
                             text(*sets[s], "parameter_set"), fmt::format("{} of {}", holds, runs),
                             share_range(p), badge_of(text(claim, "verdict"))});
@@ -127,9 +128,9 @@ void add_to(plots::CdfPlot& plot, const std::string& name, const Json& d, const 
   const Json& p = d.at(passed);
   plots::Band band;
   band.name = fmt::format("{} ({} passed, {} still inside)", name, d.at(values).size(),
-                          p.at("still_inside").get<int>());
-  const std::vector<double> x = numbers(p.at("x")), share = numbers(p.at("share")),
-                            error = numbers(p.at("error"));
+                          whole_number(p, "still_inside"));
+  const std::vector<double> x = numbers(p.at("x")), share = numbers(p.at("share"), x.size()),
+                            error = numbers(p.at("error"), x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
     band.x.push_back(x[i]);
     band.low.push_back(std::max(0.0, share[i] - 2 * error[i]));
@@ -196,8 +197,8 @@ void curve_content(const Sets& sets, page::Content& content) {
       plots::Series s;
       s.name = name;
       s.x = numbers(v.at("x"));
-      s.y = numbers(v.at(mean));
-      const std::vector<double> one = numbers(v.at(error));
+      s.y = numbers(v.at(mean), s.x.size());
+      const std::vector<double> one = numbers(v.at(error), s.x.size());
       for (std::size_t i = 0; i < s.y.size(); ++i) {
         const double reach = std::isfinite(one[i]) ? 2 * one[i] : 0;
         s.low.push_back(s.y[i] - reach);
@@ -319,8 +320,8 @@ void softening_content(const Sets& sets, page::Content& content) {
       plots::Series series;
       series.style = plots::Style::joined;
       for (const double modulus : numbers(s.at("modulus"))) series.x.push_back(modulus * 1e-9);
-      series.y = numbers(s.at("mean"));
-      series.y_error = numbers(s.at("error"));
+      series.y = numbers(s.at("mean"), series.x.size());
+      series.y_error = numbers(s.at("error"), series.x.size());
       for (double& e : series.y_error)
         if (!std::isfinite(e)) e = 0;
       plot.series = {series};
@@ -329,12 +330,12 @@ void softening_content(const Sets& sets, page::Content& content) {
       if (!series.x.empty())
         figures.push_back({plots::draw(plot), fmt::format("Grows as E to the power of {}.", grows),
                            fmt::format("{}: exponent {}", text(s, "response"), grows)});
-      const Json& at = s.at("extrapolated_95");
+      const auto [low, high] = interval(s.at("extrapolated_95"));
       table.rows.push_back(
           {text(s, "response"), Cell::measured(exponent, error),
-           at[0].is_null() ? std::string("not known")
-                           : fmt::format("{} to {} {}", page::number_text(number(at[0]), 3),
-                                         page::number_text(number(at[1]), 3), text(s, "unit")),
+           std::isnan(low) ? std::string("not known")
+                           : fmt::format("{} to {} {}", page::number_text(low, 3),
+                                         page::number_text(high, 3), text(s, "unit")),
            series.x.empty() ? Cell("") : Cell(series.x.back(), 3), text(s, "word")});
     }
   }

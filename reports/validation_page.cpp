@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -190,21 +189,15 @@ page::Page page_of(const Json& results, const std::string& folder,
 }  // namespace
 
 page::Page validation_page(const std::string& results_file, const ValidationPageOptions& options) {
-  std::ifstream stream(results_file);
-  const Json results = Json::parse(stream, nullptr, false);
+  const Json results = read_results_json(results_file);
   if (!results.is_object() || results.value("kind", Json()) != "validation")
     throw InputError(
         fmt::format("{}: is no result of a validation; expected the results.json that firn "
                     "validate writes",
                     results_file));
-  try {
+  return page_from(results_file, [&] {
     return page_of(results, std::filesystem::path(results_file).parent_path().string(), options);
-  } catch (const Json::exception& e) {
-    throw InputError(
-        fmt::format("{}: lacks what a page needs: {}; expected the results.json that "
-                    "firn validate writes",
-                    results_file, e.what()));
-  }
+  });
 }
 
 }  // namespace firn

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "experiments/interruption.h"
 #include "experiments/text_encoding.h"
 #include "solver/types.h"
 
@@ -262,6 +263,7 @@ void write_verification_page(const std::vector<VerificationCase>& cases,
     throw InputError(fmt::format("{}: a page is FILE.html or FILE.md", file));
   }
   const std::string unfinished = file + ".writing";
+  const interruption::Temporary temporary(unfinished);
   std::ofstream out(unfinished);
   out << (extension == ".md" ? markdown(cases, results, program) : html(cases, results, program));
   out.close();

@@ -132,7 +132,8 @@ void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
     scratch.force[t] = 0;
   }
   if (model.statistics.interval <= 0) return;
-  const auto steps = std::max(1LL, std::llround(model.statistics.interval / model.timestep));
+  const auto steps =
+      std::max(1LL, std::llround(std::min(model.statistics.interval / model.timestep, 1e15)));
   if (s.steps + 1 >= stats.interval_start + static_cast<std::uint64_t>(steps))
     end_load_interval(model, s.steps + 1, stats);
 }

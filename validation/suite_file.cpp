@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "experiments/batch/execution.h"
 #include "experiments/batch/operand.h"
 #include "experiments/case_materials.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
 #include "experiments/toml_reader.h"
 
 namespace firn {
@@ -240,13 +240,9 @@ bool measures(ComparisonKind kind) {
 }
 
 Suite read_suite(const std::string& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw InputError(fmt::format("{}: cannot be read; expected a suite file", file));
   Suite suite;
   suite.source = file;
-  suite.text = text.str();
+  suite.text = read_input_file(file, "a suite file", input_limits::toml_bytes);
   TomlDocument document(suite.text, file);
   const TomlTable root = TomlTable::root(document);
   root.allow({"suite", "execution", "parameter_sets", "experiments", "comparisons"});

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "experiments/batch/batch_folder.h"
+#include "experiments/interruption.h"
 #include "experiments/material_database.h"
 
 namespace firn {
@@ -31,6 +32,8 @@ class Runner {
     Validation v;
     v.directory = directory;
     BatchFolder folder(folder_options(directory));
+    const interruption::Advice advice(fmt::format(
+        "everything finished is kept in {}: the same command goes on from there", directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
                 options_.interrupt);
     try {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "experiments/interruption.h"
 #include "experiments/version.h"
 
 namespace firn {
@@ -82,7 +83,8 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       journal_.start(job.key);
       progress_.started(runs.at(job.key)->planned);
     };
-    events.ended = [&](const Job& job, const JobResult& result) {
+    events.ended = [&](const Job& job, const JobResult& reported) {
+      const JobResult result = plausible(reported);
       const BatchRun& run = *runs.at(job.key);
       const bool lost = result.status == JobStatus::lost;
       // One that gets on between losses will get there.
@@ -105,7 +107,10 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       if (check) check(run, result);  // the first run tells, not the last
     };
     events.tick = [&] { progress_.tick(); };
-    executor_.run(jobs, events);
+    {
+      const interruption::Polled polled;
+      executor_.run(jobs, events);
+    }
     if (interrupt_ != nullptr && interrupt_->load()) throw BatchInterrupted{};
     jobs = std::move(again);
   }

@@ -1,6 +1,9 @@
 #include "experiments/batch/executor.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <filesystem>
 #include <thread>
@@ -87,6 +90,28 @@ const char* to_string(JobStatus status) {
       return "interrupted";
   }
   return "";
+}
+
+JobResult plausible(JobResult result) {
+  constexpr double kLargest = 1e30, kLongest = 1e12;  // s
+  const auto refuse = [&](const std::string& what, double value) {
+    result.status = JobStatus::failed;
+    result.reason = fmt::format("{} is {:.3g}, which no measurement can be", what, value);
+    result.responses.clear();
+  };
+  for (double* time : {&result.wall, &result.simulated}) {
+    if (*time >= 0 && *time <= kLongest) continue;
+    refuse("the time of the run", *time);
+    *time = 0;
+  }
+  for (const Response& r : result.responses)
+    for (const std::vector<double>* values : {&r.value, &r.uncertainty})
+      for (const double v : *values)
+        if (std::abs(v) > kLargest) {
+          refuse("response " + r.name, v);
+          return result;
+        }
+  return result;
 }
 
 std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options) {

@@ -59,6 +59,10 @@ struct JobResult {
   std::string results_file = {};
 };
 
+// The same, or a failure that names the response, where one is beyond 1e30: an absurd number must
+// not reach statistics and models of other runs. NaN, which stands for undefined, stays.
+JobResult plausible(JobResult result);
+
 struct JobEvents {
   std::function<void(const Job&)> started;
   std::function<void(const Job&, const JobResult&)> ended;

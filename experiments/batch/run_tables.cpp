@@ -1,6 +1,7 @@
 #include "experiments/batch/run_tables.h"
 
 #include <limits>
+#include <utility>
 
 namespace firn {
 namespace {
@@ -34,7 +35,7 @@ std::optional<JobResult> read_outcome(Database& db, const std::string& key) {
     r.value.push_back(row.real(1));
     if (!row.null(2)) r.uncertainty.push_back(row.real(2));
   }
-  return result;
+  return plausible(std::move(result));
 }
 
 void write_outcome(Database& db, const std::string& key, const JobResult& result) {

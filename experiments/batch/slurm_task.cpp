@@ -14,6 +14,10 @@
 
 #include "experiments/batch/run_process.h"
 #include "experiments/batch/slurm_executor.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
+#include "experiments/interruption.h"
+#include "experiments/json_reader.h"
 
 namespace firn {
 namespace {
@@ -67,17 +71,21 @@ class RunLock {
 };
 
 Job read_task(const std::string& list, int index, std::string& program) {
-  const json tasks = json::parse(read_whole(list), nullptr, false);
-  if (!tasks.is_object() || index < 0 || index >= static_cast<int>(tasks["tasks"].size()))
+  const json document = parse_json(
+      read_input_file(list, "a list of tasks of firn calibrate", input_limits::json_bytes), list);
+  const JsonReader reader(document, list);
+  reader.allow({"program", "tasks"});
+  program = reader.string("program");
+  const std::vector<JsonReader> tasks = reader.items("tasks");
+  if (index < 0 || index >= static_cast<int>(tasks.size()))
     throw InputError(
         fmt::format("{}: holds no task {}; expected a list of firn calibrate", list, index));
-  program = tasks["program"];
-  const json& t = tasks["tasks"][static_cast<std::size_t>(index)];
+  const JsonReader& t = tasks[static_cast<std::size_t>(index)];
   Job job;
-  job.key = t["key"];
-  job.folder = t["folder"];
-  job.threads = t["threads"];
-  job.limits = {t["time_limit"], t["memory_limit"]};
+  job.key = t.string("key");
+  job.folder = t.string("folder");
+  job.threads = static_cast<int>(t.integer("threads", 1, 1024));
+  job.limits = {t.number("time_limit"), t.number("memory_limit")};
   job.text = read_whole(JobFiles(job).case_file);
   return job;
 }
@@ -101,16 +109,24 @@ void write_tasks(const std::string& file, const std::vector<Job>& jobs,
 }
 
 std::optional<JobResult> read_task_outcome(const Job& job) {
-  const json j = json::parse(read_whole(outcome_file(job)), nullptr, false);
-  if (!j.is_object()) return std::nullopt;
+  const std::string file = outcome_file(job);
+  if (std::error_code error; !fs::exists(file, error)) return std::nullopt;
   JobResult r;
-  const std::string text = j["status"];
-  for (const JobStatus status : outcomes)
-    if (text == to_string(status)) r.status = status;
-  r.reason = j["reason"];
-  r.wall = j["wall"];
-  r.simulated = j["simulated"];
-  r.limit = j["limit"];
+  try {
+    const json document = parse_json(
+        read_input_file(file, "an outcome of firn calibrate", input_limits::json_bytes), file);
+    const JsonReader j(document, file);
+    j.allow({"status", "reason", "wall", "simulated", "limit"});
+    const std::string text = j.string("status");
+    for (const JobStatus status : outcomes)
+      if (text == to_string(status)) r.status = status;
+    r.reason = j.string("reason");
+    r.wall = j.number("wall");
+    r.simulated = j.number("simulated");
+    r.limit = j.number("limit");
+  } catch (const InputError&) {  // a part of it, on a shared folder
+    return std::nullopt;
+  }
   r.results_file = JobFiles(job).results;
   if (cut_short(r.status)) {
     const double now = r.status == JobStatus::timed_out ? job.limits.time : job.limits.memory;
@@ -131,6 +147,7 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   if (read_task_outcome(job)) return 0;  // by the one who came first
   auto result = ended_before(job);
   if (!result) {
+    const interruption::Polled polled;
     RunProcess run(job, program);
     bool told_to_stop = false;
     while (!(result = run.poll())) {

@@ -10,12 +10,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/operand.h"
 #include "experiments/case_materials.h"
 #include "experiments/csv_file.h"
+#include "experiments/input_file.h"
+#include "experiments/input_limits.h"
+#include "experiments/interruption.h"
 #include "experiments/text_encoding.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
@@ -194,13 +196,9 @@ std::vector<std::string> Sweep::values(std::size_t combination) const {
 }
 
 Sweep read_sweep(const std::string& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw InputError(fmt::format("{}: cannot be read; expected a sweep file", file));
   Sweep s;
   s.source = file;
-  s.text = text.str();
+  s.text = read_input_file(file, "a sweep file", input_limits::toml_bytes);
   TomlDocument document(s.text, file);
   const TomlTable root = TomlTable::root(document);
   root.allow({"sweep", "vary", "execution"});
@@ -247,6 +245,8 @@ SweepResult sweep(const SweepOptions& options) {
   r.directory =
       options.directory.empty() ? (fs::path("runs") / r.sweep.name).string() : options.directory;
   BatchFolder folder(folder_options(r.sweep, options, r.directory));
+  const interruption::Advice advice(fmt::format(
+      "everything finished is kept in {}: the same command goes on from there", r.directory));
   Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
               options.interrupt);
   std::vector<BatchRun> runs;

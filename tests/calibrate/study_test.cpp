@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "experiments/sqlite_file.h"
 #include "tests/calibrate/fake_experiment.h"
 
 namespace firn {
@@ -411,6 +412,33 @@ TEST(CalibrateLong, IntervalsCoverTheTruth) {
   }
   EXPECT_GT(squares / studies, 0.4);
   EXPECT_LT(squares / studies, 1.7);
+}
+
+// One simulation in the first that returns what no measurement can be: that run has failed, the
+// study goes on. The same of a journal in which such numbers were written.
+TEST(Calibrate, AbsurdResponsesEndTheirRunAlone) {
+  const std::string target = angle_target;
+  for (const double absurd : {1e200, -1e200, 1e308, 1e31, HUGE_VAL}) {
+    const Folder folder("absurd");
+    int runs = 0;
+    FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
+      JobResult result = noisy_zhou(v, random);
+      if (++runs == 2) result.responses[0].value = {absurd};
+      return result;
+    });
+    const std::string study = folder.write("study.toml", friction_study(target));
+    const StudySummary s = run_study(study, folder / "out", experiment);
+    EXPECT_EQ(s.exit_status(), 0) << s.table;
+    EXPECT_EQ(json::parse(s.json)["runs"]["failed"], 1) << absurd;
+
+    sqlite::File journal(folder / "out/study.db", sqlite::File::Access::write);
+    journal.execute(
+        "UPDATE responses SET value = 1e308 WHERE run IN (SELECT key FROM runs WHERE number % 5 = "
+        "0)");
+    journal.execute("UPDATE runs SET wall = -1e308 WHERE number % 7 = 0");
+    const StudySummary again = run_study(study, folder / "out", experiment);
+    EXPECT_GT(json::parse(again.json)["runs"]["failed"], 1) << absurd;
+  }
 }
 
 }  // namespace

@@ -157,5 +157,23 @@ TEST(Design, QuasiRandomPointsFillTheCube) {
   EXPECT_NEAR(inside / 4000.0, 0.125, 0.004);
 }
 
+// Values that no arithmetic with doubles can take: any answer, but no abort.
+TEST(Surrogate, EndsWithWhateverDataThereIs) {
+  std::mt19937_64 random(11);
+  const double extremes[] = {0,     1,     -1,     1e-320, 1e-300, 1e-200, 1e-100, 1e-30, 1e30,
+                             1e100, 1e150, -1e150, 1e200,  -1e200, 1e300,  1e308,  -1e308};
+  for (int i = 0; i < 200; ++i) {
+    SurrogateData data = sampled(3 + static_cast<int>(random() % 10), wavy, 0.01);
+    const int changed = 1 + static_cast<int>(random() % 3);
+    for (int k = 0; k < changed; ++k)
+      data.y[static_cast<Eigen::Index>(random() % static_cast<std::uint64_t>(data.y.size()))] =
+          extremes[random() % std::size(extremes)];
+    if (random() % 4 == 0) data.noise_variance[0] = extremes[random() % std::size(extremes)];
+    const SurrogateChoice choice = choose_surrogate(data);
+    choice.best.predict(data.u.row(0).transpose(), true);
+    choice.best.with_believed_point(data.u.row(1).transpose(), 0.01);
+  }
+}
+
 }  // namespace
 }  // namespace firn

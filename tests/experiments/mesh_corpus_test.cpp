@@ -2,8 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "experiments/mesh_file.h"
 #include "solver/shape.h"
@@ -121,10 +126,91 @@ TEST(MeshCorpus, StlFiles) {
     EXPECT_THAT(outcome("corpus.stl", members[i].text), HasSubstr(members[i].said)) << i;
 }
 
+void put(std::string& bytes, std::uint32_t value) {
+  for (int i = 0; i < 4; ++i) bytes += static_cast<char>(value >> 8 * i & 0xff);
+}
+
+using Corners = std::vector<std::array<float, 9>>;
+const float kNan = std::numeric_limits<float>::quiet_NaN();
+const Corners kTetrahedron = {{0, 0, 0, 0, 10, 0, 10, 0, 0},
+                              {0, 0, 0, 10, 0, 0, 0, 0, 10},
+                              {10, 0, 0, 0, 10, 0, 0, 0, 10},
+                              {0, 10, 0, 0, 0, 0, 0, 0, 10}};
+
+// A binary file that promises `count` triangles.
+std::string binary(const Corners& corners, std::size_t count, const std::string& title = "t") {
+  std::string bytes = title;
+  bytes.resize(80, ' ');
+  put(bytes, static_cast<std::uint32_t>(count));
+  for (const auto& triangle : corners) {
+    bytes.append(12, '\0');
+    for (const float v : triangle) put(bytes, std::bit_cast<std::uint32_t>(v));
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+// The tetrahedron moved and scaled.
+Corners moved(float scale, float x, Corners corners = kTetrahedron) {
+  for (auto& triangle : corners)
+    for (std::size_t k = 0; k < 9; ++k) triangle[k] = triangle[k] * scale + (k % 3 == 0 ? x : 0);
+  return corners;
+}
+
+Corners both(Corners a, const Corners& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+Corners changed(std::size_t triangle, std::size_t coordinate, float value) {
+  Corners corners = kTetrahedron;
+  corners[triangle][coordinate] = value;
+  return corners;
+}
+
+TEST(MeshCorpus, BinaryStlFiles) {
+  const std::string whole = binary(kTetrahedron, 4);
+  const Corners without(kTetrahedron.begin() + 1, kTetrahedron.end());
+  const std::vector<Member> members = {
+      {whole, "accepted"},
+      {binary(kTetrahedron, 4, "solid t"), "accepted"},
+      {binary(kTetrahedron, 2), "promises 2 triangles and holds 4"},
+      {binary(kTetrahedron, 3), "promises 3 triangles and holds 4"},
+      {binary(kTetrahedron, 5), "promises 5 triangles and holds 4"},
+      {binary(kTetrahedron, 0), "promises 0 triangles and holds 4"},
+      {binary(kTetrahedron, 0xffffffff), "promises 4294967295 triangles and holds 4"},
+      {binary(kTetrahedron, 0x80000000), "promises 2147483648 triangles and holds 4"},
+      {whole.substr(0, whole.size() - 1), "promises 4 triangles and holds 3"},
+      {whole.substr(0, 85), "promises 4 triangles and holds 0"},
+      {whole.substr(0, 83), "neither a text nor a binary STL file"},
+      {whole + "\n", "promises 4 triangles and holds 4"},
+      {binary({}, 0), "holds no triangles"},
+      {binary(changed(1, 3, kNan), 4), "triangle 2 has the corner"},
+      {binary(changed(2, 8, INFINITY), 4), "triangle 3 has the corner"},
+      {binary(changed(0, 4, 3e38F), 4), "triangle 1 has the corner"},
+      {binary(moved(1e-33F, 0), 4), "check the length unit"},
+      {binary(moved(1e-5F, 0), 4), "check the length unit"},
+      {binary(moved(1e5F, 0), 4), "check the length unit"},
+      {binary(without, 3), "3 open edges"},
+      {binary(changed(0, 3, 5), 4), "open edges"},
+      {binary(both(kTetrahedron, {kTetrahedron[2]}), 5), "1 repeated triangle"},
+      {binary(both(kTetrahedron, moved(1, 2)), 8), "overlap"},
+      {binary(both(moved(4, -2), moved(1, 1)), 8), "overlap"},
+      {binary(both(kTetrahedron, kTetrahedron), 8), "repeated triangle"},
+  };
+  for (std::size_t i = 0; i < members.size(); ++i)
+    EXPECT_THAT(outcome("corpus.stl", members[i].text), HasSubstr(members[i].said)) << i;
+}
+
 // Every prefix of a file is refused, or has the same triangles.
 TEST(MeshCorpus, PrefixesOfAnStlFile) {
   const std::string whole = kStl.substr(0, kStl.size() - 3);  // the last name and line end count
   for (std::size_t length = 0; length + 9 < whole.size(); ++length)
+    EXPECT_NE(outcome("corpus.stl", whole.substr(0, length)), "accepted") << length;
+}
+TEST(MeshCorpus, PrefixesOfABinaryStlFile) {
+  const std::string whole = binary(kTetrahedron, 4);
+  for (std::size_t length = 0; length < whole.size(); ++length)
     EXPECT_NE(outcome("corpus.stl", whole.substr(0, length)), "accepted") << length;
 }
 

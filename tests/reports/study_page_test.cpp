@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/experiments/results_folder.h"
+#include "tests/reports/damaged_json.h"
 
 namespace firn {
 namespace {
@@ -67,6 +68,23 @@ TEST_F(StudyPage, RefusesWhatIsNoResult) {
   EXPECT_THROW(study_page(file("{")), InputError);
   EXPECT_THROW(study_page(file("{\"kind\": \"validation\"}")), InputError);
   EXPECT_THROW(study_page(file("{\"study\": \"x\"}")), InputError);
+  EXPECT_THROW(study_page("/dev/zero"), InputError);
+  EXPECT_THROW(study_page(file(std::string(1 << 20, '['))), InputError);
+  std::string keys = "{";
+  for (int i = 0; i < 20000; ++i) keys += "\"k" + std::to_string(i) + "\":0,";
+  EXPECT_THROW(study_page(file(keys + "\"study\":\"x\"}")), InputError);
+}
+
+// Every value of another type, length or size: a page, or one line.
+TEST_F(StudyPage, TakesOrRefusesWhatIsDamaged) {
+  test::damage(test::Json::parse(kResults), 60,
+               [&](const std::string& text) { study_page(file(text)); });
+}
+
+using StudyPageLong = StudyPage;
+TEST_F(StudyPageLong, TakesOrRefusesAllThatIsDamaged) {
+  test::damage(test::Json::parse(kResults), 0,
+               [&](const std::string& text) { study_page(file(text)); });
 }
 
 }  // namespace

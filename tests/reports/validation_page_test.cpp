@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tests/experiments/results_folder.h"
+#include "tests/reports/damaged_json.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -92,6 +93,16 @@ class ValidationPage : public ResultsFolder {
     return path("results.json");
   }
 };
+
+TEST_F(ValidationPage, TakesOrRefusesWhatIsDamaged) {
+  test::damage(test::Json::parse(render_json(example())), 60,
+               [&](const std::string& text) { validation_page(file(text)); });
+}
+using ValidationPageLong = ValidationPage;
+TEST_F(ValidationPageLong, TakesOrRefusesMuchThatIsDamaged) {
+  test::damage(test::Json::parse(render_json(example())), 2000,
+               [&](const std::string& text) { validation_page(file(text)); });
+}
 
 TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   const std::string html = validation_page(file(render_json(example()))).html();

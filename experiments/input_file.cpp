@@ -1,0 +1,86 @@
+#include "experiments/input_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "solver/types.h"
+
+namespace firn {
+namespace {
+
+class Descriptor {
+ public:
+  // O_NONBLOCK: the open of a pipe that nobody writes must not wait.
+  Descriptor(const std::string& file, std::string_view wanted)
+      : number_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
+    const auto refuse = [&](const std::string& what) {
+      if (number_ >= 0) ::close(number_);
+      throw InputError(fmt::format("{}: {}; expected {}", shortened(file), what, wanted));
+    };
+    if (number_ < 0) refuse(fmt::format("cannot be opened: {}", std::strerror(errno)));
+    if (::fstat(number_, &status_) != 0)
+      refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (S_ISDIR(status_.st_mode)) refuse("is a folder");
+    if (!S_ISREG(status_.st_mode)) refuse("is no regular file but a device, a pipe or a socket");
+  }
+  ~Descriptor() { ::close(number_); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  int number() const { return number_; }
+  std::uintmax_t size() const { return static_cast<std::uintmax_t>(status_.st_size); }
+
+ private:
+  int number_;
+  struct stat status_ = {};
+};
+
+}  // namespace
+
+void require_regular_file(const std::string& file, std::string_view wanted) {
+  static_cast<void>(Descriptor(file, wanted));
+}
+
+std::string read_input_file(const std::string& file, std::string_view wanted, std::uintmax_t most) {
+  const Descriptor descriptor(file, wanted);
+  const auto check = [&](std::uintmax_t size) {
+    if (size > most)
+      throw InputError(fmt::format("{}: is longer than {} bytes; expected {} of at most so many",
+                                   shortened(file), most, wanted));
+  };
+  check(descriptor.size());
+  constexpr std::size_t kBlock = 1 << 16;
+  std::string bytes;
+  // One byte more than stated shows the end. Files of /proc state a size of 0.
+  std::size_t wanted_bytes = static_cast<std::size_t>(descriptor.size()) + 1;
+  std::size_t used = 0;
+  while (true) {
+    bytes.resize(used + std::max(wanted_bytes - std::min(wanted_bytes, used), kBlock));
+    const ssize_t got = ::read(descriptor.number(), &bytes[used], bytes.size() - used);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0)
+      throw InputError(fmt::format("{}: cannot be read: {}; expected {}", shortened(file),
+                                   std::strerror(errno), wanted));
+    used += static_cast<std::size_t>(got);
+    check(used);
+    if (got == 0) break;
+  }
+  bytes.resize(used);
+  return bytes;
+}
+
+std::string shortened(std::string_view text) {
+  constexpr std::size_t kMost = 300;
+  if (text.size() <= kMost) return std::string(text);
+  std::size_t end = kMost;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;  // whole UTF-8
+  return std::string(text.substr(0, end)) + "...";
+}
+
+}  // namespace firn

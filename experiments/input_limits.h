@@ -1,0 +1,37 @@
+// Limits on files of users, checked before the work that they would cause. docs/case-files.md lists
+// them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace firn::input_limits {
+
+constexpr std::uintmax_t kMiB = std::uintmax_t{1} << 20;
+
+// Bytes of a file.
+constexpr std::uintmax_t toml_bytes = 128 * kMiB;  // a resolved case holds its meshes
+constexpr std::uintmax_t json_bytes = 64 * kMiB;
+constexpr std::uintmax_t csv_bytes = 64 * kMiB;
+constexpr std::uintmax_t svg_bytes = 64 * kMiB;
+constexpr std::uintmax_t raw_data_bytes = 4096 * kMiB;  // files that are hashed only
+
+// TOML.
+constexpr int toml_key_parts = 32;              // of one dotted key or of a path of --set
+constexpr int toml_depth = 32;                  // arrays and inline tables inside each other
+constexpr std::size_t toml_tables = 200'000;    // of one file, in all
+constexpr std::size_t list_tables = 10'000;     // of one list, such as [[stages]]
+constexpr std::size_t placed_tables = 100'000;  // [[particles]]
+constexpr std::size_t materials = 200;
+constexpr std::size_t shapes = 2000;
+constexpr std::size_t interactions = 20'000;
+
+// JSON.
+constexpr int json_depth = 64;             // arrays and objects inside each other
+constexpr std::size_t json_keys = 10'000;  // of one object
+
+// CSV.
+constexpr std::size_t csv_rows = 1'000'000;
+constexpr std::size_t csv_fields = 1000;  // of one row
+
+}  // namespace firn::input_limits
