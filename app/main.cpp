@@ -9,10 +9,13 @@
 #include <algorithm>
 #include <csignal>
 #include <exception>
+#include <filesystem>
+#include <new>
 #include <string>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "experiments/hdf5_file.h"
 #include "experiments/interruption.h"
 #include "experiments/results_guard.h"
 #include "experiments/terminal.h"
@@ -65,6 +68,11 @@ std::string names_of_subcommands(const CLI::App& app) {
     names += (names.empty() ? "" : ", ") + sub->get_name();
   }
   return names;
+}
+
+std::string command_of(const CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return chosen.empty() ? "firn" : chosen[0]->get_name();
 }
 
 // Help and version are no errors; everything else is a mistake in the arguments.
@@ -126,8 +134,25 @@ int main_program(int argc, char** argv) {
     return finish_parsing(app, e, argc, argv);
   } catch (const InputError& e) {
     return complain(e.what(), ExitStatus::bad_input);
-  } catch (const std::exception& e) {
+  } catch (const RunError& e) {
     return complain(e.what(), ExitStatus::failed);
+  } catch (const hdf5::Error& e) {
+    return complain(e.what(), ExitStatus::failed);
+  } catch (const std::filesystem::filesystem_error& e) {
+    return complain(fmt::format("{}: {}", e.path1().string(), e.code().message()),
+                    ExitStatus::failed);
+  } catch (const std::bad_alloc&) {
+    return complain(
+        fmt::format("{}: there is not enough memory; expected smaller input or a larger "
+                    "machine",
+                    command_of(app)),
+        ExitStatus::failed);
+  } catch (const std::exception& e) {
+    return complain(
+        fmt::format("{}: an error that should not occur ({}); please report it with the "
+                    "input files",
+                    command_of(app), e.what()),
+        ExitStatus::failed);
   }
 }
 

@@ -38,7 +38,9 @@ Quantity split_quantity(const std::string& text) {
   }
   const std::size_t unit = text.find_first_not_of(' ', used);
   q.unit = unit == std::string::npos ? "" : text.substr(unit);
-  if (!std::isfinite(q.value)) throw InputError("is not finite; expected a finite number");
+  const double most = usable_range(dimension::none).largest;
+  if (!(std::abs(q.value) <= most))
+    throw InputError(fmt::format("is {:g}; expected a number up to {:g}", q.value, most));
   return q;
 }
 

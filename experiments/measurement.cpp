@@ -142,7 +142,8 @@ MeasurementStatus read_status(const TomlTable& t) {
 UnitValue parse_unit_value(const std::string& text) {
   UnitValue q;
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), q.value);
-  if (error != std::errc() || !std::isfinite(q.value)) {
+  const bool usable = std::abs(q.value) <= usable_range(dimension::none).largest;
+  if (error != std::errc() || !usable) {
     throw InputError(
         fmt::format("\"{}\" is no quantity; expected a number and its unit, such as "
                     "\"10 deg\"",

@@ -51,6 +51,7 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
     if (access == Access::write) {
       use_log(patience);
       execute("PRAGMA synchronous = FULL");
+      refuse_foreign_schema();
       return;
     }
     // Readers of a log need a file for its index beside it. Where nothing can be written and no log
@@ -61,12 +62,20 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
       db_ = nullptr;
       open(uri + "?immutable=1", SQLITE_OPEN_READONLY);
     }
-    execute("SELECT 1 FROM sqlite_master");
+    refuse_foreign_schema();
   } catch (const RunError& e) {
     sqlite3_close(db_);
     throw InputError(fmt::format("{}; expected a database {}", e.what(),
                                  access == Access::write ? "that can be written" : "of Firn"));
   }
+}
+
+// A view or a virtual table in place of a table could compute without end. Throws RunError.
+void File::refuse_foreign_schema() {
+  Statement found(
+      *this, "SELECT name FROM sqlite_master WHERE type = 'view' OR sql LIKE 'CREATE VIRTUAL%'");
+  if (found.next())
+    throw RunError(fmt::format("{}: has the view or virtual table \"{}\"", name_, found.text(0)));
 }
 
 // Several may do this to a new file at once, and SQLite does not wait here by itself.

@@ -29,6 +29,7 @@ class File {
  private:
   void open(const std::string& uri, int flags);
   void use_log(int patience);
+  void refuse_foreign_schema();
 
   std::string name_;
   sqlite3* db_ = nullptr;

@@ -318,11 +318,12 @@ TEST(Case, MeshesAreFoundByContent) {
       },
       InputError);
   std::filesystem::remove_all(folder);
-  EXPECT_EQ(
-      error_of(with("kind = \"box\"\nsize = \"0.1 0.1 0.1 m\"",
-                    "kind = \"mesh\"\nlength_unit = \"mm\"\nfile = \"none.stl\"")),
-      fmt::format("c.toml:26: shapes.cube.file: {}: cannot be opened; expected an STL or OBJ file",
-                  std::filesystem::absolute("none.stl").string()));
+  EXPECT_EQ(error_of(with("kind = \"box\"\nsize = \"0.1 0.1 0.1 m\"",
+                          "kind = \"mesh\"\nlength_unit = \"mm\"\nfile = \"none.stl\"")),
+            fmt::format("c.toml:26: shapes.cube.file: {}: cannot be opened: No such file or "
+                        "directory; expected an STL "
+                        "or OBJ file",
+                        std::filesystem::absolute("none.stl").string()));
 }
 
 TEST(Case, ResolvedTextIsTheSameCase) {
@@ -693,8 +694,9 @@ TEST(CaseFile, MissingFileIsNamed) {
     read_case("nowhere/none.toml");
     FAIL() << "no error";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(),
-                 "nowhere/none.toml:1: case: the file cannot be opened; expected a case file");
+    EXPECT_STREQ(
+        error.what(),
+        "nowhere/none.toml: cannot be opened: No such file or directory; expected a case file");
   }
 }
 
