@@ -137,7 +137,6 @@ std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
   RunOptions options;
   options.results_file = scratch.file("run.h5");
   options.threads = threads;
-  options.interrupt = &interruption::requested();
   print_lines(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), anchor.name,
               simulated.experiment.empty() ? "" : ", ", simulated.experiment, seed);
   const RunSummary summary = run(c, options);

@@ -28,8 +28,8 @@ struct RecordReplayOptions {
 
 // Simulates the anchors of a record again with the recorded seeds. By the same program, as
 // firn_program() tells, responses are the same bits; by another one, the mean of each is that of
-// the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation fails
-// or is interrupted.
+// the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation
+// fails.
 std::vector<RecordCheck> replay_record(const StoredRecord& stored,
                                        const RecordReplayOptions& options);
 

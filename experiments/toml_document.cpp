@@ -5,6 +5,7 @@
 #include <charconv>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <sstream>
 
 #include "experiments/input_file.h"
@@ -135,17 +136,21 @@ void join(toml::table& top, toml::table&& base) {
       join(*mine->as_table(), std::move(*value.as_table()));
     } else if (mine->is_array_of_tables() && value.is_array_of_tables()) {
       toml::array joined = std::move(*value.as_array());
+      std::map<std::string, std::size_t> by_name;  // the first of each
+      for (std::size_t i = 0; i < joined.size(); ++i)
+        if (const auto name = name_of(joined[i])) by_name.emplace(*name, i);
       for (toml::node& element : *mine->as_array()) {
-        const auto same = std::ranges::find_if(joined, [&](const toml::node& n) {
-          return name_of(n) && name_of(n) == name_of(element);
-        });
-        if (same == joined.end()) {
+        const auto name = name_of(element);
+        const auto same = name ? by_name.find(*name) : by_name.end();
+        if (same == by_name.end()) {
+          if (name) by_name.emplace(*name, joined.size());
           joined.push_back(std::move(*element.as_table()));
           continue;
         }
         toml::table changed = std::move(*element.as_table());
-        join(changed, std::move(*(*same).as_table()));
-        joined.replace(joined.cbegin() + (same - joined.begin()), std::move(changed));
+        join(changed, std::move(*joined[same->second].as_table()));
+        joined.replace(joined.cbegin() + static_cast<std::ptrdiff_t>(same->second),
+                       std::move(changed));
       }
       *mine->as_array() = std::move(joined);
     }
