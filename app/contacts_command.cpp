@@ -16,6 +16,7 @@
 #include "experiments/interruption.h"
 #include "experiments/recording.h"
 #include "experiments/replay.h"
+#include "experiments/output_file.h"
 #include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/contact_picture.h"
@@ -182,10 +183,7 @@ Outputs outputs_of(const std::string& output, bool whole, bool points) {
         fmt::format("--output {}: no format that is known here; expected FILE.png, FILE.svg, "
                     "FILE.csv{} or a folder",
                     output, points ? ", FILE.vtk" : ""));
-  std::error_code error;
-  fs::create_directories(output, error);
-  if (error)
-    throw InputError(fmt::format("--output {}: cannot be made: {}", output, error.message()));
+  make_output_folder(output);
   const fs::path folder(output);
   return {whole ? "" : (folder / "contacts.png").string(), (folder / "contacts.csv").string(),
           points ? (folder / "contacts.vtk").string() : ""};

@@ -18,6 +18,7 @@
 #include "experiments/hdf5_file.h"
 #include "experiments/interruption.h"
 #include "experiments/results_guard.h"
+#include "experiments/output_file.h"
 #include "experiments/terminal.h"
 #include "experiments/version.h"
 #include "solver/types.h"
@@ -127,33 +128,43 @@ int main_program(int argc, char** argv) {
   add_materials_command(app, status);
   add_check_results_command(app, status);
   guard_results_with("/proc/self/exe");  // also after an update has replaced its file
+  const auto parse_and_run = [&] {
+    try {
+      app.parse(argc, argv);
+      return status;
+    } catch (const CLI::ParseError& e) {
+      return finish_parsing(app, e, argc, argv);
+    } catch (const InputError& e) {
+      return complain(e.what(), ExitStatus::bad_input);
+    } catch (const RunError& e) {
+      return complain(e.what(), ExitStatus::failed);
+    } catch (const hdf5::Error& e) {
+      return complain(e.what(), ExitStatus::failed);
+    } catch (const std::filesystem::filesystem_error& e) {
+      return complain(fmt::format("{}: {}", e.path1().string(), e.code().message()),
+                      ExitStatus::failed);
+    } catch (const std::bad_alloc&) {
+      return complain(
+          fmt::format("{}: there is not enough memory; expected smaller input or a larger "
+                      "machine",
+                      command_of(app)),
+          ExitStatus::failed);
+    } catch (const std::exception& e) {
+      return complain(
+          fmt::format("{}: an error that should not occur ({}); please report it with the "
+                      "input files",
+                      command_of(app), e.what()),
+          ExitStatus::failed);
+    }
+  };
+  status = parse_and_run();
   try {
-    app.parse(argc, argv);
-    return status;
-  } catch (const CLI::ParseError& e) {
-    return finish_parsing(app, e, argc, argv);
-  } catch (const InputError& e) {
-    return complain(e.what(), ExitStatus::bad_input);
-  } catch (const RunError& e) {
-    return complain(e.what(), ExitStatus::failed);
-  } catch (const hdf5::Error& e) {
-    return complain(e.what(), ExitStatus::failed);
-  } catch (const std::filesystem::filesystem_error& e) {
-    return complain(fmt::format("{}: {}", e.path1().string(), e.code().message()),
-                    ExitStatus::failed);
-  } catch (const std::bad_alloc&) {
-    return complain(
-        fmt::format("{}: there is not enough memory; expected smaller input or a larger "
-                    "machine",
-                    command_of(app)),
-        ExitStatus::failed);
-  } catch (const std::exception& e) {
-    return complain(
-        fmt::format("{}: an error that should not occur ({}); please report it with the "
-                    "input files",
-                    command_of(app), e.what()),
-        ExitStatus::failed);
+    finish_standard_output();
+  } catch (const WriteError& e) {
+    const bool good = status == ExitStatus::done || status == ExitStatus::requirement_missed;
+    return complain(e.what(), good ? ExitStatus::failed : status);
   }
+  return status;
 }
 
 }  // namespace
@@ -162,6 +173,9 @@ int main_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   // A file that reaches the limit of its size is an error of the write, not a sudden death.
   std::signal(SIGXFSZ, SIG_IGN);
+  // So is a reader that has gone.
+  std::signal(SIGPIPE, SIG_IGN);
   firn::interruption::install();
+  firn::occupy_standard_streams();
   return firn::main_program(argc, argv);
 }

@@ -2,7 +2,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 
 #include "app/commands.h"
@@ -11,6 +10,7 @@
 #include "app/materials_text.h"
 #include "app/materials_verify.h"
 #include "experiments/material_json.h"
+#include "experiments/output_file.h"
 #include "experiments/terminal.h"
 
 namespace firn {
@@ -148,11 +148,7 @@ int write_export(const Arguments& a) {
     print_lines(stdout, "{}", text);
     return ExitStatus::done;
   }
-  std::ofstream out(a.file, std::ios::binary);
-  out << text;
-  if (!out.flush())
-    throw InputError(
-        fmt::format("{}: cannot be written; expected a file in a folder that can", a.file));
+  write_file(a.file, text);
   print_lines(stderr, "{} record{} in {}\n", records.size(), records.size() == 1 ? "" : "s",
               a.file);
   return ExitStatus::done;

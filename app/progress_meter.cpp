@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/text_encoding.h"
+#include "experiments/terminal.h"
 #include "experiments/units.h"
 
 namespace firn {
@@ -35,7 +35,7 @@ void ProgressMeter::show(const Progress& progress) {
 }
 
 void ProgressMeter::finish() {
-  if (bar_visible_) fmt::print(stderr, "\r\x1b[K");
+  if (bar_visible_) print(stderr, "\r\x1b[K");
   bar_visible_ = false;
 }
 
@@ -57,9 +57,9 @@ void ProgressMeter::show_bar(const Progress& p) {
   // Stages may end early, so the time to the latest end is an upper bound.
   const std::string left =
       rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left" : "";
-  fmt::print(stderr, "\r\x1b[K[{}{}] {:.3f} of {:g} s, {}  {}", std::string(filled, '='),
-             std::string(bar_width - filled, ' '), p.time, p.latest_end,
-             encode::terminal(stage_text(p)), left);
+  print(stderr, fmt::format("\r\x1b[K[{}{}] {:.3f} of {:g} s, {}  {}", std::string(filled, '='),
+                            std::string(bar_width - filled, ' '), p.time, p.latest_end,
+                            encode::terminal(stage_text(p)), left));
   std::fflush(stderr);
   bar_visible_ = true;
 }

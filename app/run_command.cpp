@@ -64,16 +64,6 @@ std::string default_output(const Case& c) {
   return fmt::format("runs/{}-seed{}.h5", name.empty() ? "case" : name, c.seed);
 }
 
-void make_parent_folder(const std::string& file) {
-  const fs::path folder = fs::path(file).parent_path();
-  std::error_code error;
-  if (!folder.empty()) fs::create_directories(folder, error);
-  if (error) {
-    throw InputError(
-        fmt::format("{}: cannot make the folder: {}", folder.string(), error.message()));
-  }
-}
-
 // Which values of the case came from a record, and which of the record's it did not take.
 void tell_materials(const Case& c, const toml::table& resolved) {
   for (const AppliedMaterial& m : c.material_records) {
@@ -200,7 +190,8 @@ int exit_status(const RunSummary& summary, const std::string& file,
                   summary.simulated, file);
       return ExitStatus::interrupted;
     case RunStatus::failed:
-      print_lines(stderr, "firn: the run failed: {}\n", summary.reason);
+      print_lines(stderr, "firn: {}{}\n",
+                  summary.write_failed ? "" : "the run failed: ", summary.reason);
       return ExitStatus::failed;
   }
   return ExitStatus::failed;
@@ -262,7 +253,7 @@ int run_case(const Arguments& a) {
   if (!a.quiet) options.progress = [&](const Progress& progress) { meter.show(progress); };
   const bool resuming = !a.resume_file.empty();
   options.results_file = resuming ? a.resume_file : a.output.empty() ? default_output(c) : a.output;
-  make_parent_folder(options.results_file);
+  make_output_folder(fs::path(options.results_file).parent_path().string());
   tell_facts(c, options.results_file);
   std::optional<TraceWriter> trace;
   if (!a.trace.file.empty()) {

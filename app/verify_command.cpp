@@ -131,9 +131,10 @@ int verify(const Arguments& a) {
     ++ended;
     // What is finished is on the page, whatever happens to the rest.
     if (!a.page.empty()) write_verification_page(cases, so_far, program, a.page);
-    fmt::print(stderr, "{}[{}/{}] {} {} ({}){}", terminal ? "\r\033[K" : "", ended, cases.size(),
-               cases[k].name, verdict(so_far[k]), duration_text(so_far[k].seconds),
-               terminal && ended < cases.size() ? "" : "\n");
+    print(stderr,
+          fmt::format("{}[{}/{}] {} {} ({}){}", terminal ? "\r\033[K" : "", ended, cases.size(),
+                      cases[k].name, verdict(so_far[k]), duration_text(so_far[k].seconds),
+                      terminal && ended < cases.size() ? "" : "\n"));
     std::fflush(stderr);
   };
   const std::vector<CaseResult> results = run_cases(cases, jobs, tell);

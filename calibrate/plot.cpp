@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <span>
 
 #include "calibrate/answer.h"
 #include "calibrate/print.h"
 #include "experiments/gnuplot.h"
+#include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
 
 namespace firn {
@@ -326,14 +326,14 @@ std::string plot_fitted_response(const Study& study, const Answer& answer,
   const std::string text = "set encoding utf8\n" + fmt::to_string(data) + start("pngcairo", kPng) +
                            draw + "set output\nreset\n" +
                            start("svg dynamic background 'white'", kSvg) + draw + "set output\n";
-  std::ofstream file(script);
-  file << text;
-  file.close();
+  write_own_file(script.string(), text);
   try {
     const Gnuplot gnuplot;
     gnuplot.run(text);
     for (const char* picture : {kPng, kSvg}) gnuplot.save(picture, folder / picture);
     return "";
+  } catch (const WriteError&) {
+    throw;
   } catch (const std::runtime_error& e) {
     return fmt::format("{}; expected the program gnuplot, version 5.4 or later; its script is {}",
                        e.what(), script.string());

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "calibrate/answer.h"
 #include "calibrate/calibration.h"
@@ -11,6 +10,7 @@
 #include "calibrate/material.h"
 #include "experiments/batch/batch_folder.h"
 #include "experiments/interruption.h"
+#include "experiments/output_file.h"
 #include "experiments/terminal.h"
 #include "experiments/text_encoding.h"
 
@@ -18,12 +18,6 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream out(file);
-  out << text;
-  if (!out.flush()) throw RunError(fmt::format("{}: cannot be written", file.string()));
-}
 
 void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, Answer& a) {
   for (const JournalRun& run : runs) {
@@ -45,6 +39,7 @@ void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, A
 
 StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
                        const Campaign& campaign, const std::string& directory, bool plot) {
+  journal.require_in_place();
   const std::vector<JournalRun> runs = journal.runs();
   count_runs(runs, campaign, answer);
   StudySummary s;
@@ -64,11 +59,12 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
         s.example_run = results.string();
     }
   }
-  write_file(folder / "results.json", s.json + "\n");
-  write_file(folder / "runs.csv", render_runs_csv(study, runs));
-  write_file(folder / "report.md",
-             fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
-                         encode::markdown(s.headline), encode::markdown_block(s.table)));
+  write_own_file(folder / "results.json", s.json + "\n");
+  write_own_file(folder / "runs.csv", render_runs_csv(study, runs));
+  write_own_file(folder / "report.md",
+                 fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
+                             encode::markdown(s.headline), encode::markdown_block(s.table)));
+  journal.require_in_place();
   if (!plot || !answer.knowledge) return s;
   if (const std::string trouble = plot_fitted_response(study, answer, directory); !trouble.empty())
     print_lines(stderr, "firn: no plot of the fitted response: {}\n", trouble);
@@ -128,12 +124,7 @@ BatchFolder open_folder(const Study& study, const StudyOptions& options,
   return BatchFolder(o);
 }
 
-}  // namespace
-
-StudySummary calibrate(const StudyOptions& options) {
-  Study study = read_study(options.study_file);
-  const std::string directory =
-      options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
+StudySummary carry_out(Study& study, const StudyOptions& options, const std::string& directory) {
   if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
   if (!options.save.name.empty()) require_material(study);
@@ -171,6 +162,15 @@ StudySummary calibrate(const StudyOptions& options) {
     }
   }
   return summary;
+}
+
+}  // namespace
+
+StudySummary calibrate(const StudyOptions& options) {
+  Study study = read_study(options.study_file);
+  const std::string directory =
+      options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
+  return with_kept_runs(directory, [&] { return carry_out(study, options, directory); });
 }
 
 }  // namespace firn

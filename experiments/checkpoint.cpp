@@ -6,14 +6,11 @@
 #include <array>
 #include <charconv>
 #include <cstring>
-#include <filesystem>
 #include <string_view>
 
 namespace firn {
 namespace {
 
-constexpr const char* kKept = ".saved";
-constexpr const char* kUnfinished = ".saving";
 constexpr std::string_view kStates = "/states/";
 constexpr std::array kSlots = {"/checkpoint/slot_0", "/checkpoint/slot_1"};
 
@@ -78,12 +75,6 @@ std::optional<std::uint64_t> step_of(std::string_view path) {
 
 std::string state_path(std::uint64_t step) { return fmt::format("{}{:012}", kStates, step); }
 
-// `to` is the old file or the new one at any moment.
-void copy_whole(const std::string& from, const std::string& to, const std::string& on_the_way) {
-  std::filesystem::copy_file(from, on_the_way, std::filesystem::copy_options::overwrite_existing);
-  std::filesystem::rename(on_the_way, to);
-}
-
 }  // namespace
 
 void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint) {
@@ -113,31 +104,6 @@ std::optional<std::vector<std::byte>> read_state(const hdf5::File& file, std::ui
 
 void remove_checkpoints(hdf5::File& file) {
   if (file.contains("/checkpoint")) file.remove("/checkpoint");
-}
-
-std::string kept_copy(const std::string& results_file) { return results_file + kKept; }
-
-void keep_copy(const std::string& results_file) {
-  copy_whole(results_file, kept_copy(results_file), results_file + kUnfinished);
-}
-
-bool has_kept_copy(const std::string& results_file) {
-  std::error_code unreadable;  // as a name that is too long
-  return std::filesystem::exists(kept_copy(results_file), unreadable);
-}
-
-void restore_kept_copy(const std::string& results_file) {
-  copy_whole(kept_copy(results_file), results_file, results_file + kUnfinished);
-}
-
-void drop_kept_copy(const std::string& results_file) {
-  for (const std::string& file : {kept_copy(results_file), results_file + kUnfinished}) {
-    std::error_code error;
-    std::filesystem::remove(file, error);
-    if (error == std::errc::filename_too_long)
-      throw InputError(results_file + ": is too long a name; expected a shorter one");
-    if (error) throw RunError(fmt::format("{}: cannot be removed: {}", file, error.message()));
-  }
 }
 
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file) {

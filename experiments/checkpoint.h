@@ -25,16 +25,6 @@ void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint);
 
 void remove_checkpoints(hdf5::File& file);
 
-// HDF5 does not survive being killed while it writes: what a file said before may be gone. So a
-// copy of the file as of the last checkpoint is kept beside it while a run is under way
-// (FILE.saved), whole at any moment; a run that ends by itself drops it, and one that goes on
-// starts from it.
-void keep_copy(const std::string& results_file);         // of a file just flushed
-std::string kept_copy(const std::string& results_file);  // its name
-bool has_kept_copy(const std::string& results_file);
-void restore_kept_copy(const std::string& results_file);
-void drop_kept_copy(const std::string& results_file);
-
 // The whole checkpoints of a file, newest first. Half-written ones are passed over.
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file);
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
+#include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
 
 namespace firn {
@@ -247,7 +247,7 @@ Instant take_instant(const Solver& solver, const ContactChoice& choice, std::siz
 
 void write_contacts_csv(const Model& model, const std::vector<ContactView>& contacts,
                         const std::string& file) {
-  std::ofstream out(file);
+  OutputFile out(file);
   out << "body,neighbour,patch,normal_x,normal_y,normal_z,normal_force_N,friction_N,"
          "friction_cap_N,sliding,point,x_m,y_m,z_m,gap_m,share,force_N,area_m2\n";
   for (const ContactView& view : contacts) {
@@ -262,7 +262,7 @@ void write_contacts_csv(const Model& model, const std::vector<ContactView>& cont
                          p.position.z(), p.gap, p.share, p.force, p.area);
     }
   }
-  if (!out.flush()) throw InputError(file + ": cannot be written");
+  out.commit();
 }
 
 }  // namespace firn

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include "experiments/contact_audit.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -178,7 +178,7 @@ void ContactHistory::note_events(const Solver& solver, const std::vector<PairFor
 }
 
 void write_history_csv(const std::vector<HistoryRow>& rows, const std::string& file) {
-  std::ofstream out(file);
+  OutputFile out(file);
   out << "time_s,step,patches,sliding,gap_m,normal_force_N,peak_normal_force_N,friction_N,"
          "friction_used_1,force_x_N,force_y_N,force_z_N,approach_m_per_s,slip_m_per_s,"
          "work_normal_J,work_friction_J,births,ends\n";
@@ -188,7 +188,7 @@ void write_history_csv(const std::vector<HistoryRow>& rows, const std::string& f
                        r.friction_used, r.force.x(), r.force.y(), r.force.z(), r.approach, r.slip,
                        r.work_normal, r.work_friction, r.births, r.ends);
   }
-  if (!out.flush()) throw InputError(file + ": cannot be written");
+  out.commit();
 }
 
 }  // namespace firn

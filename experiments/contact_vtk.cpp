@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <fstream>
 #include <functional>
 
 #include "experiments/contact_audit.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -23,7 +23,7 @@ void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::str
       friction += text_of(view.contact.friction);
     }
   }
-  std::ofstream out(file);
+  OutputFile out(file);
   out << "# vtk DataFile Version 3.0\ncontacts\nASCII\nDATASET POLYDATA\n"
       << fmt::format("POINTS {} double\n", count) << points
       << fmt::format("VERTICES {} {}\n", count, 2 * count) << vertices
@@ -46,7 +46,7 @@ void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::str
       for (const ContactSpot& spot : view.contact.spots)
         out << fmt::format("{}\n", value(view, spot));
   }
-  if (!out.flush()) throw InputError(file + ": cannot be written");
+  out.commit();
 }
 
 }  // namespace firn

@@ -5,11 +5,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <span>
 #include <string>
 
-#include "solver/types.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 
@@ -17,25 +16,23 @@ inline void append(std::string& line, std::span<const double> values) {
   for (double value : values) line += fmt::format(",{}", value);
 }
 
-// A file of lines; says so when the disk is full.
+// DIRECTORY/NAME of an output; the directory is made where it is missing. Throws InputError when it
+// cannot be made.
+inline std::string output_path(const std::string& directory, const std::string& name) {
+  make_output_folder(directory);
+  return (std::filesystem::path(directory) / name).string();
+}
+
+// A file of lines, there as a whole after close(). Throws as OutputFile.
 class CsvFile {
  public:
   CsvFile(const std::string& directory, const std::string& name)
-      : path_((std::filesystem::path(directory) / name).string()) {
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    stream_.open(path_);
-    if (!stream_) throw InputError(path_ + ": cannot be written");
-  }
+      : stream_(output_path(directory, name)) {}
   void line(const std::string& text) { stream_ << text << '\n'; }
-  void close() {
-    stream_.close();
-    if (!stream_) throw InputError(path_ + ": cannot be written");
-  }
+  void close() { stream_.commit(); }
 
  private:
-  std::string path_;
-  std::ofstream stream_;
+  OutputFile stream_;
 };
 
 }  // namespace firn

@@ -160,12 +160,15 @@ void Driver::restore() {
   for (const Checkpoint& checkpoint : checkpoints) {
     try {
       unpack(checkpoint.payload);
+      safe_time_ = now();
       recorder_->truncate(state_.frames);
       recorder_->with_file(
           [&](hdf5::File& file) { truncate_statistics(file, case_, state_.statistics); });
       checkpoints_ = checkpoint.sequence;
       advise();
       return;
+    } catch (const WriteError&) {
+      throw;
     } catch (const RunError& e) {
       why = e.what();
     }
@@ -186,16 +189,16 @@ RunSummary Driver::run() {
     if (summary.status == RunStatus::finished) record_frame();
     conclude(to_string(summary.status));
   } catch (const WriteError& e) {
-    // The file is left as a kill would leave it: once there is room again, the run can go on.
     summary.status = RunStatus::failed;
-    summary.reason = e.what();
+    summary.reason = WriteError(e, what_is_safe(e)).what();
+    summary.write_failed = true;
   } catch (const RunError& e) {
     summary.status = RunStatus::failed;
     summary.reason = e.what();
     try {
       conclude(fmt::format("failed: {}", e.what()));
-    } catch (const RunError&) {
-      // The results file itself is what failed; the summary says so.
+    } catch (const WriteError& write) {
+      summary.reason = fmt::format("{}; {}; {}", e.what(), write.what(), what_is_safe(write));
     }
   } catch (const InputError& e) {
     conclude(fmt::format("failed: {}", e.what()));
@@ -320,8 +323,10 @@ void Driver::save() {
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
     write_checkpoint(file, {++checkpoints_, payload});
-    keep_copy(options_.results_file);
+    recorder_->lock().keep_copy();
   });
+  safe_time_ = now();
+  recorder_->lock().require_in_place();
   for (interruption::Temporary& file : unsaved_) file.keep();
   advise();
   saved_ = Clock::now();
@@ -390,6 +395,16 @@ void Driver::conclude(const std::string& status) {
     if (status == to_string(RunStatus::finished)) remove_checkpoints(file);
   });
   recorder_->close();
+  concluded_ = true;
+}
+
+std::string Driver::what_is_safe(const WriteError& e) const {
+  const std::string& file = options_.results_file;
+  if (safe_time_ && has_kept_copy(file))
+    return fmt::format(
+        "the state at t = {:.4g} s is safe in {}: {}continue with firn run --resume {}",
+        *safe_time_, kept_copy(file), remedy(e.error), file);
+  return fmt::format("no state of the run was saved: {}start it again", remedy(e.error));
 }
 
 }  // namespace firn

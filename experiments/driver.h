@@ -49,8 +49,8 @@ class Driver {
   // The recorder's file is new and has its header; nullptr: nothing is recorded.
   Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker = {});
 
-  // Goes on from the newest checkpoint of the recorder's file that fits; cuts the rest off.
-  // Throws InputError when there is none.
+  // Continues from the newest checkpoint of the recorder's file that fits; cuts the rest off.
+  // Throws InputError when there is none, and WriteError.
   void restore();
   // Goes on from a state as checkpoints and kept states hold it. Throws RunError for bytes of
   // another version or case; the driver is then of no more use.
@@ -58,10 +58,15 @@ class Driver {
   std::uint64_t steps() const { return solver_.steps(); }
 
   // Until the case's end, an interruption or a failure, whatever comes first. The file is complete
-  // and says how it ended when this returns. Throws InputError for a fill that does not fit.
+  // and says how it ended when this returns, unless concluded() is false: it could not be written,
+  // and the copy of the last checkpoint is all that counts. Throws InputError for a fill that does
+  // not fit.
   RunSummary run();
   // Files that are worth nothing before the first checkpoint is in them.
   void set_unsaved(std::span<interruption::Temporary> files) { unsaved_ = files; }
+  bool concluded() const { return concluded_; }
+  // What a write error left, and how to continue: "the state at t = 0.35 s is safe in ...".
+  std::string what_is_safe(const WriteError& e) const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -100,7 +105,8 @@ class Driver {
   std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
   std::uint64_t last_step_ = 0;   // of the case
   DriverState state_;
-  bool resumed_ = false, save_wanted_ = true;
+  bool resumed_ = false, save_wanted_ = true, concluded_ = false;
+  std::optional<double> safe_time_;  // s, of the checkpoint in the copy
   std::uint64_t checkpoints_ = 0;
   double wall_before_ = 0;  // s, of earlier sessions
   Clock::time_point started_ = Clock::now(), saved_ = started_, reported_ = started_;

@@ -4,8 +4,10 @@
 #include <stdlib.h>
 
 #include <fstream>
+#include <iterator>
 
 #include "experiments/batch/process.h"
+#include "experiments/output_file.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -13,6 +15,12 @@ namespace {
 
 std::string extension_of(const std::string& file) {
   return std::filesystem::path(file).extension().string();
+}
+
+// Whether the end of a picture is there.
+bool is_whole_picture(const std::string& bytes, const std::string& extension) {
+  const std::string end = extension == ".png" ? std::string("IEND\xae\x42\x60\x82") : "</svg>";
+  return bytes.rfind(end) != bytes.npos && bytes.size() - bytes.rfind(end) <= end.size() + 2;
 }
 
 std::string complaint(const std::string& messages) {
@@ -39,20 +47,13 @@ Gnuplot::~Gnuplot() {
 std::string Gnuplot::image(const std::string& name, int width, int height,
                            std::span<const std::array<std::uint8_t, 3>> pixels) const {
   const std::filesystem::path file = data_file(name);
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(pixels.data()),
-               static_cast<std::streamsize>(pixels.size_bytes()));
-  stream.close();
-  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
+  write_file(file.string(), {reinterpret_cast<const char*>(pixels.data()), pixels.size_bytes()});
   return fmt::format("'{}' binary array=({},{}) format='%uchar%uchar%uchar'", name, width, height);
 }
 
 void Gnuplot::run(const std::string& script) const {
   const std::filesystem::path file = data_file("script.gp");
-  std::ofstream stream(file, std::ios::binary);
-  stream << script;
-  stream.close();
-  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
+  write_file(file.string(), script);
   const CommandResult r =
       run_command({"gnuplot", "--default-settings", "script.gp"}, folder_.string());
   if (r.status == 127) {
@@ -76,11 +77,17 @@ void Gnuplot::draw(const std::string& script, const std::string& file, int width
   save(picture, file);
 }
 
+std::string Gnuplot::picture(const std::string& name) const {
+  std::ifstream stream(data_file(name), std::ios::binary);
+  std::string picture{std::istreambuf_iterator<char>(stream), {}};
+  // gnuplot ends well also when a disk was full.
+  if (!is_whole_picture(picture, extension_of(name)))
+    throw WriteError(data_file(name).string(), "gnuplot left no whole picture");
+  return picture;
+}
+
 void Gnuplot::save(const std::string& name, const std::filesystem::path& file) const {
-  std::error_code error;
-  std::filesystem::copy_file(data_file(name), file,
-                             std::filesystem::copy_options::overwrite_existing, error);
-  if (error) throw InputError(fmt::format("{}: {}", file.string(), error.message()));
+  write_file(file.string(), picture(name));
 }
 
 void Gnuplot::check_picture(const std::string& file) {

@@ -28,17 +28,20 @@ class Gnuplot {
   std::filesystem::path data_file(const std::string& name) const { return folder_ / name; }
 
   // Writes pixels (8 bits a channel, rows from the bottom up) as the data file NAME. Returns the
-  // source of a plot command "with rgbimage". Throws RunError when the file cannot be written.
+  // source of a plot command "with rgbimage". Throws as write_file().
   std::string image(const std::string& name, int width, int height,
                     std::span<const std::array<std::uint8_t, 3>> pixels) const;
 
   // Runs a script in the folder. Throws InputError when gnuplot is not installed, RunError with
   // the last line of its messages when it fails.
   void run(const std::string& script) const;
-  // Draws a script into FILE.png or FILE.svg; size in pixels. Throws as run() and check_picture(),
-  // and InputError when FILE cannot be written.
+  // Draws a script into FILE.png or FILE.svg; size in pixels. Throws as run(),
+  // check_picture() and save().
   void draw(const std::string& script, const std::string& file, int width, int height) const;
-  // Copies the data file NAME to FILE. Throws InputError when FILE cannot be written.
+  // The bytes of the picture NAME, .png or .svg, that a script drew. Throws WriteError when gnuplot
+  // did not write it whole.
+  std::string picture(const std::string& name) const;
+  // Copies the picture NAME to FILE. Throws as picture() and write_file().
   void save(const std::string& name, const std::filesystem::path& file) const;
 
   // Throws InputError for a name with another extension than .png or .svg.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <charconv>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -40,13 +41,25 @@ void silence() {
   static_cast<void>(silent);
 }
 
+// The library has no other place for the error of a failed system call than its message:
+// "file write failed: time = ..., errno = 28, error message = ...".
+int system_error_in(const std::string& message) {
+  constexpr std::string_view key = "errno = ";
+  const std::size_t at = message.find(key);
+  int error = 0;
+  if (at != message.npos)
+    std::from_chars(message.data() + at + key.size(), message.data() + message.size(), error);
+  return error;
+}
+
 template <class Result>
 Result check(Result result, const std::string& what) {
   if (result >= 0) return result;
   std::string reason;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  throw Error(reason.empty() ? "cannot " + what : fmt::format("cannot {} ({})", what, reason));
+  throw Error(reason.empty() ? "cannot " + what : fmt::format("cannot {} ({})", what, reason),
+              system_error_in(reason));
 }
 
 Handle own(hid_t id, const std::string& what) { return Handle(check(id, what)); }

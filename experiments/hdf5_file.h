@@ -18,7 +18,13 @@ namespace firn::hdf5 {
 using Id = std::int64_t;  // hid_t
 
 struct Error : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit Error(const std::string& what, int error = 0)
+      : std::runtime_error(what), system_error_(error) {}
+  // errno of the system call that failed; 0: none did.
+  int system_error() const { return system_error_; }
+
+ private:
+  int system_error_;
 };
 
 // Any HDF5 identifier; gives it back on destruction.

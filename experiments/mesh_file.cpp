@@ -16,6 +16,7 @@
 
 #include "experiments/input_file.h"
 #include "experiments/obj_file.h"
+#include "experiments/output_file.h"
 #include "experiments/sha256.h"
 
 namespace firn {
@@ -291,10 +292,7 @@ void write_stl(const std::string& file, const TriangleMesh& mesh, double length_
     for (const Vec3& corner : {p, q, r}) put(bytes, corner / length_unit);
     bytes.append(2, '\0');
   }
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw InputError(file + ": cannot be written; expected a place to write to");
+  write_file(file, bytes);
 }
 
 }  // namespace firn

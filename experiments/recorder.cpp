@@ -1,20 +1,15 @@
 #include "experiments/recorder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <condition_variable>
-#include <cstring>
 #include <deque>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
-#include <optional>
 #include <thread>
 #include <utility>
 
@@ -29,30 +24,6 @@ using namespace std::chrono_literals;
 constexpr auto kFlushEvery = 1s;                       // what a crash can lose
 constexpr std::size_t kQueueLimit = 64 * 1024 * 1024;  // bytes waiting to be written
 
-// Keeps a second writer away for as long as it lives. A lock of the open file description: readers,
-// HDF5's own locks and other descriptors of this process do not meet it.
-class WriteLock {
- public:
-  explicit WriteLock(const std::string& file)
-      : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-    if (descriptor_ < 0)
-      throw InputError(fmt::format("{}: cannot be written: {}", file, std::strerror(errno)));
-    struct flock whole = {};
-    whole.l_type = F_WRLCK;
-    whole.l_whence = SEEK_SET;
-    if (::fcntl(descriptor_, F_OFD_SETLK, &whole) != 0 && (errno == EAGAIN || errno == EACCES)) {
-      ::close(descriptor_);
-      throw InputError(file + ": another run is writing this file");
-    }
-  }
-  WriteLock(const WriteLock&) = delete;
-  WriteLock& operator=(const WriteLock&) = delete;
-  ~WriteLock() { ::close(descriptor_); }
-
- private:
-  int descriptor_;
-};
-
 bool is_hdf5(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   char signature[8] = {};
@@ -60,46 +31,65 @@ bool is_hdf5(const std::string& file) {
   return std::string_view(signature, sizeof(signature)) == std::string_view("\x89HDF\r\n\x1a\n", 8);
 }
 
+// Only then does it go before the file.
+bool has_whole_copy(const std::string& file) {
+  if (!has_kept_copy(file)) return false;
+  try {
+    const hdf5::File copy = hdf5::File::open(kept_copy(file), hdf5::File::Access::read);
+    return copy.text_attribute("/", "status") == "finished" || !read_checkpoints(copy).empty();
+  } catch (const hdf5::Error&) {
+    return false;
+  }
+}
+
+[[noreturn]] void rethrow(const std::string& file, const hdf5::Error& e) {
+  if (e.system_error() != 0) throw WriteError(file, e.system_error());
+  throw WriteError(file, e.what());
+}
+
 }  // namespace
 
-void recover_results(const std::string& file) {
-  if (!has_kept_copy(file)) return;
-  std::optional<WriteLock> nobody_writes;  // or its file would be taken from under it
-  std::error_code unreadable;              // as a name that is too long
-  if (std::filesystem::exists(file, unreadable)) nobody_writes.emplace(file);
-  restore_kept_copy(file);
+bool recover_results(const ResultsLock& lock) {
+  if (!has_whole_copy(lock.file())) return false;
+  lock.restore_copy();
+  return true;
 }
 
 std::string keep_earlier_results(const std::string& file) {
   namespace fs = std::filesystem;
   const fs::path path(file);
   std::error_code error;
-  if (!fs::exists(path, error)) return {};
-  if (!fs::is_regular_file(path, error))
+  const bool exists = fs::exists(path, error);
+  if (exists && !fs::is_regular_file(path, error))
     throw InputError(file + ": is not a regular file; choose another name for the results");
-  if (fs::file_size(path, error) == 0) return {};
-  if (!is_hdf5(file))
+  const bool empty = !exists || fs::file_size(path, error) == 0;
+  if (empty && !has_kept_copy(file)) return {};
+  if (!empty && !is_hdf5(file))
     throw InputError(file + ": exists and is not a results file; choose another name");
-  const WriteLock nobody_writes(file);
+  const ResultsLock lock(file);
+  if (has_whole_copy(file))
+    lock.take_copy();
+  else
+    lock.drop_copy();
+  if (fs::file_size(path, error) == 0) return {};
   for (int i = 1;; ++i) {
     fs::path kept = path;
     kept.replace_filename(
         fmt::format("{}.{}{}", path.stem().string(), i, path.extension().string()));
     if (fs::exists(kept, error)) continue;
     fs::rename(path, kept, error);
-    if (error)
-      throw InputError(
-          fmt::format("{}: cannot be kept as {}: {}", file, kept.string(), error.message()));
+    if (error) throw WriteError(file, error.value());
+    sync_folder_of(file);
     return kept.string();
   }
 }
 
 struct Recorder::Impl {
-  Impl(const std::string& path, bool is_new, const std::vector<Column>& columns)
-      : name(path),
-        lock(std::make_unique<WriteLock>(path)),
-        file(is_new ? hdf5::File::create(path)
-                    : hdf5::File::open(path, hdf5::File::Access::write)) {
+  Impl(const Lock& held, bool is_new, const std::vector<Column>& columns)
+      : name(held->file()),
+        lock(held),
+        file(is_new ? hdf5::File::create(name)
+                    : hdf5::File::open(name, hdf5::File::Access::write)) {
     for (const Column& c : columns) {
       tables.push_back(is_new ? file.create_table(c.path, c.row, c.unit) : file.open_table(c.path));
       std::size_t width = 1;
@@ -176,13 +166,13 @@ struct Recorder::Impl {
     if (!failure) return;
     try {
       std::rethrow_exception(failure);
-    } catch (const std::exception& e) {
-      throw WriteError(fmt::format("results file {}: {}", name, e.what()));
+    } catch (const hdf5::Error& e) {
+      rethrow(name, e);
     }
   }
 
   std::string name;
-  std::unique_ptr<WriteLock> lock;
+  Lock lock;
   hdf5::File file;
   std::vector<hdf5::Table> tables;
   std::size_t frame_size = 0;  // values
@@ -199,20 +189,29 @@ Recorder::Recorder(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Recorder::~Recorder() = default;
 Recorder::Recorder(Recorder&&) noexcept = default;
 
-Recorder Recorder::create(const std::string& file, const std::vector<Column>& columns) {
+Recorder Recorder::create(const Lock& lock, const std::vector<Column>& columns) {
   try {
-    return Recorder(std::make_unique<Impl>(file, true, columns));
+    return Recorder(std::make_unique<Impl>(lock, true, columns));
   } catch (const hdf5::Error& e) {
-    throw InputError(fmt::format("{}: cannot be written: {}", file, e.what()));
+    rethrow(lock->file(), e);
+  }
+}
+
+Recorder Recorder::create(const std::string& file, const std::vector<Column>& columns) {
+  return create(std::make_shared<ResultsLock>(file), columns);
+}
+
+Recorder Recorder::reopen(const Lock& lock, const std::vector<Column>& columns) {
+  try {
+    return Recorder(std::make_unique<Impl>(lock, false, columns));
+  } catch (const hdf5::Error& e) {
+    if (e.system_error() != 0) throw WriteError(lock->file(), e.system_error());
+    throw InputError(fmt::format("{}: cannot be continued: {}", lock->file(), e.what()));
   }
 }
 
 Recorder Recorder::reopen(const std::string& file, const std::vector<Column>& columns) {
-  try {
-    return Recorder(std::make_unique<Impl>(file, false, columns));
-  } catch (const hdf5::Error& e) {
-    throw InputError(fmt::format("{}: cannot be gone on with: {}", file, e.what()));
-  }
+  return reopen(std::make_shared<ResultsLock>(file), columns);
 }
 
 void Recorder::push(std::vector<double> frame) {
@@ -234,16 +233,16 @@ void Recorder::with_file(const std::function<void(hdf5::File&)>& use) {
   try {
     use(impl_->file);
   } catch (const hdf5::Error& e) {
-    throw WriteError(fmt::format("results file {}: {}", impl_->name, e.what()));
-  } catch (const std::filesystem::filesystem_error& e) {  // the copy of a checkpoint
-    throw WriteError(fmt::format("results file {}: {}", impl_->name, e.what()));
+    rethrow(impl_->name, e);
   }
 }
+
+const ResultsLock& Recorder::lock() const { return *impl_->lock; }
 
 void Recorder::truncate(std::size_t frames) {
   with_file([&](hdf5::File& file) {
     for (hdf5::Table& table : impl_->tables) {
-      if (table.rows() < frames) throw hdf5::Error("it has fewer frames than its checkpoint");
+      if (table.rows() < frames) throw RunError("it has fewer frames than its checkpoint");
       table.truncate(frames);
     }
     // Before the space of the rows that went is used again.
@@ -256,6 +255,7 @@ void Recorder::close() {
   impl_->stop_writer();
   impl_->tables.clear();
   with_file([](hdf5::File& file) { file.close(); });
+  impl_->lock->require_in_place();
   impl_->lock.reset();
 }
 

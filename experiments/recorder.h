@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "experiments/hdf5_file.h"
+#include "experiments/results_lock.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -19,27 +20,25 @@ struct Column {
   hdf5::Shape row;  // empty: one value
 };
 
-// Puts the whole copy that a killed run has left back in its place; nothing when there is none.
-// Throws InputError when a run is still writing the file.
-void recover_results(const std::string& file);
+// Puts the copy that a killed run has left back in its place. True when it did; false when there is
+// no whole copy. Throws WriteError.
+bool recover_results(const ResultsLock& lock);
 
 // Moves an earlier results file out of the way, RUN.h5 to RUN.1.h5 (.2, ...), and returns its new
-// name; empty when there was none. Throws InputError when `file` is something else than HDF5 (an
-// empty file is replaced) or a run is still writing it.
+// name; empty when there was none. Of a run that was killed it is the copy. Throws InputError when
+// `file` is something else than HDF5 (an empty file is replaced) or a run is still writing it.
 std::string keep_earlier_results(const std::string& file);
 
-// The results file cannot be written, e.g. on a full disk: says nothing of the simulation.
-struct WriteError : RunError {
-  using RunError::RunError;
-};
-
 // The only writer of a results file; a second one is refused with an InputError.
-// A write that fails (disk full) is a WriteError at the next call.
+// A write that fails (disk full) is a WriteError, at the latest at the next call.
 class Recorder {
  public:
+  using Lock = std::shared_ptr<const ResultsLock>;
   // A new file.
+  static Recorder create(const Lock& lock, const std::vector<Column>& columns);
   static Recorder create(const std::string& file, const std::vector<Column>& columns);
-  // An existing one, to go on with.
+  // An existing one, to continue.
+  static Recorder reopen(const Lock& lock, const std::vector<Column>& columns);
   static Recorder reopen(const std::string& file, const std::vector<Column>& columns);
   ~Recorder();
   Recorder(Recorder&&) noexcept;
@@ -51,8 +50,10 @@ class Recorder {
   // Runs `use` on the file after everything queued has been written, e.g. for a checkpoint.
   void with_file(const std::function<void(hdf5::File&)>& use);
 
+  const ResultsLock& lock() const;
+
   // Cuts the columns back to their first `frames` rows, and flushes. Throws RunError when a column
-  // has fewer.
+  // has fewer, and WriteError.
   void truncate(std::size_t frames);
 
   // Writes the rest, and closes the file.

@@ -13,6 +13,7 @@
 #include "experiments/input_file.h"
 #include "experiments/results_guard.h"
 #include "experiments/results_schema.h"
+#include "experiments/results_lock.h"
 
 namespace firn {
 namespace {

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <memory>
+#include <optional>
+
 #include "experiments/checkpoint.h"
 #include "experiments/driver.h"
 #include "experiments/interruption.h"
@@ -13,10 +16,12 @@
 namespace firn {
 namespace {
 
+using Lock = Recorder::Lock;
+
 // From the finished file alone, and into it.
-std::vector<Response> measure_and_store(const std::string& results_file) {
-  std::vector<Response> responses = measure(Recording(results_file));
-  Recorder recorder = Recorder::reopen(results_file, {});
+std::vector<Response> measure_and_store(const Lock& lock) {
+  std::vector<Response> responses = measure(Recording(lock->file()));
+  Recorder recorder = Recorder::reopen(lock, {});
   recorder.with_file([&](hdf5::File& file) {
     if (file.contains("/responses")) file.remove("/responses");  // a part, from before a kill
     write_responses(file, responses);
@@ -27,19 +32,29 @@ std::vector<Response> measure_and_store(const std::string& results_file) {
   return responses;
 }
 
-// A run that was killed just as it finished may have left its checkpoints, or not been measured.
-std::vector<Response> tidy_finished(const std::string& results_file) {
-  bool measured = false;
-  {
-    const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
-    measured = file.has_attribute("/", "measured") && file.contains("/responses");
-    if (measured && !file.contains("/checkpoint")) return Recording(results_file).responses();
-  }
-  keep_copy(results_file);
-  Recorder recorder = Recorder::reopen(results_file, {});
-  recorder.with_file(remove_checkpoints);
+// Whether nothing is left to do for a finished run. One that was killed just as it finished may
+// have left its checkpoints, or not been measured.
+bool is_tidy(const std::string& results_file) {
+  const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
+  return !has_kept_copy(results_file) && file.has_attribute("/", "measured") &&
+         file.contains("/responses") && !file.contains("/checkpoint");
+}
+
+std::vector<Response> tidy_finished(const Lock& lock) {
+  lock->keep_copy();
+  Recorder recorder = Recorder::reopen(lock, {});
+  recorder.with_file([](hdf5::File& file) { remove_checkpoints(file); });
   recorder.close();
-  return measured ? Recording(results_file).responses() : measure_and_store(results_file);
+  std::vector<Response> responses = measure_and_store(lock);
+  lock->drop_copy();
+  return responses;
+}
+
+RunSummary write_failure(const WriteError& e, const std::string& safe) {
+  RunSummary summary;
+  summary.reason = WriteError(e, safe).what();
+  summary.write_failed = true;
+  return summary;
 }
 
 Onlooker onlooker(const RunOptions& options) {
@@ -52,11 +67,22 @@ Onlooker onlooker(const RunOptions& options) {
   return looks;
 }
 
-RunSummary drive(Driver& driver, const RunOptions& options) {
-  RunSummary summary = driver.run();
-  if (summary.status == RunStatus::finished)
-    summary.responses = measure_and_store(options.results_file);
-  drop_kept_copy(options.results_file);
+// The copy of the last checkpoint stays until the file is complete.
+RunSummary drive(Driver& driver, const Lock& lock) {
+  RunSummary summary;
+  try {
+    summary = driver.run();
+    if (!driver.concluded()) return summary;
+    if (summary.status == RunStatus::finished) summary.responses = measure_and_store(lock);
+    lock->drop_copy();
+  } catch (const WriteError& e) {
+    summary.status = RunStatus::failed;
+    summary.reason = WriteError(e, driver.what_is_safe(e)).what();
+    summary.write_failed = true;
+  } catch (const InputError&) {
+    if (driver.concluded()) lock->drop_copy();
+    throw;
+  }
   return summary;
 }
 
@@ -104,19 +130,27 @@ RunSummary run(const Case& c, const RunOptions& options) {
   if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
   check_runnable(c);
   check_machine(c);
-  recover_results(options.results_file);  // a killed run is kept whole, too
-  const std::string kept_earlier = keep_earlier_results(options.results_file);
-  drop_kept_copy(options.results_file);
-  interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
-                                       interruption::Temporary(kept_copy(options.results_file))};
-  Recorder recorder = Recorder::create(options.results_file, result_columns(c.model));
-  recorder.with_file([&](hdf5::File& file) {
-    write_header(file, c);
-    file.flush();
-  });
-  Driver driver(c, options, &recorder, onlooker(options));
-  driver.set_unsaved(unsaved);
-  RunSummary summary = drive(driver, options);
+  std::string kept_earlier;
+  Lock lock;
+  std::optional<Recorder> recorder;
+  RunSummary summary;
+  try {
+    kept_earlier = keep_earlier_results(options.results_file);  // a killed run is kept whole, too
+    lock = std::make_shared<ResultsLock>(options.results_file);
+    interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
+                                         interruption::Temporary(kept_copy(options.results_file))};
+    recorder.emplace(Recorder::create(lock, result_columns(c.model)));
+    recorder->with_file([&](hdf5::File& file) {
+      write_header(file, c);
+      file.flush();
+    });
+    Driver driver(c, options, &*recorder, onlooker(options));
+    driver.set_unsaved(unsaved);
+    summary = drive(driver, lock);
+  } catch (const WriteError& e) {
+    summary = write_failure(
+        e, fmt::format("nothing was simulated: {}start the run again", remedy(e.error)));
+  }
   summary.kept_earlier = kept_earlier;
   return summary;
 }
@@ -124,32 +158,46 @@ RunSummary run(const Case& c, const RunOptions& options) {
 RunSummary resume(const std::string& results_file, const RunOptions& given) {
   RunOptions options = given;
   options.results_file = results_file;
-  RunSummary summary;
-  Case c;
-  recover_results(results_file);
-  {
-    const Recording recording(results_file);
-    if (recording.status() == "finished") {
-      summary.status = RunStatus::finished;
-      summary.reason = "was finished already";
-      const std::vector<double> times = recording.frame_times();
-      summary.simulated = times.empty() ? 0 : times.back();
-    } else {
+  const auto finished = [&](std::vector<Response> responses) {
+    RunSummary summary;
+    summary.status = RunStatus::finished;
+    summary.reason = "was finished already";
+    const std::vector<double> times = Recording(results_file).frame_times();
+    summary.simulated = times.empty() ? 0 : times.back();
+    summary.responses = std::move(responses);
+    return summary;
+  };
+  if (!has_kept_copy(results_file)) {
+    const Recording recording(results_file);  // says what is wrong with the name
+    if (recording.status() == "finished" && is_tidy(results_file))
+      return finished(recording.responses());
+  }
+  const auto lock = std::make_shared<ResultsLock>(results_file);
+  try {
+    const bool restored = recover_results(*lock);
+    Case c;
+    {
+      const Recording recording(results_file);
+      if (recording.status() == "finished") return finished(tidy_finished(lock));
       c = case_of(recording, "resumed");
     }
+    if (!restored) lock->keep_copy();
+    Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
+    Driver driver(c, options, &recorder, onlooker(options));
+    try {
+      driver.restore();
+      recorder.with_file(
+          [](hdf5::File& file) { file.set_attribute("/", "status", std::string("running")); });
+    } catch (const WriteError& e) {
+      return write_failure(e, driver.what_is_safe(e));
+    }
+    return drive(driver, lock);
+  } catch (const WriteError& e) {
+    return write_failure(
+        e, fmt::format("its last state is safe in {}: {}continue with firn run --resume {}",
+                       has_kept_copy(results_file) ? kept_copy(results_file) : results_file,
+                       remedy(e.error), results_file));
   }
-  if (summary.status == RunStatus::finished) {
-    summary.responses = tidy_finished(results_file);
-    drop_kept_copy(results_file);
-    return summary;
-  }
-  keep_copy(results_file);
-  Recorder recorder = Recorder::reopen(results_file, result_columns(c.model));
-  Driver driver(c, options, &recorder, onlooker(options));
-  driver.restore();
-  recorder.with_file(
-      [](hdf5::File& file) { file.set_attribute("/", "status", std::string("running")); });
-  return drive(driver, options);
 }
 
 }  // namespace firn

@@ -47,6 +47,7 @@ struct RunOptions {
 struct RunSummary {
   RunStatus status = RunStatus::failed;
   std::string reason;               // one sentence; for a finished run, what ended it
+  bool write_failed = false;        // `reason` is a WriteError and what is safe
   std::string kept_earlier;         // earlier results of the same name are now here; empty: none
   std::vector<Response> responses;  // measured from the recording alone
   double simulated = 0;             // s
@@ -58,12 +59,14 @@ struct RunSummary {
 };
 
 // Simulates the case from its start. Throws InputError for a case that cannot be set up; a run that
-// goes wrong is a summary with status failed, and its results file says so. Results that exist
-// already under the same name are kept under another one (RUN.h5 becomes RUN.1.h5).
+// goes wrong is a summary with status failed, and its results file says so where it can be written.
+// Results that exist already under the same name are kept under another one (RUN.h5 becomes
+// RUN.1.h5).
 RunSummary run(const Case& c, const RunOptions& options);
 
-// Goes on from the last checkpoint in a results file. Bit for bit as if it had never stopped. A
-// file whose run is finished is left as it is, and its responses are returned.
+// Continues from the last checkpoint in a results file, bit for bit as if it had never stopped. A
+// file whose run is finished is left as it is, and its responses are returned. Whatever fails, the
+// last checkpoint can be resumed again.
 RunSummary resume(const std::string& results_file, const RunOptions& options);
 
 }  // namespace firn

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <thread>
@@ -10,6 +12,7 @@
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
 #include "solver/types.h"
+#include "experiments/output_file.h"
 
 namespace firn::sqlite {
 namespace {
@@ -37,6 +40,9 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
     std::error_code error;
     if (const fs::path folder = fs::path(file).parent_path(); !folder.empty())
       fs::create_directories(folder, error);
+    if (error.value() == ENOSPC || error.value() == EDQUOT || error.value() == EROFS ||
+        error.value() == EIO)
+      throw WriteError(file, error.value());
     if (error)
       throw InputError(
           fmt::format("{}: its folder cannot be made: {}; expected a file that can be "
@@ -63,6 +69,10 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
       open(uri + "?immutable=1", SQLITE_OPEN_READONLY);
     }
     refuse_foreign_schema();
+    execute("SELECT 1 FROM sqlite_master");
+  } catch (const WriteError&) {
+    sqlite3_close(db_);
+    throw;
   } catch (const RunError& e) {
     sqlite3_close(db_);
     throw InputError(fmt::format("{}; expected a database {}", e.what(),
@@ -91,7 +101,11 @@ void File::use_log(int patience) {
 
 void File::open(const std::string& uri, int flags) {
   if (sqlite3_open_v2(uri.c_str(), &db_, flags | SQLITE_OPEN_URI, nullptr) == SQLITE_OK) return;
+  const int error = sqlite3_system_errno(db_);
   sqlite3_close(db_);
+  db_ = nullptr;
+  if (error == ENOSPC || error == EDQUOT || error == EROFS || error == EIO)
+    throw WriteError(name_, error);
   throw InputError(
       fmt::format("{}: cannot be opened; expected a database that can be {}", name_,
                   (flags & SQLITE_OPEN_READONLY) != 0 ? "read" : "written, or a place for one"));
@@ -99,7 +113,22 @@ void File::open(const std::string& uri, int flags) {
 
 File::~File() { sqlite3_close(db_); }
 
+bool File::moved() const {
+  int moved = 0;
+  return sqlite3_file_control(db_, "main", SQLITE_FCNTL_HAS_MOVED, &moved) == SQLITE_OK &&
+         moved != 0;
+}
+
 void File::fail(const std::string& what) const {
+  const int code = sqlite3_extended_errcode(db_), kind = code & 0xff;
+  const bool reading = code == SQLITE_IOERR_READ || code == SQLITE_IOERR_SHORT_READ;
+  if (kind == SQLITE_READONLY && ::access(name_.c_str(), W_OK) != 0 && errno == EROFS)
+    throw WriteError(name_, EROFS);
+  if (kind == SQLITE_FULL) throw WriteError(name_, ENOSPC);
+  if (kind == SQLITE_IOERR && !reading) {
+    const int error = sqlite3_system_errno(db_);
+    throw WriteError(name_, error == 0 ? EIO : error);
+  }
   throw RunError(fmt::format("{}: {}: {}", name_, what, sqlite3_errmsg(db_)));
 }
 
@@ -155,6 +184,7 @@ Transaction::~Transaction() {
 void Transaction::commit() {
   file_.execute("COMMIT");
   done_ = true;
+  if (file_.moved()) throw WriteError(file_.name(), "it was removed or replaced while in use");
 }
 
 int schema_version(File& file) {

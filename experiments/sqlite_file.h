@@ -10,7 +10,8 @@ struct sqlite3_stmt;
 
 namespace firn::sqlite {
 
-// An open database file. Errors are RunError `FILE: what: SQLite's word for it`.
+// An open database file. Errors are RunError `FILE: what: SQLite's word for it`, and WriteError
+// where the system refused a write.
 class File {
  public:
   enum class Access { read, write };  // write makes the file and its folder where missing
@@ -24,7 +25,10 @@ class File {
   void execute(const char* sql);
   const std::string& name() const { return name_; }
   sqlite3* handle() const { return db_; }
+  // Throws what the last call of the library failed with.
   [[noreturn]] void fail(const std::string& what) const;
+  // Whether the file has lost its name: what is written then is lost.
+  bool moved() const;
 
  private:
   void open(const std::string& uri, int flags);
@@ -55,8 +59,8 @@ class Statement {
   int bound_ = 0;
 };
 
-// All or nothing; takes the one place of a writer at once, so that what is read within it is what
-// the writing rests on.
+// All or nothing. commit() throws WriteError also when the file was removed. It takes the one place
+// of a writer at once, so that what is read within it is what the writing rests on.
 class Transaction {
  public:
   explicit Transaction(File& file);

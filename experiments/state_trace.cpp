@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -143,9 +144,8 @@ void compare_numbers(const std::vector<std::string>& first, const std::vector<st
 }  // namespace
 
 TraceWriter::TraceWriter(const Case& c, const TraceOptions& options)
-    : options_(options), out_(options.file) {
+    : options_(options), out_(options.file, OutputFile::When::at_once) {
   if (options_.every < 1) options_.every = 1;
-  if (!out_) throw InputError(options.file + ": cannot be written");
   out_ << kMagic << "\n" << kCase << case_hash(c) << "\n";
 }
 
@@ -212,10 +212,7 @@ void TraceWriter::write_numbers(const Solver& solver) {
   }
 }
 
-void TraceWriter::close() {
-  out_.close();
-  if (!out_) throw RunError(options_.file + ": cannot be written");
-}
+void TraceWriter::close() { out_.commit(); }
 
 TraceDifference compare_traces(const std::string& first, const std::string& second,
                                std::size_t listed) {

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "experiments/case.h"
+#include "experiments/output_file.h"
 #include "solver/solver.h"
 
 namespace firn {
@@ -30,18 +30,18 @@ struct TraceOptions {
 //   pair 3 17 patch 0 normal_force=... ;  pair 3 17 patch 0 point 1 gap=...
 class TraceWriter {
  public:
-  // Throws InputError when the file cannot be written.
+  // Throws as OutputFile. The file grows while the run is under way.
   TraceWriter(const Case& c, const TraceOptions& options);
   // With each step, in order.
   void see(const Solver& solver, bool last);
-  // Throws RunError when something could not be written.
+  // Throws WriteError when something could not be written.
   void close();
 
  private:
   void write_numbers(const Solver& solver);
 
   TraceOptions options_;
-  std::ofstream out_;
+  OutputFile out_;
   bool begun_ = false;
 };
 

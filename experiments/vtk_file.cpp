@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <span>
+
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -32,7 +33,7 @@ class VtpFile {
   }
 
   void save(const std::filesystem::path& path) const {
-    std::ofstream out(path, std::ios::binary);
+    OutputFile out(path.string());
     out << xml_;
     for (const std::span<const std::byte>& block : blocks_) {
       const std::uint64_t size = block.size();
@@ -40,7 +41,7 @@ class VtpFile {
       out.write(reinterpret_cast<const char*>(block.data()), static_cast<std::streamsize>(size));
     }
     out << "\n</AppendedData>\n</VTKFile>\n";
-    if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+    out.commit();
   }
 
  private:
@@ -67,11 +68,7 @@ void save_vtp(const VtkSurface& surface, const std::filesystem::path& path) {
 
 VtkTimeSeries::VtkTimeSeries(const std::filesystem::path& directory, const std::string& name)
     : directory_(directory), name_(name) {
-  std::error_code error;
-  std::filesystem::create_directories(directory / name, error);
-  if (error)
-    throw InputError(
-        fmt::format("{}: cannot be made: {}", (directory / name).string(), error.message()));
+  make_output_folder((directory / name).string());
 }
 
 void VtkTimeSeries::add(double time, std::size_t number, const VtkSurface& surface) {
@@ -82,11 +79,11 @@ void VtkTimeSeries::add(double time, std::size_t number, const VtkSurface& surfa
 
 void VtkTimeSeries::save() const {
   const std::filesystem::path path = directory_ / (name_ + ".pvd");
-  std::ofstream out(path);
+  OutputFile out(path.string());
   out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
          "byte_order=\"LittleEndian\">\n<Collection>\n"
       << entries_ << "</Collection>\n</VTKFile>\n";
-  if (!out.flush()) throw InputError(path.string() + ": cannot be written");
+  out.commit();
 }
 
 }  // namespace firn

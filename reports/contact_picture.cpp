@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <future>
 #include <list>
 #include <numbers>
 #include <set>
 
 #include "experiments/gnuplot.h"
+#include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
 #include "reports/mesh_renderer.h"
 #include "reports/picture_source.h"
@@ -314,15 +314,14 @@ void draw_history(const Case& c, const ContactChoice& choice, const std::vector<
   Gnuplot::check_picture(file);
   const Gnuplot gnuplot;
   const std::filesystem::path data = gnuplot.data_file("rows");
-  std::ofstream out(data);
+  OutputFile out(data.string());
   for (const HistoryRow& r : rows) {
     // Nobody near: no overlap to draw.
     out << fmt::format("{:.12g} {:.9g} {:.9g} {} {:.9g} {:.9g}\n", 1e3 * r.time, r.normal_force,
                        r.friction, std::isnan(r.gap) ? "NaN" : fmt::format("{:.9g}", -1e6 * r.gap),
                        1e6 * r.work_normal, 1e6 * r.work_friction);
   }
-  out.close();
-  if (!out) throw RunError(fmt::format("{}: cannot be written", data.string()));
+  out.commit();
   const std::string who = body_name(c.model, choice.body) + " and " +
                           (choice.other >= 0 ? body_name(c.model, choice.other) : "its neighbours");
   const std::string source = "'rows'";

@@ -6,10 +6,9 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
-#include "experiments/interruption.h"
+#include "experiments/output_file.h"
 #include "experiments/sha256.h"
 #include "experiments/text_encoding.h"
 #include "reports/assets.h"
@@ -332,19 +331,14 @@ std::string Page::html() const {
 }
 
 std::vector<std::string> Page::write_figures(const std::string& folder) const {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  make_output_folder(folder);
   std::vector<std::string> files;
   const auto write_all = [&](const std::string& name, const std::vector<std::string>& drawings) {
     for (std::size_t k = 0; k < drawings.size(); ++k) {
       const std::string number = k == 0 ? "" : fmt::format("-{}", k + 1);
       files.push_back(
           (std::filesystem::path(folder) / (encode::file_name(name) + number + ".svg")).string());
-      std::ofstream out(files.back());
-      out << standing_alone(drawings[k]);
-      if (!out.flush())
-        throw InputError(
-            fmt::format("{}: cannot be written; expected a folder for figures", files.back()));
+      write_file(files.back(), standing_alone(drawings[k]));
     }
   };
   write_all("summary", top_.drawings());
@@ -355,18 +349,7 @@ std::vector<std::string> Page::write_figures(const std::string& folder) const {
 void Page::write(const std::string& file) const {
   if (std::filesystem::path(file).extension() != ".html")
     throw InputError(fmt::format("{}: no name of a page; expected FILE.html", file));
-  const std::string unfinished = file + ".writing";
-  const interruption::Temporary temporary(unfinished);
-  std::ofstream out(unfinished, std::ios::binary);
-  out << html();
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(unfinished, file, error);
-  if (!out || error) {
-    std::error_code ignored;
-    std::filesystem::remove(unfinished, ignored);
-    throw InputError(fmt::format("{}: cannot be written; expected a folder that is there", file));
-  }
+  write_file(file, html());
 }
 
 }  // namespace firn::page

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <sstream>
 
+#include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
 #include "solver/types.h"
 
@@ -85,23 +86,19 @@ std::string palette_script() {
 std::string Drawing::write(const std::string& name, const double* values, std::size_t rows,
                            std::size_t columns) const {
   const std::filesystem::path file = gnuplot_.data_file(name);
-  std::ofstream stream(file);
+  OutputFile stream(file.string());
   for (std::size_t i = 0; i < rows; ++i) {
     for (std::size_t j = 0; j < columns; ++j)
       stream << fmt::format("{}{:.9g}", j ? " " : "", values[i * columns + j]);
     stream << '\n';
   }
-  stream.close();
-  if (!stream) throw RunError(fmt::format("{}: cannot be written", file.string()));
+  stream.commit();
   return fmt::format("'{}'", name);
 }
 
 std::string Drawing::svg(const std::string& script) const {
-  const std::filesystem::path file = gnuplot_.data_file("plot.svg");
   gnuplot_.run(prologue(width_, height_) + "set output 'plot.svg'\n" + script + "unset output\n");
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return for_page(text.str());
+  return for_page(gnuplot_.picture("plot.svg"));
 }
 
 std::string Drawing::nothing(const std::string& x_title, const std::string& y_title) const {

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 
-#include "experiments/interruption.h"
+#include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
 #include "solver/types.h"
 
@@ -262,13 +261,8 @@ void write_verification_page(const std::vector<VerificationCase>& cases,
   if (extension != ".html" && extension != ".md") {
     throw InputError(fmt::format("{}: a page is FILE.html or FILE.md", file));
   }
-  const std::string unfinished = file + ".writing";
-  const interruption::Temporary temporary(unfinished);
-  std::ofstream out(unfinished);
-  out << (extension == ".md" ? markdown(cases, results, program) : html(cases, results, program));
-  out.close();
-  if (!out) throw InputError(fmt::format("{}: cannot be written", file));
-  std::filesystem::rename(unfinished, file);
+  write_file(
+      file, extension == ".md" ? markdown(cases, results, program) : html(cases, results, program));
 }
 
 }  // namespace firn

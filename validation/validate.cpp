@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 
 #include "experiments/batch/batch_folder.h"
 #include "experiments/interruption.h"
 #include "experiments/material_database.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -43,6 +43,7 @@ class Runner {
     }
     folder.progress().done();
     if (!v.interrupted) compare_all(v);
+    folder.journal().require_in_place();
     v.suite = std::move(suite_);
     v.groups = std::move(groups_);
     return v;
@@ -231,12 +232,6 @@ class Runner {
   std::vector<RunGroup> groups_;
 };
 
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream out(file);
-  out << text;
-  if (!out.flush()) throw RunError(fmt::format("{}: cannot be written", file.string()));
-}
-
 }  // namespace
 
 int Validation::count(ValidationVerdict verdict) const {
@@ -254,11 +249,13 @@ Validation validate(const ValidationOptions& options) {
   }
   const std::string directory =
       options.directory.empty() ? (fs::path("runs") / suite.name).string() : options.directory;
-  Validation v = Runner(std::move(suite), options).carry_out(directory);
-  v.command = fmt::format("firn validate {}{}", options.suite_file,
-                          options.material.empty() ? "" : " --material " + options.material);
-  if (!v.interrupted) write_file(fs::path(directory) / "results.json", render_json(v) + "\n");
-  return v;
+  return with_kept_runs(directory, [&] {
+    Validation v = Runner(std::move(suite), options).carry_out(directory);
+    v.command = fmt::format("firn validate {}{}", options.suite_file,
+                            options.material.empty() ? "" : " --material " + options.material);
+    if (!v.interrupted) write_own_file(fs::path(directory) / "results.json", render_json(v) + "\n");
+    return v;
+  });
 }
 
 }  // namespace firn

@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "experiments/batch/slurm_executor.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -44,8 +44,7 @@ int side_by_side(const BatchFolderOptions& options) {
 DirectoryLock::DirectoryLock(const std::string& directory) {
   const std::string file = (fs::path(directory) / "lock").string();
   descriptor_ = open(file.c_str(), O_RDWR | O_CREAT, 0644);
-  if (descriptor_ < 0)
-    throw InputError(fmt::format("{}: cannot be written; expected a directory of ours", file));
+  if (descriptor_ < 0) refuse_output(file, errno);
   for (int tries = 0; flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++tries) {
     pid_t owner = 0;
     std::ifstream(file) >> owner;
@@ -60,8 +59,9 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
   }
   const std::string owner = fmt::format("{}\n", getpid());
   if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) {
+    const int error = errno;
     close(descriptor_);
-    throw RunError(fmt::format("{}: cannot be written: {}", file, std::strerror(errno)));
+    throw WriteError(file, error);
   }
 }
 

@@ -2,6 +2,8 @@
 // how far it has come.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <memory>
 #include <optional>
@@ -9,6 +11,7 @@
 
 #include "experiments/batch/batch.h"
 #include "experiments/batch/execution.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 
@@ -41,6 +44,18 @@ struct BatchFolderOptions {
   const std::atomic<bool>* interrupt = nullptr;
   Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
 };
+
+// Returns work(). A WriteError gets what is safe: the finished runs in the journal of `directory`.
+template <class Work>
+auto with_kept_runs(const std::string& directory, Work&& work) {
+  try {
+    return work();
+  } catch (const WriteError& e) {
+    throw WriteError(e, fmt::format("everything finished is kept in {}: {}the same command goes on "
+                                    "from there",
+                                    directory, remedy(e.error)));
+  }
+}
 
 class BatchFolder {
  public:

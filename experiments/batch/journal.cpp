@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/batch/run_tables.h"
+#include "experiments/output_file.h"
 #include "experiments/sha256.h"
 #include "experiments/version.h"
 
@@ -42,11 +43,7 @@ std::string journal_file(const std::string& directory, bool must_exist) {
         fmt::format("{}: nothing to resume: there is no study.db in it; expected the "
                     "directory of a study that was started before",
                     directory));
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (error)
-    throw InputError(fmt::format("{}: cannot be made: {}; expected a directory that can be written",
-                                 directory, error.message()));
+  make_output_folder(directory);
   return file.string();
 }
 
@@ -73,7 +70,7 @@ std::uint64_t seed_of(Database& db, const std::string& text) {
 }  // namespace
 
 Journal::Journal(const std::string& directory, const std::string& study_text, bool must_exist)
-    : db_(journal_file(directory, must_exist), schema(), format) {
+    : directory_(directory), db_(journal_file(directory, must_exist), schema(), format) {
   Transaction transaction(db_);
   Statement known(db_, "SELECT value FROM study WHERE name = 'text'");
   if (!known.next())
@@ -88,8 +85,48 @@ Journal::Journal(const std::string& directory, const std::string& study_text, bo
 
 std::optional<JobResult> Journal::outcome(const std::string& key) { return read_outcome(db_, key); }
 
-void Journal::plan(const std::vector<PlannedRun>& runs) {
+template <class Write>
+void Journal::write(Write&& write) {
+  require_in_place();
   Transaction transaction(db_);
+  write();
+  try {
+    transaction.commit();
+  } catch (const WriteError&) {
+    require_in_place();
+    throw;
+  }
+}
+
+void Journal::require_in_place() {
+  if (db_.file().moved()) put_back();
+}
+
+// The removed file can be read as long as it is open.
+void Journal::put_back() {
+  namespace fs = std::filesystem;
+  const std::string file = (fs::path(directory_) / "study.db").string();
+  const char* const removed = "it was removed or replaced during the work";
+  std::error_code error;  // told by the database
+  fs::create_directories(directory_, error);
+  if (fs::exists(file, error)) throw WriteError(directory_, removed);
+  try {
+    Statement(db_, "VACUUM INTO ?").bind(file).next();
+    sync_path(file);
+  } catch (const RunError& e) {
+    throw RunError(
+        fmt::format("{}: {}, and its journal cannot be written again: {}; its finished runs are in "
+                    "the store of runs, if it has one",
+                    directory_, removed, e.what()));
+  }
+  throw WriteError(directory_, fmt::format("{}; its journal was written again", removed));
+}
+
+void Journal::plan(const std::vector<PlannedRun>& runs) {
+  write([&] { insert(runs); });
+}
+
+void Journal::insert(const std::vector<PlannedRun>& runs) {
   for (const PlannedRun& run : runs)
     Statement(db_,
               "INSERT OR IGNORE INTO runs (key, case_text, program, git_commit, experiment, phase, "
@@ -104,19 +141,20 @@ void Journal::plan(const std::vector<PlannedRun>& runs) {
         .bind(run.label.parameters)
         .bind(std::to_string(run.label.seed))
         .next();
-  transaction.commit();
 }
 
 void Journal::start(const std::string& key) {
-  Statement(db_, "UPDATE runs SET status = 'running', attempts = attempts + 1 WHERE key = ?")
-      .bind(key)
-      .next();
+  write([&] {
+    Statement(db_, "UPDATE runs SET status = 'running', attempts = attempts + 1 WHERE key = ?")
+        .bind(key)
+        .next();
+  });
 }
 
 void Journal::finish(const std::string& key, const JobResult& result) {
-  Transaction transaction(db_);
-  write_outcome(db_, key, result);
-  transaction.commit();
+  const bool good = result.status == JobStatus::finished || result.status == JobStatus::arched;
+  if (db_.file().moved() && good) write_outcome(db_, key, result);  // others end with the folder
+  write([&] { write_outcome(db_, key, result); });
 }
 
 std::vector<JournalRun> Journal::runs() {
@@ -140,11 +178,13 @@ std::vector<JournalRun> Journal::runs() {
 }
 
 void Journal::submit(const Submission& s) {
-  Statement(db_, "INSERT OR REPLACE INTO submissions VALUES (?, ?, ?)")
-      .bind(s.name)
-      .bind(s.job)
-      .bind(nlohmann::json(s.keys).dump())
-      .next();
+  write([&] {
+    Statement(db_, "INSERT OR REPLACE INTO submissions VALUES (?, ?, ?)")
+        .bind(s.name)
+        .bind(s.job)
+        .bind(nlohmann::json(s.keys).dump())
+        .next();
+  });
 }
 
 void Journal::forget_submission(const std::string& name) {

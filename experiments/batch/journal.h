@@ -54,6 +54,8 @@ struct Submission {
 // exist and does not.
 std::string journal_file(const std::string& directory, bool must_exist);
 
+// What writes throws WriteError. When DIR/study.db was removed meanwhile, it is made again with all
+// that it held, unless another one has taken its place, and a WriteError says so.
 class Journal {
  public:
   // Opens or makes DIR/study.db. Throws InputError when the directory cannot be written, holds
@@ -73,7 +75,16 @@ class Journal {
 
   std::vector<JournalRun> runs();  // in the order in which they were planned
 
+  // Throws as the writing functions when DIR/study.db was removed or replaced.
+  void require_in_place();
+
  private:
+  template <class Write>
+  void write(Write&& write);
+  void insert(const std::vector<PlannedRun>& runs);
+  [[noreturn]] void put_back();
+
+  std::string directory_;
   Database db_;
 };
 

@@ -38,6 +38,7 @@ std::vector<char*> argument_list(const std::vector<std::string>& args) {
 void live_and_die_with(pid_t parent, int signal) {
   setpgid(0, 0);  // Ctrl-C reaches it through the parent, if at all
   prctl(PR_SET_PDEATHSIG, signal);
+  ::signal(SIGPIPE, SIG_DFL);
   if (getppid() != parent) _exit(130);
 }
 

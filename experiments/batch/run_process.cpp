@@ -14,7 +14,9 @@
 
 #include "experiments/batch/execution.h"
 #include "experiments/batch/process.h"
+#include "experiments/output_file.h"
 #include "experiments/recording.h"
+#include "experiments/results_lock.h"
 
 namespace firn {
 namespace {
@@ -27,6 +29,7 @@ constexpr std::size_t probe_size = 1 << 20;  // bytes
 
 // Nothing for a run that has not come to its end, measured.
 std::optional<JobResult> outcome(const std::string& results) {
+  if (has_kept_copy(results)) return std::nullopt;
   const Recording recording(results);
   const std::string status = recording.status();
   JobResult r;
@@ -49,9 +52,16 @@ std::optional<JobResult> outcome(const std::string& results) {
   return r;
 }
 
-[[noreturn]] void trouble_around(const std::string& what) {
-  throw RunError(fmt::format(
-      "{}; everything finished is kept, and the same command goes on from there", what));
+void make_folder(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw WriteError(folder, error.value());
+}
+
+// A run whose files are of no use starts from its beginning.
+void remove_results(const std::string& results) {
+  for (const std::string& file : {results, kept_copy(results)})
+    if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
 }
 
 }  // namespace
@@ -84,8 +94,7 @@ double simulated_time(const Job& job) {
 
 void require_writable(const std::string& folder) {
   const std::string file = (fs::path(folder) / "write_test").string();
-  std::error_code error;
-  fs::create_directories(folder, error);
+  make_folder(folder);
   const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   const std::vector<char> bytes(probe_size);
   ssize_t written = -1;
@@ -96,13 +105,13 @@ void require_writable(const std::string& folder) {
   const int why = written >= 0 ? ENOSPC : errno;
   if (descriptor >= 0) close(descriptor);
   unlink(file.c_str());
-  if (written != static_cast<ssize_t>(bytes.size()))
-    trouble_around(fmt::format("{}: cannot be written: {}", folder, std::strerror(why)));
+  if (written != static_cast<ssize_t>(bytes.size())) throw WriteError(folder, why);
 }
 
 RunProcess::RunProcess(const Job& job, const std::string& program)
     : job_(job), files_(job), start_(Clock::now()) {
-  if (fs::exists(files_.results)) {
+  std::error_code unreadable;
+  if (fs::exists(files_.results, unreadable) || has_kept_copy(files_.results)) {
     try {
       const Recording recording(files_.results);
       gone_on_ = recording.has_checkpoint() || recording.status() == "finished";
@@ -110,11 +119,10 @@ RunProcess::RunProcess(const Job& job, const std::string& program)
     } catch (const InputError&) {
       // Cut short before anything was worth keeping.
     }
-    if (!gone_on_) fs::remove(files_.results);
+    if (!gone_on_) remove_results(files_.results);
   }
-  fs::create_directories(job_.folder);
-  std::ofstream text(files_.case_file);
-  if (!(text << job_.text).flush()) require_writable(job_.folder);
+  make_folder(job_.folder);
+  write_own_file(files_.case_file, job_.text);
   std::vector<std::string> args = {program, "run"};
   if (gone_on_)
     args.insert(args.end(), {"--resume", files_.results});
@@ -201,15 +209,20 @@ JobResult RunProcess::result(int status) const {
     return {JobStatus::lost, killed, {}, 0, simulated_time(job_)};
   // What follows is the run's own doing only if it could write and be started.
   require_writable(job_.folder);
-  if (signal == SIGXFSZ) trouble_around(fmt::format("{}: may not be as large", files_.results));
-  if (code == 1 && (last.starts_with("firn: results file ") ||
-                    last.starts_with("firn: the run failed: results file ")))
-    trouble_around(last);
+  if (signal == SIGXFSZ) throw WriteError(files_.results, EFBIG);
+  if (code == 1) {
+    if (const auto refused = write_error_in(last)) throw *refused;
+    // It could not write its last word either.
+    if (last.empty()) return {JobStatus::lost, "it ended without a message", {}};
+  }
   if (code == 126 || code == 127)
-    trouble_around(fmt::format("exit status {}: the program cannot be started", code));
+    throw RunError(fmt::format(
+        "exit status {}: the program cannot be started; everything finished is kept, and the same "
+        "command goes on from there",
+        code));
   if (signal != 0) return {JobStatus::crashed, killed, {}};
   if (code == 2 && gone_on_) {  // what an earlier session left is of no use: from the start, then
-    fs::remove(files_.results);
+    remove_results(files_.results);
     return {JobStatus::lost, last, {}};
   }
   // Status 2 is an answer: the case cannot be run. Any other without results is a death.

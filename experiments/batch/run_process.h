@@ -23,7 +23,7 @@ std::optional<JobResult> ended_before(const Job& job);
 // How far the run came, s simulated, as its files tell.
 double simulated_time(const Job& job);
 
-// Throws RunError when a folder cannot take a file: full, read-only, gone.
+// Throws WriteError when a folder cannot take a file: full, read-only, gone.
 void require_writable(const std::string& folder);
 
 class RunProcess {

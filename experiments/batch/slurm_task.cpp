@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include "experiments/input_limits.h"
 #include "experiments/interruption.h"
 #include "experiments/json_reader.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -27,25 +29,17 @@ using nlohmann::json;
 
 constexpr auto look_every = std::chrono::milliseconds(100);
 
-// Readers see the old file or the new one, also after a power cut.
-void write_whole(const std::string& file, const std::string& text) {
-  const std::string on_the_way = fmt::format("{}.{}", file, getpid());
-  const int descriptor = open(on_the_way.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  bool good = descriptor >= 0 &&
-              write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-              fsync(descriptor) == 0;
-  if (descriptor >= 0) good = close(descriptor) == 0 && good;
-  if (!good || std::rename(on_the_way.c_str(), file.c_str()) != 0) {
-    unlink(on_the_way.c_str());
-    throw RunError(fmt::format("{}: cannot be written", file));
-  }
-}
-
 std::string read_whole(const std::string& file) {
   std::ifstream in(file);
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
+}
+
+void make_folder_of(const std::string& file) {
+  std::error_code error;
+  fs::create_directories(fs::path(file).parent_path(), error);
+  if (error) throw WriteError(file, error.value());
 }
 
 std::string outcome_file(const Job& job) {
@@ -96,16 +90,16 @@ void write_tasks(const std::string& file, const std::vector<Job>& jobs,
                  const std::string& program) {
   json tasks = json::array();
   for (const Job& job : jobs) {
-    fs::create_directories(job.folder);
-    write_whole(JobFiles(job).case_file, job.text);
+    make_folder_of(JobFiles(job).case_file);
+    write_own_file(JobFiles(job).case_file, job.text);
     tasks.push_back({{"key", job.key},
                      {"folder", job.folder},
                      {"threads", job.threads},
                      {"time_limit", job.limits.time},
                      {"memory_limit", job.limits.memory}});
   }
-  fs::create_directories(fs::path(file).parent_path());
-  write_whole(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
+  make_folder_of(file);
+  write_own_file(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
 }
 
 std::optional<JobResult> read_task_outcome(const Job& job) {
@@ -138,7 +132,10 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
   return measured;
 }
 
-void remove_task_outcome(const Job& job) { fs::remove(outcome_file(job)); }
+void remove_task_outcome(const Job& job) {
+  const std::string file = outcome_file(job);
+  if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
+}
 
 int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt) {
   std::string program;
@@ -158,12 +155,12 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   }
   if (result->status == JobStatus::interrupted) return 130;
   if (result->status == JobStatus::lost) throw RunError(result->reason);
-  write_whole(outcome_file(job), json{{"status", to_string(result->status)},
-                                      {"reason", result->reason},
-                                      {"wall", result->wall},
-                                      {"simulated", result->simulated},
-                                      {"limit", result->limit}}
-                                     .dump(-1, ' ', false, json::error_handler_t::replace));
+  write_own_file(outcome_file(job), json{{"status", to_string(result->status)},
+                                         {"reason", result->reason},
+                                         {"wall", result->wall},
+                                         {"simulated", result->simulated},
+                                         {"limit", result->limit}}
+                                        .dump(-1, ' ', false, json::error_handler_t::replace));
   return 0;
 }
 

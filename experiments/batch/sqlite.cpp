@@ -5,8 +5,8 @@
 
 #include <limits>
 
+#include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
-#include "solver/types.h"
 
 namespace firn {
 
@@ -14,6 +14,8 @@ Database::Database(const std::string& file, const std::string& schema, int forma
     : file_(file, sqlite::File::Access::write) {
   try {
     set_up(schema, format);
+  } catch (const WriteError&) {
+    throw;
   } catch (const RunError& e) {
     throw InputError(
         fmt::format("{}; expected a folder that can be written, and no other file of "

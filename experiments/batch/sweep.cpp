@@ -239,11 +239,9 @@ Sweep read_sweep(const std::string& file) {
   return s;
 }
 
-SweepResult sweep(const SweepOptions& options) {
-  SweepResult r;
-  r.sweep = read_sweep(options.sweep_file);
-  r.directory =
-      options.directory.empty() ? (fs::path("runs") / r.sweep.name).string() : options.directory;
+namespace {
+
+void carry_out(SweepResult& r, const SweepOptions& options) {
   BatchFolder folder(folder_options(r.sweep, options, r.directory));
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command goes on from there", r.directory));
@@ -266,16 +264,26 @@ SweepResult sweep(const SweepOptions& options) {
     batch.run(runs);
   } catch (const BatchInterrupted&) {
     r.interrupted = true;
-    return r;
+    return;
   }
   folder.progress().done();
   for (SweepRun& run : r.runs) run.result = batch.outcome(run.key);
   choose_responses(r);
   read_values(r);
+  folder.journal().require_in_place();
   write_csv(r);
-  std::ofstream out(fs::path(r.directory) / "results.json");
-  out << render_json(r) << "\n";
-  if (!out.flush()) throw RunError(r.directory + "/results.json: cannot be written");
+  write_own_file((fs::path(r.directory) / "results.json").string(), render_json(r) + "\n");
+  folder.journal().require_in_place();
+}
+
+}  // namespace
+
+SweepResult sweep(const SweepOptions& options) {
+  SweepResult r;
+  r.sweep = read_sweep(options.sweep_file);
+  r.directory =
+      options.directory.empty() ? (fs::path("runs") / r.sweep.name).string() : options.directory;
+  with_kept_runs(r.directory, [&] { carry_out(r, options); });
   return r;
 }
 

@@ -38,7 +38,8 @@ std::string Folder::write(const std::string& name, const std::string& text) cons
   return name;
 }
 
-pid_t Folder::start(const std::vector<std::string>& arguments) const {
+pid_t Folder::start(const std::vector<std::string>& arguments,
+                    const std::function<void()>& prepare) const {
   std::vector<std::string> words = {FIRN_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -51,6 +52,7 @@ pid_t Folder::start(const std::vector<std::string>& arguments) const {
   const int mode = O_WRONLY | O_CREAT | O_TRUNC;
   const bool ready = chdir(path_.c_str()) == 0 && dup2(open(out.c_str(), mode, 0600), 1) == 1 &&
                      dup2(open(err.c_str(), mode, 0600), 2) == 2;
+  if (ready && prepare) prepare();
   if (ready) execv(argv[0], argv.data());
   _exit(127);
 }

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,9 @@ class Folder {
   // firn ARGUMENTS..., until it ends.
   Outcome firn(const std::vector<std::string>& arguments) const;
   // The same, left running.
-  pid_t start(const std::vector<std::string>& arguments) const;
+  // `prepare` runs in the new process, with the standard streams in place.
+  pid_t start(const std::vector<std::string>& arguments,
+              const std::function<void()>& prepare = {}) const;
   Outcome wait(pid_t pid) const;
 
  private:
