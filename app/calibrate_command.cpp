@@ -10,6 +10,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "calibrate/study.h"
+#include "experiments/batch/batch_folder.h"
 #include "experiments/batch/execution.h"
 #include "experiments/batch/slurm_executor.h"
 #include "experiments/interruption.h"
@@ -27,8 +28,12 @@ void draw_example(const StudySummary& summary) {
   try {
     const Recording recording(summary.example_run);
     if (!recording.read_case().drained_repose) return;
-    draw_heap(recording, recording.frame_times().size() - 1,
-              (std::filesystem::path(summary.directory) / "drained_heap.png").string());
+    const std::string picture =
+        (std::filesystem::path(summary.directory) / "drained_heap.png").string();
+    with_kept_runs(summary.directory,
+                   [&] { draw_heap(recording, recording.frame_times().size() - 1, picture); });
+  } catch (const OutputRefused& e) {
+    throw WriteError(summary.directory, e.error);
   } catch (const InputError& e) {
     print_lines(stderr, "firn: no picture of the heap: {}\n", e.what());
   }
@@ -117,6 +122,7 @@ int run_study(const Arguments& a) {
   options.interrupt = &interruption::requested();
   const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
+  if (summary.record) save(*summary.record, *database);
   draw_example(summary);
   if (a.batch.json) {
     print_lines(stdout, "{}\n", summary.json);
@@ -124,7 +130,6 @@ int run_study(const Arguments& a) {
     print_lines(stdout, "{}\n\n{}", summary.headline, summary.table);
     print_lines(stderr, "Everything about this study is in {}\n", summary.directory);
   }
-  if (summary.record) save(*summary.record, *database);
   if (!summary.not_saved.empty()) {
     print_lines(stderr, "firn: {}\n", summary.not_saved);
     return ExitStatus::failed;

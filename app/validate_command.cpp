@@ -7,6 +7,7 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "experiments/batch/batch_folder.h"
 #include "experiments/interruption.h"
 #include "experiments/terminal.h"
 #include "reports/validation_page.h"
@@ -50,7 +51,11 @@ int run_suite(const Arguments& a) {
   }
   const std::string page = (fs::path(v.directory) / "report.html").string();
   try {
-    validation_page((fs::path(v.directory) / "results.json").string()).write(page);
+    with_kept_runs(v.directory, [&] {
+      validation_page((fs::path(v.directory) / "results.json").string()).write(page);
+    });
+  } catch (const OutputRefused& e) {
+    throw WriteError(page, e.error);
   } catch (const InputError& e) {  // without gnuplot; the verdicts stand all the same
     print_lines(stderr, "firn: no page: {}\n", e.what());
   }

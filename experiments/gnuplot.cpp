@@ -47,13 +47,14 @@ Gnuplot::~Gnuplot() {
 std::string Gnuplot::image(const std::string& name, int width, int height,
                            std::span<const std::array<std::uint8_t, 3>> pixels) const {
   const std::filesystem::path file = data_file(name);
-  write_file(file.string(), {reinterpret_cast<const char*>(pixels.data()), pixels.size_bytes()});
+  write_file(file.string(), {reinterpret_cast<const char*>(pixels.data()), pixels.size_bytes()},
+             OutputFile::When::unsynced);
   return fmt::format("'{}' binary array=({},{}) format='%uchar%uchar%uchar'", name, width, height);
 }
 
 void Gnuplot::run(const std::string& script) const {
   const std::filesystem::path file = data_file("script.gp");
-  write_file(file.string(), script);
+  write_file(file.string(), script, OutputFile::When::unsynced);
   const CommandResult r =
       run_command({"gnuplot", "--default-settings", "script.gp"}, folder_.string());
   if (r.status == 127) {

@@ -10,6 +10,7 @@
 
 #include "experiments/embedded_materials.h"
 #include "experiments/material_json.h"
+#include "experiments/output_file.h"
 #include "experiments/sqlite_file.h"
 #include "experiments/toml_reader.h"
 
@@ -138,6 +139,8 @@ MaterialDatabase::MaterialDatabase(const std::string& file, Access access) : fil
       }
     }
     sqlite::migrate(impl_->db, steps);
+  } catch (const WriteError&) {
+    throw;
   } catch (const RunError& e) {
     throw InputError(fmt::format("{}; expected a database of material records", e.what()));
   }

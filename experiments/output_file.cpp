@@ -158,7 +158,7 @@ void sync_folder_of(const std::string& file) {
 class OutputFile::Buffer : public std::streambuf {
  public:
   Buffer(const std::string& file, When when, const std::string& temporary)
-      : file_(file), target_(behind_links(file)) {
+      : file_(file), target_(behind_links(file)), synced_(when != When::unsynced) {
     struct stat known = {};
     const bool exists = ::stat(target_.c_str(), &known) == 0;
     if (when == When::at_once || (exists && !S_ISREG(known.st_mode))) {
@@ -183,13 +183,13 @@ class OutputFile::Buffer : public std::streambuf {
 
   void commit() {
     sync();
-    sync_file(descriptor_.number(), file_);
+    if (synced_) sync_file(descriptor_.number(), file_);
     if (const int error = descriptor_.close()) throw WriteError(file_, error);
     if (temporary_.empty()) return;
     if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw WriteError(file_, errno);
     temporary_.clear();
     abandoned_.reset();
-    sync_folder_of(target_);
+    if (synced_) sync_folder_of(target_);
   }
 
  protected:
@@ -236,6 +236,7 @@ class OutputFile::Buffer : public std::streambuf {
   }
 
   std::string file_, target_;
+  bool synced_;
   std::string temporary_;  // empty: written directly
   std::optional<interruption::Temporary> abandoned_;
   Descriptor descriptor_;
@@ -252,15 +253,15 @@ OutputFile::~OutputFile() = default;
 
 void OutputFile::commit() { buffer_->commit(); }
 
-void write_file(const std::string& file, std::string_view text) {
-  OutputFile out(file);
+void write_file(const std::string& file, std::string_view text, OutputFile::When when) {
+  OutputFile out(file, when);
   out.write(text.data(), static_cast<std::streamsize>(text.size()));
   out.commit();
 }
 
-void write_own_file(const std::string& file, std::string_view text) {
+void write_own_file(const std::string& file, std::string_view text, OutputFile::When when) {
   try {
-    write_file(file, text);
+    write_file(file, text, when);
   } catch (const OutputRefused& e) {
     throw WriteError(file, e.error);
   }

@@ -74,7 +74,11 @@ void sync_folder_of(const std::string& file);
 // nothing remains. A device or a pipe (/dev/stdout) is written directly.
 class OutputFile : public std::ostream {
  public:
-  enum class When { at_commit, at_once };  // at_once: FILE grows as it is written
+  enum class When {
+    at_commit,
+    unsynced,  // at_commit, without waiting for the device: files that are quickly made again
+    at_once    // FILE grows as it is written
+  };
   // Throws as refuse_output(). `temporary`: name of the temporary file; empty: one that no other
   // process uses.
   explicit OutputFile(const std::string& file, When when = When::at_commit,
@@ -89,8 +93,10 @@ class OutputFile : public std::ostream {
 };
 
 // A whole file of this text. Throws as OutputFile.
-void write_file(const std::string& file, std::string_view text);
+void write_file(const std::string& file, std::string_view text,
+                OutputFile::When when = OutputFile::When::at_commit);
 // The same in a folder where this program could write before: every failure is a WriteError.
-void write_own_file(const std::string& file, std::string_view text);
+void write_own_file(const std::string& file, std::string_view text,
+                    OutputFile::When when = OutputFile::When::at_commit);
 
 }  // namespace firn

@@ -71,6 +71,7 @@ std::string keep_earlier_results(const std::string& file) {
     lock.take_copy();
   else
     lock.drop_copy();
+  sync_folder_of(file);  // an earlier copy must not come back beside the new run
   if (fs::file_size(path, error) == 0) return {};
   for (int i = 1;; ++i) {
     fs::path kept = path;
@@ -79,7 +80,6 @@ std::string keep_earlier_results(const std::string& file) {
     if (fs::exists(kept, error)) continue;
     fs::rename(path, kept, error);
     if (error) throw WriteError(file, error.value());
-    sync_folder_of(file);
     return kept.string();
   }
 }

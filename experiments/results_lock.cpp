@@ -102,11 +102,8 @@ void ResultsLock::restore_copy() const {
 
 void ResultsLock::drop_copy() const {
   sync_file(descriptor_.number(), file_);
-  sync_folder_of(file_);  // the name of the file, before the name of the copy
   remove_if_there(file_ + kUnfinished);
-  if (!has_kept_copy(file_)) return;
   remove_if_there(kept_copy(file_));
-  sync_folder_of(file_);
 }
 
 }  // namespace firn

@@ -33,7 +33,8 @@ class ResultsLock {
   void restore_copy() const;
   // Gives the copy the name of the file. The lock is then of no more use.
   void take_copy() const;
-  // Returns when the device has the file; then removes the copy.
+  // Removes the copy when the device has the file. (Its name came with that of the copy.) A power
+  // failure may bring the copy back: then the work since the last checkpoint is repeated.
   void drop_copy() const;
   // Throws WriteError when the name no longer belongs to the locked file.
   void require_in_place() const;

@@ -314,7 +314,7 @@ void draw_history(const Case& c, const ContactChoice& choice, const std::vector<
   Gnuplot::check_picture(file);
   const Gnuplot gnuplot;
   const std::filesystem::path data = gnuplot.data_file("rows");
-  OutputFile out(data.string());
+  OutputFile out(data.string(), OutputFile::When::unsynced);
   for (const HistoryRow& r : rows) {
     // Nobody near: no overlap to draw.
     out << fmt::format("{:.12g} {:.9g} {:.9g} {} {:.9g} {:.9g}\n", 1e3 * r.time, r.normal_force,

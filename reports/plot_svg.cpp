@@ -86,7 +86,7 @@ std::string palette_script() {
 std::string Drawing::write(const std::string& name, const double* values, std::size_t rows,
                            std::size_t columns) const {
   const std::filesystem::path file = gnuplot_.data_file(name);
-  OutputFile stream(file.string());
+  OutputFile stream(file.string(), OutputFile::When::unsynced);
   for (std::size_t i = 0; i < rows; ++i) {
     for (std::size_t j = 0; j < columns; ++j)
       stream << fmt::format("{}{:.9g}", j ? " " : "", values[i * columns + j]);

@@ -15,7 +15,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "solver/types.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
@@ -75,17 +75,18 @@ void read_all(std::array<int, 2> pipes, std::array<std::string*, 2> texts) {
 pid_t start_process(const std::vector<std::string>& args, const std::string& log) {
   const std::vector<char*> argv = argument_list(args);
   const pid_t parent = getpid();
+  const Descriptor out(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+  if (out.number() < 0) throw WriteError(log, errno);
   const pid_t pid = fork();
   if (pid < 0) no_process();
   if (pid > 0) return pid;
   live_and_die_with(parent, SIGINT);    // it saves its state and ends
   if (nice(niceness) == -1) errno = 0;  // a courtesy: going on without it is fine
-  const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
   const int in = open("/dev/null", O_RDONLY);
-  if (out < 0 || in < 0) _exit(126);
+  if (in < 0) _exit(126);
   dup2(in, STDIN_FILENO);
-  dup2(out, STDOUT_FILENO);
-  dup2(out, STDERR_FILENO);
+  dup2(out.number(), STDOUT_FILENO);
+  dup2(out.number(), STDERR_FILENO);
   execv(argv[0], argv.data());
   _exit(127);
 }

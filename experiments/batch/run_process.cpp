@@ -122,7 +122,7 @@ RunProcess::RunProcess(const Job& job, const std::string& program)
     if (!gone_on_) remove_results(files_.results);
   }
   make_folder(job_.folder);
-  write_own_file(files_.case_file, job_.text);
+  write_own_file(files_.case_file, job_.text, OutputFile::When::unsynced);
   std::vector<std::string> args = {program, "run"};
   if (gone_on_)
     args.insert(args.end(), {"--resume", files_.results});

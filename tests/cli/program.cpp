@@ -22,8 +22,8 @@ std::size_t lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-Folder::Folder() {
-  std::string name = (fs::temp_directory_path() / "firn-cli-XXXXXX").string();
+Folder::Folder(const fs::path& parent) {
+  std::string name = (parent / "firn-cli-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
   path_ = name;
 }

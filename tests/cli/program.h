@@ -19,7 +19,7 @@ struct Outcome {
 // A scratch folder that vanishes with its owner; commands run in it.
 class Folder {
  public:
-  Folder();
+  explicit Folder(const std::filesystem::path& parent = std::filesystem::temp_directory_path());
   ~Folder();
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
