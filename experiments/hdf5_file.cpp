@@ -5,9 +5,10 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
-#include <cstring>
 #include <charconv>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -52,12 +53,18 @@ int system_error_in(const std::string& message) {
   return error;
 }
 
-template <class Result>
-Result check(Result result, const std::string& what) {
-  if (result >= 0) return result;
+// Innermost message of the calling thread's last failure.
+std::string last_message() {
   std::string reason;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
   std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason;
+}
+
+template <class Result>
+Result check(Result result, const std::string& what) {
+  if (result >= 0) return result;
+  const std::string reason = last_message();
   throw Error(reason.empty() ? "cannot " + what : fmt::format("cannot {} ({})", what, reason),
               system_error_in(reason));
 }
@@ -476,8 +483,19 @@ hsize_t size_of_file(hid_t file) {
 
 }  // namespace
 
+namespace {
+
+// A dataset writes what it has in memory when its handle is closed. What failed there is lost
+// without a trace in the file, so that the next flush must say so. errno; -1: not known.
+std::atomic<int> failed_close = 0;
+
+}  // namespace
+
 void Handle::close() {
-  if (id_ >= 0) H5Idec_ref(id_);
+  if (id_ >= 0 && H5Idec_ref(id_) < 0) {
+    const int error = system_error_in(last_message());
+    failed_close = error == 0 ? -1 : error;
+  }
   id_ = -1;
 }
 
@@ -524,11 +542,13 @@ void Table::truncate(std::size_t rows) {
 
 File File::create(const std::string& path) {
   const Handle access = file_access();
+  failed_close = 0;  // of a file that was given up
   return File(own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), "create it"));
 }
 
 File File::open(const std::string& path, Access access) {
   const Handle list = file_access();
+  if (access == Access::write) failed_close = 0;  // of a file that was given up
   const unsigned flags = access == Access::write ? H5F_ACC_RDWR : H5F_ACC_RDONLY;
   return File(own(H5Fopen(path.c_str(), flags, list.id()), "open it"));
 }
@@ -536,11 +556,14 @@ File File::open(const std::string& path, Access access) {
 void File::flush() {
   silence();
   check(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), "flush");
+  if (const int error = failed_close.exchange(0); error != 0)
+    throw Error("cannot write a dataset", std::max(error, 0));
 }
 
 void File::close() {
   flush();
-  file_.close();
+  const Id id = std::exchange(file_, Handle()).release();
+  check(H5Idec_ref(id), "close");
 }
 
 bool File::contains(const std::string& path) const {

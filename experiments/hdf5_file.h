@@ -27,7 +27,8 @@ struct Error : std::runtime_error {
   int system_error_;
 };
 
-// Any HDF5 identifier; gives it back on destruction.
+// Any HDF5 identifier; gives it back on destruction. What fails then is thrown by the next flush of
+// a file.
 class Handle {
  public:
   Handle() = default;
@@ -40,6 +41,7 @@ class Handle {
   ~Handle() { close(); }
   void close();
   Id id() const { return id_; }
+  Id release() { return std::exchange(id_, -1); }
 
  private:
   Id id_ = -1;
@@ -97,7 +99,7 @@ class File {
   static File create(const std::string& path);
   static File open(const std::string& path, Access access);
 
-  void flush();
+  void flush();  // throws, too, when a handle that was closed before could not write its data
   void close();  // reports what the destructor would have to swallow
 
   bool contains(const std::string& path) const;

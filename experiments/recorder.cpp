@@ -251,7 +251,7 @@ void Recorder::truncate(std::size_t frames) {
 }
 
 void Recorder::close() {
-  with_file([](hdf5::File&) {});
+  with_file([](hdf5::File& file) { file.flush(); });
   impl_->stop_writer();
   impl_->tables.clear();
   with_file([](hdf5::File& file) { file.close(); });

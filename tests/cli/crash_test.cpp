@@ -1,6 +1,7 @@
 // The real program on disks that fail, machines that lose power, and under signals at any moment:
 // nothing finished is lost, and what continues ends in the same bits.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -36,15 +37,14 @@ using testing::HasSubstr;
 
 constexpr int errors[] = {EIO, ENOSPC, EFBIG, EDQUOT, EROFS};
 
-// Every number and text of a results file, but for what checkpoints are made of.
+// Every number and text of a results file.
 std::map<std::string, std::string> bits(const std::string& results) {
   const hdf5::File file = hdf5::File::open(results, hdf5::File::Access::read);
   std::map<std::string, std::string> all;
   for (const std::string& path : file.datasets()) {
     std::string& text = all[path];
     try {
-      for (const double x : file.read<double>(path))
-        text.append(reinterpret_cast<const char*>(&x), sizeof(x));
+      for (const double x : file.read<double>(path)) text += fmt::format("{:a} ", x);
     } catch (const hdf5::Error&) {
       for (const std::string& x : file.read_strings(path)) text += x + '\n';
     }
@@ -57,7 +57,8 @@ void expect_equal_bits(const std::string& a, const std::string& b) {
   const auto x = bits(a), y = bits(b);
   for (const auto& [path, text] : x) {
     ASSERT_TRUE(y.contains(path)) << path;
-    EXPECT_TRUE(text == y.at(path)) << path << " differs";
+    EXPECT_TRUE(text == y.at(path))
+        << path << " differs: " << text.substr(0, 200) << " and " << y.at(path).substr(0, 200);
   }
   EXPECT_EQ(x.size(), y.size());
 }
