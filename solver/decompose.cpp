@@ -207,6 +207,26 @@ class Decomposer {
     return measure(piece);
   }
 
+  // Corners of the hull; of very many those that keep it within a tenth of the tolerance, and all
+  // on cuts, so that neighbours still share their faces.
+  std::vector<Vec3> fewer_corners(const Piece& piece) const {
+    constexpr std::size_t kMany = 1000;
+    if (piece.corners.size() <= kMany) return piece.corners;
+    const auto coarse = quick_hull(piece.corners, 0.1 * options_.tolerance);
+    if (!coarse) return piece.corners;
+    std::vector<char> kept(piece.corners.size(), 0);
+    for (const int i : coarse->corners) kept[i] = 1;
+    std::vector<Vec3> result;
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const bool on_cut =
+          std::any_of(piece.cuts.begin(), piece.cuts.end(), [&](const HalfSpace& h) {
+            return std::abs(h.normal.dot(piece.corners[i]) - h.offset) <= 1e-6 * size_;
+          });
+      if (kept[i] || on_cut) result.push_back(piece.corners[i]);
+    }
+    return result;
+  }
+
   bool convex_enough(const Piece& p) const { return p.deviation <= options_.tolerance; }
 
   // Cuts the worst piece again and again.
@@ -883,7 +903,7 @@ Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& option
       const bool full = static_cast<int>(pieces.size()) >= options.max_parts;
       (full ? result.at_most_parts : result.stopped_by_thickness) = true;
     }
-    std::vector<HalfSpace> hull = convex_hull(piece.corners);
+    std::vector<HalfSpace> hull = convex_hull(decomposer.fewer_corners(piece));
     for (auto& h : hull) {
       // The pieces on both sides of a cut get exactly opposite planes.
       for (const auto& cut : piece.cuts) {

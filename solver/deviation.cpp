@@ -249,7 +249,12 @@ class Union {
           return Vec3(part.vertex(part.loops[face.first + k]) + part.radius * face.normal);
         });
         const double distance = (p - q).norm();
-        if (distance < nearest && exposed(q, i)) nearest = distance;
+        if (distance >= nearest) continue;
+        if (exposed(q, i)) {
+          nearest = distance;
+        } else if (distance > 0) {
+          nearest = std::min(nearest, way_out(p, (q - p) / distance, distance));
+        }
       }
     }
     // Where the nearest point of a face is covered, another one of it may not be.
@@ -259,6 +264,31 @@ class Union {
   }
 
  private:
+  // Distance along a unit direction to the first point at or beyond `from` that no part covers.
+  double way_out(const Vec3& p, const Vec3& direction, double from) const {
+    double way = from;
+    for (std::size_t tries = 0; tries <= 2 * parts_.size(); ++tries) {
+      const Vec3 q = p + way * direction;
+      const auto cover = std::find_if(parts_.begin(), parts_.end(), [&q](const ConvexPart& part) {
+        return (q - part.center).squaredNorm() < part.bounding_radius * part.bounding_radius &&
+               signed_distance(q, part) < -1e-6 * part.bounding_radius;
+      });
+      if (cover == parts_.end()) {
+        const bool in_void = to_mesh_(q) > 2 * parts_[0].radius && interior_.contains(q);
+        return in_void ? std::numeric_limits<double>::infinity() : way;
+      }
+      double leave = std::numeric_limits<double>::infinity();
+      for (const auto& face : cover->faces) {
+        const double speed = face.normal.dot(direction);
+        if (speed <= 1e-12) continue;
+        const double outer = face.offset + (face.internal ? 0 : cover->radius);
+        leave = std::min(leave, (outer - face.normal.dot(p)) / speed);
+      }
+      way = std::max(leave, way) + 1e-6 * cover->bounding_radius;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+
   // Points along a spiral, evenly spread.
   void add_sphere(std::size_t index) {
     constexpr int kPoints = 400;
