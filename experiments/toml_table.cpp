@@ -205,11 +205,11 @@ Vec3 TomlTable::vector(std::string_view key, const Dimension& dimension,
 
 Vec3 TomlTable::sizes(std::string_view key) const {
   const Vec3 v = vector(key, dimension::length);
-  const double least = usable_range(dimension::length).smallest;
-  if (v.minCoeff() < least) {
-    fail(key, fmt::format("is {}; expected three lengths above zero, of at least {}",
+  if (v.minCoeff() <= 0)
+    fail(key, fmt::format("is {}; expected three lengths above zero", describe(*table_->get(key))));
+  if (const double least = usable_range(dimension::length).smallest; v.minCoeff() < least)
+    fail(key, fmt::format("is {}; expected three lengths of at least {}",
                           describe(*table_->get(key)), si_text(least, dimension::length)));
-  }
   return v;
 }
 
