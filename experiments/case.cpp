@@ -192,6 +192,12 @@ void check_steps(const TomlTable& root, const Case& c) {
   const std::vector<TomlTable> stages = root.tables("stages");
   for (std::size_t i = 0; i < std::min(stages.size(), c.stages.size()); ++i)
     require_a_step(stages[i], "max_duration", c.stages[i].max_duration);
+  // Two batches in one step would be put into each other.
+  const std::vector<TomlTable> sources = root.tables("sources"), fills = root.tables("fills");
+  for (std::size_t i = 0; i < std::min(sources.size(), c.sources.size()); ++i)
+    if (c.sources[i].batches > 1) require_a_step(sources[i], "interval", c.sources[i].interval);
+  for (std::size_t i = 0; i < std::min(fills.size(), c.fills.size()); ++i)
+    if (c.fills[i].interval > 0) require_a_step(fills[i], "interval", c.fills[i].interval);
 }
 
 }  // namespace

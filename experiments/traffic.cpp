@@ -104,19 +104,17 @@ std::optional<std::string> Traffic::place_source(Solver& solver, std::size_t num
     const auto body =
         solver.obstacle(shape, poses.back().position, poses.back().orientation, -kSeat);
     if (!body) continue;
-    if (*body >= particles && placed == 0) {
+    const std::string taken_by =
+        *body < particles
+            ? fmt::format("particle {}", *body)
+            : fmt::format("boundary \"{}\"", case_.model.boundaries[index(*body - particles)].name);
+    if (placed == 0 && (*body >= particles || solver.steps() == 0)) {
       throw InputError(fmt::format(
-          "{}: sources: body {} of \"{}\" at t = {:.6g} s overlaps boundary \"{}\"; expected a "
-          "free place",
-          case_.source, i + 1, source.name, solver.time(),
-          case_.model.boundaries[index(*body - particles)].name));
+          "{}: sources: body {} of \"{}\" at t = {:.6g} s overlaps {}; expected a free place",
+          case_.source, i + 1, source.name, solver.time(), taken_by));
     }
     return fmt::format("source \"{}\" is blocked: place {} of batch {} is taken by {}", source.name,
-                       i + 1, placed + 1,
-                       *body < particles
-                           ? fmt::format("particle {}", *body)
-                           : fmt::format("boundary \"{}\"",
-                                         case_.model.boundaries[index(*body - particles)].name));
+                       i + 1, placed + 1, taken_by);
   }
   for (int i = 0; i < count; ++i)
     solver.insert(first + i, poses[index(i)].position, poses[index(i)].orientation, source.velocity,
