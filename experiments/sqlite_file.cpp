@@ -31,6 +31,22 @@ std::string escaped(const std::string& path) {
   return text;
 }
 
+// errno behind an SQLITE_IOERR. The connection does not know that of every file; a rollback journal
+// is closed by then. `last` is errno after the failure.
+int system_error(sqlite3* db, int last) {
+  int error = sqlite3_system_errno(db);
+  if (error != 0) return error;
+  sqlite3_file_control(db, "main", SQLITE_FCNTL_LAST_ERRNO, &error);
+  if (error != 0) return error;
+  sqlite3_file* log = nullptr;
+  if (sqlite3_file_control(db, "main", SQLITE_FCNTL_JOURNAL_POINTER, static_cast<void*>(&log)) ==
+          SQLITE_OK &&
+      log != nullptr && log->pMethods != nullptr)
+    log->pMethods->xFileControl(log, SQLITE_FCNTL_LAST_ERRNO, &error);
+  if (error != 0) return error;
+  return last == ENOSPC || last == EDQUOT || last == EFBIG || last == EROFS ? last : EIO;
+}
+
 }  // namespace
 
 File::File(const std::string& file, Access access, int patience) : name_(file) {
@@ -120,15 +136,12 @@ bool File::moved() const {
 }
 
 void File::fail(const std::string& what) const {
-  const int code = sqlite3_extended_errcode(db_), kind = code & 0xff;
+  const int last = errno, code = sqlite3_extended_errcode(db_), kind = code & 0xff;
   const bool reading = code == SQLITE_IOERR_READ || code == SQLITE_IOERR_SHORT_READ;
   if (kind == SQLITE_READONLY && ::access(name_.c_str(), W_OK) != 0 && errno == EROFS)
     throw WriteError(name_, EROFS);
   if (kind == SQLITE_FULL) throw WriteError(name_, ENOSPC);
-  if (kind == SQLITE_IOERR && !reading) {
-    const int error = sqlite3_system_errno(db_);
-    throw WriteError(name_, error == 0 ? EIO : error);
-  }
+  if (kind == SQLITE_IOERR && !reading) throw WriteError(name_, system_error(db_, last));
   throw RunError(fmt::format("{}: {}: {}", name_, what, sqlite3_errmsg(db_)));
 }
 
