@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "experiments/output_file.h"
 #include "tests/calibrate/fake_experiment.h"
 
 namespace firn {
@@ -59,19 +60,23 @@ TEST_F(LocalExecutorTest, ACrashTakesNobodyAlong) {
 
 TEST_F(LocalExecutorTest, AnEndWithoutResultsIsACrash) {
   EXPECT_EQ(run("exit 0\n", 1).at("job0").status, JobStatus::crashed);
-  EXPECT_EQ(run("exit 1\n", 1).at("job0").status, JobStatus::crashed);
+  EXPECT_EQ(run("echo 'firn: std::bad_alloc'; exit 1\n", 1).at("job0").status, JobStatus::crashed);
 }
 
 TEST_F(LocalExecutorTest, WhatIsNotTheRunsFaultIsNoOutcome) {
   EXPECT_EQ(run("kill -KILL $$\n", 1).at("job0").status, JobStatus::lost);
+  EXPECT_EQ(run("exit 1\n", 1).at("job0").status, JobStatus::lost);  // not a word: no room for one
   EXPECT_THROW(run("exec /no/such/program\n", 3), RunError);
-  EXPECT_THROW(
-      run("echo 'firn: the run failed: results file a.h5: No space left on device'; exit 1\n", 3),
-      RunError);
+  EXPECT_THAT(
+      [&] {
+        run("echo 'firn: a.h5: cannot write: No space left on device; b is safe'; exit 1\n", 3);
+      },
+      testing::ThrowsMessage<WriteError>(
+          testing::StrEq("a.h5: cannot write: No space left on device")));
   const auto trouble = [&] {
     run("rm -r \"$(dirname $4)\"; touch \"$(dirname $4)\"; exit 1\n", 1);
   };
-  EXPECT_THAT(trouble, testing::ThrowsMessage<RunError>(testing::HasSubstr("cannot be written")));
+  EXPECT_THAT(trouble, testing::ThrowsMessage<RunError>(testing::HasSubstr("cannot write")));
 }
 
 TEST_F(LocalExecutorTest, ARunOverItsTimeIsToldToSaveAndIsTimedOut) {

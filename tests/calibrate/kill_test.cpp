@@ -16,8 +16,8 @@
 #include <set>
 #include <thread>
 
-#include "experiments/checkpoint.h"
 #include "experiments/recording.h"
+#include "experiments/results_lock.h"
 #include "tests/calibrate/fake_experiment.h"
 
 namespace firn {

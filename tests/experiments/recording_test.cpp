@@ -268,7 +268,7 @@ TEST_F(ResultsFile, HalfWrittenCheckpointLeavesTheOlderOne) {
       bytes.put(std::vector<char>(static_cast<std::size_t>(100000 + 10 * i), 'x'));
       recorder.with_file([&](hdf5::File& f) {
         write_checkpoint(f, {static_cast<std::uint64_t>(i / 20 + 1), bytes.take()});
-        keep_copy(file);
+        recorder.lock().keep_copy();
       });
       if (i == 20 && ::write(pipe, "x", 1) != 1) std::abort();
     }
@@ -280,7 +280,7 @@ TEST_F(ResultsFile, KilledWriterLeavesAReadableFile) {
   for (int trial = 0; trial < 24; ++trial) {
     const std::string file = path("killed.h5");
     fs::remove(file);
-    drop_kept_copy(file);
+    fs::remove(kept_copy(file));
     int ends[2];
     ASSERT_EQ(::pipe(ends), 0);
     const pid_t child = ::fork();
@@ -304,7 +304,7 @@ TEST_F(ResultsFile, KilledWriterLeavesAReadableFile) {
     }
     EXPECT_GE(frames, 20u);
 
-    recover_results(file);
+    EXPECT_TRUE(recover_results(ResultsLock(file)));
     const std::vector<Checkpoint> checkpoints =
         read_checkpoints(hdf5::File::open(file, hdf5::File::Access::read));
     ASSERT_FALSE(checkpoints.empty());
