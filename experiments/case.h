@@ -199,7 +199,7 @@ struct Case {
   std::string timestep_reason;  // printed with the time step
   bool allow_unstable_timestep = false;
   double steps_taken = 0;  // in the shortest quarter period; 0: nothing swings
-  Model model;                  // complete but for particles of fills: they are appended in order
+  Model model;             // complete but for particles of fills: they are appended in order
   // [[particles]]: placed at the start, ids first.
   struct Placed {
     int particle = 0;  // id

@@ -12,8 +12,8 @@
 #include "experiments/hdf5_file.h"
 #include "experiments/input_file.h"
 #include "experiments/results_guard.h"
-#include "experiments/results_schema.h"
 #include "experiments/results_lock.h"
+#include "experiments/results_schema.h"
 
 namespace firn {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
-#include "solver/types.h"
 #include "experiments/output_file.h"
+#include "solver/types.h"
 
 namespace firn::sqlite {
 namespace {

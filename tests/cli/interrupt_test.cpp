@@ -53,7 +53,7 @@ class Interrupt : public testing::Test {
       EXPECT_EQ(o.status, 130) << o.err;
     else
       EXPECT_THAT(o.status, AnyOf(130, 0, 128 + signal)) << o.err;  // before main(), the last
-    const bool before_main = signal == SIGINT && o.err.empty();  // 130 is its usual effect, too
+    const bool before_main = signal == SIGINT && o.err.empty();     // 130 is its usual effect, too
     if (o.status == 130 && (must_be_at_work || !before_main)) {
       EXPECT_THAT(o.err + o.out, HasSubstr("interrupted"));
     }

@@ -68,8 +68,8 @@ TEST(RunCommand, NamesTheLikelyCauseOfDeepOverlapsAtItsEnd) {
   const Folder folder;
   folder.write("case.toml", two_boxes);
   const auto run = [&](const std::string& key_and_value) {
-    return folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet", "--json", "--set",
-                        key_and_value});
+    return folder.firn(
+        {"run", "case.toml", "-o", "a.h5", "--quiet", "--json", "--set", key_and_value});
   };
   const Outcome soft = run("materials.ice.young_modulus=\"2 kPa\"");
   EXPECT_EQ(soft.status, 0) << soft.err;

@@ -80,8 +80,8 @@ std::vector<Triangle> angle_bar() {
     triangles.push_back({at(i, 0), at(i + 1, 0), at(i + 1, 10)});
     triangles.push_back({at(i, 0), at(i + 1, 10), at(i, 10)});
   }
-  for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4},
-                                                               {0, 4, 5}}) {
+  for (const auto& [a, b, c] :
+       std::vector<std::array<int, 3>>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}) {
     triangles.push_back({at(a, 10), at(b, 10), at(c, 10)});
     triangles.push_back({at(c, 0), at(b, 0), at(a, 0)});
   }
