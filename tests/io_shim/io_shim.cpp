@@ -154,8 +154,7 @@ int open_counted(const char* path, int flags, mode_t mode) {
 }
 
 template <class Call>
-ssize_t write_counted(int file, std::int64_t offset, const void* data, std::size_t size,
-                      Call&& call) {
+ssize_t write_counted(int file, std::int64_t offset, const void* data, Call&& call) {
   const std::string name = inside(file);
   if (name.empty()) return call();
   return in_turn([&]() -> ssize_t {
@@ -206,12 +205,12 @@ int open64(const char* path, int flags, ...) {
 }
 
 ssize_t write(int file, const void* data, std::size_t size) {
-  return write_counted(file, -1, data, size, [&] { return write_real(file, data, size); });
+  return write_counted(file, -1, data, [&] { return write_real(file, data, size); });
 }
 
 ssize_t pwrite(int file, const void* data, std::size_t size, off_t offset) {
   static auto* const call = real<ssize_t(int, const void*, std::size_t, off_t)>("pwrite");
-  return write_counted(file, offset, data, size, [&] { return call(file, data, size, offset); });
+  return write_counted(file, offset, data, [&] { return call(file, data, size, offset); });
 }
 
 ssize_t pwrite64(int file, const void* data, std::size_t size, off64_t offset) {
