@@ -201,7 +201,7 @@ std::vector<Check> fine_meshes() {
                       .bound = Bound::at_most});
     checks.push_back({.what = what + "deviation of the parts from the mesh",
                       .measured = cut.contact_deviation,
-                      .expected = 0.1e-3,
+                      .expected = 0.02 * cut.box.minCoeff(),
                       .bound = Bound::at_most,
                       .unit = "m"});
     checks.push_back({.what = what + "inertia about y",
@@ -231,11 +231,11 @@ std::vector<Check> fine_meshes() {
                     .unit = "m^3"});
   checks.push_back({.what = "ring of 20000 facets: parts",
                     .measured = double(ring.parts.size()),
-                    .expected = 32,
+                    .expected = 64,
                     .bound = Bound::at_most});
   checks.push_back({.what = "ring of 20000 facets: deviation over the thickness of the ring",
                     .measured = ring.contact_deviation / 8e-3,
-                    .expected = 0.05,
+                    .expected = 0.02,
                     .bound = Bound::at_most});
   return checks;
 }
