@@ -170,7 +170,7 @@ TEST(Surrogate, EndsWithWhateverDataThereIs) {
           extremes[random() % std::size(extremes)];
     if (random() % 4 == 0) data.noise_variance[0] = extremes[random() % std::size(extremes)];
     const SurrogateChoice choice = choose_surrogate(data);
-    choice.best.predict(data.u.row(0).transpose(), true);
+    choice.best.predict_with_gradients(data.u.row(0).transpose());
     choice.best.with_believed_point(data.u.row(1).transpose(), 0.01);
   }
 }

@@ -54,7 +54,7 @@ inline void collect(const Json& j, const Json::json_pointer& here,
 inline void damage(const Json& whole, int most,
                    const std::function<void(const std::string&)>& read) {
   std::vector<Json::json_pointer> places;
-  collect(whole, {}, places);
+  collect(whole, Json::json_pointer(), places);
   std::vector<std::pair<std::size_t, std::size_t>> members;
   for (std::size_t p = 0; p < places.size(); ++p)
     for (std::size_t v = 0; v <= wrong_values().size(); ++v) members.emplace_back(p, v);
