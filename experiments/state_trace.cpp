@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include "experiments/input_file.h"
+
 namespace firn {
 namespace {
 
@@ -41,7 +43,9 @@ class Line {
 // A trace, one step at a time.
 class TraceReader {
  public:
-  explicit TraceReader(const std::string& file) : name_(file), in_(file) {
+  explicit TraceReader(const std::string& file) : name_(file) {
+    require_regular_file(file, "a trace of firn run --trace-hashes");
+    in_.open(file);
     if (!in_)
       throw InputError(file + ": cannot be read; expected a trace of firn run --trace-hashes");
     if (!std::getline(in_, line_) || line_ != kMagic)

@@ -171,7 +171,10 @@ std::vector<JournalRun> Journal::runs() {
     run.git_commit = row.text(7);
     run.status = row.text(8);
     run.attempts = static_cast<int>(row.integer(9));
-    if (const auto result = outcome(run.key)) run.result = *result;
+    if (const auto result = outcome(run.key)) {
+      run.result = *result;
+      run.status = to_string(result->status);  // implausible ones have failed
+    }
     all.push_back(std::move(run));
   }
   return all;

@@ -49,11 +49,12 @@ class Interrupt : public testing::Test {
     const Outcome o = folder_.wait(pid);
     const double seconds = duration<double>(steady_clock::now() - told).count();
     EXPECT_LT(seconds, 2);
-    if (must_be_at_work)
+    if (must_be_at_work) {
       EXPECT_EQ(o.status, 130) << o.err;
-    else
+    } else {
       EXPECT_THAT(o.status, AnyOf(130, 0, 128 + signal)) << o.err;  // before main(), the last
-    const bool before_main = signal == SIGINT && o.err.empty();     // 130 is its usual effect, too
+    }
+    const bool before_main = signal == SIGINT && o.err.empty();  // 130 is its usual effect, too
     if (o.status == 130 && (must_be_at_work || !before_main)) {
       EXPECT_THAT(o.err + o.out, HasSubstr("interrupted"));
     }

@@ -112,14 +112,16 @@ TEST_F(Limits, OnlyRegularFilesAreRead) {
     SCOPED_TRACE(reader.what);
     replace(reader.file, [](const auto& file) { ASSERT_EQ(mkfifo(file.c_str(), 0600), 0); });
     EXPECT_THAT(refusal(reader.command),
-                AnyOf(HasSubstr("no regular file"), HasSubstr("does not exist")));
+                AnyOf(HasSubstr("no regular file"), HasSubstr("is no file")));
     put_back();
     replace(reader.file,
             [](const auto& file) { std::filesystem::create_symlink("/dev/zero", file); });
-    EXPECT_THAT(refusal(reader.command), HasSubstr("no regular file"));
+    EXPECT_THAT(refusal(reader.command),
+                AnyOf(HasSubstr("no regular file"), HasSubstr("is no file")));
     put_back();
     replace(reader.file, [](const auto& file) { std::filesystem::create_directory(file); });
-    EXPECT_THAT(refusal(reader.command), AnyOf(HasSubstr("is a folder"), HasSubstr("folder/")));
+    EXPECT_THAT(refusal(reader.command), AnyOf(HasSubstr("is a folder"), HasSubstr("is no file"),
+                                               HasSubstr("does not exist")));
     put_back();
   }
 }
