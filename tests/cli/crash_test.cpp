@@ -8,6 +8,7 @@
 #include <signal.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -148,6 +149,7 @@ class CrashTest : public testing::Test {
   }
 
   void meet_faults(int tries, unsigned seed);
+  void interrupt_a_run(const std::string& interrupted);
   void meet_faults_of_a_resumption(int tries, unsigned seed);
   void lose_power(std::size_t tries, unsigned seed);
   void meet_faults_of(const std::vector<std::string>& command, int tries, unsigned seed);
@@ -221,6 +223,13 @@ std::vector<std::uint64_t> some_of(std::uint64_t n, std::size_t count, std::mt19
 
 constexpr std::size_t kAll = 1u << 30;
 
+// Of a child that nobody has waited for.
+bool has_ended(pid_t pid) {
+  siginfo_t info = {};
+  return waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+         info.si_pid == pid;
+}
+
 void CrashTest::meet_faults(int tries, unsigned seed) {
   std::mt19937_64 random(seed);
   const CountedOutcome good = firn_with(folder_, {run_folder(), {}, {}, ""}, run_to("r/run.h5"));
@@ -252,10 +261,8 @@ TEST_F(CrashTestLong, RunWhoseWritesFailSaysSoAndContinues) {
   for (unsigned seed = 1; seed <= 3; ++seed) meet_faults(kAll, seed);
 }
 
-// A run that was interrupted and has one file only; its resumption meets the faults.
-void CrashTest::meet_faults_of_a_resumption(int tries, unsigned seed) {
-  std::mt19937_64 random(seed);
-  const std::string interrupted = path("interrupted.h5");
+// A run that was interrupted about half way and has one file only.
+void CrashTest::interrupt_a_run(const std::string& interrupted) {
   const CountedOutcome good = firn_with(folder_, {run_folder(), {}, {}, ""}, run_to("r/run.h5"));
   for (std::uint64_t k = good.calls / 3; !fs::exists(interrupted); ++k) {
     ASSERT_LT(k, good.calls);
@@ -267,6 +274,12 @@ void CrashTest::meet_faults_of_a_resumption(int tries, unsigned seed) {
     ASSERT_FALSE(has_kept_copy(path("r/run.h5")));
     fs::rename(path("r/run.h5"), interrupted);
   }
+}
+
+void CrashTest::meet_faults_of_a_resumption(int tries, unsigned seed) {
+  std::mt19937_64 random(seed);
+  const std::string interrupted = path("interrupted.h5");
+  ASSERT_NO_FATAL_FAILURE(interrupt_a_run(interrupted));
   const auto prepare = [&] {
     empty_run_folder();
     fs::copy(interrupted, path("r/run.h5"));
@@ -310,19 +323,9 @@ TEST_F(CrashTestLong, ResumptionWhoseWritesFailCanBeRepeated) {
 }
 
 TEST_F(CrashTest, ResumptionUnderALimitOfFileSizeCanBeRepeated) {
-  ASSERT_TRUE(fs::exists(whole()));
+  if (!io_shim_works()) GTEST_SKIP() << "not into a program with a sanitizer";
   const auto size = fs::file_size(whole());
-  pid_t pid = 0;
-  for (int tries = 0; tries < 50 && !fs::exists(path("interrupted.h5")); ++tries) {
-    empty_run_folder();
-    pid = folder_.start(run_to("r/run.h5"));
-    while (!has_kept_copy(path("r/run.h5")) && fs::exists("/proc/" + std::to_string(pid)) &&
-           waitpid(pid, nullptr, WNOHANG | WNOWAIT) == 0) {
-    }
-    kill(pid, SIGINT);
-    if (folder_.wait(pid).status == 130) fs::rename(path("r/run.h5"), path("interrupted.h5"));
-  }
-  ASSERT_TRUE(fs::exists(path("interrupted.h5"))) << "never in time";
+  ASSERT_NO_FATAL_FAILURE(interrupt_a_run(path("interrupted.h5")));
   std::mt19937_64 random(3);
   for (int i = 0; i < 8; ++i) {
     empty_run_folder();
@@ -498,7 +501,7 @@ void CrashTest::meet_faults_of_outputs(std::size_t tries, unsigned seed, bool pi
     ASSERT_EQ(good.status, 0) << name << "\n" << good.err;
     const Files expected = contents();
     ASSERT_FALSE(expected.empty()) << name;
-    const bool database = command[0] == "materials" && command[1] == "import";
+    const bool database = command[0] == "materials" && command[1] == "add";
     int failed = 0;
     for (const std::uint64_t k : some_of(good.calls, tries, random)) {
       const int error = errors[random() % std::size(errors)];
@@ -516,8 +519,9 @@ void CrashTest::meet_faults_of_outputs(std::size_t tries, unsigned seed, bool pi
       failed += o.status != 0;
       if (o.status != 0 || !database) {
         EXPECT_EQ(o.status, 1) << context << "\n" << o.err;
-        EXPECT_EQ(lines(o.err), 1u) << context << "\n" << o.err;
-        EXPECT_THAT(o.err, HasSubstr(std::string(": cannot write: ") + std::strerror(error)))
+        EXPECT_EQ(o.err.find("firn: "), o.err.rfind("firn: ")) << context << "\n" << o.err;
+        EXPECT_THAT(
+            o.err, testing::EndsWith(std::string(": cannot write: ") + std::strerror(error) + "\n"))
             << context;
       }
       if (database) {
@@ -576,7 +580,7 @@ void CrashTest::be_killed(int kills, unsigned seed) {
     const std::string context = "seed " + std::to_string(seed) + ", session " +
                                 std::to_string(session) + ", signal " + std::to_string(signal) +
                                 ", status " + std::to_string(o.status) + "\n" + o.err;
-    if (o.status == 130 && signal != SIGKILL) {
+    if (o.status == 130 && o.signal == 0) {
       EXPECT_THAT(o.err, HasSubstr("interrupted at t = ")) << context;
       ASSERT_TRUE(fs::exists(path("r/run.h5"))) << context;
     }
@@ -675,7 +679,7 @@ TEST_F(CrashTest, SecondProcessOnOneFolderIsRefused) {
     const std::string held = path(command[0] == "run" ? "out/run.h5.saved" : "out/runs");
     while (!fs::exists(held)) std::this_thread::yield();
     kill(first, SIGSTOP);  // at work, however fast this machine is
-    const bool at_work = waitpid(first, nullptr, WNOHANG | WNOWAIT) == 0;
+    const bool at_work = !has_ended(first);
     const Outcome second = folder_.firn(command);
     if (at_work) {
       EXPECT_EQ(second.status, 2) << command[0];
@@ -695,7 +699,7 @@ TEST_F(CrashTest, FolderThatIsRemovedIsNoSuccess) {
     const ordered_json expected = answer("out");
     fs::remove_all(path("out"));
     const pid_t pid = folder_.start(command);
-    while (finished().empty() && waitpid(pid, nullptr, WNOHANG | WNOWAIT) == 0)
+    while (finished().empty() && !has_ended(pid))
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::error_code raced;
     do fs::remove_all(path("out"), raced);
@@ -748,7 +752,7 @@ TEST_F(CrashTest, ResultsFileThatIsRemovedIsNoSuccess) {
 TEST_F(CrashTest, StandardOutputThatCannotBeWrittenIsAFailure) {
   ASSERT_TRUE(fs::exists(whole()));
   folder_.write("record.json", hostile::record_file);
-  ASSERT_EQ(folder_.firn({"materials", "import", "record.json", "--database", "m.db"}).status, 0);
+  ASSERT_EQ(folder_.firn({"materials", "add", "record.json", "--database", "m.db"}).status, 0);
   ASSERT_EQ(
       folder_.firn({"run", "case.toml", "-o", "traced.h5", "-q", "--trace-hashes", "t"}).status, 0);
   std::vector<std::vector<std::string>> commands = batches();

@@ -61,7 +61,8 @@ Outcome Folder::wait(pid_t pid) const {
   int status = 0;
   waitpid(pid, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          read_text(path_ / ".out"), read_text(path_ / ".err")};
+          read_text(path_ / ".out"), read_text(path_ / ".err"),
+          WIFSIGNALED(status) ? WTERMSIG(status) : 0};
 }
 
 Outcome Folder::firn(const std::vector<std::string>& arguments) const {

@@ -14,6 +14,7 @@ struct Outcome {
   int status = -1;  // exit status; 128 + signal when it was killed
   std::string out;  // standard output
   std::string err;  // standard error
+  int signal = 0;   // that killed it; 0: none did
 };
 
 // A scratch folder that vanishes with its owner; commands run in it.
