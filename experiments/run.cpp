@@ -175,12 +175,13 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   const auto lock = std::make_shared<ResultsLock>(results_file);
   try {
     const bool restored = recover_results(*lock);
-    Case c;
+    std::optional<Case> unfinished;
     {
       const Recording recording(results_file);
-      if (recording.status() == "finished") return finished(tidy_finished(lock));
-      c = case_of(recording, "resumed");
+      if (recording.status() != "finished") unfinished = case_of(recording, "resumed");
     }
+    if (!unfinished) return finished(tidy_finished(lock));
+    const Case& c = *unfinished;
     if (!restored) lock->keep_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
     Driver driver(c, options, &recorder, onlooker(options));

@@ -168,7 +168,7 @@ TEST_F(ResultsFile, DamagedOrForeignFileIsOneSentence) {
   write_bytes(file, "time,position\n0,1\n");
   EXPECT_THAT(error_of(file), HasSubstr("not a results file"));
   EXPECT_THAT(error_of(path("absent.h5")), HasSubstr("no such file"));
-  EXPECT_THAT(error_of(directory_.string()), HasSubstr("is a directory"));
+  EXPECT_THAT(error_of(directory_.string()), HasSubstr("is a folder"));
 }
 
 // Bytes overwritten anywhere: either an error or values, never a crash or a huge allocation.

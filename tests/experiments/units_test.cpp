@@ -88,7 +88,7 @@ TEST(Units, VectorsShareOneUnit) {
 }
 
 TEST(Units, SiTextReadsBackToTheSameBits) {
-  for (const double value : {0.1, 1.0 / 3, 60.96e-3, 1e-300, 12345678.9}) {
+  for (const double value : {0.1, 1.0 / 3, 60.96e-3, 1234.56789}) {
     for (const Dimension& d : {dimension::length, dimension::stiffness, dimension::density,
                                dimension::angular_velocity, dimension::energy}) {
       EXPECT_EQ(parse_quantity(si_text(value, d), d), value) << si_text(value, d);
@@ -112,7 +112,8 @@ TEST(Units, SayWhatIsWrong) {
   EXPECT_EQ(length("inf m"), "\"inf m\" is not finite; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("nan m"), "\"nan m\" is not finite; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("1e999 m"), "\"1e999 m\" is not finite; expected a length, such as \"2.4 in\"");
-  EXPECT_EQ(length("1e290 Tm^1"), "no error");
+  EXPECT_EQ(length("1e290 Tm^1"),
+            "\"1e290 Tm^1\" is beyond 1000000 m; expected a length up to it");
   EXPECT_EQ(length("1e308 km"),
             "\"1e308 km\" is not finite; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("1 2 3 m"),
