@@ -15,7 +15,7 @@ constexpr std::size_t kMaxCuts = 32;          // of one part
 constexpr std::size_t kMaxTriangles = 20000;  // of a mesh with contact parts
 // Parts of the smallest edge of the bounding box: wanted distance of hulls and mesh, allowed
 // distance of swept parts and mesh, and least thickness of a piece.
-constexpr double kTolerance = 0.017, kAllowed = 0.02, kThinnest = 0.05;
+constexpr double kTolerance = 0.016, kAllowed = 0.02, kThinnest = 0.05;
 constexpr double kThinner = 0.75;  // of the least thickness, where nothing else helps
 
 double area_of(const std::vector<Vec3>& polygon) {

@@ -51,7 +51,7 @@ struct ShapeOptions {
 Shape make_sphere(double radius, const ShapeOptions& options);
 Shape make_box(const Vec3& size, const ShapeOptions& options);
 Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
-// Any closed mesh of up to 20000 triangles. One whose hull exceeds it by no more than 1.7 % of the
+// Any closed mesh of up to 20000 triangles. One whose hull exceeds it by no more than 1.6 % of the
 // smallest edge of its bounding box becomes one part; others are cut into pieces that convex, or
 // into max_parts. The deviation is measured and stored with its reason. Throws InputError naming
 // the defects of an unsound mesh.
