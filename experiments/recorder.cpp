@@ -24,11 +24,14 @@ using namespace std::chrono_literals;
 constexpr auto kFlushEvery = 1s;                       // what a crash can lose
 constexpr std::size_t kQueueLimit = 64 * 1024 * 1024;  // bytes waiting to be written
 
-bool is_hdf5(const std::string& file) {
+// Also one whose first block a power failure has lost: it reads as zeros.
+bool may_be_results(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   char signature[8] = {};
   stream.read(signature, sizeof(signature));
-  return std::string_view(signature, sizeof(signature)) == std::string_view("\x89HDF\r\n\x1a\n", 8);
+  const std::string_view text(signature, sizeof(signature));
+  return text == std::string_view("\x89HDF\r\n\x1a\n", 8) ||
+         text == std::string_view("\0\0\0\0\0\0\0\0", 8);
 }
 
 // Only then does it go before the file.
@@ -64,7 +67,7 @@ std::string keep_earlier_results(const std::string& file) {
     throw InputError(file + ": is not a regular file; choose another name for the results");
   const bool empty = !exists || fs::file_size(path, error) == 0;
   if (empty && !has_kept_copy(file)) return {};
-  if (!empty && !is_hdf5(file))
+  if (!empty && !may_be_results(file))
     throw InputError(file + ": exists and is not a results file; choose another name");
   const ResultsLock lock(file);
   if (has_whole_copy(file))

@@ -178,7 +178,12 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     std::optional<Case> unfinished;
     {
       const Recording recording(results_file);
-      if (recording.status() != "finished") unfinished = case_of(recording, "resumed");
+      if (recording.status() != "finished") {
+        unfinished = case_of(recording, "resumed");
+        if (!recording.has_checkpoint())  // before a copy of it would be taken for the truth
+          throw InputError(
+              fmt::format("{}: cannot be resumed: it has no whole checkpoint", results_file));
+      }
     }
     if (!unfinished) return finished(tidy_finished(lock));
     const Case& c = *unfinished;
