@@ -232,6 +232,7 @@ bool has_ended(pid_t pid) {
 
 void CrashTest::meet_faults(int tries, unsigned seed) {
   std::mt19937_64 random(seed);
+  empty_run_folder();
   const CountedOutcome good = firn_with(folder_, {run_folder(), {}, {}, ""}, run_to("r/run.h5"));
   ASSERT_EQ(good.status, 0) << good.err;
   ASSERT_GT(good.calls, 50u);
@@ -372,6 +373,8 @@ TEST_F(CrashTest, RunOnAFullDiskSaysSoAndContinuesWithMoreRoom) {
 void CrashTest::lose_power(std::size_t tries, unsigned seed) {
   std::mt19937_64 random(seed);
   const std::string log = path("log");
+  fs::remove(log);
+  empty_run_folder();
   ASSERT_EQ(firn_with(folder_, {run_folder(), {}, {}, log}, run_to("r/run.h5")).status, 0);
   const std::vector<IoCall> calls = read_io_log(log);
   ASSERT_GT(calls.size(), 50u);
