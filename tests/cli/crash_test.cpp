@@ -585,8 +585,11 @@ void CrashTest::be_killed(int kills, unsigned seed) {
                                 std::to_string(session) + ", signal " + std::to_string(signal) +
                                 ", status " + std::to_string(o.status) + "\n" + o.err;
     if (o.status == 130 && o.signal == 0) {
-      EXPECT_THAT(o.err, HasSubstr("interrupted at t = ")) << context;
-      ASSERT_TRUE(fs::exists(path("r/run.h5"))) << context;
+      // Before its first checkpoint a run ends at once and leaves no file.
+      EXPECT_THAT(o.err, HasSubstr("interrupted")) << context;
+      if (o.err.find("interrupted at t = ") != std::string::npos) {
+        ASSERT_TRUE(fs::exists(path("r/run.h5"))) << context;
+      }
     }
     killed += o.status == 130 || o.status == 128 + signal;
     if (o.status == 0) {
