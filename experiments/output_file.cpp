@@ -186,7 +186,7 @@ class OutputFile::Buffer : public std::streambuf {
     if (synced_) sync_file(descriptor_.number(), file_);
     if (const int error = descriptor_.close()) throw WriteError(file_, error);
     if (temporary_.empty()) return;
-    if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw WriteError(file_, errno);
+    if (::rename(temporary_.c_str(), target_.c_str()) != 0) refuse_output(file_, errno);
     temporary_.clear();
     abandoned_.reset();
     if (synced_) sync_folder_of(target_);

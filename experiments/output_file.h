@@ -84,7 +84,7 @@ class OutputFile : public std::ostream {
   explicit OutputFile(const std::string& file, When when = When::at_commit,
                       const std::string& temporary = "");
   ~OutputFile() override;
-  // Every write and commit() throws WriteError.
+  // Every write throws WriteError, and commit() as refuse_output().
   void commit();
 
  private:
