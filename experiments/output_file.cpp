@@ -78,17 +78,12 @@ OutputRefused::OutputRefused(const std::string& file, int number)
                              file, system_text(number))),
       error(number) {}
 
-namespace {
-
-// The name leads to no place for this user. All else is a matter of the machine.
 bool is_wrong_name(int error) {
   for (const int name : {ENOENT, ENOTDIR, EISDIR, EACCES, EPERM, ENAMETOOLONG, ELOOP, EINVAL,
                          ETXTBSY, ENXIO, ENODEV, EEXIST})
     if (error == name) return true;
   return false;
 }
-
-}  // namespace
 
 void refuse_output(const std::string& file, int error) {
   if (is_wrong_name(error)) throw OutputRefused(file, error);

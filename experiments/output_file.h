@@ -39,6 +39,10 @@ struct OutputRefused : InputError {
   int error;  // errno
 };
 
+// Whether errno says that a name leads to no place for this user. All else is a matter of the
+// machine.
+bool is_wrong_name(int error);
+
 // Throws what a failure to open FILE for writing is: OutputRefused when the name leads to no place
 // for this user, a WriteError for a device that is full, read-only, broken, ...
 [[noreturn]] void refuse_output(const std::string& file, int error);

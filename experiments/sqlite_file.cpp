@@ -1,5 +1,6 @@
 #include "experiments/sqlite_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <unistd.h>
@@ -30,6 +31,28 @@ std::string escaped(const std::string& path) {
   }
   return text;
 }
+
+// errno of the last file that could not be made. The library tries other ways to open it and
+// forgets why the first one failed.
+thread_local int open_error = 0;
+
+int remembering_open(const char* path, int flags, int mode) {
+  const int descriptor = ::open(path, flags, mode);
+  if (descriptor < 0 && (flags & O_CREAT) != 0) open_error = errno;
+  return descriptor;
+}
+
+void remember_open_errors() {
+  static const bool done = [] {
+    sqlite3_vfs* const system = sqlite3_vfs_find(nullptr);
+    return system->xSetSystemCall(system, "open",
+                                  reinterpret_cast<sqlite3_syscall_ptr>(remembering_open)) ==
+           SQLITE_OK;
+  }();
+  static_cast<void>(done);
+}
+
+bool is_refused_by_device() { return open_error != 0 && !is_wrong_name(open_error); }
 
 // errno behind an SQLITE_IOERR. The connection does not know that of every file; a rollback journal
 // is closed by then. `last` is errno after the failure.
@@ -116,12 +139,12 @@ void File::use_log(int patience) {
 }
 
 void File::open(const std::string& uri, int flags) {
+  remember_open_errors();
+  open_error = 0;
   if (sqlite3_open_v2(uri.c_str(), &db_, flags | SQLITE_OPEN_URI, nullptr) == SQLITE_OK) return;
-  const int error = sqlite3_system_errno(db_);
   sqlite3_close(db_);
   db_ = nullptr;
-  if (error == ENOSPC || error == EDQUOT || error == EROFS || error == EIO)
-    throw WriteError(name_, error);
+  if (is_refused_by_device()) throw WriteError(name_, open_error);
   throw InputError(
       fmt::format("{}: cannot be opened; expected a database that can be {}", name_,
                   (flags & SQLITE_OPEN_READONLY) != 0 ? "read" : "written, or a place for one"));
@@ -140,6 +163,7 @@ void File::fail(const std::string& what) const {
   const bool reading = code == SQLITE_IOERR_READ || code == SQLITE_IOERR_SHORT_READ;
   if (kind == SQLITE_READONLY && ::access(name_.c_str(), W_OK) != 0 && errno == EROFS)
     throw WriteError(name_, EROFS);
+  if (kind == SQLITE_CANTOPEN && is_refused_by_device()) throw WriteError(name_, open_error);
   if (kind == SQLITE_FULL) throw WriteError(name_, ENOSPC);
   if (kind == SQLITE_IOERR && !reading) throw WriteError(name_, system_error(db_, last));
   throw RunError(fmt::format("{}: {}: {}", name_, what, sqlite3_errmsg(db_)));
