@@ -163,7 +163,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
 }
 
 void tell_summary(const Case& c, const RunSummary& s) {
-  spdlog::info("{} at t = {:.4g} s", s.reason, s.simulated);
+  if (!s.write_failed) spdlog::info("{} at t = {:.4g} s", s.reason, s.simulated);
   if (s.steps == 0) return;  // nothing was simulated: it was finished already
   spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
   spdlog::info(
