@@ -128,7 +128,7 @@ std::string warning_of_run(const std::string& results_file, const RunSummary& su
 }
 
 Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
-                  const std::vector<Verdict>& verdicts) {
+                  const std::vector<Verdict>& verdicts, const std::string& warning) {
   Json document = {{"case", c.name},
                    {"results_file", file},
                    {"status", to_string(s.status)},
@@ -155,7 +155,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
                         {"largest_overlap_particle", s.health.largest_overlap_particle},
                         {"deep_births", s.health.deep_births},
                         {"energy_rise", s.health.energy_rise},
-                        {"warning", warning_of_run(file, s)}};
+                        {"warning", warning}};
   document["profile"] = profile_json(s.profile);
   document["firn_version"] = firn_version();
   document["git_commit"] = firn_git_commit();
@@ -273,7 +273,7 @@ int run_case(const Arguments& a) {
   std::vector<Verdict> verdicts;
   if (summary.status == RunStatus::finished) verdicts = judge(requirements, summary.responses);
   if (a.json) {
-    print_json(summary_json(c, options.results_file, summary, verdicts));
+    print_json(summary_json(c, options.results_file, summary, verdicts, warning));
   } else {
     print_lines(stdout, "{}{}", responses_table(summary.responses), verdicts_table(verdicts));
   }
