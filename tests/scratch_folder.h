@@ -2,19 +2,21 @@
 
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 
 namespace firn::test {
 
-// A folder of this process that vanishes with its owner, whatever happens.
+// A new temporary folder. The destructor removes it.
 class ScratchFolder {
  public:
-  explicit ScratchFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() /
-              ("firn-" + name + "-" + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
+  explicit ScratchFolder(const std::string& name) {
+    std::string path =
+        (std::filesystem::temp_directory_path() / ("firn-" + name + "-XXXXXX")).string();
+    if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error("cannot create " + path);
+    path_ = path;
   }
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
@@ -28,5 +30,12 @@ class ScratchFolder {
  private:
   std::filesystem::path path_;
 };
+
+// The path of a file or folder NAME in a temporary folder of this process. Tests run in parallel
+// processes, so a fixed path in the system's temporary folder would be shared between them.
+inline std::string scratch_path(const std::string& name) {
+  static const ScratchFolder folder("test");
+  return folder / name;
+}
 
 }  // namespace firn::test

@@ -267,5 +267,20 @@ TEST(SourceTree, DocumentationNamesFilesThatExist) {
   EXPECT_GT(count, 200);
 }
 
+// Tests run in parallel processes: a fixed path in the temporary folder is shared between them.
+TEST(SourceTree, TestsShareNoTemporaryFile) {
+  const std::set<std::string> owners = {"scratch_folder.h", "program.h", "fuzz_target.h",
+                                        "crash_test.cpp"};
+  static const std::regex shared("TempDir|temp_directory_path|\"/tmp");
+  int count = 0;
+  for (const fs::path& file : files_below(source_dir / "tests", {".cpp", ".h"})) {
+    if (owners.contains(file.filename().string()) || file.filename() == "source_tree_test.cpp")
+      continue;
+    ++count;
+    EXPECT_FALSE(std::regex_search(read_text(file), shared)) << file << ": use scratch_path()";
+  }
+  EXPECT_GT(count, 200);
+}
+
 }  // namespace
 }  // namespace firn::cli

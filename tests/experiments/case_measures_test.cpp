@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/experiments/bench_run.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -152,7 +153,7 @@ TEST(UntilEmpty, EndsWhenTheLastBodyHasLeft) {
   const BenchRun r = run_case(c);
   EXPECT_EQ(r.value("present_count"), 0);
   // All have fallen by 22 mm at most by then: sqrt(2 h / g) = 67 ms; 0.3 s without an end.
-  const std::string file = ::testing::TempDir() + "firn-empty.h5";
+  const std::string file = test::scratch_path("firn-empty.h5");
   RunOptions options;
   options.results_file = file;
   const RunSummary summary = run(c, options);

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/scratch_folder.h"
+
 namespace firn {
 namespace {
 
@@ -278,7 +280,7 @@ TEST(Case, EveryShapeKind) {
 }
 
 TEST(Case, MeshesAreFoundByContent) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "case_meshes";
+  const std::filesystem::path folder = test::scratch_path("case_meshes");
   std::filesystem::create_directories(folder);
   const auto write_tetrahedron = [&](double size) {
     std::ofstream out(folder / "t.stl");

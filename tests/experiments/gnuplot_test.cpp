@@ -11,6 +11,7 @@
 
 #include "experiments/text_encoding.h"
 #include "solver/types.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -85,7 +86,7 @@ void expect_harmless(const std::string& text) {
 }
 
 TEST(Gnuplot, DrawsAPicture) {
-  const std::string file = testing::TempDir() + "gnuplot's picture.png";
+  const std::string file = test::scratch_path("gnuplot's picture.png");
   fs::remove(file);
   Gnuplot().draw("plot x\n", file, 200, 100);
   EXPECT_GT(fs::file_size(file), 500u);

@@ -12,6 +12,7 @@
 
 #include "experiments/mesh_file.h"
 #include "solver/shape.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -20,7 +21,7 @@ using testing::HasSubstr;
 
 // What reading a file as a particle of millimetres comes to; "accepted" when nothing is wrong.
 std::string outcome(const std::string& name, const std::string& text) {
-  const std::string file = (std::filesystem::path(testing::TempDir()) / name).string();
+  const std::string file = test::scratch_path(name);
   std::ofstream(file, std::ios::binary) << text;
   ShapeOptions options;
   options.density = 900;

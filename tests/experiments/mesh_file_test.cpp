@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "solver/shape.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -21,10 +22,7 @@ using testing::StartsWith;
 
 class StlFile : public testing::Test {
  protected:
-  std::string file =
-      (std::filesystem::path(testing::TempDir()) /
-       (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".stl"))
-          .string();
+  std::string file = test::scratch_path("mesh.stl");
   TriangleMesh mesh = crescent_mesh({.facets = 68});
 
   void TearDown() override { std::filesystem::remove(file); }
@@ -238,7 +236,7 @@ TEST_F(StlFile, OtherFilesAreRefused) {
   put(std::string(500, 'v'));
   EXPECT_THAT(refusal(), HasSubstr("expected a whole binary STL file"));
   EXPECT_THROW(write_stl("no/such/folder/x.stl", mesh, 1), InputError);
-  EXPECT_THROW(read_stl(testing::TempDir(), 1), InputError);
+  EXPECT_THROW(read_stl(test::scratch_path(""), 1), InputError);
 }
 
 TEST_F(StlFile, HashIsThatOfTheBytes) {

@@ -11,6 +11,7 @@
 
 #include "experiments/batch/process.h"
 #include "experiments/csv_rows.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -116,7 +117,7 @@ TEST(TextEncoding, MarkdownBlocksEndWhereTheyShould) {
 }
 
 TEST(TextEncoding, CsvFieldsAreReadBack) {
-  const std::string file = testing::TempDir() + "encoded.csv";
+  const std::string file = test::scratch_path("encoded.csv");
   for (const std::string& text : random_texts(400, 4)) {
     // The reader takes lines that begin with # for remarks, even inside quotes.
     if (text.find('\0') != std::string::npos || text.find("\n#") != std::string::npos) continue;
@@ -151,7 +152,7 @@ TEST(TextEncoding, SpreadsheetsSeeNoFormula) {
 TEST(TextEncoding, ShellWordsAreOneWord) {
   std::vector<std::string> texts = random_texts(60, 6);
   texts.insert(texts.end(), {"$(touch MARK)", "`touch MARK`", "'; touch MARK; '", "-n", "*", "~"});
-  const fs::path folder = fs::path(testing::TempDir()) / "shell words";
+  const fs::path folder = test::scratch_path("shell words");
   fs::create_directories(folder);
   for (const std::string& text : texts) {
     if (text.find('\0') != std::string::npos) continue;

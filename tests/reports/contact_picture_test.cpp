@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/scratch_folder.h"
 #include "validation/verification/scenes.h"
 
 namespace firn {
@@ -47,7 +48,7 @@ std::string text_of(const std::string& file) {
 TEST(ContactPicture, NamesNeighboursAndTheirForces) {
   const Case c = tower();
   const Solver solver = standing(c);
-  const std::string file = testing::TempDir() + "contacts.svg";
+  const std::string file = test::scratch_path("contacts.svg");
   draw_contacts(c, {0, -1}, take_instant(solver, {0, -1}, 5, "--particle"), file, 120);
   const std::string drawn = text_of(file);
   EXPECT_THAT(drawn, HasSubstr("tower of balls: particle 0"));
@@ -71,7 +72,7 @@ TEST(ContactPicture, HistoryHasAllItsAxes) {
     history.see(solver, false);
     solver.step();
   }
-  const std::string file = testing::TempDir() + "history.svg";
+  const std::string file = test::scratch_path("history.svg");
   draw_history(c, {0, 2}, history.rows(), file);
   const std::string drawn = text_of(file);
   for (const char* axis : {"force / N", "work / µJ", "time / ms", "deepest overlap / µm"})

@@ -8,6 +8,7 @@
 
 #include "solver/types.h"
 #include "tests/experiments/synthetic_heap.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -24,7 +25,7 @@ HeapPicture ramp_picture(const TriangleMesh& mesh) {
 }
 
 std::string drawn(const HeapPicture& picture) {
-  const std::string file = testing::TempDir() + "heap.svg";
+  const std::string file = test::scratch_path("heap.svg");
   std::filesystem::remove(file);
   draw_heap(picture, file);
   std::ostringstream text;

@@ -177,7 +177,7 @@ TEST_F(RunPage, PlaysInABrowser) {
 // its own ones.
 TEST(PageInABrowser, RunsNoScriptButItsOwn) {
   if (!has_browser()) GTEST_SKIP() << "chromium is not installed: no script is tried";
-  const fs::path folder = fs::path(testing::TempDir()) / "page with a foreign script";
+  const fs::path folder = test::scratch_path("page with a foreign script");
   fs::create_directories(folder);
   page::Page page("mine", "");
   page.add_script("document.body.dataset.own = 'ran';");

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "experiments/machine/parts.h"
+#include "tests/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -21,7 +22,7 @@ TEST(ScenePicture, NamesWallsAndDrawsFourViews) {
   picture.subtitle = "empty";
   picture.walls = {{"the cup", {&cup.mesh, {}}}};
   picture.width = 300;
-  const std::string file = testing::TempDir() + "scene.svg";
+  const std::string file = test::scratch_path("scene.svg");
   draw_scene(picture, file);
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
@@ -35,8 +36,8 @@ TEST(ScenePicture, NamesWallsAndDrawsFourViews) {
 TEST(ScenePicture, AnEmptySceneAndUnknownFormatsAreRefused) {
   ScenePicture picture;
   picture.title = "nothing";
-  EXPECT_THROW(draw_scene(picture, testing::TempDir() + "scene.png"), InputError);
-  EXPECT_THROW(draw_scene(picture, testing::TempDir() + "scene.bmp"), InputError);
+  EXPECT_THROW(draw_scene(picture, test::scratch_path("scene.png")), InputError);
+  EXPECT_THROW(draw_scene(picture, test::scratch_path("scene.bmp")), InputError);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/scratch_folder.h"
+
 namespace firn {
 namespace {
 
@@ -22,7 +24,7 @@ std::string page(const std::string& name) {
   results[0] = {{{"weight", 1.0, 1.0, 0.1, Bound::relative, "N"}}, "", 1, true};
   results[1] = {{{"height", 3.0, 2.0, 0, Bound::at_most, "m"}}, "", 1, true};
   results[2] = {{}, "no room for particle 3", 1, true};
-  const std::string file = testing::TempDir() + name;
+  const std::string file = test::scratch_path(name);
   write_verification_page(cases, results, "firn 0", file);
   std::stringstream text;
   text << std::ifstream(file).rdbuf();
