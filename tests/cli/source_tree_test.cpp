@@ -279,7 +279,7 @@ TEST(SourceTree, TestsShareNoTemporaryFile) {
     ++count;
     EXPECT_FALSE(std::regex_search(read_text(file), shared)) << file << ": use scratch_path()";
   }
-  EXPECT_GT(count, 200);
+  EXPECT_GT(count, 100);
 }
 
 }  // namespace
