@@ -119,6 +119,7 @@ int main_program(int argc, char** argv) {
   add_slurm_task_command(app, status);
   add_shape_command(app, status);
   add_export_command(app, status);
+  add_view_command(app, status);
   add_sweep_command(app, status);
   add_validate_command(app, status);
   add_report_command(app, status);

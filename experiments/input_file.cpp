@@ -13,6 +13,30 @@
 
 namespace firn {
 namespace {
+thread_local InputFileRecord* record = nullptr;
+}
+
+FileStamp stamp_of(const std::string& file) {
+  struct stat status = {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  FileStamp stamp;
+  stamp.exists = true;
+  stamp.device = status.st_dev;
+  stamp.inode = status.st_ino;
+  stamp.size = static_cast<std::uint64_t>(status.st_size);
+  stamp.changed = std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec;
+  return stamp;
+}
+
+InputFileRecord::InputFileRecord() { record = this; }
+InputFileRecord::~InputFileRecord() { record = nullptr; }
+
+// The stamp is taken before the file is read, so that a later change differs from it.
+void record_input_file(const std::string& file) {
+  if (record != nullptr) record->files_.try_emplace(file, stamp_of(file));
+}
+
+namespace {
 
 class Descriptor {
  public:
@@ -44,10 +68,12 @@ class Descriptor {
 }  // namespace
 
 void require_regular_file(const std::string& file, std::string_view wanted) {
+  record_input_file(file);
   static_cast<void>(Descriptor(file, wanted));
 }
 
 std::string read_input_file(const std::string& file, std::string_view wanted, std::uintmax_t most) {
+  record_input_file(file);
   const Descriptor descriptor(file, wanted);
   const auto check = [&](std::uintmax_t size) {
     if (size > most)

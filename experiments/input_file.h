@@ -2,10 +2,38 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 
 namespace firn {
+
+// State of a file at one time. Equal stamps: the file has not been replaced or written in between.
+struct FileStamp {
+  bool exists = false;
+  std::uint64_t device = 0, inode = 0, size = 0;
+  std::int64_t changed = 0;  // ns, time of the last change of the content
+
+  bool operator==(const FileStamp&) const = default;
+};
+FileStamp stamp_of(const std::string& file);
+
+// Collects the names and stamps of all files that this thread opens, or fails to open, by the
+// functions below while the object exists. One object per thread at a time.
+class InputFileRecord {
+ public:
+  InputFileRecord();
+  ~InputFileRecord();
+  InputFileRecord(const InputFileRecord&) = delete;
+  InputFileRecord& operator=(const InputFileRecord&) = delete;
+
+  // Name -> stamp when the file was opened.
+  const std::map<std::string, FileStamp>& files() const { return files_; }
+
+ private:
+  friend void record_input_file(const std::string&);
+  std::map<std::string, FileStamp> files_;
+};
 
 // Throws InputError `FILE: what is wrong; expected WANTED` unless the file can be read and is a
 // regular one: no folder, device, pipe or socket. Does not block.

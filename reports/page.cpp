@@ -107,7 +107,7 @@ std::string figure_html(const Figure& figure) {
 // `{}` is their list.
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src {}; img-src data: blob:">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src {}; img-src data: blob:{}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <link rel="icon" href="data:,">
@@ -309,8 +309,11 @@ std::string Page::html() const {
     scripts += fmt::format("<script>{}</script>\n", script);
   }
   fmt::format_to(to, "{}<title>{}</title>\n<style>{}{}</style></head>\n<body>\n",
-                 fmt::format(kHead, sources), encode::markup(title_), asset("page.css"), styles_);
+                 fmt::format(kHead, sources, asks_server_ ? "; connect-src 'self'" : ""),
+                 encode::markup(title_), asset("page.css"), styles_);
   fmt::format_to(to, "<a class=\"skip\" href=\"#content\">Skip to the content</a>\n");
+  if (!alert_.empty())
+    fmt::format_to(to, "<div class=\"alert\" role=\"alert\">{}</div>\n", alert_.html());
   fmt::format_to(to, "<header><h1>{}</h1>\n<p class=\"subtitle\">{}</p>\n{}</header>\n",
                  encode::markup(title_), encode::markup(subtitle_), top_.html());
   if (sections_.size() > 1) {

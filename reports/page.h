@@ -111,6 +111,8 @@ class Page {
   Page(std::string title, std::string subtitle);
 
   Content& top() { return top_; }  // above the table of contents
+  // Above everything else; announced by screen readers.
+  Content& alert() { return alert_; }
   // A new section, listed in the table of contents. The anchor is made of the title unless given;
   // a second one of a name gets a number. The reference holds as long as the page.
   Content& section(const std::string& title, const std::string& anchor = "");
@@ -119,6 +121,8 @@ class Page {
   void add_script(std::string_view script);
   void add_data(const std::string& id, std::string_view base64);
   void add_style(std::string_view css);  // after the page's own; each text once
+  // Scripts of the page may ask the server that it comes from, and no other one.
+  void allow_requests_to_its_server() { asks_server_ = true; }
   void set_footer(std::string text) { footer_ = std::move(text); }
 
   std::string html() const;
@@ -138,7 +142,8 @@ class Page {
   std::string title_, subtitle_, footer_, styles_, data_;
   std::vector<std::string> scripts_;
   std::set<std::size_t> added_;  // hashes of scripts and styles
-  Content top_;
+  Content top_, alert_;
+  bool asks_server_ = false;
   std::list<Section> sections_;
 };
 

@@ -4,66 +4,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "experiments/bonds.h"
-#include "experiments/text_encoding.h"
-#include "reports/assets.h"
 #include "reports/pose_tracks.h"
+#include "reports/replay_data.h"
 #include "reports/simplify_mesh.h"
 #include "reports/surface_maps.h"
 
 namespace firn {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using replay::Json;
+using replay::kBoundaryTriangles;
+using replay::mesh_json;
+using replay::micro;
 
-// Triangles of all particles together, for machines without a graphics processor.
-constexpr std::size_t kParticleTriangles = 80'000, kBoundaryTriangles = 24'000;
 // Of maps of where bodies are hit: all boundaries, all shapes.
 constexpr std::size_t kMapTriangles = 24'000;
-
-// Whole micrometres and microseconds: shorter, and no eye sees less.
-Json micro(double value) {
-  return std::isfinite(value) ? Json(std::llround(std::clamp(value * 1e6, -9e18, 9e18)))
-                              : Json(nullptr);
-}
-Json micro(const std::vector<double>& values) {
-  Json all = Json::array();
-  for (const double value : values) all.push_back(micro(value));
-  return all;
-}
-
-Json mesh_json(const std::string& name, const TriangleMesh& mesh, const Vec3& origin) {
-  Json vertices = Json::array(), triangles = Json::array();
-  for (const Vec3& v : mesh.vertices)
-    for (int k = 0; k < 3; ++k) vertices.push_back(micro(v[k] - origin[k]));
-  for (const auto& t : mesh.triangles)
-    for (const int corner : t) triangles.push_back(corner);
-  return {{"name", name}, {"vertices", vertices}, {"triangles", triangles}};
-}
-
-// Where particles have been.
-Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles) {
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < tracks.position.size(); ++i) {
-    const auto& p = tracks.position[i];
-    if (i % tracks.bodies < particles && !std::isnan(p[0])) box.extend(Vec3(p[0], p[1], p[2]));
-  }
-  if (box.isEmpty()) box.extend(Vec3::Zero());
-  return box;
-}
-
-// A plane, z = 0 of its axes, as a square about what particles have reached.
-TriangleMesh square(const Boundary& plane, const Eigen::AlignedBox3d& box) {
-  const double reach = 0.05 + 0.55 * box.diagonal().norm();
-  const Vec3 middle = plane.orientation.conjugate() * (box.center() - plane.origin);
-  TriangleMesh mesh;
-  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
-    mesh.vertices.emplace_back(middle.x() + x * reach, middle.y() + y * reach, 0);
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  return mesh;
-}
 
 // Frames a second.
 double wanted_rate(const std::vector<double>& times, const ReplayViewOptions& options) {
@@ -102,15 +59,6 @@ PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   return tracks;
 }
 
-Json shapes_json(const Case& c, std::size_t particles) {
-  const std::size_t each =
-      std::clamp<std::size_t>(kParticleTriangles / std::max<std::size_t>(particles, 1), 60, 400);
-  Json shapes = Json::array();
-  for (const Shape& shape : c.model.shapes)
-    shapes.push_back(mesh_json(shape.name, simplified(shape.mesh, each), shape.centroid));
-  return shapes;
-}
-
 // Three significant digits: what a colour tells.
 Json map_json(const SurfaceMap& map) {
   Json fields = Json::array();
@@ -139,7 +87,7 @@ Json boundaries_json(const Recording& recording, const Case& c, const Eigen::Ali
     const bool mapped = map != maps.end();
     Json mesh = mesh_json(b.name,
                           mapped  ? map->mesh
-                          : plane ? square(b, box)
+                          : plane ? replay::plane_square(b, box)
                                   : simplified(b.mesh, each),
                           Vec3::Zero());
     mesh["plane"] = plane;
@@ -191,21 +139,6 @@ Json facts_json(const Recording& recording, const Case& c) {
   return facts;
 }
 
-// The length of the JSON text (4 bytes, little endian), the text, the packed poses.
-std::string data_text(Json facts, const PoseTracks& tracks) {
-  const PackedTracks packed = pack(tracks);
-  facts["bodies"] = packed.bodies;
-  facts["time"] = micro(tracks.time);
-  facts["low"] = {packed.low.x(), packed.low.y(), packed.low.z()};
-  facts["high"] = {packed.high.x(), packed.high.y(), packed.high.z()};
-  const std::string text = facts.dump();
-  std::vector<std::uint8_t> bytes;
-  for (int k = 0; k < 4; ++k) bytes.push_back(static_cast<std::uint8_t>(text.size() >> (8 * k)));
-  bytes.insert(bytes.end(), text.begin(), text.end());
-  bytes.insert(bytes.end(), packed.bytes.begin(), packed.bytes.end());
-  return base64(deflated(bytes));
-}
-
 }  // namespace
 
 ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayName& name,
@@ -218,25 +151,22 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
   double rate = wanted_rate(times, options);
   PoseTracks tracks = read_tracks(recording, c, rate);
   Json facts = facts_json(recording, c);
-  facts["shapes"] = shapes_json(c, recording.particle_count());
-  facts["boundaries"] = boundaries_json(recording, c, reached(tracks, recording.particle_count()));
+  facts["markers"] = replay::markers_json(c);
+  facts["shapes"] = replay::shapes_json(c, recording.particle_count());
+  facts["boundaries"] =
+      boundaries_json(recording, c, replay::reached(tracks, recording.particle_count()));
   facts["maps"] = shape_maps_json(recording);
-  std::string data = data_text(facts, tracks);
+  std::string data = replay::data_text(facts, tracks);
   while (data.size() > options.budget && tracks.time.size() > 2) {
     rate *= std::min(0.8,
                      0.95 * static_cast<double>(options.budget) / static_cast<double>(data.size()));
     tracks = tracks.thinned(rate);
-    data = data_text(facts, tracks);
+    data = replay::data_text(facts, tracks);
   }
   size.frames = tracks.time.size();
   size.characters = data.size();
 
-  const std::string id = encode::markup(name.anchor);
-  content.html(fmt::format(
-      "<div class=\"replay\" id=\"replay-{0}\" data-name=\"{0}\" data-title=\"{1}\" "
-      "data-source=\"replay-data-{0}\"><p class=\"replay-message\" role=\"status\">The replay "
-      "needs a browser with JavaScript and WebGL.</p></div>\n",
-      id, encode::markup(name.title)));
+  replay::place_view(page, content, name.anchor, name.title, data);
   const std::string kept = size.frames == size.recorded_frames
                                ? fmt::format("All {} frames of the results file", size.frames)
                                : fmt::format("{} of the {} frames of the results file", size.frames,
@@ -245,11 +175,6 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
       kept +
       "; between them bodies are moved evenly. Meshes are drawn coarser than they are "
       "computed.");
-  page.add_data("replay-data-" + name.anchor, data);
-  page.add_style(asset("replay.css"));
-  for (const char* script : {"three.min.js", "replay_data.js", "replay_colours.js",
-                             "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
-    page.add_script(asset(script));
   return size;
 }
 

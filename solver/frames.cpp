@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "solver/free_body.h"
+#include "solver/rigid_motion.h"
 #include "solver/workspace.h"
 
 namespace firn {
@@ -15,28 +16,8 @@ struct Place {
   Vec3 turned = Vec3::Zero();  // rad, rotation vector of the step
 };
 
-// Rigid motion from t = 0: x -> turn x + shift.
-struct Carried {
-  Quat turn = Quat::Identity();
-  Vec3 shift = Vec3::Zero();
-
-  // Followed, in what it carries, by a motion that has covered this way. Centres count from
-  // `origin`.
-  void carry(const Motion& m, const Vec3& origin, double way) {
-    if (way == 0) return;
-    if (m.kind == Motion::Kind::translation) {
-      shift += turn * (m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
-      return;
-    }
-    const Quat one(Eigen::AngleAxisd(way, m.axis));
-    const Vec3 center = m.center - origin;
-    shift += turn * Vec3(center - one * center);
-    turn = (turn * one).normalized();
-  }
-};
-
 // A step of one motion, whose directions and centre `by` has carried along; nothing has at first.
-void apply(const Motion& m, const Carried* by, const Vec3& origin, double t, double dt,
+void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t, double dt,
            Place& place) {
   const double way = m.way(t, dt);
   if (way == 0) return;
@@ -71,7 +52,7 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
     if (s.extra_motion_mover[k] == static_cast<int>(mover)) all.push_back(&s.extra_motions[k]);
   }
-  std::vector<Carried> carried(all.size());  // by the motions before each
+  std::vector<RigidMotion> carried(all.size());  // by the motions before each
   std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
   for (std::size_t j = 1; j < all.size(); ++j) {
     const double way = all[j - 1]->covered(s.time);

@@ -19,6 +19,7 @@ const FirnReplay = (() => {
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
       if (this.view.slow) [this.fine, this.ratio] = [1, 0.75];
       this.listBoundaries();
+      this.listMarkers();
       this.maps = new FirnReplayMaps.Maps(replay, this.view, () => this.ask(), (b, wanted) => this.want(b, wanted));
       if (this.maps.there) this.walls.parentElement.after(this.maps.panel);
       this.hand();
@@ -98,6 +99,31 @@ const FirnReplay = (() => {
         return box;
       });
       if (!this.boxes.length) this.walls.append('none');
+    }
+
+    // Fills, sources, gates, outlets and axes, by kind; with labels where they are shown.
+    listMarkers() {
+      const markers = this.view.markers, panel = make('fieldset', {class: 'replay-marks'},
+          make('legend', {}, 'Setup')), list = make('div', {class: 'replay-walls'});
+      this.markBoxes = new Map();
+      for (const [kind, {colour, count}] of markers.kinds) {
+        const box = make('input', {type: 'checkbox', change: () => { markers.show(kind, box.checked); this.ask(); }});
+        box.checked = Boolean(this.r.setup);
+        markers.show(kind, box.checked);
+        this.markBoxes.set(kind, box);
+        list.append(make('label', {}, box, make('span', {class: 'replay-swatch', style: `background: ${colour}`}),
+            ` ${kind} (${count})`));
+      }
+      if (this.view.hasParts) {
+        const box = make('input', {type: 'checkbox', change: () => { this.view.showParts(box.checked); this.ask(); }});
+        this.partsBox = box;
+        list.append(make('label', {}, box, ' contact parts, drawn apart'));
+      }
+      if (!list.childNodes.length) return;
+      panel.append(list);
+      this.walls.parentElement.after(panel);
+      this.labels = make('div', {class: 'replay-labels', 'aria-hidden': 'true'});
+      this.canvas.after(this.labels);
     }
 
     want(b, wanted) {
@@ -189,6 +215,7 @@ const FirnReplay = (() => {
       this.view.show(this.t, this.modes[this.mode].write);
       this.view.render(width, height, this.playing ? this.ratio : this.fine,
                        getComputedStyle(this.root).getPropertyValue('--stage').trim());
+      if (this.labels) this.view.markers.label(this.labels, this.view.camera, width, height);
       const stage = this.r.stages.filter((s) => s.start <= this.t).pop();
       const text = `${this.t.toFixed(this.r.end - this.r.start < 5 ? 3 : 2)} s` + (stage ? ` \u00b7 ${stage.name}` : '');
       if (this.clock.value !== text) this.clock.value = text;
@@ -327,6 +354,17 @@ const FirnReplay = (() => {
         this.opacity.value = number('opacity');
         this.view.setOpacity(Number(this.opacity.value));
       }
+      if (given.has('marks')) {
+        const shown = given.get('marks').split(',');
+        for (const [kind, box] of this.markBoxes || []) {
+          box.checked = shown.includes(kind);
+          this.view.markers.show(kind, box.checked);
+        }
+      }
+      if (given.has('parts') && this.partsBox) {
+        this.partsBox.checked = given.get('parts') === '1';
+        this.view.showParts(this.partsBox.checked);
+      }
       if (given.has('particle')) this.select(number('particle'));
       this.maps.apply(given);
       const view = (given.get('view') || '').split(',').map(Number), orbit = this.view.orbit;
@@ -346,6 +384,9 @@ const FirnReplay = (() => {
       Object.assign(parts, {t: round(this.t, 6), colour: this.mode}, this.maps.state());
       const hidden = this.r.boundaries.filter((_, b) => !this.boxes[b].checked).map((b) => b.name);
       if (hidden.length) parts.hide = hidden.join(',');
+      if (this.markBoxes && this.markBoxes.size)
+        parts.marks = [...this.markBoxes].filter(([, box]) => box.checked).map(([kind]) => kind).join(',');
+      if (this.partsBox && this.partsBox.checked) parts.parts = 1;
       if (this.view.selected >= 0) parts.particle = this.view.selected;
       parts.opacity = round(this.view.opacity);
       parts.view = [o.azimuth, o.elevation, o.distance, o.target.x, o.target.y, o.target.z].map((v) => round(v, 4)).join(',');

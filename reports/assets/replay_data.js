@@ -46,7 +46,8 @@ const FirnReplayData = (() => {
     for (const gate of facts.gates) gate.time = seconds(gate.time);
     for (const stage of facts.stages) stage.start *= MICRO;
     for (const bond of facts.bonds) bond.broken = bond.broken === null ? Infinity : bond.broken * MICRO;
-    for (const mesh of [...facts.shapes, ...facts.boundaries, ...facts.maps]) {
+    const parts = facts.shapes.flatMap((shape) => shape.parts || []);
+    for (const mesh of [...facts.shapes, ...facts.boundaries, ...facts.maps, ...parts]) {
       mesh.vertices = Float32Array.from(mesh.vertices, (v) => v * MICRO);
     }
     const poses = unpacked(bytes.subarray(4 + length), facts.bodies, facts.time.length);

@@ -130,6 +130,7 @@ const FirnReplayScene = (() => {
       this.addParticles();
       this.addBoundaries();
       this.addLines();
+      this.markers = new FirnReplayMarkers.Markers(this.scene, replay);
       this.home();
     }
 
@@ -140,16 +141,24 @@ const FirnReplayScene = (() => {
         for (let i = 0; i < r.particles; ++i) if (r.shape[i] === s) ids.push(i);
         const geometry = flat(shape);
         geometry.computeBoundingSphere();
+        const pieces = shape.parts && shape.parts.length ? flat(FirnReplayMarkers.apart(shape.parts)) : null;
         const tint = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, ids.length)), 3);
         geometry.setAttribute('tint', tint);
+        if (pieces) pieces.setAttribute('tint', tint);
         const mesh = new THREE.InstancedMesh(geometry, tinted(), Math.max(1, ids.length));
         mesh.frustumCulled = false;
         mesh.visible = ids.length > 0;
         this.scene.add(mesh);
-        return {ids, mesh, tint, radius: geometry.boundingSphere.radius + geometry.boundingSphere.center.length(),
+        return {ids, mesh, tint, whole: geometry, pieces, radius: geometry.boundingSphere.radius + geometry.boundingSphere.center.length(),
                 shown: []};
       });
     }
+
+    // Draws particles by their convex contact parts, or whole.
+    showParts(wanted) {
+      for (const group of this.groups) group.mesh.geometry = wanted && group.pieces ? group.pieces : group.whole;
+    }
+    get hasParts() { return this.groups.some((group) => group.pieces); }
 
     addBoundaries() {
       const colours = [0x6f9fc8, 0xc9924f, 0x74a86e, 0xb0698c, 0xa39a45, 0x7480a6, 0x4fa3a3, 0xc4685c];
@@ -263,8 +272,10 @@ const FirnReplayScene = (() => {
         const corner = (share) => new THREE.Vector3(...places.map((v) => v[Math.round(share * (v.length - 1))]));
         box.union(new THREE.Box3(corner(0.1), corner(0.9)).expandByScalar(2 * reach));
       }
+      if (r.setup) box.union(this.markers.box);
       if (box.isEmpty()) box.setFromCenterAndSize(new THREE.Vector3(), new THREE.Vector3(0.1, 0.1, 0.1));
       this.box = box;
+      this.markers.resize(0.5 * box.getSize(new THREE.Vector3()).length());
       this.frame();
     }
 

@@ -1,7 +1,7 @@
 // The replays of a page: the only one starts by itself; of several each when it is asked for, so that
 // a page opens fast, and no more than a browser has contexts for.
 'use strict';
-(() => {
+const FirnReplayViews = (() => {
   const {make} = FirnReplayColours;
   const MOST = 3;  // contexts at a time; browsers end the oldest beyond 8 to 16, phones sooner
   const live = [];
@@ -99,4 +99,14 @@
   addEventListener('hashchange', fromHash);
   if (views.length === 1) views[0].open();
   fromHash();
+
+  // Links to the states of the views that are open, without the '#'. A run at its first or last
+  // frame continues at the end of the next version.
+  const states = () => live.map((view) => {
+    const state = new URLSearchParams(view.player.hash().slice(1));
+    const {t, r} = view.player;
+    if (!r.setup && (t >= r.end || t === r.start)) state.set('t', '1e9');
+    return state.toString();
+  });
+  return {states};
 })();

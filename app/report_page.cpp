@@ -1,0 +1,46 @@
+#include "app/report_page.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "reports/json_values.h"
+#include "reports/run_page.h"
+#include "reports/study_page.h"
+#include "solver/types.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_run(const fs::path& path) { return path.extension() == ".h5"; }
+
+// results.json of the folder, or the file itself.
+fs::path results_json(const std::string& path) {
+  std::error_code unreadable;  // as a name that is too long
+  return fs::is_directory(path, unreadable) ? fs::path(path) / "results.json" : fs::path(path);
+}
+
+}  // namespace
+
+page::Page report_page(const std::string& path, const ValidationPageOptions& options) {
+  if (is_run(path)) return run_page(path);
+  const fs::path source = results_json(path);
+  std::error_code unreadable;
+  if (!fs::exists(source, unreadable))
+    throw InputError(
+        fmt::format("{}: does not exist; expected RUN.h5, the folder of a study or a validation, "
+                    "or its results.json",
+                    source.string()));
+  const Json json = read_results_json(source.string());
+  const bool study = json.is_object() && json.contains("study");
+  return study ? study_page(source.string()) : validation_page(source.string(), options);
+}
+
+fs::path default_report_file(const std::string& path) {
+  return is_run(path) ? fs::path(path).replace_extension(".html")
+                      : results_json(path).parent_path() / "report.html";
+}
+
+}  // namespace firn

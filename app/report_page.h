@@ -1,0 +1,18 @@
+// The page of whatever a path names: a results file, a study or a validation.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "reports/page.h"
+#include "reports/validation_page.h"
+
+namespace firn {
+
+// Throws InputError for a path that is none of them.
+page::Page report_page(const std::string& path, const ValidationPageOptions& options);
+
+// RUN.html, or report.html in the folder.
+std::filesystem::path default_report_file(const std::string& path);
+
+}  // namespace firn
