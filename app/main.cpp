@@ -113,6 +113,7 @@ int main_program(int argc, char** argv) {
       "130 interrupted; what was finished or saved is kept. Results go to standard output, the "
       "rest to standard\n"
       "error. `firn COMMAND --help` explains one command.");
+  add_new_command(app, status);
   add_run_command(app, status);
   add_measure_command(app, status);
   add_calibrate_command(app, status);

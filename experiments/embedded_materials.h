@@ -1,4 +1,4 @@
-// The files of experiments/materials/, compiled in (cmake/embed_materials.cmake).
+// The files of experiments/materials/, compiled in (cmake/embed_files.cmake).
 #pragma once
 
 #include <span>
