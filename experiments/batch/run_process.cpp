@@ -143,8 +143,8 @@ void require_writable(const std::string& folder) {
   if (written != static_cast<ssize_t>(bytes.size())) throw WriteError(folder, why);
 }
 
-RunProcess::RunProcess(const Job& job, const std::string& program, Note note)
-    : job_(job), files_(job), note_(std::move(note)), start_(Clock::now()) {
+RunProcess::RunProcess(const Job& job, const std::string& program, Note print_note)
+    : job_(job), files_(job), print_note_(std::move(print_note)), start_(Clock::now()) {
   std::error_code unreadable;
   if (fs::exists(files_.results, unreadable) || has_kept_copy(files_.results)) {
     try {
@@ -180,7 +180,7 @@ void RunProcess::interrupt() {
 }
 
 void RunProcess::note(const std::string& line) const {
-  if (!line.empty() && note_) note_(line);
+  if (!line.empty() && print_note_) print_note_(line);
 }
 
 // Never to a process that has ended: its number may be somebody else's, and -1 means everybody.

@@ -32,8 +32,9 @@ class RunProcess {
   using Note = std::function<void(const std::string&)>;  // gets one line for the user
 
   // Starts the run, or continues from its last checkpoint. The folder must hold no outcome of it.
-  // Results that cannot be opened are renamed FILE.unreadable, and `note` gets a line that says so.
-  RunProcess(const Job& job, const std::string& program, Note note = {});
+  // Results that cannot be opened are renamed FILE.unreadable, and `print_note` gets a line that
+  // says so.
+  RunProcess(const Job& job, const std::string& program, Note print_note = {});
   // One that is still running saves its state and ends.
   ~RunProcess();
   RunProcess(const RunProcess&) = delete;
@@ -58,7 +59,7 @@ class RunProcess {
 
   Job job_;
   JobFiles files_;
-  Note note_;
+  Note print_note_;
   bool gone_on_ = false;      // from a checkpoint of an earlier session
   bool interrupted_ = false;  // by interrupt()
   double earlier_ = 0;        // s of wall time in sessions before this
