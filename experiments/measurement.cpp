@@ -128,6 +128,13 @@ std::vector<Claim> read_claims(const TomlTable& root) {
   return claims;
 }
 
+// Prose of several lines or with tabs, on one line.
+std::string on_one_line(std::string prose) {
+  for (char& c : prose)
+    if (c == '\n' || c == '\t') c = ' ';
+  return prose;
+}
+
 MeasurementStatus read_status(const TomlTable& t) {
   const std::string status =
       t.choice("status", {"printed", "digitised", "measured", "qualitative"});
@@ -181,7 +188,7 @@ double Measurement::believed_uncertainty() const {
 }
 
 std::string Measurement::sentence() const {
-  if (status == MeasurementStatus::qualitative) return statement;
+  if (status == MeasurementStatus::qualitative) return on_one_line(statement);
   std::string text = fmt::format("{:.4g} +- {:.2g} {} (n = {}; standard deviation {:.3g} {}", value,
                                  standard_uncertainty(), unit, repeats, standard_deviation, unit);
   if (scatter == ScatterKind::range) {
@@ -191,7 +198,7 @@ std::string Measurement::sentence() const {
   if (reading_uncertainty > 0) {
     text += fmt::format("; reading {:.2g} {}: {}", reading_uncertainty, unit, reading_because);
   }
-  return text + ")";
+  return on_one_line(text + ")");
 }
 
 Measurement read_measurement_text(const std::string& text, const std::string& source) {

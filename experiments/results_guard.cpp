@@ -1,6 +1,7 @@
 #include "experiments/results_guard.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/stat.h>
 
 #include <cstring>
@@ -34,6 +35,14 @@ ProcessLimits limits_for(double bytes) {
   return limits;
 }
 
+// By another process or for want of memory of the machine: that says nothing of the file.
+bool was_ended(const CommandResult& r) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGKILL})
+    if (r.status == 128 + signal) return true;
+  return false;
+}
+constexpr int kTries = 3;
+
 }  // namespace
 
 void guard_results_with(const std::string& program) {
@@ -50,8 +59,15 @@ void check_in_child(const std::string& file, const std::string& name) {
       return;
     program = checker;
   }
-  const CommandResult r = run_command({program, "check-results", file}, {},
-                                      limits_for(static_cast<double>(found.st_size)));
+  CommandResult r;
+  for (int tries = 0; tries < kTries; ++tries) {
+    r = run_command({program, "check-results", file}, {},
+                    limits_for(static_cast<double>(found.st_size)));
+    if (!was_ended(r)) break;
+  }
+  if (was_ended(r))
+    throw RunError(fmt::format("{}: the process that checks it was ended {} times ({})", name,
+                               kTries, strsignal(r.status - 128)));
   if (r.status == 2 && !r.out.empty())
     throw InputError(fmt::format("{}: {}", name, last_line(r.out)));
   if (r.status == 126 || r.status == 127)

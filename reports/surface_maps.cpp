@@ -67,7 +67,7 @@ class Clusters {
 
 // By the corner of the lowest number, in the same sense of rotation.
 Corners turned(Corners c) {
-  std::ranges::rotate(c, std::ranges::min_element(c));
+  std::rotate(c.begin(), std::ranges::min_element(c), c.end());
   return c;
 }
 

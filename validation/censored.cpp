@@ -19,8 +19,7 @@ double passing(const CensoredTimes& t, double x) {
 
 std::vector<double> distinct(std::vector<double> values) {
   std::ranges::sort(values);
-  const auto [first, last] = std::ranges::unique(values);
-  values.erase(first, last);
+  values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 

@@ -106,6 +106,9 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       progress_.ended(run.planned, result);
       if (check) check(run, result);  // the first run tells, not the last
     };
+    events.note = [&](const Job& job, const std::string& line) {
+      progress_.note(runs.at(job.key)->planned, line);
+    };
     events.tick = [&] { progress_.tick(); };
     {
       const interruption::Polled polled;

@@ -43,7 +43,10 @@ class LocalExecutor final : public Executor {
         if (const auto known = ended_before(job))  // ended unseen: nothing to repeat
           events.ended(job, *known);
         else
-          running.push_back(std::make_unique<RunProcess>(job, options_.program));
+          running.push_back(std::make_unique<RunProcess>(job, options_.program,
+                                                         [&, job](const std::string& line) {
+                                                           if (events.note) events.note(job, line);
+                                                         }));
       }
       std::erase_if(running, [&](const auto& run) {
         const auto result = run->poll();

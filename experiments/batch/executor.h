@@ -66,7 +66,8 @@ JobResult plausible(JobResult result);
 struct JobEvents {
   std::function<void(const Job&)> started;
   std::function<void(const Job&, const JobResult&)> ended;
-  std::function<void()> tick;  // a few times a second
+  std::function<void()> tick;                                // a few times a second
+  std::function<void(const Job&, const std::string&)> note;  // one line about its files
 };
 
 class Executor {

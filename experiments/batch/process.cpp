@@ -42,15 +42,16 @@ void live_and_die_with(pid_t parent, int signal) {
   if (getppid() != parent) _exit(130);
 }
 
-void limit(int resource, rlim_t most) {
-  const rlimit both{most, most};
-  if (most > 0) setrlimit(static_cast<__rlimit_resource>(resource), &both);
+void limit(int resource, rlim_t most, rlim_t hard) {
+  const rlimit values{most, hard};
+  if (most > 0) setrlimit(static_cast<__rlimit_resource>(resource), &values);
 }
 
 void keep_within(const ProcessLimits& limits) {
-  limit(RLIMIT_CPU, limits.processor_time);
+  // At the first limit SIGXCPU, at the second SIGKILL.
+  limit(RLIMIT_CPU, limits.processor_time, limits.processor_time + 5);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  limit(RLIMIT_AS, limits.address_space);
+  limit(RLIMIT_AS, limits.address_space, limits.address_space);
 #endif
 }
 

@@ -79,6 +79,12 @@ void BatchProgress::found(const PlannedRun& run, const JobResult& result) {
   draw(false);
 }
 
+void BatchProgress::note(const PlannedRun& run, const std::string& line) {
+  erase();
+  if (style_ != ProgressStyle::json) print_lines(stderr, "firn: {}\n", line);
+  tell("note", &run, nullptr, line);
+}
+
 void BatchProgress::count(const JobResult& result) {
   ++done_;
   failed_ += result.status == JobStatus::failed || result.status == JobStatus::crashed;
@@ -143,7 +149,8 @@ void BatchProgress::erase() {
   lines_drawn_ = 0;
 }
 
-void BatchProgress::tell(const char* event, const PlannedRun* run, const JobResult* result) const {
+void BatchProgress::tell(const char* event, const PlannedRun* run, const JobResult* result,
+                         const std::string& note) const {
   if (style_ != ProgressStyle::json) return;
   nlohmann::ordered_json j = {{"event", event}, {"phase", phase_}};
   if (run != nullptr)
@@ -159,6 +166,7 @@ void BatchProgress::tell(const char* event, const PlannedRun* run, const JobResu
     for (const Response& r : result->responses)
       if (r.value.size() == 1) j["responses"][r.name] = {{"value", r.value[0]}, {"unit", r.unit}};
   }
+  if (!note.empty()) j["note"] = note;
   j["done"] = done_;
   j["left_at_most"] = std::max(0, total_ - done_);
   j["under_way"] = running_;

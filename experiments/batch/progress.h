@@ -23,6 +23,7 @@ class BatchProgress {
   void stopped(const PlannedRun& run, const JobResult& why);  // without an outcome
   void ended(const PlannedRun& run, const JobResult& result);
   void found(const PlannedRun& run, const JobResult& result);  // in the journal or the store
+  void note(const PlannedRun& run, const std::string& line);   // about its files
   // What the runs so far say: the best region and the valley. One or a few lines for people, a JSON
   // object for programs. Call it after each fit.
   void knowledge(const std::string& text, const std::string& json);
@@ -36,7 +37,8 @@ class BatchProgress {
   std::string line() const;
   void draw(bool now);
   void erase();
-  void tell(const char* event, const PlannedRun* run, const JobResult* result) const;
+  void tell(const char* event, const PlannedRun* run, const JobResult* result,
+            const std::string& note = {}) const;
 
   ProgressStyle style_;
   bool terminal_;

@@ -58,10 +58,45 @@ void make_folder(const std::string& folder) {
   if (error) throw WriteError(folder, error.value());
 }
 
-// A run whose files are of no use starts from its beginning.
+void remove_if_there(const std::string& file) {
+  if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
+}
+
+// Removes the files of a run that has saved nothing.
 void remove_results(const std::string& results) {
-  for (const std::string& file : {results, kept_copy(results)})
-    if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
+  remove_if_there(results);
+  remove_if_there(kept_copy(results));
+}
+
+std::string free_name(const std::string& file) {
+  std::error_code error;
+  std::string name = file + ".unreadable";
+  for (int i = 2; fs::exists(name, error); ++i) name = fmt::format("{}.unreadable-{}", file, i);
+  return name;
+}
+
+// Renames results that cannot be opened, and their copy: they may hold what other programs can
+// recover. Empty files are removed. The new names, comma-separated; empty: none was worth keeping.
+std::string set_aside(const std::string& results) {
+  std::string names;
+  for (const std::string& file : {results, kept_copy(results)}) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error) && fs::file_size(file, error) > 0) {
+      const std::string name = free_name(file);
+      if (rename(file.c_str(), name.c_str()) != 0) throw WriteError(file, errno);
+      names += (names.empty() ? "" : ", ") + name;
+    } else {
+      remove_if_there(file);
+    }
+  }
+  return names;
+}
+
+// One line about results that were set aside because of `reason`; empty when none were.
+std::string set_aside_line(const std::string& results, const std::string& reason) {
+  const std::string names = set_aside(results);
+  if (names.empty()) return {};
+  return fmt::format("{}; renamed to {}; the run starts from its beginning", reason, names);
 }
 
 }  // namespace
@@ -108,18 +143,19 @@ void require_writable(const std::string& folder) {
   if (written != static_cast<ssize_t>(bytes.size())) throw WriteError(folder, why);
 }
 
-RunProcess::RunProcess(const Job& job, const std::string& program)
-    : job_(job), files_(job), start_(Clock::now()) {
+RunProcess::RunProcess(const Job& job, const std::string& program, Note print_note)
+    : job_(job), files_(job), print_note_(std::move(print_note)), start_(Clock::now()) {
   std::error_code unreadable;
   if (fs::exists(files_.results, unreadable) || has_kept_copy(files_.results)) {
     try {
       const Recording recording(files_.results);
       gone_on_ = recording.has_checkpoint() || recording.status() == "finished";
       earlier_ = gone_on_ ? recording.wall_time() : 0;
-    } catch (const InputError&) {
-      // Cut short before anything was worth keeping.
+      if (!gone_on_) remove_results(files_.results);
+    } catch (const InputError& e) {
+      gone_on_ = false;
+      note(set_aside_line(files_.results, e.what()));
     }
-    if (!gone_on_) remove_results(files_.results);
   }
   make_folder(job_.folder);
   write_own_file(files_.case_file, job_.text, OutputFile::When::unsynced);
@@ -138,7 +174,14 @@ RunProcess::~RunProcess() {
   waitpid(pid_, nullptr, 0);
 }
 
-void RunProcess::interrupt() { send(SIGINT); }
+void RunProcess::interrupt() {
+  interrupted_ = true;
+  send(SIGINT);
+}
+
+void RunProcess::note(const std::string& line) const {
+  if (!line.empty() && print_note_) print_note_(line);
+}
 
 // Never to a process that has ended: its number may be somebody else's, and -1 means everybody.
 void RunProcess::send(int signal) {
@@ -201,10 +244,14 @@ JobResult RunProcess::result(int status) const {
   }
   if (over_ == Over::time)
     return cut(JobStatus::timed_out, job_.limits.time, time_text(job_.limits.time));
-  if (code == 130) return {JobStatus::interrupted, "interrupted", {}};
+  if (code == 130 && interrupted_) return {JobStatus::interrupted, "interrupted", {}};
   const std::string last = last_line_of_file(files_.log);
   const std::string killed =
       signal == 0 ? "" : fmt::format("killed by signal {} ({})", signal, strsignal(signal));
+  // A signal to the run alone ends no batch: the run has saved its state and is repeated from
+  // there.
+  if (code == 130 && signal == 0)
+    return {JobStatus::lost, "interrupted by a signal", {}, 0, simulated_time(job_)};
   if (signal == SIGKILL || signal == SIGTERM || signal == SIGHUP || signal == SIGINT)
     return {JobStatus::lost, killed, {}, 0, simulated_time(job_)};
   // What follows is the run's own doing only if it could write and be started.
@@ -222,7 +269,7 @@ JobResult RunProcess::result(int status) const {
         code));
   if (signal != 0) return {JobStatus::crashed, killed, {}};
   if (code == 2 && gone_on_) {  // what an earlier session left is of no use: from the start, then
-    remove_results(files_.results);
+    note(set_aside_line(files_.results, last));
     return {JobStatus::lost, last, {}};
   }
   // Status 2 is an answer: the case cannot be run. Any other without results is a death.

@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -28,8 +29,12 @@ void require_writable(const std::string& folder);
 
 class RunProcess {
  public:
-  // Starts the run, or goes on from its last checkpoint. The folder must hold no outcome of it.
-  RunProcess(const Job& job, const std::string& program);
+  using Note = std::function<void(const std::string&)>;  // gets one line for the user
+
+  // Starts the run, or continues from its last checkpoint. The folder must hold no outcome of it.
+  // Results that cannot be opened are renamed FILE.unreadable, and `print_note` gets a line that
+  // says so.
+  RunProcess(const Job& job, const std::string& program, Note print_note = {});
   // One that is still running saves its state and ends.
   ~RunProcess();
   RunProcess(const RunProcess&) = delete;
@@ -46,6 +51,7 @@ class RunProcess {
   enum class Over { nothing, time, memory };
 
   void send(int signal);
+  void note(const std::string& line) const;
   double wall() const;  // s, all sessions
   void watch_limits();
   JobResult result(int status) const;
@@ -53,8 +59,10 @@ class RunProcess {
 
   Job job_;
   JobFiles files_;
-  bool gone_on_ = false;  // from a checkpoint of an earlier session
-  double earlier_ = 0;    // s of wall time in sessions before this
+  Note print_note_;
+  bool gone_on_ = false;      // from a checkpoint of an earlier session
+  bool interrupted_ = false;  // by interrupt()
+  double earlier_ = 0;        // s of wall time in sessions before this
   Clock::time_point start_;
   Over over_ = Over::nothing;
   Clock::time_point told_;  // to end, for taking too long

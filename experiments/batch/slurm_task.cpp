@@ -20,6 +20,7 @@
 #include "experiments/interruption.h"
 #include "experiments/json_reader.h"
 #include "experiments/output_file.h"
+#include "experiments/terminal.h"
 
 namespace firn {
 namespace {
@@ -145,7 +146,8 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   auto result = ended_before(job);
   if (!result) {
     const interruption::Polled polled;
-    RunProcess run(job, program);
+    RunProcess run(job, program,
+                   [](const std::string& line) { print_lines(stderr, "firn: {}\n", line); });
     bool told_to_stop = false;
     while (!(result = run.poll())) {
       if (interrupt != nullptr && interrupt->load() && !told_to_stop) run.interrupt();
@@ -153,7 +155,9 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
       std::this_thread::sleep_for(look_every);
     }
   }
+  const bool stopped = interrupt != nullptr && interrupt->load();
   if (result->status == JobStatus::interrupted) return 130;
+  if (result->status == JobStatus::lost && stopped) return 130;  // the signal came to both
   if (result->status == JobStatus::lost) throw RunError(result->reason);
   write_own_file(outcome_file(job), json{{"status", to_string(result->status)},
                                          {"reason", result->reason},

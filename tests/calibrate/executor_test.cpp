@@ -31,6 +31,8 @@ class LocalExecutorTest : public testing::Test {
     std::map<std::string, JobResult> results;
     JobEvents events;
     events.started = [&](const Job&) { most_ = std::max(most_, ++running_); };
+    events.tick = on_tick_;
+    events.note = [&](const Job&, const std::string& line) { notes_.push_back(line); };
     events.ended = [&](const Job& job, const JobResult& r) {
       --running_;
       results[job.key] = r;
@@ -42,6 +44,8 @@ class LocalExecutorTest : public testing::Test {
   Folder folder_{"executor"};
   RunLimits limits_;
   int running_ = 0, most_ = 0;
+  std::function<void()> on_tick_;
+  std::vector<std::string> notes_;
 };
 
 TEST_F(LocalExecutorTest, BadInputIsAFailureWithTheLastLineOfTheLog) {
@@ -118,6 +122,51 @@ TEST_F(LocalExecutorTest, AResultsFileCutShortIsNotGoneOnWith) {
   folder_.write("runs/job0.h5", "half of a results fi");
   run("echo $1 $2 > \"$4.arguments\"; exit 2\n", 1);
   EXPECT_NE(read_text(folder_ / "runs/job0.h5.arguments").find("run"), std::string::npos);
+}
+
+TEST_F(LocalExecutorTest, ResultsThatCannotBeOpenedAreRenamed) {
+  std::filesystem::create_directories(folder_ / "runs");
+  const std::string name = folder_ / "runs/job0.h5";
+  for (const std::string end : {".unreadable", ".unreadable-2", ".unreadable-3"}) {
+    folder_.write("runs/job0.h5", "a results file of old" + end);
+    folder_.write("runs/job0.h5.saved", "its copy" + end);
+    notes_.clear();
+    run("exit 2\n", 1);
+    EXPECT_EQ(read_text(name + end), "a results file of old" + end);
+    EXPECT_EQ(read_text(name + ".saved" + end), "its copy" + end);
+    EXPECT_FALSE(std::filesystem::exists(name));
+    EXPECT_FALSE(std::filesystem::exists(name + ".saved"));
+    ASSERT_EQ(notes_.size(), 1u);
+    EXPECT_THAT(notes_[0], testing::StartsWith(name + ": not a results file"));
+    EXPECT_THAT(notes_[0], testing::EndsWith("; renamed to " + name + end + ", " + name + ".saved" +
+                                             end + "; the run starts from its beginning"));
+    EXPECT_EQ(notes_[0].find('\n'), std::string::npos);
+  }
+}
+
+// As the lock of a run makes it, before anything is simulated.
+TEST_F(LocalExecutorTest, AnEmptyResultsFileIsRemoved) {
+  std::filesystem::create_directories(folder_ / "runs");
+  folder_.write("runs/job0.h5", "");
+  run("exit 2\n", 1);
+  EXPECT_TRUE(notes_.empty());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "runs/job0.h5"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "runs/job0.h5.unreadable"));
+}
+
+TEST_F(LocalExecutorTest, ASignalToARunAloneIsNoInterruption) {
+  const auto results = run("case $2 in *job0.toml) exit 130;; esac; exit 2\n", 2);
+  EXPECT_EQ(results.at("job0").status, JobStatus::lost);
+  EXPECT_EQ(results.at("job0").reason, "interrupted by a signal");
+  EXPECT_EQ(results.at("job1").status, JobStatus::failed);
+}
+
+TEST_F(LocalExecutorTest, AnInterruptOfTheBatchIsOneOfItsRuns) {
+  std::atomic<bool> interrupt = false;
+  on_tick_ = [&] { interrupt = std::filesystem::exists(folder_ / "runs/job0.h5.ready"); };
+  const auto results =
+      run("trap 'exit 130' INT; touch \"$4.ready\"; sleep 20 & wait\n", 1, 1, &interrupt);
+  EXPECT_EQ(results.at("job0").status, JobStatus::interrupted);
 }
 
 TEST_F(LocalExecutorTest, AnInterruptStopsTheRunningAndStartsNoMore) {

@@ -254,8 +254,24 @@ TEST_F(ResultsGuard, TurnsACrashIntoOneLine) {
   EXPECT_THAT(message_with("exit 1\n"), HasSubstr("the HDF5 library failed"));
 }
 
+TEST_F(ResultsGuard, RepeatsACheckThatWasEndedFromOutside) {
+  for (const std::string signal : {"INT", "TERM", "HUP", "KILL"}) {
+    const std::string calls = (folder_.path() / ("calls" + signal)).string();
+    const std::string count = "echo >> " + calls + "; ";
+    EXPECT_EQ(message_with(count + "[ $(wc -l < " + calls + ") -gt 2 ] || kill -" + signal +
+                           " $$\nexit 0\n"),
+              "")
+        << signal;
+    EXPECT_EQ(lines(read_text(calls)), 3u) << signal;
+    EXPECT_THAT([&] { message_with("kill -" + signal + " $$\n"); },
+                testing::ThrowsMessage<RunError>(
+                    HasSubstr("RUN.h5: the process that checks it was ended 3 times (")))
+        << signal;
+  }
+}
+
 TEST_F(ResultsGuard, LimitsTimeAndMemory) {
-  EXPECT_THAT(message_with("ulimit -t 1; while :; do :; done\n"),
+  EXPECT_THAT(message_with("ulimit -S -t 1; while :; do :; done\n"),
               HasSubstr("the HDF5 library failed while reading it ("));
   EXPECT_THAT(message_with("echo \"/x: $(ulimit -t)\"; exit 2\n"), HasSubstr("/x: 30"));
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -124,10 +124,20 @@ Device device_after(const std::vector<IoCall>& calls, std::size_t count) {
 }  // namespace
 
 bool io_shim_works() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(__SANITIZE_THREAD__)
   return false;
 #else
   return true;
+#endif
+}
+
+void load_io_shim() {
+  setenv("LD_PRELOAD", FIRN_IO_SHIM, 1);
+#if defined(__SANITIZE_ADDRESS__)
+  // Otherwise the sanitizer refuses a library that is loaded before its own.
+  const char* const options = std::getenv("ASAN_OPTIONS");
+  const std::string more = options == nullptr ? "" : std::string(options) + ":";
+  setenv("ASAN_OPTIONS", (more + "verify_asan_link_order=0").c_str(), 1);
 #endif
 }
 
@@ -136,7 +146,7 @@ CountedOutcome firn_with(const Folder& folder, const IoFaults& faults,
   const fs::path count = folder.path() / ".count";
   std::ofstream(count, std::ios::binary) << std::string(8, '\0');
   const pid_t pid = folder.start(arguments, [&] {
-    setenv("LD_PRELOAD", FIRN_IO_SHIM, 1);
+    load_io_shim();
     setenv("FIRN_IO_FOLDER", faults.folder.c_str(), 1);
     setenv("FIRN_IO_COUNT", count.c_str(), 1);
     if (const auto& f = faults.fail)

@@ -14,8 +14,11 @@
 
 namespace firn::cli {
 
-// Whether the shim can be loaded into this build of the program; not into one with a sanitizer.
+// Whether the shim can be loaded into this build of the program. The thread sanitizer's runtime
+// must see the calls of all libraries first, so not into a program with that.
 bool io_shim_works();
+// Sets the environment of a child that is to load it.
+void load_io_shim();
 
 struct IoFaults {
   struct Fail {

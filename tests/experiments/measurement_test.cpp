@@ -75,6 +75,9 @@ TEST(Measurement, QualitativeOnesHaveAStatementAndNoNumber) {
       "name = \"n\"\nresponse = \"r\"\nstatus = \"qualitative\"\nsource = \"s\"\n";
   EXPECT_EQ(read_measurement_text(head + "statement = \"a cube falls\"\n", "m.toml").sentence(),
             "a cube falls");
+  EXPECT_EQ(
+      read_measurement_text(head + "statement = \"\"\"a\ncube\tfalls\"\"\"\n", "m.toml").sentence(),
+      "a cube falls");
   EXPECT_THAT(complaint(head + "statement = \"a\"\nvalue = \"1 N\"\n"),
               HasSubstr("m.toml:6: value: does not go with the status \"qualitative\""));
 }

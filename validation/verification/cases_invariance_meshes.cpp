@@ -93,7 +93,8 @@ std::vector<Check> crescent_meshes() {
   p.facets = 1272;
   p.parts = 4;
   const Shape reference = make_crescent(p, ice(rounding));
-  for (const auto& [posture, turn] : crescent_postures()) {
+  for (const auto& [posture, orientation] : crescent_postures()) {
+    const Quat turn = orientation;  // clang 14 captures no structured binding
     const bool on_rim = posture == "on its rim";
     const double tolerance = on_rim ? 0.15 : 0.015;
     const Push wanted = push_on_plane(reference, turn, overlap);
