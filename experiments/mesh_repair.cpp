@@ -1,70 +1,79 @@
 #include "experiments/mesh_repair.h"
 
-#include <admesh/stl.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <vector>
+
+#include "experiments/batch/process.h"
+#include "experiments/interruption.h"
+#include "experiments/output_file.h"
 
 namespace firn {
 namespace {
 
-constexpr float kCrack = 1e-5F;  // of the mesh's diameter: corners so near are one
-constexpr double kFlat = 1e-6;   // of the box's diagonal, cubed: no volume to speak of
+namespace fs = std::filesystem;
 
-// Owns what admesh allocates.
-class Admesh {
- public:
-  explicit Admesh(const TriangleMesh& mesh) {
-    stl_initialize(&stl_);
-    stl_.stats.type = inmemory;
-    stl_.stats.number_of_facets = stl_.stats.original_num_facets =
-        static_cast<int>(mesh.triangles.size());
-    stl_allocate(&stl_);
-    if (stl_get_error(&stl_)) throw InputError("admesh has no memory for this mesh");
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      stl_facet& facet = stl_.facet_start[i];
-      facet = {};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3& p = mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][k])];
-        facet.vertex[k] = {static_cast<float>(p.x()), static_cast<float>(p.y()),
-                           static_cast<float>(p.z())};
-      }
-      stl_facet_stats(&stl_, facet, i == 0 ? 1 : 0);
-    }
-    stl_get_size(&stl_);
-  }
-  Admesh(const Admesh&) = delete;
-  Admesh& operator=(const Admesh&) = delete;
-  ~Admesh() { stl_close(&stl_); }
+constexpr double kFlat = 1e-6;  // of the box's diagonal, cubed: no volume to speak of
 
-  void check() { stl_check_facets_exact(&stl_); }
-  // All that admesh does by itself, but for the distance of corners that it joins: its own, the
-  // shortest edge, would pull coarse meshes together.
-  void repair_all() {
-    constexpr int kRounds = 2;
-    const float crack = kCrack * stl_.stats.bounding_diameter;
-    stl_repair(&stl_, 0, 1, 1, crack, 1, crack, 1, kRounds, 1, 1, 1, 1, 0, 0);
-    if (stl_get_error(&stl_)) throw InputError("admesh cannot work on this mesh");
-    stl_calculate_volume(&stl_);
-    if (stl_.stats.volume >= 0) return;
-    stl_reverse_all_facets(&stl_);
-    stl_.stats.facets_reversed = stl_.stats.number_of_facets - stl_.stats.facets_reversed;
+// firn-repair-mesh of the build folder, or of the installation.
+std::string repair_program() {
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  for (const fs::path& place :
+       {folder, folder / "../libexec/firn", folder / "..", folder / "../.."}) {
+    const fs::path program = place / "firn-repair-mesh";
+    if (fs::exists(program, error)) return program.string();
   }
-  const stl_stats& stats() const { return stl_.stats; }
-  TriangleMesh mesh() const {
-    TriangleMesh result;
-    for (int i = 0; i < stl_.stats.number_of_facets; ++i) {
-      for (const stl_vertex& p : stl_.facet_start[i].vertex)
-        result.vertices.emplace_back(p.x, p.y, p.z);
-      result.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-    }
-    return result;
-  }
+  throw RunError("firn-repair-mesh is missing; expected it where firn is installed");
+}
 
- private:
-  stl_file stl_{};
-};
+using Corners = std::array<float, 9>;
+
+std::string bytes_of(const TriangleMesh& mesh) {
+  std::string bytes;
+  for (const auto& triangle : mesh.triangles) {
+    Corners corners;
+    for (std::size_t k = 0; k < 9; ++k)
+      corners[k] = static_cast<float>(mesh.vertices[static_cast<std::size_t>(triangle[k / 3])]
+                                                   [static_cast<Eigen::Index>(k % 3)]);
+    bytes.append(reinterpret_cast<const char*>(corners.data()), sizeof(Corners));
+  }
+  return bytes;
+}
+
+// A mesh may be too much for admesh: it runs apart, within limits.
+std::string repaired_by_admesh(const std::string& bytes) {
+  std::string folder = (fs::temp_directory_path() / "firn-repair-XXXXXX").string();
+  if (::mkdtemp(folder.data()) == nullptr)
+    throw RunError(fmt::format("{}: no such folder can be made", folder));
+  const interruption::Temporary temporary(folder);
+  const auto remove = [&] {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  };
+  CommandResult result;
+  try {
+    const std::string file = folder + "/facets";
+    write_file(file, bytes);
+    ProcessLimits limits;
+    limits.processor_time = 120;
+    limits.address_space = std::size_t{4} << 30;
+    result = run_command({repair_program(), file}, {}, limits);
+  } catch (...) {
+    remove();
+    throw;
+  }
+  remove();
+  if (result.status == 1) throw InputError(last_line(result.err));
+  if (result.status != 0) throw InputError("admesh fails on this mesh");
+  return result.out;
+}
 
 std::string facets(int count) { return fmt::format("{} facet{}", count, count == 1 ? "" : "s"); }
 
@@ -72,19 +81,31 @@ std::string facets(int count) { return fmt::format("{} facet{}", count, count ==
 
 MeshRepair repair(const TriangleMesh& mesh) {
   MeshRepair result;
-  Admesh admesh(mesh);
-  admesh.check();
-  result.disconnected_edges = 3 * admesh.stats().number_of_facets - admesh.stats().connected_edges;
-  // Nothing but facets without area was left.
-  if (admesh.stats().number_of_facets > 0) admesh.repair_all();
-  const stl_stats& stats = admesh.stats();
-  result.degenerate = stats.degenerate_facets;
-  result.joined = stats.edges_fixed;
-  result.removed = stats.facets_removed - stats.degenerate_facets;
-  result.added = stats.facets_added;
-  result.reversed = stats.facets_reversed;
-  result.parts = stats.number_of_parts;
-  result.mesh = admesh.mesh();
+  if (mesh.triangles.empty()) {
+    result.left = inspect(mesh);
+    result.flat = true;
+    return result;
+  }
+  const std::string bytes = repaired_by_admesh(bytes_of(mesh));
+  std::array<std::int32_t, 7> counts;
+  if (bytes.size() < sizeof(counts) || (bytes.size() - sizeof(counts)) % sizeof(Corners) != 0)
+    throw RunError("firn-repair-mesh: an answer that is not whole");
+  std::memcpy(counts.data(), bytes.data(), sizeof(counts));
+  result.degenerate = counts[0];
+  result.disconnected_edges = counts[1];
+  result.joined = counts[2];
+  result.removed = counts[3];
+  result.added = counts[4];
+  result.reversed = counts[5];
+  result.parts = counts[6];
+  for (std::size_t at = sizeof(counts); at < bytes.size(); at += sizeof(Corners)) {
+    Corners c;
+    std::memcpy(c.data(), bytes.data() + at, sizeof(Corners));
+    const int first = static_cast<int>(result.mesh.vertices.size());
+    for (std::size_t k = 0; k < 9; k += 3)
+      result.mesh.vertices.emplace_back(c[k], c[k + 1], c[k + 2]);
+    result.mesh.triangles.push_back({first, first + 1, first + 2});
+  }
   const auto [low, high] = bounding_box(result.mesh);
   constexpr double kSame = 5e-7;  // as corners of a file are merged
   if (!result.mesh.triangles.empty())

@@ -1,4 +1,5 @@
-// What it takes to make a solid of a mesh, by admesh (https://github.com/admesh/admesh).
+// What it takes to make a solid of a mesh, by admesh (https://github.com/admesh/admesh) in a
+// process of its own (tools/repair_mesh).
 #pragma once
 
 #include <string>
@@ -28,7 +29,7 @@ struct MeshRepair {
 };
 
 // The mesh as its file has it, corners not merged; all coordinates finite. Admesh works in single
-// precision.
+// precision. Throws InputError when admesh cannot work on the mesh.
 MeshRepair repair(const TriangleMesh& mesh);
 
 }  // namespace firn

@@ -1,0 +1,44 @@
+# cmake --install, and packages by cpack -G DEB.
+include(GNUInstallDirs)
+install(TARGETS firn RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+# Where experiments/mesh_repair.cpp looks for it.
+install(TARGETS firn-repair-mesh RUNTIME DESTINATION libexec/firn)
+install(FILES LICENSE README.md CHANGELOG.md SECURITY.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
+install(FILES scripts/bash-completion DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME firn)
+# Shipped cases, to be copied and run.
+install(DIRECTORY experiments/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/experiments
+  FILES_MATCHING PATTERN "*.toml" PATTERN "*.json" PATTERN "README.md" PATTERN "batch" EXCLUDE)
+# Manual pages from the help texts, where help2man is there (scripts/packages.txt, [package]).
+find_program(HELP2MAN help2man)
+if(HELP2MAN)
+  set(man_pages "")
+  foreach(command "" new run measure calibrate shape export view sweep validate report verify contacts hashes materials)
+    set(name firn)
+    if(command)
+      set(name firn-${command})
+    endif()
+    set(page ${PROJECT_BINARY_DIR}/man/${name}.1)
+    add_custom_command(OUTPUT ${page}
+      COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/man
+      COMMAND ${HELP2MAN} --no-info --no-discard-stderr --name=${name} --version-string=${PROJECT_VERSION}
+              --output=${page} "$<TARGET_FILE:firn> ${command}"
+      DEPENDS firn VERBATIM)
+    list(APPEND man_pages ${page})
+  endforeach()
+  add_custom_target(man DEPENDS ${man_pages})
+  install(FILES ${man_pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
+endif()
+
+set(CPACK_PACKAGE_NAME firn)
+set(CPACK_PACKAGE_VENDOR "The Firn maintainers")
+set(CPACK_PACKAGE_CONTACT "The Firn maintainers")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "calibration and validation of discrete element simulations of ice")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS gnuplot-nox)
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS chromium)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+include(CPack)

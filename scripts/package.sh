@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# package.sh: builds the release preset and a Debian package of it, build/release/firn_*.deb.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+scripts/install-packages.sh run build package >&2
+scripts/build.sh release firn man -- -DFIRN_TESTS=ON
+(cd build/release && cpack -G DEB >cpack.log 2>&1) || { cat build/release/cpack.log >&2; exit 1; }
+ls build/release/firn_*.deb
