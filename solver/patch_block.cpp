@@ -19,7 +19,7 @@ template <class RowOf>
 }
 
 using Two = double __attribute__((vector_size(16)));
-using TwoInMemory = double __attribute__((vector_size(16), aligned(8), may_alias));
+using TwoInMemory __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
 // Two neighbouring numbers of each of four places: the first ones, and the second ones.
 [[gnu::always_inline]] inline void get_twos(const double* const* from, Four& first, Four& second) {
