@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calibrate/advice.h"
+#include "calibrate/goodness.h"
 #include "calibrate/identify.h"
 #include "calibrate/sensitivity.h"
 #include "calibrate/study.h"
@@ -78,12 +79,17 @@ struct Answer {
   std::optional<Posterior> posterior;
   std::vector<CheckedSet> valley;  // empty when every direction is identified
   std::vector<NumericsOutcome> numerics;
-  std::vector<Sensitivity> sensitivity;  // targets, then observed responses
-  std::vector<Profile> profiles;         // in order of the parameters
-  std::vector<Advice> advice;            // best first
-  int rounds = 0;                        // of refinement
-  std::string stopped;                   // why refinement ended, a sentence
-  double cut_short_share = 0;            // of runs near the answer that failed or met a limit
+  std::vector<Sensitivity> sensitivity;    // targets, then observed responses
+  std::vector<Profile> profiles;           // in order of the parameters
+  std::vector<Advice> advice;              // best first
+  int rounds = 0;                          // of refinement
+  std::string stopped;                     // why refinement ended, a sentence
+  int budget_runs = 0, budget_left = 0;    // of Budget::runs, all experiments together
+  std::string left_because;                // why some are left, a sentence
+  std::optional<Goodness> goodness;        // of all targets together, and of the priors
+  std::optional<Goodness> without_priors;  // where there are priors
+  std::vector<std::string> cautions;       // what limits the verdict, a clause each
+  double cut_short_share = 0;              // of runs near the answer that failed or met a limit
   std::optional<DirectOutcome> direct;
   int runs = 0, finished = 0, arched = 0, failed = 0, crashed = 0, timed_out = 0, out_of_memory = 0;
   std::vector<std::string> cut_short;  // where: a sentence for each run that a limit stopped
@@ -95,6 +101,9 @@ struct Answer {
 std::string combination_text(const Study& study, const Combination& combination);
 std::string render_table(const Study& study, const Answer& answer);
 std::string render_json(const Study& study, const Answer& answer);
+// All samples of the posterior (there must be one): parameters in their units, weights that add up
+// to 1, and the logarithm of the density over the unit cube up to a constant.
+std::string render_posterior_csv(const Study& study, const Answer& answer);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
 
 // Fitted response of the first target (there must be a fit) over the parameters, as

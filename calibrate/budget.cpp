@@ -57,6 +57,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
     return usual ? t.integer(key, least, *usual) : t.integer(key, least);
   };
   Budget b;
+  b.runs = runs;
   b.centre_runs = read("centre_runs", 1, plan.centre_runs);
   b.numerics_runs = read("numerics_runs", 1, plan.numerics_runs, 2);
   b.design_points = read("design_points", 1, plan.design_points);
@@ -79,6 +80,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
                                runs * experiments, (runs - left) * experiments));
   constexpr int rounds_by_time = 50;
   const int rounds = bounded && batch > 0 ? left / batch : by_time ? rounds_by_time : 1;
+  b.rounds_stated = t.has("refine_rounds");
   b.refine_rounds = t.integer("refine_rounds", 0, rounds);
   // A linear trend has one coefficient more than there are parameters; one more point judges it.
   const int needed = static_cast<int>(study.parameters.size()) + 1;
@@ -94,6 +96,8 @@ Budget read_budget(const TomlTable& root, const Study& study) {
 }
 
 int Study::largest_total() const {
+  if (budget.runs > 0 && direct == DirectSearch::none)
+    return budget.runs * static_cast<int>(experiments.size());
   const int points = budget.design_points + budget.refine_rounds * budget.refine_points;
   const int seeds = direct == DirectSearch::none
                         ? fixed_runs(budget, *this) + points * budget.runs_per_point

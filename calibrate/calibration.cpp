@@ -58,7 +58,7 @@ std::string parameter_text(const Study& study, const std::vector<double>& values
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& p = study.parameters[i];
     parts.push_back(
-        fmt::format("{} = {:.4g}{}{}", p.name, values[i], p.unit.empty() ? "" : " ", p.unit));
+        fmt::format("{} = {}{}{}", p.name, p.text(values[i]), p.unit.empty() ? "" : " ", p.unit));
   }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -135,7 +135,76 @@ bool Calibration::quiet() const {
   });
 }
 
-// True when the targets are within reach of the ranges as far as is known.
+// Seeds of all experiments together, as shares of a point's: a numerics check may be of one alone.
+int Calibration::seeds_left() const {
+  const int experiments = static_cast<int>(study_.experiments.size());
+  int runs = 0;
+  for (const auto* points : {&a_.points, &numerics_})
+    for (const Point& p : *points)
+      runs += static_cast<int>(p.seeds.size()) * (p.only ? 1 : experiments);
+  return study_.budget.runs - (runs + experiments - 1) / experiments;
+}
+
+// What the confirmation and the ends of a valley will take.
+int Calibration::seeds_reserved() const {
+  const Budget& b = study_.budget;
+  if (!a_.knowledge) return b.confirm_runs + 2 * b.anchor_runs;
+  const auto directions = combinations(study_, *a_.knowledge, best_);
+  const bool valley = std::any_of(directions.begin(), directions.end(),
+                                  [](const Combination& c) { return !c.identified; });
+  return b.confirm_runs + (valley ? 2 * b.anchor_runs : 0);
+}
+
+// More points, away from those that have no number and from each other, when those so far are too
+// few for a model. False when the budget has no more.
+bool Calibration::explore_further() {
+  if (study_.budget.runs == 0) return false;
+  const int points = std::min(std::max(2, study_.budget.refine_points * more_points_),
+                              (seeds_left() - study_.budget.confirm_runs) / seeds_each_);
+  if (points < 1) {
+    budget_used_ = true;
+    return false;
+  }
+  using enum JobStatus;
+  std::vector<OutcomeShare> without;
+  for (std::size_t e = 0; e < study_.experiments.size(); ++e)
+    without.emplace_back(a_.points, e,
+                         std::vector{arched, failed, crashed, timed_out, out_of_memory},
+                         std::vector{finished});
+  std::vector<VectorXd> taken;
+  for (const Point& p : a_.points) taken.push_back(p.u);
+  const auto d = static_cast<int>(study_.parameters.size());
+  std::vector<Point> batch;
+  constexpr std::uint64_t candidates = 1024;
+  constexpr double reach = 0.15;  // unit cube
+  for (int i = 0; i < points; ++i) {
+    VectorXd best;
+    double most = -1;
+    for (std::uint64_t c = 0; c < candidates; ++c) {
+      const VectorXd u = quasi_random_point(c, d);
+      double nearest = std::numeric_limits<double>::infinity(), score = 1;
+      for (const VectorXd& t : taken) nearest = std::min(nearest, (u - t).squaredNorm());
+      for (const OutcomeShare& share : without) score *= std::pow(1 - share.at(u), 2);
+      score *= 1 - std::exp(-0.5 * nearest / (reach * reach));
+      if (score > most) {
+        most = score;
+        best = u;
+      }
+    }
+    taken.push_back(best);
+    int number = static_cast<int>(batch.size());
+    for (const Point& p : a_.points) number += p.phase == "design, continued";
+    batch.push_back(campaign_.point("design, continued", number,
+                                    tidy_values(study_.parameters, best),
+                                    seed_range(study_.seed, seeds_each_)));
+  }
+  progress_.phase("exploring further");
+  campaign_.run(batch);
+  a_.points.insert(a_.points.end(), batch.begin(), batch.end());
+  return true;
+}
+
+// False when the finished runs are too few for a model.
 bool Calibration::fit() {
   a_.knowledge = learn(study_, a_.points);
   if (!a_.knowledge) {
@@ -146,27 +215,51 @@ bool Calibration::fit() {
   best_ = misfit.best().x;
   a_.posterior = sample_posterior(study_, misfit);
   tell_knowledge();
+  judge_fit();
+  return true;
+}
+
+// Whether all targets can be met together, and the range of each.
+void Calibration::judge_fit() {
+  const bool priors = std::any_of(study_.parameters.begin(), study_.parameters.end(),
+                                  [](const Parameter& p) { return p.prior_sd_unit().has_value(); });
+  a_.goodness = goodness_of_fit(study_, *a_.knowledge, best_, Priors::with);
+  a_.without_priors.reset();
+  if (priors) a_.without_priors = goodness_of_fit(study_, *a_.knowledge, best_, Priors::without);
   a_.reach.clear();
-  const bool within = misfit.z(best_).cwiseAbs().maxCoeff() <= agreement;
   const int d = static_cast<int>(study_.parameters.size());
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
     const ResponseModel& m = a_.knowledge->targets[k];
     ReachedRange r{m.lowest, m.highest, m.lowest <= t.value && t.value <= m.highest, false};
-    for (std::uint64_t i = 0; i < 4096; ++i) {
-      const Prediction p = m.surrogate.best.predict(quasi_random_point(i, d));
+    const auto look = [&](const VectorXd& u) {
+      const Prediction p = m.surrogate.best.predict(u);
       r.lowest = std::min(r.lowest, p.mean);
       r.highest = std::max(r.highest, p.mean);
       const double sd = std::hypot(t.uncertainty, std::sqrt(p.variance));
       r.reachable = r.reachable || std::abs(p.mean - t.value) <= agreement * sd;
-    }
+    };
+    look(best_);
+    for (std::uint64_t i = 0; i < 4096; ++i) look(quasi_random_point(i, d));
+    // The quasi-random points never are a corner.
+    if (d <= 10)
+      for (int corner = 0; corner < 1 << d; ++corner) {
+        VectorXd u(d);
+        for (int i = 0; i < d; ++i) u[i] = corner >> i & 1;
+        look(u);
+      }
     a_.reach.push_back(r);
   }
-  if (within) return true;
-  a_.verdict = StudyVerdict::out_of_reach;
-  a_.best =
-      checked("nearest", campaign_.point("nearest", 0, tidy_values(study_.parameters, best_), {}));
-  return false;
+}
+
+// Whether a point with a number for every target is so near that the model does not extrapolate.
+bool Calibration::simulated_nearby(const VectorXd& u) const {
+  constexpr double near = 0.03;  // of the range, root mean square over the parameters
+  return std::any_of(a_.points.begin(), a_.points.end(), [&](const Point& p) {
+    return (p.u - u).norm() <= near * std::sqrt(static_cast<double>(u.size())) &&
+           std::all_of(study_.targets.begin(), study_.targets.end(),
+                       [&](const Target& t) { return !p.finished(t.response).empty(); });
+  });
 }
 
 // The best region so far and what the data determine, for those who wait.
@@ -178,8 +271,8 @@ void Calibration::tell_knowledge() const {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& p = study_.parameters[i];
     const Marginal& m = a_.posterior->marginals[i];
-    regions.push_back(
-        fmt::format("{} = {:.4g} ({:.3g} to {:.3g})", p.name, values[i], m.low, m.high));
+    regions.push_back(fmt::format("{} = {} ({} to {})", p.name, p.text(values[i]), p.text(m.low),
+                                  p.text(m.high)));
     j["best"][p.name] = {{"value", values[i]}, {"low", m.low}, {"high", m.high}, {"unit", p.unit}};
   }
   for (const Combination& c : combinations(study_, *a_.knowledge, best_)) {
@@ -202,13 +295,23 @@ bool Calibration::worth_refining() {
   const std::string could =
       gain < 1 ? fmt::format("could narrow what is determined by {:.0f} % at most", 100 * gain)
                : "may still determine more";
-  if (gain <= b.least_gain) {
+  const bool missed = !a_.goodness->acceptable();
+  if (missed && simulated_nearby(a_.goodness->u)) {
+    a_.stopped =
+        "the parameters nearest to the targets were simulated, and do not meet them together";
+    return false;
+  }
+  if (!missed && gain <= b.least_gain) {
     a_.stopped = fmt::format(
         "further runs cannot help: knowing the responses perfectly {}; better measurements can",
         could);
     return false;
   }
-  if (a_.rounds >= b.refine_rounds || b.refine_points == 0) {
+  const bool bounded = b.runs > 0 && !b.rounds_stated;
+  const bool none_left =
+      bounded ? seeds_left() - seeds_reserved() < seeds_each_ : a_.rounds >= b.refine_rounds;
+  if (none_left || b.refine_points == 0) {
+    budget_used_ = true;
     a_.stopped = fmt::format("the budget's runs are used; further ones {}", could);
     return false;
   }
@@ -232,10 +335,14 @@ void Calibration::refine() {
   std::vector<VectorXd> taken;
   for (const Point& p : a_.points) taken.push_back(p.u);
   const std::string phase = fmt::format("refine {}", ++a_.rounds);
-  int number = 0;
-  for (const VectorXd& u :
-       splitting_points(study_, *a_.knowledge, *a_.posterior, best_, taken,
-                        study_.budget.refine_points * more_points_, seeds_each_))
+  int number = 0, points = study_.budget.refine_points * more_points_;
+  if (study_.budget.runs > 0 && !study_.budget.rounds_stated)
+    points = std::min(points, (seeds_left() - seeds_reserved()) / seeds_each_);
+  // Where the targets seem to be missed, the nearest parameters are simulated before that is said.
+  const bool missed = !a_.goodness->acceptable();
+  for (const VectorXd& u : splitting_points(
+           study_, *a_.knowledge, *a_.posterior, missed ? a_.goodness->u : best_,
+           missed ? FirstPoint::answer : FirstPoint::answer_if_unsure, taken, points, seeds_each_))
     batch.push_back(campaign_.point(phase, number++, tidy_values(study_.parameters, u),
                                     seed_range(study_.seed, seeds_each_)));
   progress_.phase("splitting the equally good");
@@ -245,9 +352,11 @@ void Calibration::refine() {
 
 // Before its confirmation, whose runs must not have a say in it.
 void Calibration::choose_answer() {
+  if (!a_.goodness->acceptable()) best_ = a_.goodness->u;
   const std::vector<double> values = tidy_values(study_.parameters, best_);
   best_ = to_unit(study_.parameters, values);
-  a_.best = checked("answer", campaign_.point("confirm", 0, values, {}));
+  a_.best = checked(a_.goodness->acceptable() ? "answer" : "nearest",
+                    campaign_.point("confirm", 0, values, {}));
   for (const ResponseModel& m : a_.knowledge->targets)
     a_.cross_check.push_back(m.surrogate.other.predict(best_).mean);
   a_.combinations = combinations(study_, *a_.knowledge, best_);
@@ -283,13 +392,27 @@ void Calibration::describe_knowledge() {
   a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
   a_.advice = what_to_measure_next(study_, *a_.knowledge, *a_.posterior);
   a_.cut_short_share = a_.knowledge->cut_short_probability(best_);
-  if (!agrees(a_.best)) a_.verdict = StudyVerdict::unconfirmed;
+  judge_fit();
+  if (!a_.goodness->acceptable()) {
+    const bool by_priors = a_.without_priors && a_.without_priors->acceptable();
+    a_.verdict = by_priors ? StudyVerdict::prior_conflict : StudyVerdict::out_of_reach;
+  } else if (!agrees(a_.best)) {
+    a_.verdict = StudyVerdict::unconfirmed;
+  }
+  for (const ResponseModel& m : a_.knowledge->targets)
+    if (!m.explains_its_runs())
+      a_.cautions.push_back(
+          fmt::format("the model of {} does not explain its own runs", m.response.label));
 }
 
 void Calibration::confirm() {
-  std::vector<Point> batch = {
-      campaign_.point("confirm", 0, a_.best.values,
-                      seed_range(study_.seed + confirm_seeds, study_.budget.confirm_runs))};
+  const Budget& b = study_.budget;
+  int seeds = b.confirm_runs;
+  // Runs that no further batch can use confirm.
+  if (b.runs > 0 && budget_used_)
+    seeds = std::max(seeds, seeds_left() - (a_.valley.empty() ? 0 : 2 * b.anchor_runs));
+  std::vector<Point> batch = {campaign_.point("confirm", 0, a_.best.values,
+                                              seed_range(study_.seed + confirm_seeds, seeds))};
   progress_.phase("confirming with fresh seeds");
   campaign_.run(batch);
   observe(study_, &*a_.knowledge, batch[0], a_.best);
@@ -321,16 +444,18 @@ CheckedSet Calibration::checked(const std::string& name, const Point& point) con
   return set;
 }
 
+// All targets together, so that many of them do not make a disagreement by chance likelier.
 bool Calibration::agrees(const CheckedSet& set) const {
+  constexpr double significance = 0.05;
+  double chi_square = 0;
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
     const Observation& o = set.observed[k];
     if (o.sample.count < 2) return false;
-    if (!(std::abs(o.sample.mean - t.value) <=
-          agreement * std::hypot(t.uncertainty, o.standard_error)))
-      return false;
+    chi_square +=
+        std::pow((o.sample.mean - t.value) / std::hypot(t.uncertainty, o.standard_error), 2);
   }
-  return true;
+  return chi_square_tail(chi_square, static_cast<double>(study_.targets.size())) >= significance;
 }
 
 // Shifts by each numerics check, against the runs at the middle.
@@ -354,16 +479,35 @@ void Calibration::compare_numerics() {
   }
 }
 
-std::string Calibration::range_text() const {
+std::string Calibration::misfit_text() const {
   std::vector<std::string> missed;
   for (std::size_t k = 0; k < study_.targets.size(); ++k)
     if (const ReachedRange& r = a_.reach[k]; !r.reachable)
       missed.push_back(fmt::format("{} = {:.4g} {} (the ranges give {:.4g} to {:.4g})",
                                    study_.targets[k].response.label, study_.targets[k].value,
                                    study_.targets[k].unit, r.lowest, r.highest));
-  return missed.empty()
-             ? "no parameters within the ranges meet all targets at once"
-             : fmt::format("target out of reach of the ranges: {}", fmt::join(missed, "; "));
+  if (!missed.empty())
+    return fmt::format("target out of reach of the ranges: {}", fmt::join(missed, "; "));
+  const Goodness& g = *a_.goodness;
+  const auto farthest = std::max_element(
+      g.z.begin(), g.z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  return fmt::format(
+      "no parameters within the ranges meet all targets at once: chi-square {:.1f} on {:.1f} "
+      "degrees of freedom (probability {:.2g}); farthest is {}, {:.1f} standard deviations {}",
+      g.chi_square, g.freedom, g.probability,
+      study_.targets[static_cast<std::size_t>(farthest - g.z.begin())].response.label,
+      std::abs(*farthest), *farthest > 0 ? "too high" : "too low");
+}
+
+void Calibration::account_for_budget() {
+  const int experiments = static_cast<int>(study_.experiments.size());
+  a_.budget_runs = study_.budget.runs * experiments;
+  if (a_.budget_runs == 0) return;
+  a_.budget_left = std::max(0, seeds_left()) * experiments;
+  if (a_.budget_left == 0) return;
+  a_.left_because = study_.budget.rounds_stated ? "the study states the rounds of refinement"
+                    : budget_used_              ? "they are too few for another point"
+                                                : "they were not needed";
 }
 
 Answer Calibration::finish() {
@@ -387,6 +531,7 @@ Answer Calibration::finish() {
         s.noise_share = std::pow(m.noise.at(f(VectorXd::Constant(d, 0.5))), 2) / s.indices.variance;
         a_.sensitivity.push_back(s);
       }
+  account_for_budget();
   switch (a_.verdict) {
     case StudyVerdict::calibrated:
       a_.headline = fmt::format("calibrated: {}", parameter_text(study_, a_.best.values));
@@ -402,7 +547,15 @@ Answer Calibration::finish() {
           a_.best.cut_short > 0 ? "were cut short by a limit" : "do not meet the targets");
       break;
     case StudyVerdict::out_of_reach:
-      a_.headline = range_text();
+      a_.headline = misfit_text();
+      break;
+    case StudyVerdict::prior_conflict:
+      a_.headline = fmt::format(
+          "the priors conflict with the targets: together chi-square {:.1f} on {:.1f} degrees of "
+          "freedom (probability {:.2g}), the targets alone {:.1f} on {:.1f}; nearest by both: {}",
+          a_.goodness->chi_square, a_.goodness->freedom, a_.goodness->probability,
+          a_.without_priors->chi_square, a_.without_priors->freedom,
+          parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::too_few_runs:
       a_.headline = "too few runs finished to fit anything";
@@ -411,6 +564,7 @@ Answer Calibration::finish() {
     case StudyVerdict::interrupted:
       break;
   }
+  for (const std::string& caution : a_.cautions) a_.headline += "; " + caution;
   return std::move(a_);
 }
 

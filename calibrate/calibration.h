@@ -21,12 +21,13 @@ class Calibration {
 
   Answer answer() {
     explore();
-    bool reachable = fit();
-    while (reachable && worth_refining()) {
+    bool fitted = fit();
+    while (!fitted && explore_further()) fitted = fit();
+    while (fitted && worth_refining()) {
       refine();
-      reachable = fit();
+      fitted = fit();
     }
-    if (reachable) {
+    if (fitted) {
       choose_answer();
       confirm();
       check_valley_ends();
@@ -39,7 +40,12 @@ class Calibration {
   void explore();
   void spread_design();
   bool quiet() const;
+  bool explore_further();
   bool fit();
+  void judge_fit();
+  bool simulated_nearby(const Eigen::VectorXd& u) const;
+  int seeds_left() const;
+  int seeds_reserved() const;
   void tell_knowledge() const;
   bool worth_refining();
   void refine();
@@ -53,16 +59,18 @@ class Calibration {
   void compare_numerics();
   CheckedSet checked(const std::string& name, const Point& point) const;
   bool agrees(const CheckedSet& set) const;
-  std::string range_text() const;
+  std::string misfit_text() const;
+  void account_for_budget();
 
   const Study& study_;
   Campaign& campaign_;
   BatchProgress& progress_;
   Answer a_;
   std::vector<Point> numerics_;
-  Eigen::VectorXd best_;  // unit cube
-  int seeds_each_ = 1;    // at each point of the design and of the refinement
-  int more_points_ = 1;   // times as many as planned
+  Eigen::VectorXd best_;      // unit cube
+  int seeds_each_ = 1;        // at each point of the design and of the refinement
+  int more_points_ = 1;       // times as many as planned
+  bool budget_used_ = false;  // refinement ended for want of runs
 };
 
 // Fills in what the runs of a point gave; `knowledge` (may be null) has the pooled noise.

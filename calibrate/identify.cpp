@@ -145,13 +145,16 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
 
 std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
                                        const Posterior& posterior, const VectorXd& answer,
-                                       std::vector<VectorXd> taken, int count, int seeds) {
+                                       FirstPoint first, std::vector<VectorXd> taken, int count,
+                                       int seeds) {
   const std::vector<VectorXd> pool = resampled(posterior, candidates);
   std::vector<Surrogate> believed;
   for (const ResponseModel& m : knowledge.targets) believed.push_back(m.surrogate.best);
   std::vector<VectorXd> chosen;
   for (int i = 0; i < count; ++i) {
-    const VectorXd* best = i == 0 && unsure(study, believed, answer) ? &answer : nullptr;
+    const bool answer_first =
+        i == 0 && (first == FirstPoint::answer || unsure(study, believed, answer));
+    const VectorXd* best = answer_first ? &answer : nullptr;
     double most = best != nullptr ? std::numeric_limits<double>::infinity() : -1;
     for (const VectorXd& u : pool) {
       double score = 0;

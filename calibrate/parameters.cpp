@@ -11,6 +11,18 @@ namespace {
 
 double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
 
+// Significant digits that tell this value from its neighbours in the range.
+int digits_of(const Parameter& p, double value) {
+  constexpr int usual = 4, most = 15;
+  constexpr double fine = 5e-4;  // of the range
+  const double size = std::abs(value);
+  const double step = fine * p.width() * (p.logarithmic ? size : 1);
+  if (!(size > 0) || !(step > 0)) return usual;
+  const double last = std::floor(std::log10(size)) - std::floor(std::log10(step)) + 1;
+  const double coarse = std::pow(10, std::floor(std::log10(size)) - usual + 1);
+  return coarse <= step ? usual : std::clamp(static_cast<int>(last), usual, most);
+}
+
 }  // namespace
 
 double Parameter::width() const { return scaled(*this, max) - scaled(*this, min); }
@@ -25,8 +37,11 @@ double Parameter::from_unit(double u) const {
 }
 
 double Parameter::tidy(double u) const {
-  const std::string digits = fmt::format("{:.4g}", from_unit(u));
-  return std::clamp(std::strtod(digits.c_str(), nullptr), min, max);
+  return std::clamp(std::strtod(text(from_unit(u)).c_str(), nullptr), min, max);
+}
+
+std::string Parameter::text(double value) const {
+  return fmt::format("{:.{}g}", value, digits_of(*this, value));
 }
 
 double Parameter::prior_mean_unit() const { return prior_mean ? to_unit(*prior_mean) : 0.5; }

@@ -21,9 +21,12 @@ struct Parameter {
   // 0 at min, 1 at max, linear in the value or in its logarithm.
   double to_unit(double value) const;
   double from_unit(double u) const;
-  // The nearest value with four significant digits inside the range: what a run is given, so that
-  // people can read it and the last bit of a search cannot make it another run.
+  // The nearest value inside the range with four significant digits, or more where these are coarse
+  // beside the range: what a run is given, so that people can read it and the last bit of a search
+  // cannot make it another run.
   double tidy(double u) const;
+  // A value with as many digits as tidy() gives.
+  std::string text(double value) const;
   double width() const;  // of the range, in the value or in its logarithm
   // Prior mean and standard deviation in the unit cube; without a prior, the middle and nothing.
   double prior_mean_unit() const;

@@ -145,6 +145,16 @@ Json targets_json(const Study& study, const Answer& a) {
   return all;
 }
 
+Json goodness_json(const Study& study, const Goodness& g) {
+  Json j = {{"chi_square", number(g.chi_square)},
+            {"degrees_of_freedom", g.freedom},
+            {"probability", g.probability},
+            {"acceptable", g.acceptable()}};
+  for (std::size_t k = 0; k < g.z.size(); ++k)
+    j["standardised_residuals"][study.targets[k].response.label] = number(g.z[k]);
+  return j;
+}
+
 Json sensitivity_json(const Study& study, const Answer& a) {
   Json all = Json::array();
   for (const Sensitivity& s : a.sensitivity) {
@@ -193,7 +203,15 @@ std::string render_json(const Study& study, const Answer& a) {
             {"git_commit", firn_git_commit()},
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
+  j["cautions"] = a.cautions;
   if (!a.best.values.empty()) j["answer"] = checked_json(study, a.best);
+  if (a.goodness) j["goodness_of_fit"] = goodness_json(study, *a.goodness);
+  if (a.without_priors)
+    j["goodness_of_fit_without_priors"] = goodness_json(study, *a.without_priors);
+  if (a.posterior)
+    j["posterior"] = {{"samples", a.posterior->u.size()},
+                      {"effective_samples", a.posterior->effective_samples},
+                      {"file", "posterior.csv"}};
   j["combinations"] = combinations_json(study, a);
   j["valley"] = Json::array();
   for (const CheckedSet& set : a.valley) j["valley"].push_back(checked_json(study, set));
@@ -207,6 +225,9 @@ std::string render_json(const Study& study, const Answer& a) {
                           {"evaluations", a.direct->evaluations},
                           {"claimed_distance", number(a.direct->claimed)},
                           {"fresh_distance", number(a.direct->fresh)}};
+  if (a.budget_runs > 0)
+    j["budget"] = {
+        {"runs", a.budget_runs}, {"left", a.budget_left}, {"left_because", a.left_because}};
   if (!a.stopped.empty()) j["refinement"] = {{"rounds", a.rounds}, {"stopped", a.stopped}};
   j["models"] = Json::array();
   if (a.knowledge) {
@@ -219,6 +240,21 @@ std::string render_json(const Study& study, const Answer& a) {
       {"crashed", a.crashed}, {"cut_short", a.cut_short}, {"by_another_version", a.other_version}};
   j["wall_seconds"] = a.wall;
   return j.dump(2);
+}
+
+std::string render_posterior_csv(const Study& study, const Answer& a) {
+  fmt::memory_buffer out;
+  for (const Parameter& p : study.parameters)
+    print(out, "{},", encode::csv_field(p.unit.empty() ? p.name : p.name + " / " + p.unit));
+  print(out, "weight,log_density\n");
+  const Posterior& posterior = *a.posterior;
+  for (std::size_t s = 0; s < posterior.u.size(); ++s) {
+    for (std::size_t i = 0; i < study.parameters.size(); ++i)
+      print(out, "{},",
+            study.parameters[i].from_unit(posterior.u[s][static_cast<Eigen::Index>(i)]));
+    print(out, "{},{}\n", posterior.weight[s], -0.5 * posterior.cost[s]);
+  }
+  return fmt::to_string(out);
 }
 
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs) {

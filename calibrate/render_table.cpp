@@ -28,8 +28,8 @@ std::string counts_text(const CheckedSet& set) {
 
 void print_values(Out& out, const Study& study, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i)
-    print(out, "{}{} = {:.4g}{}", i == 0 ? "" : ", ", study.parameters[i].name, values[i],
-          unit_text(study.parameters[i].unit));
+    print(out, "{}{} = {}{}", i == 0 ? "" : ", ", study.parameters[i].name,
+          study.parameters[i].text(values[i]), unit_text(study.parameters[i].unit));
 }
 
 void print_targets(Out& out, const Study& study, const Answer& a) {
@@ -72,15 +72,21 @@ void print_checked(Out& out, const Study& study, const CheckedSet& set) {
   print_values(out, study, set.values);
   if (set.run()) print(out, "   [{}]", counts_text(set));
   print(out, "\n");
-  for (std::size_t k = 0; k < set.predicted.size(); ++k)
-    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}{}\n", study.targets[k].response.label,
+  const auto simulated = [&](const Observation& o) {
+    std::string text = observed_text(o);
+    if (o.sample.count >= 2) text += fmt::format("   (sd over seeds {:.2g})", o.sample.sd());
+    return text;
+  };
+  // The targets come first among what was observed.
+  for (std::size_t k = 0; k < set.predicted.size(); ++k) {
+    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}", study.targets[k].response.label,
           set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
-          unit_text(study.targets[k].unit), set.run() ? ", simulated:" : "");
-  for (const Observation& o : set.observed) {
-    print(out, "    {:<22} {}", o.response, observed_text(o));
-    if (o.sample.count >= 2) print(out, "   (sd over seeds {:.2g})", o.sample.sd());
+          unit_text(study.targets[k].unit));
+    if (k < set.observed.size()) print(out, ", simulated {}", simulated(set.observed[k]));
     print(out, "\n");
   }
+  for (std::size_t k = set.predicted.size(); k < set.observed.size(); ++k)
+    print(out, "    {:<22} {}\n", set.observed[k].response, simulated(set.observed[k]));
 }
 
 void print_compare(Out& out, const Study& study, const Answer& a) {
@@ -90,7 +96,8 @@ void print_compare(Out& out, const Study& study, const Answer& a) {
   print(out, "\n");
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     print(out, "  {:<37}", study.parameters[i].name + unit_text(study.parameters[i].unit));
-    for (const CheckedSet& set : a.compare) print(out, "{:>26.4g}", set.values[i]);
+    for (const CheckedSet& set : a.compare)
+      print(out, "{:>26}", study.parameters[i].text(set.values[i]));
     print(out, "\n");
   }
   for (std::size_t k = 0; k < a.compare.front().observed.size(); ++k) {
@@ -120,8 +127,9 @@ void print_compare(Out& out, const Study& study, const Answer& a) {
 void print_best(Out& out, const Study& study, const Answer& a) {
   if (a.best.values.empty()) return;
   print(out, "\n{}\n",
-        a.best.run() ? "Answer, confirmed with seeds never used before"
-                     : "Nearest to the targets, by the fit alone");
+        a.best.name != "nearest"
+            ? "Answer, confirmed with seeds never used before"
+            : "Nearest to the targets, simulated with seeds never used before");
   print_checked(out, study, a.best);
   for (std::size_t k = 0; k < a.split.size(); ++k) {
     const VarianceSplit& s = a.split[k];
@@ -153,10 +161,10 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
     const Marginal& m = a.posterior->marginals[i];
-    print(out, "  {:<18}{:>12.4g}{:>28}{:>28}{:>20.0f} %", p.name + unit_text(p.unit), m.median,
-          fmt::format("{:.4g} to {:.4g}", m.low, m.high),
+    print(out, "  {:<18}{:>12}{:>28}{:>28}{:>20.0f} %", p.name + unit_text(p.unit),
+          p.text(m.median), fmt::format("{} to {}", p.text(m.low), p.text(m.high)),
           i < a.profiles.size()
-              ? fmt::format("{:.4g} to {:.4g}", a.profiles[i].low, a.profiles[i].high)
+              ? fmt::format("{} to {}", p.text(a.profiles[i].low), p.text(a.profiles[i].high))
               : "-",
           100 * m.width_ratio);
     if (m.width_ratio > 0.8) print(out, "   nothing learned");
@@ -164,6 +172,8 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
     if (m.at_max) print(out, "   at the upper end of the range");
     print(out, "\n");
   }
+  print(out, "  by {} samples of the posterior, worth {:.0f} independent ones (posterior.csv)\n",
+        a.posterior->u.size(), a.posterior->effective_samples);
   for (const Combination& c : a.combinations) {
     if (!c.identified) {
       print(out, "  not determined:  {}   (the data see {:.1f} sd over the whole range)\n",
@@ -260,6 +270,23 @@ std::string combination_text(const Study& study, const Combination& c) {
   return s;
 }
 
+namespace {
+
+void print_goodness(Out& out, const Answer& a) {
+  if (!a.goodness) return;
+  const auto line = [&](const char* of, const Goodness& g) {
+    print(out,
+          "  {}: chi-square {:.1f} on {:.1f} degrees of freedom; chance gives as much with "
+          "probability {:.2g}{}\n",
+          of, g.chi_square, g.freedom, g.probability, g.acceptable() ? "" : ": NOT MET TOGETHER");
+  };
+  print(out, "\nAll targets together, where they are met best\n");
+  line(a.without_priors ? "targets and priors" : "targets", *a.goodness);
+  if (a.without_priors) line("targets alone", *a.without_priors);
+}
+
+}  // namespace
+
 std::string render_table(const Study& study, const Answer& a) {
   Out out;
   print_targets(out, study, a);
@@ -268,6 +295,7 @@ std::string render_table(const Study& study, const Answer& a) {
   print_sensitivity(out, study, a);
   print_numerics(out, a);
   print_best(out, study, a);
+  print_goodness(out, a);
   print_direct(out, a);
   print_identified(out, study, a);
   print_valley(out, study, a);
@@ -275,6 +303,9 @@ std::string render_table(const Study& study, const Answer& a) {
   if (!a.stopped.empty())
     print(out, "\nAfter {} round{} of refinement: {}\n", a.rounds, a.rounds == 1 ? "" : "s",
           a.stopped);
+  if (a.budget_left > 0)
+    print(out, "{} of the budget's {} runs are left: {}\n", a.budget_left, a.budget_runs,
+          a.left_because);
   if (a.cut_short_share > 0.05)
     print(out,
           "{:.0f} % of the runs near the answer failed or met a limit: its responses rest on "

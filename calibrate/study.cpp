@@ -61,6 +61,8 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
   }
   write_own_file(folder / "results.json", s.json + "\n");
   write_own_file(folder / "runs.csv", render_runs_csv(study, runs));
+  if (answer.posterior)
+    write_own_file(folder / "posterior.csv", render_posterior_csv(study, answer));
   write_own_file(folder / "report.md",
                  fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
                              encode::markdown(s.headline), encode::markdown_block(s.table)));
@@ -83,6 +85,8 @@ const char* to_string(StudyVerdict verdict) {
       return "unconfirmed";
     case StudyVerdict::out_of_reach:
       return "out of reach";
+    case StudyVerdict::prior_conflict:
+      return "prior conflict";
     case StudyVerdict::searched:
       return "searched";
     case StudyVerdict::too_few_runs:

@@ -208,6 +208,12 @@ Target measured_target(const TomlTable& t, const Study& study) {
   const Measurement m = read_measurement(file.lexically_normal().string());
   if (m.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value to fit to");
+  if (!(m.believed_uncertainty() > 0))
+    t.fail(
+        "measurement",
+        fmt::format("{}: its values are identical, so that its uncertainty is zero; expected a "
+                    "[reading] with the uncertainty of the instrument (its resolution / sqrt(12))",
+                    m.file));
   // Another response may stand for the same measurement: another estimator of the same thing.
   return {response_id(t, study, t.string("response", m.response)),
           m.value,

@@ -65,6 +65,7 @@ struct NumericsCheck {
 // How many points and simulations, and for what. One "point" is one set of parameters; a run is one
 // seed of it in every experiment.
 struct Budget {
+  int runs = 0;            // most seeds of all points together; 0: the numbers below alone
   int centre_runs = 0;     // seeds at the middle of the ranges
   int numerics_runs = 0;   // seeds of each numerics check, at the middle
   int design_points = 0;   // spread over the ranges, besides the middle
@@ -72,7 +73,10 @@ struct Budget {
   // Where the noise is small beside the measurements, points count more than seeds: one seed each
   // and as many more points instead.
   bool trades_seeds = false;
-  int refine_rounds = 0;  // batches at most that look closer at what may be the answer
+  // Batches at most that look closer at what may be the answer. With a number of runs they follow
+  // from it, unless stated.
+  int refine_rounds = 0;
+  bool rounds_stated = false;
   int refine_points = 0;  // points in each
   int confirm_runs = 0;   // fresh seeds at the answer; only these are reported
   int anchor_runs = 0;    // fresh seeds at either end of a valley of equal answers; 0: none

@@ -119,8 +119,9 @@ TEST(Identify, ResidualsHaveExactDerivatives) {
 TEST(Identify, SplittingPointsLieInTheValleyAndApart) {
   const Linear line({{3, 4, 3.5, 0.1}});
   const Misfit misfit(line.study, *line.knowledge);
-  const auto points = splitting_points(
-      line.study, *line.knowledge, sample_posterior(line.study, misfit), misfit.best().x, {}, 3, 2);
+  const auto points =
+      splitting_points(line.study, *line.knowledge, sample_posterior(line.study, misfit),
+                       misfit.best().x, FirstPoint::answer_if_unsure, {}, 3, 2);
   ASSERT_EQ(points.size(), 3u);
   for (const VectorXd& u : points) EXPECT_NEAR(0.6 * u[0] + 0.8 * u[1], 0.7, 0.1);
   EXPECT_GT((points[0] - points[1]).norm(), 0.3);

@@ -1,0 +1,310 @@
+// What a study states of its answer, held against problems whose truth is known: many studies of
+// each, with measurements and seeds of their own.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "calibrate/goodness.h"
+#include "calibrate/random.h"
+#include "tests/calibrate/fake_experiment.h"
+
+namespace firn {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using Values = FakeExperiment::Values;
+
+struct Range {
+  std::string name;
+  double min, max;
+};
+struct Aim {  // a target named t0, t1, ...
+  double value, uncertainty;
+};
+
+const std::vector<Range> unit_square = {{"a", 0, 1}, {"b", 0, 1}};
+
+std::string study_text(const std::vector<Range>& ranges, const std::vector<Aim>& aims, int runs,
+                       int seed, const std::string& more = "") {
+  std::string s =
+      fmt::format("[study]\nname = \"lab\"\ncase = \"case.toml\"\nseed = {}\n[budget]\nruns = {}\n",
+                  seed, runs);
+  for (const Range& r : ranges)
+    s += fmt::format("[[parameters]]\nname = \"{0}\"\nkeys = [\"{0}\"]\nmin = {1}\nmax = {2}\n",
+                     r.name, r.min, r.max);
+  for (std::size_t k = 0; k < aims.size(); ++k)
+    s += fmt::format("[[targets]]\nresponse = \"t{}\"\nvalue = {}\nuncertainty = {}\n", k,
+                     aims[k].value, aims[k].uncertainty);
+  return s + more;
+}
+
+struct Outcome {
+  StudySummary summary;
+  json j;
+  int runs = 0;
+};
+
+// One study of responses t0, t1, ... that `formula` gives.
+using Formula = std::function<std::vector<double>(const Values&, std::mt19937_64&)>;
+Outcome carry_out(const std::string& text, const Formula& formula) {
+  const Folder folder("lab");
+  FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
+    std::vector<Response> all;
+    for (const double y : formula(v, random))
+      all.push_back(scalar("t" + std::to_string(all.size()), y, "1"));
+    return all.empty() ? JobResult{JobStatus::failed, "no value here", {}, 1} : finished(all);
+  });
+  Outcome o;
+  o.summary = run_study(folder.write("study.toml", text), folder / "out", experiment);
+  o.j = json::parse(o.summary.json);
+  o.runs = experiment.runs;
+  return o;
+}
+
+// t_k = 10 + s_k a + c_k b with directions spread over the half circle.
+double fan(int k, int count, double a, double b) {
+  const double angle = M_PI * (k + 0.3) / count;
+  return 10 + 8 * (std::cos(angle) * a + std::sin(angle) * b);
+}
+
+// The shares of studies of `count` targets that are called out of reach, each measured with an
+// error of its own and `shift` on top, in standard deviations.
+double share_rejected(int count, int studies, const std::function<double(int)>& shift) {
+  int rejected = 0;
+  for (int s = 0; s < studies; ++s) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(1000 * count + s));
+    const double a = 0.1 + 0.8 * uniform(random), b = 0.1 + 0.8 * uniform(random);
+    std::vector<Aim> aims;
+    for (int k = 0; k < count; ++k)
+      aims.push_back({fan(k, count, a, b) + 0.5 * (normal(random) + shift(k)), 0.5});
+    const Outcome o = carry_out(
+        study_text(unit_square, aims, 30, 1 + 10000 * s), [&](const Values& v, auto& noise) {
+          std::vector<double> t;
+          for (int k = 0; k < count; ++k)
+            t.push_back(fan(k, count, v.at("a"), v.at("b")) + 0.3 * normal(noise));
+          return t;
+        });
+    rejected += o.summary.verdict == StudyVerdict::out_of_reach ||
+                o.summary.verdict == StudyVerdict::unconfirmed;
+  }
+  return static_cast<double>(rejected) / studies;
+}
+
+// y = 5 + 10 a + 6 b over a in 0..1 and b in 0..2: at least 5.
+Outcome below_the_minimum(double target, int seed) {
+  return carry_out(study_text({{"a", 0, 1}, {"b", 0, 2}}, {{target, 0.8}}, 40, seed),
+                   [](const Values& v, auto& random) {
+                     return std::vector{5 + 10 * v.at("a") + 6 * v.at("b") + normal(random)};
+                   });
+}
+
+TEST(Misfit, OutOfReachIsSaidOnlyOfWhatWasSimulated) {
+  const Outcome near = below_the_minimum(5.149, 280197);
+  EXPECT_NE(near.summary.verdict, StudyVerdict::out_of_reach) << near.summary.table;
+  // Far below: said, and simulated there.
+  const Outcome far = below_the_minimum(0.5, 1);
+  EXPECT_EQ(far.summary.verdict, StudyVerdict::out_of_reach) << far.summary.table;
+  EXPECT_THAT(far.summary.headline, HasSubstr("out of reach of the ranges: t0 = 0.5"));
+  const json& nearest = far.j["answer"];
+  EXPECT_LT(nearest["parameters"]["a"], 0.05);
+  EXPECT_LT(nearest["parameters"]["b"], 0.1);
+  EXPECT_GE(nearest["runs"]["finished"], 3);
+}
+
+TEST(MisfitLong, ATargetUnderTheMinimumByItsErrorIsWithinReach) {
+  int wrong = 0;
+  for (int s = 0; s < 40; ++s)
+    wrong += below_the_minimum(5 - 0.8 * (1.2 + 0.6 * s / 39), 1 + 1000 * s).summary.verdict ==
+             StudyVerdict::out_of_reach;
+  EXPECT_LE(wrong, 1);
+}
+
+TEST(Misfit, ChiSquareTailIsThatOfTheTables) {
+  EXPECT_NEAR(chi_square_tail(3.841, 1), 0.05, 1e-4);
+  EXPECT_NEAR(chi_square_tail(12.592, 6), 0.05, 1e-4);
+  EXPECT_EQ(chi_square_tail(0, 3), 1);
+  EXPECT_EQ(chi_square_tail(INFINITY, 3), 0);
+}
+
+TEST(Misfit, ResidualsOfOppositeSignsThatAreEachSmallAreTooMuchTogether) {
+  std::vector<Aim> aims;
+  for (int k = 0; k < 8; ++k)
+    aims.push_back({fan(k, 8, 0.5, 0.5) + 0.5 * (k % 2 == 0 ? 1.9 : -1.9), 0.5});
+  const Outcome o =
+      carry_out(study_text(unit_square, aims, 30, 1), [](const Values& v, auto& random) {
+        std::vector<double> t;
+        for (int k = 0; k < 8; ++k)
+          t.push_back(fan(k, 8, v.at("a"), v.at("b")) + 0.2 * normal(random));
+        return t;
+      });
+  EXPECT_EQ(o.summary.verdict, StudyVerdict::out_of_reach) << o.summary.table;
+  EXPECT_THAT(o.summary.headline, HasSubstr("meet all targets at once: chi-square"));
+  EXPECT_NEAR(o.j["goodness_of_fit"]["degrees_of_freedom"].get<double>(), 6, 0.3);
+}
+
+TEST(MisfitLong, FalseAlarmsAndPower) {
+  constexpr int studies = 40;
+  fmt::print("targets: share rejected when right; one wrong by 5 sd; opposing by 2 sd\n");
+  double alarms = 0;
+  for (const int count : {1, 2, 3, 4, 6, 8, 12}) {
+    const double right = share_rejected(count, studies, [](int) { return 0; });
+    alarms += right * studies;
+    fmt::print("{:>3}: {:.3f}", count, right);
+    EXPECT_LE(right * studies, 0.05 * studies + 3 * std::sqrt(0.0475 * studies)) << count;
+    if (count >= 6) {
+      const double one = share_rejected(count, studies, [](int k) { return k == 0 ? 5 : 0; });
+      const double opposing =
+          share_rejected(count, studies, [](int k) { return k % 2 == 0 ? 2 : -2; });
+      fmt::print("  {:.3f}  {:.3f}", one, opposing);
+      EXPECT_GT(one, 0.8) << count;
+      EXPECT_GT(opposing, 0.8) << count;
+    }
+    fmt::print("\n");
+  }
+  EXPECT_LE(alarms, 0.05 * 7 * studies + 2 * std::sqrt(0.0475 * 7 * studies));
+}
+
+TEST(Misfit, APriorThatConflictsWithTheDataIsNamed) {
+  std::string text = study_text(unit_square, {{12, 0.3}, {15, 0.3}}, 40, 1);
+  // The truth is at a = 0.2, b = 0.5; the prior wants a = 0.8.
+  text.insert(text.find("max = 1\n"), "prior_mean = 0.8\nprior_sd = 0.03\n");
+  const Outcome o = carry_out(text, [](const Values& v, auto& random) {
+    return std::vector{10 + 10 * v.at("a") + 0.3 * normal(random),
+                       10 + 10 * v.at("b") + 0.3 * normal(random)};
+  });
+  EXPECT_EQ(o.summary.verdict, StudyVerdict::prior_conflict) << o.summary.table;
+  EXPECT_THAT(o.summary.headline, HasSubstr("the priors conflict with the targets"));
+  EXPECT_TRUE(o.j["goodness_of_fit_without_priors"]["acceptable"].get<bool>());
+}
+
+TEST(Budget, IsUsedOrWhatIsLeftIsExplained) {
+  for (const int runs : {25, 40, 61, 80}) {
+    const Outcome o = carry_out(study_text(unit_square, {{13, 0.5}, {15, 0.5}}, runs, 3),
+                                [](const Values& v, auto& random) {
+                                  return std::vector{10 + 8 * v.at("a") + 2 * normal(random),
+                                                     10 + 8 * v.at("b") + 2 * normal(random)};
+                                });
+    EXPECT_EQ(o.j["budget"]["left"], runs - o.runs);
+    EXPECT_LE(o.runs, runs);
+    const bool used = o.summary.table.find("the budget's runs are used") != std::string::npos;
+    if (used) {
+      EXPECT_EQ(o.runs, runs) << o.summary.table;
+    }
+    EXPECT_EQ(o.runs < runs, o.summary.table.find("runs are left: ") != std::string::npos);
+  }
+}
+
+TEST(Budget, IsUsedForAModelWhereMostOfTheRangesFail) {
+  const Outcome o =
+      carry_out(study_text(unit_square, {{11.5, 0.5}}, 40, 1), [](const Values& v, auto& random) {
+        if (v.at("a") + v.at("b") > 0.77) return std::vector<double>{};
+        return std::vector{10 + 8 * v.at("a") * v.at("b") + 4 * v.at("a") + 0.3 * normal(random)};
+      });
+  EXPECT_NE(o.summary.verdict, StudyVerdict::too_few_runs) << o.summary.table;
+  EXPECT_GT(o.runs, 30);
+}
+
+TEST(Measurement, IdenticalValuesAreNoUncertaintyOfZero) {
+  const Folder folder("identical");
+  const auto measurement = [&](const std::string& more) {
+    folder.write("time.toml",
+                 "name = \"time\"\nresponse = \"t0\"\nstatus = \"measured\"\nsource = \"\"\n"
+                 "values = [\"0.35 s\", \"0.35 s\"]\n" +
+                     more);
+    const std::string text = study_text(unit_square, {}, 40, 1);
+    return read_study(
+        folder.write("study.toml", text + "[[targets]]\nmeasurement = \"time.toml\"\n"));
+  };
+  EXPECT_THAT([&] { measurement(""); },
+              testing::ThrowsMessage<InputError>(HasSubstr("its values are identical")));
+  EXPECT_DOUBLE_EQ(measurement("[reading]\nuncertainty = \"0.003 s\"\nbecause = \"resolution\"\n")
+                       .targets[0]
+                       .uncertainty,
+                   0.003);
+}
+
+TEST(Parameters, ValuesAreRoundedRelativeToTheirRange) {
+  for (const bool logarithmic : {false, true})
+    for (const auto& [min, max] : {std::pair{1000.0, 1003.0},
+                                   {0.1, 0.100001},
+                                   {-5.0002, -5.0001},
+                                   {1e-9, 1.00001e-9},
+                                   {0.0, 1.0},
+                                   {0.03, 0.5}}) {
+      if (logarithmic && !(min > 0)) continue;
+      Parameter p;
+      p.min = min;
+      p.max = max;
+      p.logarithmic = logarithmic;
+      for (double u = 0; u <= 1; u += 0.0371) {
+        EXPECT_NEAR(p.to_unit(p.tidy(u)), u, 1.01e-3) << min << ' ' << max;
+        EXPECT_EQ(std::stod(p.text(p.tidy(u))), p.tidy(u));
+      }
+    }
+  Parameter usual;  // as before
+  usual.min = 0.03;
+  usual.max = 0.5;
+  EXPECT_EQ(usual.text(usual.tidy(0.34567)), fmt::format("{:.4g}", usual.from_unit(0.34567)));
+}
+
+TEST(Parameters, ANarrowRangeFarFromZeroIsCalibrated) {
+  const Outcome o = carry_out(study_text({{"a", 1000, 1003}}, {{1.37, 0.02}}, 30, 1),
+                              [](const Values& v, auto& random) {
+                                return std::vector{v.at("a") - 1000 + 0.02 * normal(random)};
+                              });
+  EXPECT_EQ(o.summary.verdict, StudyVerdict::calibrated) << o.summary.table;
+  EXPECT_NEAR(o.j["answer"]["parameters"]["a"].get<double>(), 1001.37, 0.05);
+  EXPECT_THAT(o.summary.headline, HasSubstr("a = 1001.3"));
+}
+
+TEST(Posterior, IsExportedWithAllItsSamples) {
+  const Folder folder("samples");
+  FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+    return finished({scalar("t0", 10 + 8 * v.at("a") + 0.2 * normal(random), "1"),
+                     scalar("t1", 10 + 8 * v.at("b") + 0.2 * normal(random), "1")});
+  });
+  const StudySummary s =
+      run_study(folder.write("study.toml", study_text(unit_square, {{13, 0.4}, {15, 0.4}}, 30, 1)),
+                folder / "out", experiment);
+  std::istringstream csv(read_text(folder / "out/posterior.csv"));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line, "a,b,weight,log_density");
+  double weights = 0, mean = 0;
+  int samples = 0;
+  while (std::getline(csv, line)) {
+    double a = 0, b = 0, w = 0, density = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf", &a, &b, &w, &density), 4) << line;
+    weights += w;
+    mean += w * a;
+    ++samples;
+  }
+  EXPECT_NEAR(weights, 1, 1e-9);
+  EXPECT_NEAR(mean, 3.0 / 8, 0.1);
+  const json j = json::parse(s.json);
+  EXPECT_EQ(j["posterior"]["samples"], samples);
+  EXPECT_GT(j["posterior"]["effective_samples"], 100);
+  EXPECT_THAT(s.table, HasSubstr("independent ones (posterior.csv)"));
+}
+
+TEST(Report, EachFitIsFollowedByItsSimulation) {
+  const Outcome o = carry_out(study_text(unit_square, {{13, 0.4}, {15, 0.4}}, 30, 1),
+                              [](const Values& v, auto& random) {
+                                return std::vector{10 + 8 * v.at("a") + 0.2 * normal(random),
+                                                   10 + 8 * v.at("b") + 0.2 * normal(random)};
+                              });
+  int lines = 0;
+  std::istringstream table(o.summary.table);
+  for (std::string line; std::getline(table, line);)
+    if (line.find(" fit ") != std::string::npos && line.find("simulated") != std::string::npos) {
+      EXPECT_THAT(line, testing::ContainsRegex("simulated 1[0-9.]* "));
+      ++lines;
+    }
+  EXPECT_EQ(lines, 2) << o.summary.table;
+}
+
+}  // namespace
+}  // namespace firn
