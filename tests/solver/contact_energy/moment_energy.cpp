@@ -141,6 +141,9 @@ struct Region {
   double deepest = 0;            // m
   double weight = 1;
   Wrench by_size, by_moment;  // negative gradients
+  Plane base;
+  bool base_of_a = false;
+  Vec3 along;  // unit, of an edge of the base, world axes
 };
 
 double size_of(const std::vector<Polytope>& volume, const Plane& plane) {
@@ -174,30 +177,34 @@ std::vector<Polytope> overlaps(const PiecedSolid& a, const Pose& pose_a, const P
 // The face of either solid below which the second moment is least.
 void find_base(double stiffness, const Pose& pose_a, const Pose& pose_b, Region& r) {
   double least = std::numeric_limits<double>::infinity();
-  Plane base;
-  bool base_of_a = false;
   for (const bool of_a : {false, true}) {
-    for (const Plane& plane : planes_of((of_a ? r.a : r.b)->solid, of_a ? pose_a : pose_b)) {
+    const Solid& solid = (of_a ? r.a : r.b)->solid;
+    const Pose& pose = of_a ? pose_a : pose_b;
+    const std::vector<Plane> planes = planes_of(solid, pose);
+    for (std::size_t k = 0; k < planes.size(); ++k) {
       double sum = 0;
       for (const Polytope& p : r.volume) {
         for (const Facet& f : p)
-          sum -= plane.normal.dot(f.normal) * integrate(f, plane, Vec3::Zero()).power[3] / 3;
+          sum -=
+              planes[k].normal.dot(f.normal) * integrate(f, planes[k], Vec3::Zero()).power[3] / 3;
       }
       if (sum >= least) continue;
       least = sum;
-      base = plane;
-      base_of_a = of_a;
+      r.base = planes[k];
+      r.base_of_a = of_a;
+      const std::vector<int>& loop = solid.faces[k].loop;
+      r.along = (pose.rotation * (solid.vertices[loop[1]] - solid.vertices[loop[0]])).normalized();
     }
   }
   const double factor = 1.5 * stiffness;
   r.moment = factor * least;
-  r.size = size_of(r.volume, base);
-  r.by_moment.add(factor, surface_wrench(r.volume, !base_of_a, base, true, pose_a.translation,
+  r.size = size_of(r.volume, r.base);
+  r.by_moment.add(factor, surface_wrench(r.volume, !r.base_of_a, r.base, true, pose_a.translation,
                                          pose_b.translation));
-  r.by_size = surface_wrench(r.volume, true, base, false, pose_a.translation, pose_b.translation);
+  r.by_size = surface_wrench(r.volume, true, r.base, false, pose_a.translation, pose_b.translation);
   for (const Polytope& p : r.volume) {
     for (const Facet& f : p) {
-      for (const Vec3& x : f.loop) r.deepest = std::max(r.deepest, base.depth(x));
+      for (const Vec3& x : f.loop) r.deepest = std::max(r.deepest, r.base.depth(x));
     }
   }
 }
@@ -261,6 +268,166 @@ MomentContact moment_contact(double stiffness, const PiecedBody& a, const Pose& 
     out.energy += energy;
     out.wrench.add(p.weight / sum, p.by_moment);
     out.wrench.add(-energy / sum, by_sum);
+  }
+  return out;
+}
+
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+using Mat2 = Eigen::Matrix2d;
+
+// The surface of the mover in an overlap, projected onto the base plane. Seams cancel.
+struct Footprint {
+  Vec3 origin, u, v;  // axes in the base plane
+  double area = 0;
+  Vec2 center = Vec2::Zero();
+  Mat2 second = Mat2::Zero();  // m^2, mean of d d^T, d from the center
+  Vec2 slope = Vec2::Zero();   // of the plane that fits the depth best
+  double depth = 0;            // m, at the center, of such a plane that supports the mover
+
+  Vec2 at(const Vec3& x) const { return {u.dot(x - origin), v.dot(x - origin)}; }
+  Vec3 point(const Vec2& y) const { return origin + y.x() * u + y.y() * v; }
+};
+Footprint footprint(const Region& r) {
+  // Slopes beyond this (1) belong to edges and corners rather than to tilted faces.
+  constexpr double kSteep = 0.1;
+  Footprint out;
+  const Vec3& n = r.base.normal;
+  out.u = r.along;
+  out.v = n.cross(r.along);
+  out.origin = r.volume[0][0].loop[0];
+  out.origin += r.base.depth(out.origin) * n;
+  double depth = 0;
+  Vec2 first = Vec2::Zero(), depth_first = Vec2::Zero();
+  const auto for_mover = [&](const auto& visit) {
+    for (const Polytope& p : r.volume) {
+      for (const Facet& f : p) {
+        if (f.of_a != r.base_of_a) visit(f);
+      }
+    }
+  };
+  for_mover([&](const Facet& f) {
+    for (std::size_t i = 1; i + 1 < f.loop.size(); ++i) {
+      const Vec3 x[3] = {f.loop[0], f.loop[i], f.loop[i + 1]};
+      const double area = -0.5 * n.dot(f.normal) * f.normal.dot((x[1] - x[0]).cross(x[2] - x[0]));
+      Vec2 sum = Vec2::Zero(), product = Vec2::Zero();
+      Mat2 square = Mat2::Zero();
+      double depths = 0;
+      for (const Vec3& y : x) {
+        const Vec2 q = out.at(y);
+        sum += q;
+        depths += r.base.depth(y);
+        square += q * q.transpose();
+        product += r.base.depth(y) * q;
+      }
+      out.area += area;
+      depth += area / 3 * depths;
+      first += area / 3 * sum;
+      out.second += area / 12 * (sum * sum.transpose() + square);
+      depth_first += area / 12 * (depths * sum + product);
+    }
+  });
+  if (!(out.area > 0)) return out;
+  out.center = first / out.area;
+  out.second = out.second / out.area - out.center * out.center.transpose();
+  const Vec2 covariance = depth_first / out.area - out.center * (depth / out.area);
+  if (out.second.determinant() > 1e-14 * std::pow(out.second.trace(), 2))
+    out.slope = out.second.inverse() * covariance;
+  out.slope *= std::exp(-out.slope.squaredNorm() / (kSteep * kSteep));
+  for_mover([&](const Facet& f) {
+    for (const Vec3& x : f.loop)
+      out.depth = std::max(out.depth, r.base.depth(x) - out.slope.dot(out.at(x) - out.center));
+  });
+  return out;
+}
+
+// The slack after a step, at four points with the second moments of the footprint, made linear
+// again: points with more load count more.
+MomentMemory advance(const Footprint& print, double kappa, const auto& before,
+                     const auto& approach) {
+  constexpr double kFloor = 0.001;
+  const double root = std::sqrt(std::max(0.0, print.second.determinant()));
+  const Mat2 reach =
+      std::sqrt(3 / (print.second.trace() + 2 * root)) * (print.second + root * Mat2::Identity());
+  Mat3 left = Mat3::Zero();
+  Vec3 right = Vec3::Zero();
+  for (const double i : {-1.0, 1.0}) {
+    for (const double j : {-1.0, 1.0}) {
+      const Vec2 away = reach * Vec2(i, j);
+      const Vec3 x = print.point(print.center + away);
+      const double depth = print.depth + print.slope.dot(away);  // negative: not yet in contact
+      const double most = (1 - kFloor) * depth / kappa;
+      const double slack =
+          std::clamp(before(x) - approach(x), std::min(0.0, most), std::max(0.0, most));
+      const double load = std::max(0.0, depth / print.depth);
+      const double weight = load * load + 1e-3;
+      const Vec3 place(1, i, j);
+      left += weight * place * place.transpose();
+      right += weight * slack * place;
+    }
+  }
+  const Vec3 fit = left.inverse() * right;
+  MomentMemory out{true, print.point(print.center), Vec3::Zero(), fit.x()};
+  if (std::abs(reach.determinant()) > 0) {
+    const Vec2 gradient = reach.inverse() * fit.tail<2>();
+    out.gradient = gradient.x() * print.u + gradient.y() * print.v;
+  }
+  return out;
+}
+
+}  // namespace
+
+MomentContact hysteretic_moment_contact(double stiffness, double restitution, const PiecedSolid& a,
+                                        const Pose& pose_a, const PiecedSolid& b,
+                                        const Pose& pose_b, const MomentMemory& before,
+                                        const Vec3& velocity, const Vec3& spin, double dt) {
+  const double e2 = restitution * restitution, kappa = (1 - e2) / e2;
+  MomentContact out;
+  Region r;
+  r.a = &a;
+  r.b = &b;
+  r.volume = overlaps(a, pose_a, b, pose_b);
+  if (r.volume.empty()) return out;
+  find_base(stiffness, pose_a, pose_b, r);
+  const Footprint print = footprint(r);
+  if (!(print.area > 0) || !(print.depth > 0)) return out;
+  out.regions = 1;
+  out.deepest = r.deepest;
+  const double sign = r.base_of_a ? 1 : -1;
+  const Mat3& turn = pose_b.rotation;
+  MomentMemory memory = advance(
+      print, kappa,
+      [&](const Vec3& x) {
+        const Vec3 local = turn.transpose() * (x - pose_b.translation);
+        return before.is_set ? before.slack + before.gradient.dot(local - before.place) : 0;
+      },
+      [&](const Vec3& x) {
+        return sign * dt * r.base.normal.dot(velocity + spin.cross(x - pose_a.translation));
+      });
+  // The base gives way by kappa times the slack.
+  Plane plane{r.base.normal + kappa * memory.gradient,
+              r.base.offset - kappa * (memory.slack - memory.gradient.dot(memory.place))};
+  const double scale = plane.normal.norm();
+  plane.normal /= scale;
+  plane.offset /= scale;
+  memory.place = turn.transpose() * (memory.place - pose_b.translation);
+  memory.gradient = turn.transpose() * memory.gradient;
+  out.memory = memory;
+  for (Polytope& p : r.volume) cut(p, plane, r.base_of_a);
+  const double size = size_of(r.volume, plane);
+  if (!(size > 0)) return out;
+  double moment = 0;
+  for (const Polytope& p : r.volume) {
+    for (const Facet& f : p)
+      moment -= plane.normal.dot(f.normal) * integrate(f, plane, Vec3::Zero()).power[3] / 3;
+  }
+  const double factor = 1.5 * stiffness * scale * scale / size;
+  out.energy = e2 * factor * moment;
+  for (const bool by_square : {true, false}) {
+    out.wrench.add(by_square ? factor : -factor * moment / size,
+                   surface_wrench(r.volume, !r.base_of_a, plane, by_square, pose_a.translation,
+                                  pose_b.translation));
   }
   return out;
 }

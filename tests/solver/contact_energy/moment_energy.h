@@ -22,15 +22,31 @@ struct PiecedSolid {
 // A body as the union of convex solids that may overlap. Each is as large as the body permits.
 using PiecedBody = std::vector<PiecedSolid>;
 
+// What a contact remembers: the way back from its deepest overlap, linear over the base plane.
+struct MomentMemory {
+  bool is_set = false;
+  Vec3 place = Vec3::Zero();     // m, axes of b
+  Vec3 gradient = Vec3::Zero();  // 1, axes of b
+  double slack = 0;              // m, at the place
+};
+
 struct MomentContact {
-  double energy = 0;   // J
+  double energy = 0;   // J, recoverable
   double deepest = 0;  // m
   int regions = 0;     // pairs of solids that overlap
-  Wrench wrench;       // the negative gradient of the energy
+  Wrench wrench;       // elastic: the negative gradient of the energy
+  MomentMemory memory;
 };
 
 // Elastic contact of two bodies; stiffness (N/m) is that of a face.
 MomentContact moment_contact(double stiffness, const PiecedBody& a, const Pose& pose_a,
                              const PiecedBody& b, const Pose& pose_b);
+
+// Contact of two convex solids with restitution in (0, 1). `velocity` (m/s) and `spin` (rad/s): of
+// a minus b, at the origin of a, world axes; dt (s): since `before` was returned.
+MomentContact hysteretic_moment_contact(double stiffness, double restitution, const PiecedSolid& a,
+                                        const Pose& pose_a, const PiecedSolid& b,
+                                        const Pose& pose_b, const MomentMemory& before,
+                                        const Vec3& velocity, const Vec3& spin, double dt);
 
 }  // namespace firn::contact_energy

@@ -286,5 +286,82 @@ TEST(MomentEnergy, WallsAtRightAnglesBearFully) {
   EXPECT_NEAR(c.energy, 2 * 0.5 * kStiffness * depth * depth, 0.02 * kStiffness * depth * depth);
 }
 
+// Drops a body without spin on a floor: its velocities after the impact.
+struct Rebound {
+  double energy, speed;
+  Vec3 spin;
+};
+Rebound drop(double restitution, const PiecedSolid& body, const PiecedSolid& floor,
+             const Vec3& inertia, const Quat& turn, double speed) {
+  constexpr double kStep = 1e-5;
+  Rigid r;
+  r.inertia = inertia;
+  double lowest = 0;
+  for (const Vec3& v : body.solid.vertices) lowest = std::min(lowest, (turn * v).z());
+  r.set(turn, {0.003, -0.004, 0.05 - lowest + 3e-6});
+  r.velocity = {0, 0, -speed};
+  const double before = r.kinetic();
+  MomentMemory memory;
+  Wrench w;
+  int apart = 0;
+  for (int step = 0; step < 40000 && apart < 200; ++step) {
+    r.kick(w.force, w.moment_a, kStep / 2);
+    r.drift(kStep);
+    const MomentContact c = hysteretic_moment_contact(kStiffness, restitution, body, r.pose, floor,
+                                                      {}, memory, r.velocity, r.spin(), kStep);
+    w = c.wrench;
+    memory = c.memory;
+    apart = w.force.norm() > 0 ? 0 : apart + 1;
+    r.kick(w.force, w.moment_a, kStep / 2);
+  }
+  return {r.kinetic() / before, r.velocity.z() / speed, r.spin()};
+}
+
+TEST(MomentEnergy, FacesEdgesAndCornersReboundAlike) {
+  const PiecedSolid cube{box(Vec3::Constant(0.022)), {}, 1}, floor{box({0.2, 0.2, 0.1}), {}, 1};
+  const Quat edge(Eigen::AngleAxisd(45 * kDegree, Vec3::UnitX()));
+  const Quat corner = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3(0, 0, -1));
+  for (const double e : {0.3, 0.5, 0.8, 0.95}) {
+    for (const Quat& turn : {Quat::Identity(), edge, corner}) {
+      const Rebound r = drop(e, cube, floor, box_inertia(Vec3::Constant(0.022)), turn, kSpeed);
+      EXPECT_NEAR(r.speed, e, 0.01 * e);
+    }
+  }
+}
+
+TEST(MomentEnergy, NearFlatImpactsKeepNoMoreThanTwoEdgeImpacts) {
+  Dice dice(10);
+  const PiecedSolid cube{box(Vec3::Constant(0.022)), {}, 1}, floor{box({0.2, 0.2, 0.1}), {}, 1};
+  for (const double e : {0.3, 0.5}) {
+    for (int i = 0; i < 40; ++i) {
+      const Rebound r =
+          drop(e, cube, floor, box_inertia(Vec3::Constant(0.022)), dice.tilt(3 * kDegree), kSpeed);
+      EXPECT_LT(r.energy, e * e + 0.02) << e << " impact " << i;
+      EXPECT_GT(r.energy, 0.3 * e * e) << e << " impact " << i;
+    }
+  }
+}
+
+// A bar that lands on one edge, half a degree from level: the same spin however it and the floor
+// are cut.
+TEST(MomentEnergy, CutsOfABarDoNotChangeItsRebound) {
+  Dice dice(11);
+  const Vec3 size(0.06, 0.01, 0.01);
+  const Solid bar = box(size), floor = box({0.3, 0.3, 0.1});
+  const Quat turn = Quat(Eigen::AngleAxisd(0.5 * kDegree, Vec3::UnitY())) *
+                    Quat(Eigen::AngleAxisd(45 * kDegree, Vec3::UnitX()));
+  const Rebound uncut = drop(0.5, {bar, {}, 1}, {floor, {}, 1}, box_inertia(size), turn, 1);
+  EXPECT_GT(uncut.spin.norm(), 0.5);
+  for (int i = 0; i < 8; ++i) {
+    PiecedSolid a{bar, {bar}, 1}, b{floor, {floor}, 1};
+    for (int k = 1; k <= i; ++k)
+      cut_pieces(Vec3::UnitX(), -0.03 + 0.06 * k / (i + 1), 1e-3, a.pieces);
+    if (i % 2) b = cut_at_random(floor, 0.05, dice);
+    const Rebound r = drop(0.5, a, b, box_inertia(size), turn, 1);
+    EXPECT_LT((r.spin - uncut.spin).norm(), 1e-4 * uncut.spin.norm()) << i;
+    EXPECT_NEAR(r.speed, uncut.speed, 1e-5) << i;
+  }
+}
+
 }  // namespace
 }  // namespace firn::contact_energy
