@@ -9,6 +9,7 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/study_conclusion.h"
 #include "calibrate/study.h"
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/execution.h"
@@ -18,6 +19,7 @@
 #include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/heap_picture.h"
+#include "reports/study_page.h"
 
 namespace firn {
 namespace {
@@ -36,6 +38,22 @@ void draw_example(const StudySummary& summary) {
     throw WriteError(summary.directory, e.error);
   } catch (const InputError& e) {
     print_lines(stderr, "firn: no picture of the heap: {}\n", e.what());
+  }
+}
+
+// The page of the study in its folder; its name, or nothing when it could not be made.
+std::string write_page(const StudySummary& summary) {
+  const std::filesystem::path folder = summary.directory;
+  const std::string page = (folder / "report.html").string();
+  try {
+    with_kept_runs(summary.directory,
+                   [&] { study_page((folder / "results.json").string()).write(page); });
+    return page;
+  } catch (const OutputRefused& e) {
+    throw WriteError(page, e.error);
+  } catch (const InputError& e) {  // without gnuplot; the answer stands all the same
+    print_lines(stderr, "firn: no page: {}\n", e.what());
+    return "";
   }
 }
 
@@ -124,10 +142,13 @@ int run_study(const Arguments& a) {
   const StudySummary summary = calibrate(options);
   if (summary.record) save(*summary.record, *database);
   draw_example(summary);
+  const bool ended = summary.verdict != StudyVerdict::interrupted;
+  const std::string page = ended ? write_page(summary) : "";
   if (a.batch.json) {
     print_lines(stdout, "{}\n", summary.json);
   } else {
-    print_lines(stdout, "{}\n\n{}", summary.headline, summary.table);
+    print_lines(stdout, "{}\n{}\n{}", summary.table, summary.headline,
+                ended ? study_conclusion(summary.json, page) : "");
     print_lines(stderr, "Everything about this study is in {}\n", summary.directory);
   }
   if (!summary.not_saved.empty()) {

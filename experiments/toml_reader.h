@@ -155,7 +155,9 @@ class TomlTable {
   unsigned line_;
 };
 
-// The candidate nearest to `word` by edit distance; the first of equals.
+// The likely candidate: one with a few other letters, else one that shares a part between
+// underscores ("friction": "static_friction"), else the nearest by edit distance. The first of
+// equals.
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace firn

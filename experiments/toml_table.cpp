@@ -359,9 +359,33 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   return result;
 }
 
+namespace {
+
+// Whether a part between underscores is the same in both: "friction" and "static_friction".
+bool share_a_part(std::string_view a, std::string_view b) {
+  const auto parts = [](std::string_view text) {
+    std::vector<std::string_view> all;
+    for (std::size_t at = 0; at <= text.size();) {
+      const std::size_t end = std::min(text.find('_', at), text.size());
+      all.push_back(text.substr(at, end - at));
+      at = end + 1;
+    }
+    return all;
+  };
+  const std::vector<std::string_view> of_a = parts(a);
+  return std::ranges::any_of(parts(b), [&](std::string_view part) {
+    return part.size() > 2 && std::ranges::find(of_a, part) != of_a.end();
+  });
+}
+
+}  // namespace
+
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
-  return *std::ranges::min_element(
-      candidates, {}, [&](std::string_view candidate) { return edit_distance(word, candidate); });
+  return *std::ranges::min_element(candidates, {}, [&](std::string_view candidate) {
+    const int distance = edit_distance(word, candidate);
+    const bool typo = distance <= std::max(1, static_cast<int>(word.size()) / 3);
+    return std::pair(typo ? 0 : share_a_part(word, candidate) ? 1 : 2, distance);
+  });
 }
 
 }  // namespace firn

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/toml_reader.h"
 #include "tests/scratch_folder.h"
 
 namespace firn {
@@ -277,6 +278,20 @@ TEST(Case, EveryShapeKind) {
       "{shape = \"cube\", position = \"5 0 0 cm\"}]");
   EXPECT_NEAR(pair.mass, 2, 1e-12);
   EXPECT_NEAR(pair.box.x(), 0.2, 1e-12);
+}
+
+TEST(Case, SuggestionsNameTheLikelyKey) {
+  const std::vector<std::string_view> keys = {"static_friction", "dynamic_friction",
+                                              "restitution",     "rolling_resistance",
+                                              "sliding_speed",   "shape"};
+  for (const auto& [word, wanted] : {std::pair{"friction", "static_friction"},
+                                     {"static_frction", "static_friction"},
+                                     {"restituton", "restitution"},
+                                     {"speed", "sliding_speed"},
+                                     {"rolling", "rolling_resistance"},
+                                     {"shapes", "shape"},
+                                     {"dynamic_frction", "dynamic_friction"}})
+    EXPECT_EQ(nearest(word, keys), wanted) << word;
 }
 
 TEST(Case, MeshesAreFoundByContent) {
