@@ -35,10 +35,12 @@ struct Facets {
 // A convex polygon with corners at random on an ellipse.
 std::vector<Eigen::Vector2d> random_outline(Dice& dice, int corners) {
   std::vector<double> angles;
+  angles.reserve(corners);
   for (int i = 0; i < corners; ++i) angles.push_back(dice.between(-3.1, 3.1));
   std::ranges::sort(angles);
   const double x = dice.between(-0.01, 0.01), y = dice.between(-0.01, 0.01);
   std::vector<Eigen::Vector2d> out;
+  out.reserve(corners);
   for (const double a : angles) out.emplace_back(x + 0.01 * std::cos(a), y + 0.006 * std::sin(a));
   return out;
 }
@@ -108,7 +110,7 @@ TEST(RegionEnergy, CutsOfAFacetChangeNothing) {
   }
 }
 
-// Concave outlines and outlines with holes.
+// A notched outline.
 TEST(RegionEnergy, OutlinesNeedNotBeConvex) {
   Facets whole, parts;
   whole.add({{0, 0}, {0.02, 0}, {0.02, 0.01}, {0.01, 0.002}, {0, 0.01}}, 1e-4, 0.01, -0.02);

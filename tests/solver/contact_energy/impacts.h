@@ -36,8 +36,9 @@ struct Dice {
 
 inline std::vector<Vec3> box_corners(const Vec3& size) {
   std::vector<Vec3> out;
+  out.reserve(8);
   for (int i = 0; i < 8; ++i)
-    out.push_back(0.5 * size.cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+    out.emplace_back(0.5 * size.cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
   return out;
 }
 
@@ -46,12 +47,13 @@ inline Solid box(const Vec3& size) { return make_solid(box_corners(size)); }
 // A random convex polyhedron with corners on a sphere, its origin inside.
 inline Solid random_solid(Dice& dice, int corners, double radius) {
   std::vector<Vec3> points;
+  points.reserve(corners);
   for (int i = 0; i < 4; ++i)  // around the origin
-    points.push_back(radius * (Vec3(i == 1 || i == 2 ? 1 : -1, i == 1 || i == 3 ? 1 : -1,
-                                    i == 2 || i == 3 ? 1 : -1) +
-                               0.4 * dice.direction())
-                                  .normalized());
-  for (int i = 4; i < corners; ++i) points.push_back(radius * dice.direction());
+    points.emplace_back(radius * (Vec3(i == 1 || i == 2 ? 1 : -1, i == 1 || i == 3 ? 1 : -1,
+                                       i == 2 || i == 3 ? 1 : -1) +
+                                  0.4 * dice.direction())
+                                     .normalized());
+  for (int i = 4; i < corners; ++i) points.emplace_back(radius * dice.direction());
   return make_solid(points);
 }
 
@@ -82,7 +84,8 @@ inline Body crescent(int arcs, int facets, double dish) {
     for (const Solid::Edge& e : hull.edges) {
       const Vec3 &from = hull.vertices[e.vertex[0]], &to = hull.vertices[e.vertex[1]];
       const double first = normal.dot(from) - offset, last = normal.dot(to) - offset;
-      if ((first < 0) != (last < 0)) points.push_back(from + first / (first - last) * (to - from));
+      if ((first < 0) != (last < 0))
+        points.emplace_back(from + first / (first - last) * (to - from));
     }
     body.push_back(make_solid(points));
   }

@@ -68,7 +68,7 @@ void cut(Polytope& p, const Plane& plane, bool of_a) {
       if (first <= 0) loop.push_back(from);
       if (first == 0) rim.push_back(from);
       if (first * last < 0) {
-        rim.push_back(from + first / (first - last) * (to - from));
+        rim.emplace_back(from + first / (first - last) * (to - from));
         loop.push_back(rim.back());
       }
     }
