@@ -159,7 +159,7 @@ TEST_F(Limits, TomlIsNotNestedDeeply) {
   for (const Reader& reader : toml_readers())
     for (const auto& [text, said] : texts) {
       SCOPED_TRACE(reader.what);
-      replace(reader.file, [&](const auto& file) { std::ofstream(file) << text; });
+      replace(reader.file, [&content = text](const auto& file) { std::ofstream(file) << content; });
       EXPECT_THAT(refusal(reader.command), HasSubstr(said));
       put_back();
     }
