@@ -8,6 +8,7 @@
 #include "calibrate/advice.h"
 #include "calibrate/goodness.h"
 #include "calibrate/identify.h"
+#include "calibrate/outliers.h"
 #include "calibrate/sensitivity.h"
 #include "calibrate/study.h"
 
@@ -84,10 +85,12 @@ struct Answer {
   std::vector<Advice> advice;              // best first
   int rounds = 0;                          // of refinement
   std::string stopped;                     // why refinement ended, a sentence
+  int reused = 0;                          // runs of other studies with which it began
   int budget_runs = 0, budget_left = 0;    // of Budget::runs, all experiments together
   std::string left_because;                // why some are left, a sentence
   std::optional<Goodness> goodness;        // of all targets together, and of the priors
   std::optional<Goodness> without_priors;  // where there are priors
+  std::vector<OutlierRun> outliers;        // of `points`: left out
   std::vector<std::string> cautions;       // what limits the verdict, a clause each
   double cut_short_share = 0;              // of runs near the answer that failed or met a limit
   std::optional<DirectOutcome> direct;

@@ -46,7 +46,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   const TomlTable t = root.required_table("budget");
   t.allow({"runs", "time", "centre_runs", "numerics_runs", "design_points", "runs_per_point",
            "refine_rounds", "refine_points", "confirm_runs", "anchor_runs", "compare_runs",
-           "least_gain"});
+           "least_gain", "reuse"});
   const int experiments = static_cast<int>(study.experiments.size());
   const bool bounded = t.has("runs"), by_time = t.has("time");
   const int runs = bounded ? t.integer("runs", 1) / experiments : 0;
@@ -58,6 +58,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   };
   Budget b;
   b.runs = runs;
+  b.reuse = t.boolean("reuse", true);
   b.centre_runs = read("centre_runs", 1, plan.centre_runs);
   b.numerics_runs = read("numerics_runs", 1, plan.numerics_runs, 2);
   b.design_points = read("design_points", 1, plan.design_points);

@@ -30,17 +30,28 @@ double wall_of(const std::vector<Point>& points) {
   return sum;
 }
 
-// The pooled noise and this sample's own spread, each with its degrees of freedom.
-double standard_error(const Knowledge* knowledge, const ResponseId& response, const Sample& s) {
+// The pooled noise and this sample's own spread, each with its degrees of freedom; where the noise
+// is not uniform, this sample among them, that of the neighbourhood in place of the pooled one.
+double standard_error(const Knowledge* knowledge, const ResponseId& response, const VectorXd& u,
+                      const Sample& s) {
   if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
   double squares = s.sum_of_squares, freedom = s.count - 1;
   if (knowledge != nullptr)
     for (const auto* models : {&knowledge->targets, &knowledge->observed})
-      for (const ResponseModel& m : *models)
-        if (m.response.label == response.label) {
-          squares += m.noise.degrees_of_freedom * std::pow(m.noise.at(s.mean), 2);
+      for (const ResponseModel& m : *models) {
+        if (m.response.label != response.label) continue;
+        const double pooled = std::pow(m.noise.at(s.mean), 2);
+        std::vector<NoiseSite> sites = m.noise_sites;
+        if (s.count >= 2 && pooled > 0) sites.push_back({u, squares / pooled, freedom});
+        const LocalNoise local(std::move(sites));
+        if (local.uniform()) {
+          squares += m.noise.degrees_of_freedom * pooled;
           freedom += m.noise.degrees_of_freedom;
+        } else {
+          freedom = local.freedom(u);
+          squares = freedom * local.factor(u) * pooled;
         }
+      }
   return std::sqrt(widened(squares / freedom, freedom) / s.count);
 }
 
@@ -71,7 +82,7 @@ void observe(const Study& study, const Knowledge* knowledge, const Point& point,
   const auto add = [&](const ResponseId& response) {
     const Sample s = sample(point.finished(response));
     set.observed.push_back(
-        {response.label, point.unit(response), s, standard_error(knowledge, response, s)});
+        {response.label, point.unit(response), s, standard_error(knowledge, response, point.u, s)});
   };
   for (const Target& t : study.targets) add(t.response);
   for (const Observed& o : study.observed) add(o.response);
@@ -83,7 +94,7 @@ void Calibration::explore() {
   const Budget& b = study_.budget;
   const auto d = static_cast<Eigen::Index>(study_.parameters.size());
   const std::vector<double> middle = tidy_values(study_.parameters, VectorXd::Constant(d, 0.5));
-  std::vector<Point>& points = a_.points;
+  std::vector<Point> points;
   for (std::size_t i = 0; i < study_.compare.size() && b.compare_runs > 0; ++i)
     points.push_back(campaign_.point(compare_phase + study_.compare[i].name, static_cast<int>(i),
                                      study_.compare[i].values,
@@ -96,6 +107,17 @@ void Calibration::explore() {
     numerics_.back().set = check.set;
     numerics_.back().only = check.only;
   }
+  // What others have run comes first; a run counts at one point only.
+  std::vector<Point> reused = reused_points();
+  for (Point& p : reused)
+    for (const Point& asked : points)
+      if (p.values == asked.values)
+        std::erase_if(p.seeds, [&](std::uint64_t seed) {
+          return std::find(asked.seeds.begin(), asked.seeds.end(), seed) != asked.seeds.end();
+        });
+  std::erase_if(reused, [](const Point& p) { return p.seeds.empty(); });
+  reused_ = reused.size();
+  points.insert(points.begin(), reused.begin(), reused.end());
   // In one batch, so that nobody waits for the slowest of either.
   const auto asked = static_cast<std::ptrdiff_t>(points.size());
   points.insert(points.end(), numerics_.begin(), numerics_.end());
@@ -103,7 +125,17 @@ void Calibration::explore() {
   campaign_.run(points);
   numerics_.assign(points.begin() + asked, points.end());
   points.erase(points.begin() + asked, points.end());
+  a_.points = std::move(points);
+  for (const Point& p : reused) a_.reused += static_cast<int>(p.seeds.size());
+  a_.reused *= static_cast<int>(study_.experiments.size());
   spread_design();
+}
+
+std::vector<Point> Calibration::reused_points() {
+  const Budget& b = study_.budget;
+  if (!b.reuse || b.runs == 0 || b.rounds_stated) return {};
+  const int most = b.runs - b.centre_runs - b.confirm_runs;
+  return campaign_.reusable(most * static_cast<int>(study_.experiments.size()));
 }
 
 // A design that fills the ranges.
@@ -115,9 +147,12 @@ void Calibration::spread_design() {
   std::vector<VectorXd> taken;
   for (const Point& p : a_.points) taken.push_back(p.u);
   std::vector<Point> design;
-  for (const VectorXd& u :
-       maximin_latin_hypercube(b.design_points * more_points_,
-                               static_cast<int>(study_.parameters.size()), study_.seed, taken))
+  const int planned = b.design_points * more_points_;
+  int count = planned - std::min(planned, static_cast<int>(reused_));
+  if (reused_ > 0) count = std::clamp((seeds_left() - b.confirm_runs) / seeds_each_, 0, count);
+  const int d = static_cast<int>(study_.parameters.size());
+  if (count == 0) return;
+  for (const VectorXd& u : maximin_latin_hypercube(count, d, study_.seed, taken))
     design.push_back(campaign_.point("design", static_cast<int>(design.size()),
                                      tidy_values(study_.parameters, u),
                                      seed_range(study_.seed, seeds_each_)));
@@ -204,8 +239,34 @@ bool Calibration::explore_further() {
   return true;
 }
 
+// More seeds where runs are suspect, then the outliers among all.
+void Calibration::check_outliers() {
+  constexpr std::size_t points_at_most = 4;
+  constexpr int seeds = 3;  // that tell which of them is wrong
+  a_.outliers = mark_outliers(study_, a_.points);
+  std::vector<Point> again;
+  std::vector<std::size_t> where;
+  int left =
+      study_.budget.runs > 0 ? seeds_left() - seeds_reserved() : std::numeric_limits<int>::max();
+  for (const std::size_t i : suspect_points(study_, a_.points, points_at_most)) {
+    const int more = seeds - static_cast<int>(a_.points[i].seeds.size());
+    if (more > left) break;
+    left -= more;
+    where.push_back(i);
+    again.push_back(a_.points[i]);
+    std::uint64_t next = again.back().seeds.back();
+    for (int k = 0; k < more; ++k) again.back().seeds.push_back(++next);
+  }
+  if (again.empty()) return;
+  progress_.phase("repeating suspect runs");
+  campaign_.run(again);
+  for (std::size_t i = 0; i < where.size(); ++i) a_.points[where[i]] = again[i];
+  a_.outliers = mark_outliers(study_, a_.points);
+}
+
 // False when the finished runs are too few for a model.
 bool Calibration::fit() {
+  check_outliers();
   a_.knowledge = learn(study_, a_.points);
   if (!a_.knowledge) {
     a_.verdict = StudyVerdict::too_few_runs;
@@ -399,6 +460,16 @@ void Calibration::describe_knowledge() {
   } else if (!agrees(a_.best)) {
     a_.verdict = StudyVerdict::unconfirmed;
   }
+  if (!a_.outliers.empty())
+    a_.cautions.push_back(a_.outliers.size() == 1
+                              ? "one outlier run was left out"
+                              : fmt::format("{} outlier runs were left out", a_.outliers.size()));
+  for (std::size_t k = 0; k < study_.targets.size(); ++k)
+    if (const Observation& o = a_.best.observed[k];
+        o.standard_error > agreement * study_.targets[k].uncertainty)
+      a_.cautions.push_back(
+          fmt::format("{} is confirmed to +- {:.2g} only, and was measured to +- {:.2g}",
+                      o.response, o.standard_error, study_.targets[k].uncertainty));
   for (const ResponseModel& m : a_.knowledge->targets)
     if (!m.explains_its_runs())
       a_.cautions.push_back(
@@ -408,15 +479,23 @@ void Calibration::describe_knowledge() {
 void Calibration::confirm() {
   const Budget& b = study_.budget;
   int seeds = b.confirm_runs;
-  // Runs that no further batch can use confirm.
-  if (b.runs > 0 && budget_used_)
-    seeds = std::max(seeds, seeds_left() - (a_.valley.empty() ? 0 : 2 * b.anchor_runs));
-  std::vector<Point> batch = {campaign_.point("confirm", 0, a_.best.values,
-                                              seed_range(study_.seed + confirm_seeds, seeds))};
+  // Runs that are left confirm: all, where no batch can use them, else as many again.
+  if (b.runs > 0 && !b.rounds_stated) {
+    const int left = seeds_left() - (a_.valley.empty() ? 0 : 2 * b.anchor_runs);
+    seeds = std::max(seeds, budget_used_ ? left : std::min(left, 2 * b.confirm_runs));
+  }
+  std::uint64_t first = study_.seed + confirm_seeds;
+  // Another study may have confirmed the same parameters: its runs are in the fit.
+  for (const Point& p : a_.points)
+    if (p.values == a_.best.values)
+      for (const std::uint64_t seed : p.seeds) first = std::max(first, seed + 1);
+  std::vector<Point> batch = {
+      campaign_.point("confirm", 0, a_.best.values, seed_range(first, seeds))};
   progress_.phase("confirming with fresh seeds");
   campaign_.run(batch);
-  observe(study_, &*a_.knowledge, batch[0], a_.best);
   a_.points.push_back(batch[0]);
+  a_.outliers = mark_outliers(study_, a_.points);
+  observe(study_, &*a_.knowledge, a_.points.back(), a_.best);
 }
 
 void Calibration::check_valley_ends() {
@@ -429,8 +508,10 @@ void Calibration::check_valley_ends() {
         seed_range(study_.seed + anchor_seeds + i * anchor_stride, study_.budget.anchor_runs)));
   progress_.phase("checking the ends of the valley");
   campaign_.run(batch);
-  for (std::size_t i = 0; i < ends.size(); ++i) observe(study_, &*a_.knowledge, batch[i], *ends[i]);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
+  a_.outliers = mark_outliers(study_, a_.points);
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    observe(study_, &*a_.knowledge, a_.points[a_.points.size() - ends.size() + i], *ends[i]);
 }
 
 CheckedSet Calibration::checked(const std::string& name, const Point& point) const {
@@ -470,8 +551,8 @@ void Calibration::compare_numerics() {
       const Sample here = sample(centre->finished(response));
       if (there.count == 0 || here.count == 0) return;
       outcome.shifts.push_back({response.label, centre->unit(response), there.mean - here.mean,
-                                std::hypot(standard_error(knowledge, response, there),
-                                           standard_error(knowledge, response, here))});
+                                std::hypot(standard_error(knowledge, response, centre->u, there),
+                                           standard_error(knowledge, response, centre->u, here))});
     };
     for (const Target& t : study_.targets) compare(t.response);
     for (const Observed& o : study_.observed) compare(o.response);

@@ -38,9 +38,11 @@ class Calibration {
 
  private:
   void explore();
+  std::vector<Point> reused_points();
   void spread_design();
   bool quiet() const;
   bool explore_further();
+  void check_outliers();
   bool fit();
   void judge_fit();
   bool simulated_nearby(const Eigen::VectorXd& u) const;
@@ -69,11 +71,12 @@ class Calibration {
   std::vector<Point> numerics_;
   Eigen::VectorXd best_;      // unit cube
   int seeds_each_ = 1;        // at each point of the design and of the refinement
+  std::size_t reused_ = 0;    // points
   int more_points_ = 1;       // times as many as planned
   bool budget_used_ = false;  // refinement ended for want of runs
 };
 
-// Fills in what the runs of a point gave; `knowledge` (may be null) has the pooled noise.
+// Fills in what the runs of a point gave; `knowledge` (may be null) has the noise.
 void observe(const Study& study, const Knowledge* knowledge, const Point& point, CheckedSet& set);
 // "ice_ice = 0.094, ice_plastic = 0.085"
 std::string parameter_text(const Study& study, const std::vector<double>& values);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -14,14 +15,22 @@ std::vector<double> Point::finished(const ResponseId& response) const {
   if (response.experiment >= results.size()) return values;
   for (const JobResult& r : results[response.experiment])
     if (cut_short(r.status)) return {};
-  for (const JobResult& r : results[response.experiment]) {
-    if (r.status != JobStatus::finished) continue;
-    for (const Response& candidate : r.responses)
-      if (candidate.name == response.name && candidate.value.size() == 1 &&
-          std::isfinite(candidate.value[0]))
-        values.push_back(candidate.value[0]);
+  const auto left_out = outliers.find(response.label);
+  for (std::size_t s = 0; s < results[response.experiment].size(); ++s) {
+    if (left_out != outliers.end() && left_out->second.contains(s)) continue;
+    if (const auto y = value(response, s)) values.push_back(*y);
   }
   return values;
+}
+
+std::optional<double> Point::value(const ResponseId& response, std::size_t seed) const {
+  const JobResult& r = results[response.experiment][seed];
+  if (r.status != JobStatus::finished) return std::nullopt;
+  for (const Response& candidate : r.responses)
+    if (candidate.name == response.name && candidate.value.size() == 1 &&
+        std::isfinite(candidate.value[0]))
+      return candidate.value[0];
+  return std::nullopt;
 }
 
 std::string Point::unit(const ResponseId& response) const {
@@ -67,6 +76,8 @@ Sample sample(const std::vector<double>& values) {
 Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
                    BatchProgress& progress, std::string folder, const std::atomic<bool>* interrupt)
     : study_(study),
+      journal_(journal),
+      store_(store),
       batch_(executor, journal, store, progress, interrupt),
       folder_(std::move(folder)) {}
 
@@ -99,6 +110,68 @@ std::string Campaign::describe(const Point& point) const {
         fmt::format("{}={}{}{}", p.name, point.values[i], p.unit.empty() ? "" : " ", p.unit));
   }
   return fmt::format("{}", fmt::join(parts, " "));
+}
+
+// The opposite of describe(); nothing for other parameters than the study's.
+std::optional<std::vector<double>> Campaign::values_of(const std::string& text) const {
+  std::vector<double> values;
+  std::size_t at = 0;
+  const auto take = [&](const std::string& word) {
+    if (text.compare(at, word.size(), word) != 0) return false;
+    at += word.size();
+    return true;
+  };
+  for (const Parameter& p : study_.parameters) {
+    if (!values.empty() && !take(" ")) return std::nullopt;
+    if (!take(p.name + "=")) return std::nullopt;
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data() + at, end, value);
+    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+    at = static_cast<std::size_t>(rest - text.data());
+    if (!p.unit.empty() && !take(" " + p.unit)) return std::nullopt;
+    values.push_back(value);
+  }
+  if (at != text.size()) return std::nullopt;
+  return values;
+}
+
+std::vector<Point> Campaign::reusable(int most_runs) {
+  std::vector<Point> points;
+  const auto add = [&](const std::vector<double>& values, std::uint64_t seed) {
+    for (Point& p : points)
+      if (p.values == values) {
+        if (std::find(p.seeds.begin(), p.seeds.end(), seed) == p.seeds.end())
+          p.seeds.push_back(seed);
+        return;
+      }
+    points.push_back(point(reused_phase, static_cast<int>(points.size()), values, {seed}));
+  };
+  const std::vector<JournalRun> before = journal_.runs();
+  for (const JournalRun& run : before)
+    if (run.label.phase == reused_phase && run.program == program())
+      if (const auto values = values_of(run.label.parameters)) add(*values, run.label.seed);
+  if (!before.empty() || store_ == nullptr) return points;
+  int runs = 0;
+  const int each = static_cast<int>(study_.experiments.size());
+  for (const RunStore::Known& known : store_->of_other_studies(program())) {
+    if (runs + each > most_runs) break;
+    const auto values = values_of(known.parameters);
+    if (!values) continue;
+    bool ended = true;
+    for (std::size_t i = 0; i < values->size(); ++i)
+      ended = ended && (*values)[i] >= study_.parameters[i].min &&
+              (*values)[i] <= study_.parameters[i].max;
+    const Point one = point(reused_phase, 0, *values, {known.seed});
+    for (std::size_t e = 0; ended && e < study_.experiments.size(); ++e) {
+      const auto outcome = store_->find(batch_run(one, e, known.seed).job.key);
+      ended = outcome && !cut_short(outcome->status);
+    }
+    if (!ended) continue;
+    add(*values, known.seed);
+    runs += each;
+  }
+  return points;
 }
 
 BatchRun Campaign::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {

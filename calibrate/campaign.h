@@ -27,7 +27,11 @@ struct Point {
   std::optional<std::size_t> only;              // experiment; without it, all
   std::vector<std::vector<JobResult>> results;  // [experiment][seed]
   std::vector<std::vector<std::string>> keys;   // of the runs, [experiment][seed]
+  // Indices of seeds by the label of a response of which they give no value (outliers.h).
+  std::map<std::string, std::set<std::size_t>> outliers = {};
 
+  // Of the run with this index of its seed; nothing when it is no number.
+  std::optional<double> value(const ResponseId& response, std::size_t seed) const;
   // Values of a response over the finished runs; runs in which it is not a number are left out.
   // Nothing when a limit cut one of the runs short: those that got through are the fast ones, and
   // may well be the ones with another response.
@@ -63,6 +67,12 @@ class Campaign {
 
   Point point(const std::string& phase, int number, const std::vector<double>& values,
               const std::vector<std::uint64_t>& seeds) const;
+  // Points within the ranges that other studies of the same case have run, as the store knows them,
+  // with the seeds whose runs have ended in all experiments; of at most so many runs together.
+  // Which they are is decided when the folder of the study is new, and then read off its journal.
+  // Their phase is `reused_phase`.
+  std::vector<Point> reusable(int most_runs);
+  static constexpr const char* reused_phase = "reused";
   // Fills in the results. Throws BatchInterrupted, and InputError when the case does not take the
   // parameters or does not have the responses.
   void run(std::vector<Point>& points);
@@ -76,7 +86,11 @@ class Campaign {
   std::string describe(const Point& point) const;
   void check_responses(std::size_t experiment, const JobResult& result) const;
 
+  std::optional<std::vector<double>> values_of(const std::string& parameters) const;
+
   const Study& study_;
+  Journal& journal_;
+  RunStore* store_;
   Batch batch_;
   std::string folder_;
   std::set<std::string> asked_;  // keys

@@ -94,9 +94,18 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
 void spread_over(const Posterior& posterior, const Study& study, std::vector<Combination>& all) {
   for (Combination& c : all) {
     double squares = 0;
-    for (std::size_t s = 0; s < posterior.u.size(); ++s)
-      squares += posterior.weight[s] * std::pow(value_at(study, c, posterior.u[s]) - c.value, 2);
+    std::vector<double> distances;
+    for (std::size_t s = 0; s < posterior.u.size(); ++s) {
+      distances.push_back(std::abs(value_at(study, c, posterior.u[s]) - c.value));
+      squares += posterior.weight[s] * distances.back() * distances.back();
+    }
     c.spread = std::sqrt(squares);
+    c.distance_95 = weighted_quantile(distances, posterior.weight, 0.95);
+    if (!c.bends()) continue;
+    // The ends of a bent valley are far off, and hold little of the posterior.
+    for (std::size_t s = 0; s < distances.size(); ++s)
+      if (posterior.cost[s] <= posterior.cost_95)
+        c.distance_95 = std::max(c.distance_95, distances[s]);
   }
 }
 

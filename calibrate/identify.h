@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,13 @@ struct Combination {
   // Root mean square distance from `value` all over the posterior: much above sd where the valley
   // bends away from its direction at the answer.
   double spread = 0;
+  // From `value`, of the nearest 95 % of the posterior; where the valley bends, of all of the 95 %
+  // region.
+  double distance_95 = 0;
+  bool bends() const { return spread > 1.5 * sd; }
   VarianceSplit split;  // of sd^2
+  // What is stated of it: true all over the posterior, not only near the answer.
+  double uncertainty() const { return std::max({sd, spread, distance_95 / 2}); }
 };
 // What counts against a direction: all that is uncertain, or the measurements alone, as if the
 // responses were known perfectly.

@@ -290,7 +290,7 @@ MaterialFamily material_family(const Study& study, const Answer& answer,
     kept.identified = c.identified;
     if (c.identified) {
       kept.value = c.value;
-      if (std::isfinite(c.sd)) kept.uncertainty = c.sd;
+      if (std::isfinite(c.uncertainty())) kept.uncertainty = c.uncertainty();
     }
     family.combinations.push_back(kept);
   }

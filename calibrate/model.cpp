@@ -34,6 +34,26 @@ double pooled_sd(const std::vector<Sample>& samples, bool relative, int degrees_
 
 bool inside(const VectorXd& u) { return u.minCoeff() >= -1e-9 && u.maxCoeff() <= 1 + 1e-9; }
 
+// Points with several seeds tell of the noise by their scatter; others by how far the model, fitted
+// to all others, is from them, as far as that is noise.
+std::vector<NoiseSite> noise_sites(const ResponseModel& m, const SurrogateData& data) {
+  const VectorXd z = m.surrogate.best.leave_one_out_z();
+  std::vector<NoiseSite> sites;
+  for (Index i = 0; i < data.y.size(); ++i) {
+    const Sample& s = m.samples[static_cast<std::size_t>(i)];
+    const double pooled = std::pow(m.noise.at(s.mean), 2);
+    if (!(pooled > 0)) continue;
+    const VectorXd u = data.u.row(i).transpose();
+    if (s.count >= 2) {
+      sites.push_back({u, s.sum_of_squares / pooled, s.count - 1.0});
+    } else {
+      const double share = pooled / (pooled + m.surrogate.best.predict(u).variance);
+      sites.push_back({u, share * z[i] * z[i], share});
+    }
+  }
+  return sites;
+}
+
 std::optional<ResponseModel> model_response(const ResponseId& response,
                                             const std::vector<Point>& points) {
   std::vector<const Point*> used;
@@ -62,6 +82,13 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
   ResponseModel m{
       response,          unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(),
       data.y.maxCoeff(), 0};
+  m.noise_sites = noise_sites(m, data);
+  m.local_noise = LocalNoise(m.noise_sites);
+  if (!m.local_noise.uniform()) {
+    for (Index i = 0; i < n; ++i)
+      data.noise_variance[i] *= m.local_noise.factor(data.u.row(i).transpose());
+    m.surrogate = choose_surrogate(data);
+  }
   m.largest_leave_one_out_z = m.surrogate.best.leave_one_out_z().cwiseAbs().maxCoeff();
   return m;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibrate/campaign.h"
+#include "calibrate/noise.h"
 #include "calibrate/optimize.h"
 #include "calibrate/surrogate.h"
 #include "experiments/small_samples.h"
@@ -33,6 +34,8 @@ struct ResponseModel {
   std::vector<Sample> samples;     // one per point of the fit
   double lowest = 0, highest = 0;  // means of the points
   double largest_leave_one_out_z = 0;
+  std::vector<NoiseSite> noise_sites = {};  // relative to `noise`
+  LocalNoise local_noise = {};              // of these sites
   // Whether the largest leave-one-out error is one that chance gives more often than once in a
   // hundred models. If not, what the model says of its uncertainty is not to be relied on.
   bool explains_its_runs() const;

@@ -159,15 +159,23 @@ Marginal marginal(const Parameter& parameter, const Posterior& p, Index i) {
   for (std::size_t s = 0; s < x.size(); ++s)
     m.sd += p.weight[s] * (x[s] - m.mean) * (x[s] - m.mean);
   m.sd = std::sqrt(m.sd);
-  const double low = weighted_quantile(x, p.weight, 0.025);
-  const double high = weighted_quantile(x, p.weight, 0.975);
-  m.low = parameter.from_unit(low);
+  // An end of the range may be the truth when samples there are no worse than a profile allows; a
+  // central interval would never hold it.
+  constexpr double end = 0.02;
+  double least = p.cost.front(), at_low = std::numeric_limits<double>::infinity(), at_high = at_low;
+  for (std::size_t s = 0; s < x.size(); ++s) {
+    least = std::min(least, p.cost[s]);
+    if (x[s] < end) at_low = std::min(at_low, p.cost[s]);
+    if (x[s] > 1 - end) at_high = std::min(at_high, p.cost[s]);
+  }
+  m.at_min = at_low - least <= wilks_95;
+  m.at_max = at_high - least <= wilks_95;
+  const double low = m.at_min ? 0 : weighted_quantile(x, p.weight, m.at_max ? 0.05 : 0.025);
+  const double high = m.at_max ? 1 : weighted_quantile(x, p.weight, m.at_min ? 0.95 : 0.975);
+  m.low = m.at_min ? parameter.min : parameter.from_unit(low);
   m.median = parameter.from_unit(weighted_quantile(x, p.weight, 0.5));
-  m.high = parameter.from_unit(high);
+  m.high = m.at_max ? parameter.max : parameter.from_unit(high);
   m.width_ratio = m.sd / prior_sd(parameter);
-  constexpr double at_end = 0.03;  // a flat density would leave 2.5 % below
-  m.at_min = low < at_end;
-  m.at_max = high > 1 - at_end;
   return m;
 }
 

@@ -12,10 +12,12 @@ namespace firn {
 
 // Everything a parameter may still be, weighed by the data over the whole range.
 struct Marginal {
-  double mean = 0, sd = 0;               // unit cube
-  double low = 0, median = 0, high = 0;  // 2.5, 50 and 97.5 %, the parameter's own unit
-  double width_ratio = 0;                // sd after over sd before: near 1, nothing was learned
-  bool at_min = false, at_max = false;   // the interval runs into an end of the range
+  double mean = 0, sd = 0;  // unit cube
+  // Of 95 %, the parameter's own unit: central, or one-sided from an end of the range where the
+  // truth may be.
+  double low = 0, median = 0, high = 0;
+  double width_ratio = 0;               // sd after over sd before: near 1, nothing was learned
+  bool at_min = false, at_max = false;  // that end of the range is within the interval
 };
 
 struct Posterior {

@@ -66,7 +66,8 @@ Json model_json(const ResponseModel& m) {
           {"seed_noise",
            {{"sd", m.noise.sd},
             {"relative", m.noise.relative},
-            {"degrees_of_freedom", m.noise.degrees_of_freedom}}}};
+            {"degrees_of_freedom", m.noise.degrees_of_freedom},
+            {"uniform", m.local_noise.uniform()}}}};
 }
 
 Json parameters_json(const Study& study, const Answer& a) {
@@ -113,7 +114,8 @@ Json combinations_json(const Study& study, const Answer& a) {
     Json j = {{"identified", c.identified},
               {"terms", terms},
               {"value", c.identified ? number(c.value) : nullptr},
-              {"uncertainty", c.identified ? number(c.sd) : nullptr},
+              {"uncertainty", c.identified ? number(c.uncertainty()) : nullptr},
+              {"uncertainty_near_the_answer", c.identified ? number(c.sd) : nullptr},
               {"spread_over_posterior", c.spread},
               {"singular_value", c.singular_value}};
     if (c.identified) j["split"] = split_json(c.split);
@@ -204,6 +206,13 @@ std::string render_json(const Study& study, const Answer& a) {
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
   j["cautions"] = a.cautions;
+  j["outliers"] = Json::array();
+  for (const OutlierRun& o : a.outliers)
+    j["outliers"].push_back({{"response", o.response.label},
+                             {"parameters", named_values(study, a.points[o.point].values)},
+                             {"seed", a.points[o.point].seeds[o.seed]},
+                             {"value", o.value},
+                             {"median_of_other_seeds", o.others}});
   if (!a.best.values.empty()) j["answer"] = checked_json(study, a.best);
   if (a.goodness) j["goodness_of_fit"] = goodness_json(study, *a.goodness);
   if (a.without_priors)
@@ -226,8 +235,10 @@ std::string render_json(const Study& study, const Answer& a) {
                           {"claimed_distance", number(a.direct->claimed)},
                           {"fresh_distance", number(a.direct->fresh)}};
   if (a.budget_runs > 0)
-    j["budget"] = {
-        {"runs", a.budget_runs}, {"left", a.budget_left}, {"left_because", a.left_because}};
+    j["budget"] = {{"runs", a.budget_runs},
+                   {"reused", a.reused},
+                   {"left", a.budget_left},
+                   {"left_because", a.left_because}};
   if (!a.stopped.empty()) j["refinement"] = {{"rounds", a.rounds}, {"stopped", a.stopped}};
   j["models"] = Json::array();
   if (a.knowledge) {

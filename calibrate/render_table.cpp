@@ -57,6 +57,9 @@ void print_models(Out& out, const Answer& a) {
           m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
           m.noise.relative ? " %" : unit_text(m.unit), m.noise.degrees_of_freedom,
           m.largest_leave_one_out_z);
+    if (!m.local_noise.uniform())
+      print(out,
+            "    its noise is not the same all over the ranges: it is modelled place by place\n");
     if (!m.explains_its_runs())
       print(
           out,
@@ -150,9 +153,6 @@ std::string term(double coefficient, const Parameter& p, bool first) {
                      p.logarithmic ? ")" : "");
 }
 
-// A combination that strays by so much more than its uncertainty holds near the answer only.
-constexpr double bends = 1.5;
-
 void print_identified(Out& out, const Study& study, const Answer& a) {
   if (!a.posterior) return;
   print(out, "\nWhat the data determine\n");
@@ -183,13 +183,13 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
     print(out,
           "  determined:      {} = {:.3f} +- {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
           "surrogate {:.3f})\n",
-          combination_text(study, c), c.value, c.sd, std::sqrt(c.split.measurement),
+          combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
           std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
-    if (c.spread > bends * c.sd)
+    if (c.bends())
       print(out,
-            "    so near the answer; farther off the equally good parameters bend away from it, by "
-            "{:.3f} (root mean square)\n",
-            c.spread);
+            "    +- {:.3f} near the answer; farther off the equally good parameters bend away from "
+            "it, by {:.3f} (root mean square)\n",
+            c.sd, c.spread);
   }
 }
 
@@ -296,6 +296,12 @@ std::string render_table(const Study& study, const Answer& a) {
   print_numerics(out, a);
   print_best(out, study, a);
   print_goodness(out, a);
+  for (const OutlierRun& o : a.outliers) {
+    const Point& p = a.points[o.point];
+    print(out, "\nOutlier, left out: {} = {:.4g} at ", o.response.label, o.value);
+    print_values(out, study, p.values);
+    print(out, ", seed {}; other seeds there give {:.4g}\n", p.seeds[o.seed], o.others);
+  }
   print_direct(out, a);
   print_identified(out, study, a);
   print_valley(out, study, a);
@@ -303,6 +309,8 @@ std::string render_table(const Study& study, const Answer& a) {
   if (!a.stopped.empty())
     print(out, "\nAfter {} round{} of refinement: {}\n", a.rounds, a.rounds == 1 ? "" : "s",
           a.stopped);
+  if (a.reused > 0)
+    print(out, "{} of the runs were made by other studies of the same case\n", a.reused);
   if (a.budget_left > 0)
     print(out, "{} of the budget's {} runs are left: {}\n", a.budget_left, a.budget_runs,
           a.left_because);

@@ -77,6 +77,7 @@ struct Budget {
   // from it, unless stated.
   int refine_rounds = 0;
   bool rounds_stated = false;
+  bool reuse = true;      // begin with what other studies have run; only with a number of runs
   int refine_points = 0;  // points in each
   int confirm_runs = 0;   // fresh seeds at the answer; only these are reported
   int anchor_runs = 0;    // fresh seeds at either end of a valley of equal answers; 0: none

@@ -198,6 +198,29 @@ void Surrogate::fit() {
 }
 
 Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
+  Prediction p = predict_alone(u, gradients);
+  if (!companion_) return p;
+  const Prediction q = companion_->predict(u, gradients);
+  const double b = companion_share_, a = 1 - b, apart = p.mean - q.mean;
+  if (gradients) {
+    p.variance_gradient = a * p.variance_gradient + b * q.variance_gradient +
+                          2 * a * b * apart * (p.mean_gradient - q.mean_gradient);
+    p.mean_gradient = a * p.mean_gradient + b * q.mean_gradient;
+  }
+  p.mean = a * p.mean + b * q.mean;
+  p.variance = a * p.variance + b * q.variance + a * b * apart * apart;
+  p.noise_variance = a * p.noise_variance + b * q.noise_variance;
+  return p;
+}
+
+Surrogate Surrogate::mixed_with(const Surrogate& other, double share) const {
+  Surrogate s = *this;
+  s.companion_ = std::make_shared<const Surrogate>(other);
+  s.companion_share_ = share;
+  return s;
+}
+
+Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients) const {
   const Index d = u.size();
   const double share = 1 / static_cast<double>(members_.size());
   const VectorXd h = basis(u), bh = belief_.asDiagonal() * h, trend = h_ * bh;
@@ -309,6 +332,9 @@ Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_varianc
   s.h_.conservativeResize(n + 1, Eigen::NoChange);
   s.h_.row(n) = basis(u).transpose();
   for (Member& m : s.members_) s.factorize(m);
+  if (companion_)
+    s.companion_ =
+        std::make_shared<const Surrogate>(companion_->with_believed_point(u, noise_variance));
   return s;
 }
 
@@ -338,7 +364,11 @@ SurrogateChoice choose_surrogate(const SurrogateData& data) {
   const Surrogate* other = pick([&](const SurrogateForm& f) {
     return f.matern != best->form().matern || f.quadratic != best->form().quadratic;
   });
-  return {*best, *other};
+  // Weights by predictive density (pseudo Bayesian model averaging).
+  constexpr double negligible = 0.02;
+  const double share =
+      1 / (1 + std::exp(best->leave_one_out_score() - other->leave_one_out_score()));
+  return {share > negligible ? best->mixed_with(*other, share) : *best, *other};
 }
 
 }  // namespace firn

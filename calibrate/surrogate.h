@@ -15,6 +15,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +68,9 @@ class Surrogate {
   // how much would a run there teach?
   Surrogate with_believed_point(const Eigen::VectorXd& u, double noise_variance) const;
 
+  // This model with a share of another in its predictions: what they disagree by is uncertain.
+  Surrogate mixed_with(const Surrogate& other, double share) const;
+
  private:
   // One set of hyperparameters, and what follows from it and the data.
   struct Member {
@@ -82,6 +86,7 @@ class Surrogate {
     double error = 0, variance = 0, log_density = 0;
   };
   Prediction predict(const Eigen::VectorXd& u, bool gradients) const;
+  Prediction predict_alone(const Eigen::VectorXd& u, bool gradients) const;
   void fit();
   void factorize(Member& member) const;
   Eigen::LDLT<Eigen::MatrixXd> covariance(const Member& member) const;
@@ -94,18 +99,20 @@ class Surrogate {
 
   SurrogateData data_;
   SurrogateForm form_;
-  double shift_ = 0, scale_ = 1;  // z = (T(y) - shift) / scale
-  Eigen::VectorXd z_, z_noise_;   // standardised data and noise variance
-  Eigen::MatrixXd h_;             // [points, basis]
-  Eigen::VectorXd belief_;        // prior variance of each coefficient
-  Member most_likely_;            // not factorised
-  std::vector<Member> members_;   // equally believable
+  double shift_ = 0, scale_ = 1;                // z = (T(y) - shift) / scale
+  Eigen::VectorXd z_, z_noise_;                 // standardised data and noise variance
+  Eigen::MatrixXd h_;                           // [points, basis]
+  Eigen::VectorXd belief_;                      // prior variance of each coefficient
+  Member most_likely_;                          // not factorised
+  std::vector<Member> members_;                 // equally believable
+  std::shared_ptr<const Surrogate> companion_;  // of the mixture; null: none
+  double companion_share_ = 0;
   double inflation_ = 1;  // of the predicted variance: mean square of the leave-one-out errors
 };
 
 // The form among those that the number of points allows with the best leave-one-out score; the
 // simpler one wins a near tie. `other` is the best of the other kind of departure or trend, for a
-// cross-check.
+// cross-check; `best` predicts with a share of it that follows from the scores.
 struct SurrogateChoice {
   Surrogate best;
   Surrogate other;

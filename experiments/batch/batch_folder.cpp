@@ -13,6 +13,7 @@
 
 #include "experiments/batch/slurm_executor.h"
 #include "experiments/output_file.h"
+#include "experiments/sha256.h"
 
 namespace firn {
 namespace {
@@ -74,7 +75,7 @@ BatchFolder::BatchFolder(const BatchFolderOptions& options)
   journal_file(options.directory, options.must_exist);  // the directory is there
   lock_.emplace(options.directory);  // before the journal, which a batch at work may hold
   journal_.emplace(options.directory, options.identity, options.must_exist);
-  if (!options.store.empty()) store_.emplace(options.store);
+  if (!options.store.empty()) store_.emplace(options.store, sha256(options.identity));
   if (options.replace_executor == nullptr) own_ = make_executor(options, *journal_);
   executor_ = own_ ? own_.get() : options.replace_executor;
 }

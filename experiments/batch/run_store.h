@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "experiments/batch/journal.h"
 #include "experiments/batch/sqlite.h"
@@ -14,13 +15,23 @@ class RunStore {
  public:
   // Opens or makes the file; several processes of one machine may use it at once. Throws InputError
   // when that is not possible.
-  explicit RunStore(const std::string& file);
+  // `study`: identity of the study whose runs are added.
+  explicit RunStore(const std::string& file, const std::string& study = "");
 
   std::optional<JobResult> find(const std::string& key);
   // Keeps an outcome. That of a run which was cut short gives way to any later one.
   void add(const PlannedRun& run, const JobResult& result);
 
+  // Parameters (RunLabel::parameters) and seed of a run.
+  struct Known {
+    std::string parameters;
+    std::uint64_t seed = 0;
+  };
+  // Those of the runs that other studies added with this program, in the order in which they came.
+  std::vector<Known> of_other_studies(const std::string& program);
+
  private:
+  std::string study_;
   Database db_;
 };
 

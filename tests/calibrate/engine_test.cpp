@@ -286,7 +286,8 @@ TEST(Refinement, AValleyThatBendsIsToldFromAStraightOne) {
       folder / "out", experiment);
   EXPECT_THAT(s.table, HasSubstr("bend away from it"));
   const json c = json::parse(s.json)["combinations"][0];
-  EXPECT_GT(c["spread_over_posterior"], 3 * c["uncertainty"].get<double>());
+  EXPECT_GT(c["spread_over_posterior"], 3 * c["uncertainty_near_the_answer"].get<double>());
+  EXPECT_GE(c["uncertainty"], c["spread_over_posterior"]);
 }
 
 TEST(Limits, RunsThatMeetALimitBiasNothing) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/goodness.h"
+#include "calibrate/noise.h"
 #include "calibrate/random.h"
 #include "tests/calibrate/fake_experiment.h"
 
@@ -146,7 +147,7 @@ TEST(Misfit, ResidualsOfOppositeSignsThatAreEachSmallAreTooMuchTogether) {
 }
 
 TEST(MisfitLong, FalseAlarmsAndPower) {
-  constexpr int studies = 40;
+  constexpr int studies = 24;
   fmt::print("targets: share rejected when right; one wrong by 5 sd; opposing by 2 sd\n");
   double alarms = 0;
   for (const int count : {1, 2, 3, 4, 6, 8, 12}) {
@@ -304,6 +305,201 @@ TEST(Report, EachFitIsFollowedByItsSimulation) {
       ++lines;
     }
   EXPECT_EQ(lines, 2) << o.summary.table;
+}
+
+// Squares of `seeds` deviations at random places; in a corner they are `factor` times as large.
+LocalNoise scattered(int sites, int seeds, double factor, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<NoiseSite> all;
+  for (int i = 0; i < sites; ++i) {
+    NoiseSite site{Eigen::Vector2d(uniform(random), uniform(random)), 0, seeds - 1.0};
+    const double scale = site.u.minCoeff() > 0.5 ? factor : 1;
+    for (int k = 1; k < seeds; ++k) site.squares += scale * std::pow(normal(random), 2);
+    all.push_back(site);
+  }
+  return LocalNoise(all);
+}
+
+TEST(Noise, ThatDiffersFromPlaceToPlaceIsModelledSo) {
+  int uniform_ones = 0, local_ones = 0, told = 0;
+  for (std::uint64_t s = 0; s < 40; ++s) {
+    uniform_ones += scattered(20, 2, 1, s).uniform();
+    const LocalNoise local = scattered(30, 3, 50, s);
+    if (local.uniform()) continue;
+    ++local_ones;
+    told += local.factor(Eigen::Vector2d(0.8, 0.8)) > 3 * local.factor(Eigen::Vector2d(0.2, 0.2));
+  }
+  EXPECT_GE(uniform_ones, 37);
+  EXPECT_GE(local_ones, 36);
+  EXPECT_GE(told, 34);
+  EXPECT_TRUE(LocalNoise().uniform());
+  EXPECT_EQ(LocalNoise().factor(Eigen::Vector2d(0.5, 0.5)), 1);
+}
+
+// 30 % of the runs are 5 higher in one corner, where the answer is.
+TEST(NoiseLong, TheErrorOfAnAnswerWhereSomeRunsAreHigherIsStated) {
+  double squares = 0;
+  constexpr int studies = 40;
+  for (int s = 0; s < studies; ++s) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(777 + s));
+    const double a = 0.65 + 0.3 * uniform(random), b = 0.65 + 0.3 * uniform(random);
+    const std::vector<Aim> aims = {{10 + 6 * a + 1.5 + 0.4 * normal(random), 0.4},
+                                   {10 + 6 * b + 0.4 * normal(random), 0.4}};
+    const Outcome o = carry_out(
+        study_text(unit_square, aims, 40, 1 + 10000 * s), [](const Values& v, auto& noise) {
+          const bool corner = v.at("a") > 0.5 && v.at("b") > 0.5;
+          const double more = corner && uniform(noise) < 0.3 ? 5 : 0;
+          return std::vector{10 + 6 * v.at("a") + more + 0.4 * normal(noise),
+                             10 + 6 * v.at("b") + 0.4 * normal(noise)};
+        });
+    const json& answer = o.j["answer"]["parameters"];
+    const double corner = answer["a"] > 0.5 && answer["b"] > 0.5 ? 1.5 : 0;
+    const json& t0 = o.j["answer"]["simulated"]["t0"];
+    squares += std::pow((t0["value"].get<double>() - 10 - 6 * answer["a"].get<double>() - corner) /
+                            t0["standard_error"].get<double>(),
+                        2);
+  }
+  fmt::print("rms error / stated error: {:.2f}\n", std::sqrt(squares / studies));
+  EXPECT_LT(std::sqrt(squares / studies), 2);  // 3.5 with the pooled noise alone
+}
+
+TEST(Outliers, AreFoundByOtherSeedsReportedAndLeftOut) {
+  int found = 0;
+  for (const double absurd : {1e9, -1e6, 1e3}) {
+    int run = 0;
+    const Outcome o = carry_out(study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 40, 1),
+                                [&](const Values& v, auto& random) {
+                                  const double t = 10 + 8 * v.at("a") + 0.4 * normal(random);
+                                  return std::vector{++run % 13 == 9 ? absurd : t,
+                                                     10 + 8 * v.at("b") + 0.4 * normal(random)};
+                                });
+    for (const char* name : {"a", "b"}) {
+      const json& p = o.j["parameters"][name[0] - 'a'];
+      EXPECT_LT(p["interval_95"][0], 0.5) << o.summary.table;
+      EXPECT_GT(p["interval_95"][1], 0.5) << o.summary.table;
+      EXPECT_LT(p["width_ratio"], 0.5);
+    }
+    for (const json& outlier : o.j["outliers"]) EXPECT_EQ(outlier["value"], absurd);
+    EXPECT_GE(o.j["outliers"].size(), 1u);
+    EXPECT_THAT(o.summary.table, HasSubstr("Outlier, left out: t0 = "));
+    EXPECT_THAT(o.summary.headline, HasSubstr("left out"));
+    EXPECT_EQ(o.summary.verdict, StudyVerdict::calibrated) << o.summary.table;
+    found += static_cast<int>(o.j["outliers"].size());
+  }
+  EXPECT_LE(found, 10);
+}
+
+TEST(Outliers, AValueThatAllSeedsHaveIsNone) {
+  // A step of the response, and noise of which a third is far off.
+  for (const bool step : {true, false}) {
+    const Outcome o = carry_out(
+        study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 40, 1), [&](const Values& v, auto& random) {
+          const double t = 10 + 8 * v.at("a") + 0.4 * normal(random);
+          const bool high = step ? v.at("a") > 0.85 && v.at("b") > 0.85 : uniform(random) < 0.3;
+          return std::vector{t + (high ? 1000 : 0), 10 + 8 * v.at("b") + 0.4 * normal(random)};
+        });
+    EXPECT_TRUE(o.j["outliers"].empty()) << o.summary.table;
+  }
+}
+
+TEST(Border, TheIntervalOfATruthOnTheBorderHoldsIt) {
+  for (const double a : {0.0, 1.0}) {
+    const Outcome o = carry_out(study_text(unit_square, {{10 + 8 * a, 0.8}, {14, 0.8}}, 40, 1),
+                                [](const Values& v, auto& random) {
+                                  return std::vector{10 + 8 * v.at("a") + 0.4 * normal(random),
+                                                     10 + 8 * v.at("b") + 0.4 * normal(random)};
+                                });
+    const json& p = o.j["parameters"][0];
+    EXPECT_EQ(p["interval_95"][a == 0 ? 0 : 1], a) << o.summary.table;
+    EXPECT_TRUE(p[a == 0 ? "at_min" : "at_max"].get<bool>());
+    EXPECT_FALSE(p[a == 0 ? "at_max" : "at_min"].get<bool>());
+    EXPECT_FALSE(o.j["parameters"][1]["at_min"].get<bool>());
+  }
+}
+
+// One response along a bent valley determines a combination only near the answer.
+TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
+  int off = 0;
+  for (int s = 0; s < 6; ++s) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(50 + s));
+    const double a = s % 2 == 0 ? 0 : uniform(random), b = uniform(random);
+    const auto response = [](double x, double y) { return 10 * (x - 0.2) * (x - 0.2) + 8 * y; };
+    const Outcome o = carry_out(
+        study_text(unit_square, {{response(a, b) + 0.3 * normal(random), 0.3}}, 40, 1 + 1000 * s),
+        [&](const Values& v, auto& noise) {
+          return std::vector{response(v.at("a"), v.at("b")) + 0.2 * normal(noise)};
+        });
+    const json& c = o.j["combinations"][0];
+    if (!c["identified"].get<bool>()) continue;
+    const double truth = c["terms"][0]["coefficient"].get<double>() * a +
+                         c["terms"][1]["coefficient"].get<double>() * b;
+    const bool told = o.summary.table.find("bend away from it") != std::string::npos;
+    off += !told && std::abs(truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
+    EXPECT_GE(c["uncertainty"], c["uncertainty_near_the_answer"]);
+  }
+  EXPECT_EQ(off, 0);
+}
+
+// A study with a store; how many runs it had to simulate.
+struct Stored {
+  explicit Stored(const std::string& name) : folder(name) {}
+  json run(const std::string& name, const std::string& text, int& simulated) {
+    FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+      const double a = v.at("a"), b = v.at("b");
+      return finished({scalar("t0", 10 + 8 * a + 4 * a * b + 2 * normal(random), "1"),
+                       scalar("t1", 10 + 8 * b + 2 * normal(random), "1")});
+    });
+    StudyOptions options;
+    options.study_file = folder.write(name + ".toml", text);
+    options.directory = folder / name;
+    options.store = folder / "store.db";
+    options.show_progress = options.plot = false;
+    options.replace_executor = &experiment;
+    const json j = json::parse(calibrate(options).json);
+    simulated = experiment.runs;
+    return j;
+  }
+  Folder folder;
+};
+
+TEST(Reuse, LargerBudgetsOtherRangesAndMoreTargetsGoOnFromWhatWasRun) {
+  Stored stored("reuse");
+  const std::vector<Aim> both = {{14, 0.5}, {14, 0.5}};
+  int simulated = 0;
+  const json first = stored.run("forty", study_text(unit_square, both, 40, 1), simulated);
+  EXPECT_EQ(simulated, 40 - first["budget"]["left"].get<int>());
+  const int forty = simulated;
+  const json larger = stored.run("sixty", study_text(unit_square, both, 60, 1), simulated);
+  EXPECT_LE(simulated, 60 - forty) << larger.dump(1);
+  EXPECT_EQ(larger["runs"]["total"], forty + simulated);
+  EXPECT_GT(larger["budget"]["reused"], 30);
+  // The same again, in another folder: nothing is new, and the answer is the same.
+  const json again = stored.run("again", study_text(unit_square, both, 60, 1), simulated);
+  EXPECT_EQ(simulated, 0);
+  EXPECT_EQ(again["answer"], larger["answer"]);
+  // Going on in the folder of a study changes nothing either.
+  EXPECT_EQ(stored.run("sixty", study_text(unit_square, both, 60, 1), simulated), larger);
+  EXPECT_EQ(simulated, 0);
+  const json narrower =
+      stored.run("narrower", study_text({{"a", 0, 0.9}, {"b", 0, 1}}, both, 60, 1), simulated);
+  EXPECT_LE(simulated, 20);
+  const json wider =
+      stored.run("wider", study_text({{"a", -0.2, 1}, {"b", 0, 1.1}}, both, 75, 1), simulated);
+  EXPECT_LE(simulated, 25);
+  // No reuse, where the study says so.
+  std::string alone = study_text(unit_square, both, 41, 7);
+  alone.insert(alone.find("runs = 41"), "reuse = false\n");
+  EXPECT_EQ(stored.run("alone", alone, simulated)["budget"]["reused"], 0);
+}
+
+TEST(Reuse, AnotherTargetCostsNoRunThatWasMade) {
+  Stored stored("target");
+  int simulated = 0;
+  stored.run("one", study_text(unit_square, {{14, 0.5}}, 40, 1), simulated);
+  const json two =
+      stored.run("two", study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 44, 1), simulated);
+  EXPECT_LE(simulated, 12);
+  EXPECT_LE(two["runs"]["total"], 44);
 }
 
 }  // namespace
