@@ -1,9 +1,9 @@
 #include "experiments/results_guard.h"
 
 #include <fmt/format.h>
-#include <signal.h>
 #include <sys/stat.h>
 
+#include <csignal>
 #include <cstring>
 #include <mutex>
 #include <set>
