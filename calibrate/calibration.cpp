@@ -30,29 +30,28 @@ double wall_of(const std::vector<Point>& points) {
   return sum;
 }
 
-// The pooled noise and this sample's own spread, each with its degrees of freedom; where the noise
-// is not uniform, this sample among them, that of the neighbourhood in place of the pooled one.
+// By the pooled noise and this sample's own spread, each with its degrees of freedom; where the
+// noise is not uniform, this sample among them, by that of the neighbourhood if it is larger: few
+// seeds that happen to agree are no proof of a quiet place.
 double standard_error(const Knowledge* knowledge, const ResponseId& response, const VectorXd& u,
                       const Sample& s) {
   if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
-  double squares = s.sum_of_squares, freedom = s.count - 1;
+  const double own_freedom = s.count - 1;
+  double variance = s.sum_of_squares / own_freedom, freedom = own_freedom, local_variance = 0;
   if (knowledge != nullptr)
     for (const auto* models : {&knowledge->targets, &knowledge->observed})
       for (const ResponseModel& m : *models) {
         if (m.response.label != response.label) continue;
         const double pooled = std::pow(m.noise.at(s.mean), 2);
+        freedom = own_freedom + m.noise.degrees_of_freedom;
+        variance = (s.sum_of_squares + m.noise.degrees_of_freedom * pooled) / freedom;
         std::vector<NoiseSite> sites = m.noise_sites;
-        if (s.count >= 2 && pooled > 0) sites.push_back({u, squares / pooled, freedom});
+        if (s.count >= 2 && pooled > 0)
+          sites.push_back({u, s.sum_of_squares / pooled, own_freedom});
         const LocalNoise local(std::move(sites));
-        if (local.uniform()) {
-          squares += m.noise.degrees_of_freedom * pooled;
-          freedom += m.noise.degrees_of_freedom;
-        } else {
-          freedom = local.freedom(u);
-          squares = freedom * local.factor(u) * pooled;
-        }
+        if (!local.uniform()) local_variance = widened(local.factor(u) * pooled, local.freedom(u));
       }
-  return std::sqrt(widened(squares / freedom, freedom) / s.count);
+  return std::sqrt(std::max(widened(variance, freedom), local_variance) / s.count);
 }
 
 }  // namespace

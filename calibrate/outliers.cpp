@@ -6,7 +6,7 @@
 namespace firn {
 namespace {
 
-constexpr double far = 15;               // robust standard deviations between seeds
+constexpr double far = 40;               // robust standard deviations between seeds
 constexpr double far_from_around = 20;   // of the differences to the nearest points
 constexpr double to_deviation = 1.4826;  // median absolute deviation of a normal distribution
 constexpr double many = 0.1;             // of all runs

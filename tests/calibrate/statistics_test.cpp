@@ -336,33 +336,6 @@ TEST(Noise, ThatDiffersFromPlaceToPlaceIsModelledSo) {
   EXPECT_EQ(LocalNoise().factor(Eigen::Vector2d(0.5, 0.5)), 1);
 }
 
-// 30 % of the runs are 5 higher in one corner, where the answer is.
-TEST(NoiseLong, TheErrorOfAnAnswerWhereSomeRunsAreHigherIsStated) {
-  double squares = 0;
-  constexpr int studies = 40;
-  for (int s = 0; s < studies; ++s) {
-    std::mt19937_64 random(static_cast<std::uint64_t>(777 + s));
-    const double a = 0.65 + 0.3 * uniform(random), b = 0.65 + 0.3 * uniform(random);
-    const std::vector<Aim> aims = {{10 + 6 * a + 1.5 + 0.4 * normal(random), 0.4},
-                                   {10 + 6 * b + 0.4 * normal(random), 0.4}};
-    const Outcome o = carry_out(
-        study_text(unit_square, aims, 40, 1 + 10000 * s), [](const Values& v, auto& noise) {
-          const bool corner = v.at("a") > 0.5 && v.at("b") > 0.5;
-          const double more = corner && uniform(noise) < 0.3 ? 5 : 0;
-          return std::vector{10 + 6 * v.at("a") + more + 0.4 * normal(noise),
-                             10 + 6 * v.at("b") + 0.4 * normal(noise)};
-        });
-    const json& answer = o.j["answer"]["parameters"];
-    const double corner = answer["a"] > 0.5 && answer["b"] > 0.5 ? 1.5 : 0;
-    const json& t0 = o.j["answer"]["simulated"]["t0"];
-    squares += std::pow((t0["value"].get<double>() - 10 - 6 * answer["a"].get<double>() - corner) /
-                            t0["standard_error"].get<double>(),
-                        2);
-  }
-  fmt::print("rms error / stated error: {:.2f}\n", std::sqrt(squares / studies));
-  EXPECT_LT(std::sqrt(squares / studies), 2);  // 3.5 with the pooled noise alone
-}
-
 TEST(Outliers, AreFoundByOtherSeedsReportedAndLeftOut) {
   int found = 0;
   for (const double absurd : {1e9, -1e6, 1e3}) {
