@@ -90,7 +90,9 @@ void runs_as_its_readme_says(const std::string& name) {
     if (arguments[0] == "view") {
       arguments.push_back("--no-open");
       const pid_t pid = in_project(arguments);
-      std::this_thread::sleep_for(std::chrono::seconds(2));
+      for (int i = 0; i < 1200 && !read_text(folder.path() / ".out").ends_with("\n"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::this_thread::sleep_for(std::chrono::seconds(1));  // the page of the case is made
       ::kill(pid, SIGINT);
       const Outcome o = folder.wait(pid);
       EXPECT_EQ(o.status, 0) << o.err;

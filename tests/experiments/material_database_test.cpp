@@ -230,7 +230,8 @@ TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
     try {
       for (int i = 0; i < 1000; ++i) database.add({printed_record()});
     } catch (const RunError& e) {
-      return std::string(e.what()).find("cannot write: File too large") == std::string::npos ? 2 : 0;
+      return std::string(e.what()).find("cannot write: File too large") == std::string::npos ? 2
+                                                                                             : 0;
     }
     return 3;
   });

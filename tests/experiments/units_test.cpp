@@ -112,8 +112,7 @@ TEST(Units, SayWhatIsWrong) {
   EXPECT_EQ(length("inf m"), "\"inf m\" is not finite; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("nan m"), "\"nan m\" is not finite; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("1e999 m"), "\"1e999 m\" is not finite; expected a length, such as \"2.4 in\"");
-  EXPECT_EQ(length("1e290 Tm^1"),
-            "\"1e290 Tm^1\" is beyond 1000000 m; expected a length up to it");
+  EXPECT_EQ(length("1e290 Tm^1"), "\"1e290 Tm^1\" is beyond 1000000 m; expected a length up to it");
   EXPECT_EQ(length("1e308 km"),
             "\"1e308 km\" is not finite; expected a length, such as \"2.4 in\"");
   EXPECT_EQ(length("1 2 3 m"),
