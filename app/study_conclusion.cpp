@@ -69,7 +69,8 @@ std::string determined(const Json& j) {
 
 std::string simulated(const Json& set) {
   std::vector<std::string> parts;
-  for (const auto& [response, value] : set.value("simulated", Json::object()).items())
+  const Json responses = set.value("simulated", Json::object());
+  for (const auto& [response, value] : responses.items())
     parts.push_back(fmt::format("{} {:.4g} +- {:.2g}{}", response, number(value.at("value")),
                                 number(value.value("standard_error", Json())), unit_of(value)));
   return joined(parts, "no finished run");

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <cstdlib>
 
 #include "experiments/batch/slurm_task.h"
@@ -257,7 +258,10 @@ TEST(SlurmTask, LeavesAnOutcomeOnlyForWhatIsOne) {
   EXPECT_EQ(read_task_outcome(jobs[0])->status, JobStatus::failed);
   EXPECT_THROW(run_slurm_task(list, 1, nullptr), RunError);
   EXPECT_FALSE(read_task_outcome(jobs[1]));
-  EXPECT_EQ(run_slurm_task(list, 2, nullptr), 130);
+  EXPECT_THROW(run_slurm_task(list, 2, nullptr), RunError);  // a signal to the run alone
+  EXPECT_FALSE(read_task_outcome(jobs[2]));
+  const std::atomic<bool> interrupt = true;
+  EXPECT_EQ(run_slurm_task(list, 2, &interrupt), 130);  // to both
   EXPECT_FALSE(read_task_outcome(jobs[2]));
   EXPECT_THROW(run_slurm_task(list, 3, nullptr), InputError);
   EXPECT_THROW(run_slurm_task(folder / "none.json", 0, nullptr), InputError);

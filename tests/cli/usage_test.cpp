@@ -66,7 +66,7 @@ TEST(Usage, NothingToDoIsAMistake) {
 
 TEST(Usage, UnknownSubCommand) {
   const Outcome o = Folder().firn({"simulate", "case.toml"});
-  expect_one_line(o, "simulate: no such sub-command; expected one of run, measure");
+  expect_one_line(o, "simulate: no such sub-command; expected one of new, run, measure");
 }
 
 TEST(Usage, UnknownOption) { expect_one_line(Folder().firn({"run", "--sead", "3"}), "--sead"); }

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "experiments/boundary_mesh.h"
 #include "experiments/mesh_file.h"
@@ -114,6 +116,27 @@ TEST(MeshRepair, TurnsFacetsRoundAndDropsThoseWithoutArea) {
   // All of them: what is left has the right side out.
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
   EXPECT_NEAR(mass_properties(repair(mesh).mesh).volume, 6, 1e-5);
+}
+
+// A sphere with two rows of facets without area at its poles: admesh prints remarks on it.
+TEST(MeshRepair, TakesTheAnswerApartFromRemarks) {
+  TriangleMesh mesh;
+  constexpr int n = 60;
+  for (int i = 0; i <= n; ++i)
+    for (int k = 0; k < n; ++k) {
+      const double t = std::numbers::pi * i / n, p = 2 * std::numbers::pi * k / n;
+      mesh.vertices.emplace_back(std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t));
+    }
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < n; ++k) {
+      const int a = i * n + k, b = i * n + (k + 1) % n, c = a + n, d = b + n;
+      mesh.triangles.push_back({a, c, d});
+      mesh.triangles.push_back({a, d, b});
+    }
+  const MeshRepair r = repair(mesh);
+  EXPECT_GT(r.degenerate, 0);
+  EXPECT_GT(r.mesh.triangles.size(), 6000u);
+  for (const Vec3& v : r.mesh.vertices) EXPECT_LT(std::abs(v.norm() - 1), 1e-5);
 }
 
 TEST(MeshRepair, GivesUpOnALoneTriangle) {

@@ -10,6 +10,8 @@
 // before the repair, edges joined, removed, added, reversed, parts), then the repaired facets as in
 // FILE. Exit status 1 and a line on standard error when admesh fails.
 #include <admesh/stl.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdint>
@@ -32,6 +34,11 @@ int fail(const char* text) {
 
 int main(int argc, char** argv) {
   if (argc != 2) return fail("usage: firn-repair-mesh FILE");
+  // admesh prints remarks on standard output.
+  std::FILE* const answer = ::fdopen(::dup(STDOUT_FILENO), "wb");
+  const int nothing = ::open("/dev/null", O_WRONLY);
+  if (answer == nullptr || nothing < 0 || ::dup2(nothing, STDOUT_FILENO) < 0)
+    return fail("the output cannot be written");
   std::ifstream in(argv[1], std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
   using Corners = std::array<stl_vertex, 3>;
@@ -74,10 +81,10 @@ int main(int argc, char** argv) {
       s.edges_fixed,       s.facets_removed - s.degenerate_facets,
       s.facets_added,      s.facets_reversed,
       s.number_of_parts};
-  bool written = std::fwrite(counts.data(), sizeof(counts), 1, stdout) == 1;
+  bool written = std::fwrite(counts.data(), sizeof(counts), 1, answer) == 1;
   for (int i = 0; i < s.number_of_facets; ++i)
-    written &= std::fwrite(stl.facet_start[i].vertex, sizeof(Corners), 1, stdout) == 1;
-  written &= std::fflush(stdout) == 0;
+    written &= std::fwrite(stl.facet_start[i].vertex, sizeof(Corners), 1, answer) == 1;
+  written &= std::fclose(answer) == 0;
   stl_close(&stl);
   return written ? 0 : fail("the output cannot be written");
 }
