@@ -1,19 +1,17 @@
 #include "app/materials_verify.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <optional>
 
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
-#include "experiments/interruption.h"
 #include "experiments/run.h"
 #include "experiments/sha256.h"
+#include "experiments/temporary_folder.h"
 #include "experiments/terminal.h"
 #include "experiments/version.h"
 
@@ -21,28 +19,6 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A folder that vanishes with its owner.
-class Scratch {
- public:
-  Scratch() {
-    std::string name = (fs::temp_directory_path() / "firn-replay-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw RunError("cannot make a folder for the replay");
-    path_ = name;
-    temporary_.emplace(name);
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  fs::path path_;
-  std::optional<interruption::Temporary> temporary_;
-};
 
 RecordCheck check_file(const std::string& record, const RawData& data) {
   RecordCheck check{record, fmt::format("{} {}", data.what, data.file), Finding::holds, ""};
@@ -131,7 +107,7 @@ void judge(const Replayed& r, bool same_program, RecordCheck& check) {
 
 std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
                                const SimulatedCase& simulated, std::uint64_t seed, int threads) {
-  const Scratch scratch;
+  const TemporaryFolder scratch("replay");
   const Case c = read_case_text(simulated.text, r.reference() + ": case", ".",
                                 overrides_of(r, anchor, simulated, seed));
   RunOptions options;

@@ -30,20 +30,6 @@ std::string complaint(const std::string& messages) {
 
 }  // namespace
 
-Gnuplot::Gnuplot() {
-  const std::filesystem::path parent =
-      std::filesystem::absolute(std::filesystem::temp_directory_path());
-  std::string name = (parent / "firn-gnuplot-XXXXXX").string();
-  if (!mkdtemp(name.data())) throw RunError(fmt::format("{}: no such folder can be made", name));
-  folder_ = name;
-  temporary_.emplace(name);
-}
-
-Gnuplot::~Gnuplot() {
-  std::error_code ignored;  // a folder left in the temporary one does no harm
-  std::filesystem::remove_all(folder_, ignored);
-}
-
 std::string Gnuplot::image(const std::string& name, int width, int height,
                            std::span<const std::array<std::uint8_t, 3>> pixels) const {
   const std::filesystem::path file = data_file(name);
@@ -56,7 +42,7 @@ void Gnuplot::run(const std::string& script) const {
   const std::filesystem::path file = data_file("script.gp");
   write_file(file.string(), script, OutputFile::When::unsynced);
   const CommandResult r =
-      run_command({"gnuplot", "--default-settings", "script.gp"}, folder_.string());
+      run_command({"gnuplot", "--default-settings", "script.gp"}, folder_.path().string());
   if (r.status == 127) {
     throw InputError(
         "pictures need the program gnuplot, which is not installed; expected it on "

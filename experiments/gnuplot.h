@@ -8,24 +8,18 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <string>
 
-#include "experiments/interruption.h"
+#include "experiments/temporary_folder.h"
 
 namespace firn {
 
 // A temporary folder with data files for scripts. The destructor removes it.
 class Gnuplot {
  public:
-  Gnuplot();
-  ~Gnuplot();
-  Gnuplot(const Gnuplot&) = delete;
-  Gnuplot& operator=(const Gnuplot&) = delete;
-
   // Path of a file that scripts name NAME: letters, digits, `-`, `_` and `.` only.
-  std::filesystem::path data_file(const std::string& name) const { return folder_ / name; }
+  std::filesystem::path data_file(const std::string& name) const { return folder_.path() / name; }
 
   // Writes pixels (8 bits a channel, rows from the bottom up) as the data file NAME. Returns the
   // source of a plot command "with rgbimage". Throws as write_file().
@@ -48,8 +42,7 @@ class Gnuplot {
   static void check_picture(const std::string& file);
 
  private:
-  std::filesystem::path folder_;
-  std::optional<interruption::Temporary> temporary_;
+  TemporaryFolder folder_{"gnuplot"};
 };
 
 }  // namespace firn

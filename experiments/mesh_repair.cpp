@@ -5,14 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <vector>
 
 #include "experiments/batch/process.h"
-#include "experiments/interruption.h"
 #include "experiments/output_file.h"
+#include "experiments/temporary_folder.h"
 
 namespace firn {
 namespace {
@@ -49,27 +48,13 @@ std::string bytes_of(const TriangleMesh& mesh) {
 
 // A mesh may be too much for admesh: it runs apart, within limits.
 std::string repaired_by_admesh(const std::string& bytes) {
-  std::string folder = (fs::temp_directory_path() / "firn-repair-XXXXXX").string();
-  if (::mkdtemp(folder.data()) == nullptr)
-    throw RunError(fmt::format("{}: no such folder can be made", folder));
-  const interruption::Temporary temporary(folder);
-  const auto remove = [&] {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-  };
-  CommandResult result;
-  try {
-    const std::string file = folder + "/facets";
-    write_file(file, bytes);
-    ProcessLimits limits;
-    limits.processor_time = 120;
-    limits.address_space = std::size_t{4} << 30;
-    result = run_command({repair_program(), file}, {}, limits);
-  } catch (...) {
-    remove();
-    throw;
-  }
-  remove();
+  const TemporaryFolder folder("repair");
+  const std::string file = folder.file("facets");
+  write_file(file, bytes);
+  ProcessLimits limits;
+  limits.processor_time = 120;
+  limits.address_space = std::size_t{4} << 30;
+  const CommandResult result = run_command({repair_program(), file}, {}, limits);
   if (result.status == 1) throw InputError(last_line(result.err));
   if (result.status != 0) throw InputError("admesh fails on this mesh");
   return result.out;
