@@ -1,6 +1,7 @@
 // How files of users are opened: regular files alone, whose size is checked before they are read.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -14,7 +15,7 @@ struct FileStamp {
   std::uint64_t device = 0, inode = 0, size = 0;
   std::int64_t changed = 0;  // ns, time of the last change of the content
 
-  bool operator==(const FileStamp&) const = default;
+  auto operator<=>(const FileStamp&) const = default;
 };
 FileStamp stamp_of(const std::string& file);
 

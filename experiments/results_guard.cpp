@@ -1,30 +1,22 @@
 #include "experiments/results_guard.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <csignal>
 #include <cstring>
 #include <mutex>
 #include <set>
-#include <tuple>
 
 #include "experiments/batch/process.h"
+#include "experiments/input_file.h"
 #include "solver/types.h"
 
 namespace firn {
 namespace {
 
-// A file on the disk, at one moment.
-using Version = std::tuple<dev_t, ino_t, off_t, time_t, long>;
-
 std::mutex mutex;  // guards both
 std::string checker;
-std::set<Version> passed;
-
-Version version_of(const struct stat& s) {
-  return {s.st_dev, s.st_ino, s.st_size, s.st_mtim.tv_sec, s.st_mtim.tv_nsec};
-}
+std::set<FileStamp> passed;
 
 ProcessLimits limits_for(double bytes) {
   ProcessLimits limits;
@@ -52,17 +44,16 @@ void guard_results_with(const std::string& program) {
 
 void check_in_child(const std::string& file, const std::string& name) {
   std::string program;
-  struct stat found = {};
+  const FileStamp found = stamp_of(file);
   {
     const std::lock_guard lock(mutex);
-    if (checker.empty() || ::stat(file.c_str(), &found) != 0 || passed.contains(version_of(found)))
-      return;
+    if (checker.empty() || !found.exists || passed.contains(found)) return;
     program = checker;
   }
   CommandResult r;
   for (int tries = 0; tries < kTries; ++tries) {
     r = run_command({program, "check-results", file}, {},
-                    limits_for(static_cast<double>(found.st_size)));
+                    limits_for(static_cast<double>(found.size)));
     if (!was_ended(r)) break;
   }
   if (was_ended(r))
@@ -79,7 +70,7 @@ void check_in_child(const std::string& file, const std::string& name) {
         how));
   }
   const std::lock_guard lock(mutex);
-  passed.insert(version_of(found));
+  passed.insert(found);
 }
 
 }  // namespace firn
