@@ -9,6 +9,7 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/report_page.h"
 #include "app/study_conclusion.h"
 #include "calibrate/study.h"
 #include "experiments/batch/batch_folder.h"
@@ -19,7 +20,6 @@
 #include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/heap_picture.h"
-#include "reports/study_page.h"
 
 namespace firn {
 namespace {
@@ -38,22 +38,6 @@ void draw_example(const StudySummary& summary) {
     throw WriteError(summary.directory, e.error);
   } catch (const InputError& e) {
     print_lines(stderr, "firn: no picture of the heap: {}\n", e.what());
-  }
-}
-
-// The page of the study in its folder; its name, or nothing when it could not be made.
-std::string write_page(const StudySummary& summary) {
-  const std::filesystem::path folder = summary.directory;
-  const std::string page = (folder / "report.html").string();
-  try {
-    with_kept_runs(summary.directory,
-                   [&] { study_page((folder / "results.json").string()).write(page); });
-    return page;
-  } catch (const OutputRefused& e) {
-    throw WriteError(page, e.error);
-  } catch (const InputError& e) {  // without gnuplot; the answer stands all the same
-    print_lines(stderr, "firn: no page: {}\n", e.what());
-    return "";
   }
 }
 
@@ -143,7 +127,7 @@ int run_study(const Arguments& a) {
   if (summary.record) save(*summary.record, *database);
   draw_example(summary);
   const bool ended = summary.verdict != StudyVerdict::interrupted;
-  const std::string page = ended ? write_page(summary) : "";
+  const std::string page = ended ? write_folder_page(summary.directory) : "";
   if (a.batch.json) {
     print_lines(stdout, "{}\n", summary.json);
   } else {

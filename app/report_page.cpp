@@ -4,6 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "experiments/batch/batch_folder.h"
+#include "experiments/output_file.h"
+#include "experiments/terminal.h"
 #include "reports/json_values.h"
 #include "reports/run_page.h"
 #include "reports/study_page.h"
@@ -36,6 +39,19 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
   const Json json = read_results_json(source.string());
   const bool study = json.is_object() && json.contains("study");
   return study ? study_page(source.string()) : validation_page(source.string(), options);
+}
+
+std::string write_folder_page(const std::string& folder) {
+  const std::string page = default_report_file(folder).string();
+  try {
+    with_kept_runs(folder, [&] { report_page(folder, {}).write(page); });
+    return page;
+  } catch (const OutputRefused& e) {
+    throw WriteError(page, e.error);
+  } catch (const InputError& e) {  // the results stand all the same
+    print_lines(stderr, "firn: no page: {}\n", e.what());
+    return "";
+  }
 }
 
 fs::path default_report_file(const std::string& path) {

@@ -12,6 +12,10 @@ namespace firn {
 // Throws InputError for a path that is none of them.
 page::Page report_page(const std::string& path, const ValidationPageOptions& options);
 
+// Makes report.html in the folder of an ended study or validation; its name, or nothing and a line
+// on standard error when it could not be made (without gnuplot). Throws WriteError.
+std::string write_folder_page(const std::string& folder);
+
 // RUN.html, or report.html in the folder.
 std::filesystem::path default_report_file(const std::string& path);
 

@@ -7,10 +7,9 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
-#include "experiments/batch/batch_folder.h"
+#include "app/report_page.h"
 #include "experiments/interruption.h"
 #include "experiments/terminal.h"
-#include "reports/validation_page.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -49,21 +48,12 @@ int run_suite(const Arguments& a) {
                 v.directory);
     return ExitStatus::interrupted;
   }
-  const std::string page = (fs::path(v.directory) / "report.html").string();
-  try {
-    with_kept_runs(v.directory, [&] {
-      validation_page((fs::path(v.directory) / "results.json").string()).write(page);
-    });
-  } catch (const OutputRefused& e) {
-    throw WriteError(page, e.error);
-  } catch (const InputError& e) {  // without gnuplot; the verdicts stand all the same
-    print_lines(stderr, "firn: no page: {}\n", e.what());
-  }
+  const std::string page = write_folder_page(v.directory);
   print_lines(stdout, "{}{}", a.batch.json ? render_json(v) : render_table(v),
               a.batch.json ? "\n" : "");
   if (!a.batch.json)
-    print_lines(stderr, "Everything about this validation is in {}; to be read: {}\n", v.directory,
-                page);
+    print_lines(stderr, "Everything about this validation is in {}{}\n", v.directory,
+                page.empty() ? "" : "; to be read: " + page);
   return requirement_met(a, v) ? ExitStatus::done : ExitStatus::requirement_missed;
 }
 
