@@ -94,12 +94,7 @@ TEST(ContactEnergy, ElasticImpactsOfCrescentsKeepTheirEnergy) {
   int hits = 0;
   for (int i = 0; i < 12; ++i) {
     Rigid ra, rb;
-    ra.inertia = rb.inertia = box_inertia({0.061, 0.0206, 0.0137});
-    const bool in_dish = i % 2 == 0;
-    ra.set(in_dish ? Quat(Eigen::AngleAxisd(dice.between(-20, 20) * kDegree, dice.direction()))
-                   : dice.turn(),
-           {dice.between(-0.02, 0.02), dice.between(-8e-3, 8e-3), 0});
-    rb.set(in_dish ? Quat::Identity() : dice.turn(), Vec3::Zero());
+    place_crescents(dice, i % 2 == 0, ra, rb);
     const double kept =
         energy_kept(elastic_law(3e-4), body, ra, body, rb, 1e-5, dice.between(0, 1));
     if (kept == 0) continue;

@@ -210,4 +210,13 @@ void expect_gradient(const ContactOf& contact, Rigid ra, const Rigid& rb, double
   }
 }
 
+// Two crescents on their way to an impact: anywhere, or the back of a in the dish of b.
+inline void place_crescents(Dice& dice, bool in_dish, Rigid& a, Rigid& b) {
+  a.inertia = b.inertia = box_inertia({0.061, 0.0206, 0.0137});
+  a.set(in_dish ? Quat(Eigen::AngleAxisd(dice.between(-20, 20) * kDegree, dice.direction()))
+                : dice.turn(),
+        {dice.between(-0.02, 0.02), dice.between(-8e-3, 8e-3), 0});
+  b.set(in_dish ? Quat::Identity() : dice.turn(), Vec3::Zero());
+}
+
 }  // namespace firn::contact_energy
