@@ -4,7 +4,8 @@
 // with one normal and the full stiffness K of the pair, however many convex parts, facets or
 // clipped vertices lie under it. Its points share K by the area they stand for; each carries its
 // own hysteretic normal force, so that a flat face resists tilting and loses rocking energy.
-// Friction is one tangential and one torsional spring per patch. See docs/contact.md.
+// Friction is one tangential and one torsional spring per patch, with a common limit. See
+// docs/contact.md.
 #pragma once
 
 #include <algorithm>
@@ -144,9 +145,63 @@ struct FrictionStep {
   double work;  // J taken from the bodies
 };
 
+// What a uniform face holds of friction at once as a force f and a torsion m, in parts of what it
+// holds of either alone:
+//   f^2 + m^2 + c f^2 m^2 = 1,  c = kCoupledAtForce + kTurnOfCoupling m^2 / (f^2 + m^2)
+// The slopes at both ends are those of Coulomb's law integrated over a square: 12 r^2 / a^2 and
+// 2 / (r <1/d>), with d the distance from the centre and r = <d> = 0.3826 a.
+inline constexpr double kCoupledAtForce = 0.757, kTurnOfCoupling = -0.274;
+
+// The coefficient c above, of squares of a force and a torsion.
+[[gnu::always_inline]] inline double friction_coupling(double f2, double m2) {
+  const double sum = f2 + m2;
+  return kCoupledAtForce + kTurnOfCoupling * (sum > 0 ? m2 / sum : 0.0);
+}
+
+// The factor that brings both straight to the limit.
+[[gnu::always_inline]] inline double scale_to_limit(double f2, double m2) {
+  const double sum = f2 + m2;
+  const double product = friction_coupling(f2, m2) * f2 * m2;
+  return std::sqrt(2 / (sum + std::sqrt(sum * sum + 4 * product)));
+}
+
+// Factors that bring a force and a torsion back to the limit; f2, m2: their squares in parts of the
+// limits. Both 1 within the limit. Beyond it, the point of the limit curve from which they lie
+// along its normal, as slip at the limit goes along the normal. By fixed-point iteration, within 2
+// % of the limit however far beyond they are, and exact for a small excess.
+struct FrictionScale {
+  double force, torsion;
+};
+[[gnu::always_inline]] inline FrictionScale friction_scale(double f2, double m2) {
+  const double straight = scale_to_limit(f2, m2);
+  const bool beyond = straight < 1;
+  double force = straight, torsion = straight;
+  for (int i = 0; i < 2; ++i) {
+    const double f = f2 * force * force, m = m2 * torsion * torsion, sum = f + m;
+    const double turning = sum > 0 ? m / sum : 0.0;
+    const double bend = kTurnOfCoupling * (1 - turning) * turning;
+    const double c = kCoupledAtForce + kTurnOfCoupling * turning;
+    // Half the gradient of f^2 + m^2 + c f^2 m^2 is (f along_f, m along_m).
+    const double along_f = 1 + (c - bend) * m, along_m = 1 + (c + bend) * f;
+    const double way = (f2 * force + m2 * torsion - sum) / (f * along_f + m * along_m);
+    const double to_f = 1 / (1 + way * along_f), to_m = 1 / (1 + way * along_m);
+    const double rest = scale_to_limit(f2 * to_f * to_f, m2 * to_m * to_m);
+    force = rest * to_f;
+    torsion = rest * to_m;
+  }
+  return {beyond ? force : 1.0, beyond ? torsion : 1.0};
+}
+
+// True if both are held by a limit of this square.
+[[gnu::always_inline]] inline bool friction_holds(double force2, double torsion2, double limit2) {
+  const double sum = force2 + torsion2;
+  const double product = friction_coupling(force2, torsion2) * force2 * torsion2;
+  return (sum <= limit2) & (sum * limit2 + product <= limit2 * limit2);
+}
+
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
-// and a dynamic coefficient, and a torsional spring about the normal with the same slip limit at
-// the radius of the patch. A patch that bears nothing forgets. Without branches, as above.
+// and a dynamic coefficient, and a torsional spring about the normal at the radius of the patch.
+// Both share one limit. A patch that bears nothing forgets. Without branches, as above.
 [[gnu::always_inline]] inline FrictionStep advance_friction(const FrictionLaw& law,
                                                             const FrictionState& before,
                                                             double normal_force,
@@ -154,21 +209,23 @@ struct FrictionStep {
                                                             const Approach& way, double dt) {
   const bool bears = normal_force > 0;
   const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
-  const double size2 = square(trial);
+  const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
+  const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
+  const double size2 = square(trial), turn2 = free * lever * (free * lever);
   const double static_cap = law.static_friction * normal_force;
   const double dynamic_cap = law.dynamic_friction * normal_force;
   const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
-  const bool held = size2 <= dynamic_cap * dynamic_cap;
+  const bool held = friction_holds(size2, turn2, dynamic_cap * dynamic_cap);
+  const bool slips = !friction_holds(size2, turn2, static_cap * static_cap);
   double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
-  sliding = size2 > static_cap * static_cap ? 1.0 : sliding;
+  sliding = slips ? 1.0 : sliding;
   const double cap = sliding > 0 ? dynamic_cap : static_cap;
-  const double scale = size2 > cap * cap ? cap / std::sqrt(size2) : 1.0;
+  const double part = cap > 0 ? 1 / cap : 0.0;
+  const FrictionScale scale = friction_scale(size2 * part * part, turn2 * part * part);
   FrictionStep out;
-  out.state.tangential = scale * trial;
+  out.state.tangential = (cap > 0 ? scale.force : 0.0) * trial;
+  out.state.torsion = cap > 0 && torsion_radius > 0 ? scale.torsion * free : 0.0;
   out.state.sliding = bears ? sliding : 0.0;
-  const double limit = cap * torsion_radius;
-  const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
-  out.state.torsion = std::min(std::max(free, -limit), limit);
   const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -
                       0.5 * (before.torsion + out.state.torsion) * way.turn;
   out.work = bears ? work : 0.0;

@@ -154,13 +154,18 @@ TEST_F(StartTest, GoesOnAsTheEarlierRunDid) {
       most = std::max(most, std::abs(a.at((kFrame + i) * width + k) - b.at(i * width + k)));
     return most;
   };
+  bool landed = false;
   for (std::size_t i = 0; i < 15; ++i) {
     SCOPED_TRACE(i);
     const Frame a = whole.frame(kFrame + i), b = second.frame(i);
     ASSERT_NEAR(b.time, a.time - 0.15, 1e-4);
-    // Whoever touches nothing flies the same way. Those that lie: their contacts begin anew.
-    EXPECT_LT(distance(a.position[3], b.position[3]), 1e-12);
-    EXPECT_LT(distance(a.angular_velocity[3], b.angular_velocity[3]), 1e-9);
+    // A body that touches nothing flies the same way. Contacts are searched at other times: bodies
+    // that touch agree to the precision of that.
+    const bool flies = a.position[3][2] > 25e-3;
+    landed |= !flies;
+    EXPECT_LT(distance(a.position[3], b.position[3]), flies ? 1e-12 : 2e-6);
+    const double turned = distance(a.angular_velocity[3], b.angular_velocity[3]);
+    EXPECT_LT(turned, flies ? 1e-9 : 0.1);
     for (std::size_t p = 0; p < 3; ++p) EXPECT_LT(distance(a.position[p], b.position[p]), 2e-6);
     EXPECT_LT(series("/motion_frames/drawer/position", 3, i), 1e-12);
     EXPECT_LT(series("/boundaries/floor/position", 3, i), 1e-12);
@@ -169,6 +174,7 @@ TEST_F(StartTest, GoesOnAsTheEarlierRunDid) {
     EXPECT_LT(series("/motion_frames/top/orientation", 4, i), 1e-9);
     EXPECT_LT(series("/motion_frames/top/spin", 3, i), 1e-9);
   }
+  EXPECT_TRUE(landed);
   EXPECT_LT(whole.series("/motion_frames/top/spin").at(3 * 29 + 1), -1.0);  // it does turn
 }
 

@@ -180,6 +180,66 @@ std::vector<Check> spin_down() {
   return checks;
 }
 
+// Coulomb friction on a uniform rectangle that slides at `speed` (m/s) at an angle (rad) to its
+// first edge and turns at `spin` (rad/s): integrated over the face at every step. Returns the way
+// of its centre (m) until both have stopped.
+double integrated_way(double a, double b, double mu, double speed, double angle, double spin) {
+  constexpr int kCells = 40;
+  constexpr double dt = 2e-5;
+  const double inertia = (a * a + b * b) / 12;  // per mass
+  Eigen::Vector2d v(speed, 0), way(0, 0);
+  double turned = -angle;
+  for (double w = spin; v.norm() > 1e-3 || std::abs(w) * a > 1e-3;) {
+    Eigen::Vector2d force(0, 0);
+    double moment = 0;
+    for (int i = 0; i < kCells; ++i) {
+      for (int k = 0; k < kCells; ++k) {
+        const Eigen::Vector2d at =
+            Eigen::Rotation2Dd(turned) *
+            Eigen::Vector2d(a * ((i + 0.5) / kCells - 0.5), b * ((k + 0.5) / kCells - 0.5));
+        const Eigen::Vector2d slip = v + w * Eigen::Vector2d(-at.y(), at.x());
+        const double size = slip.norm();
+        if (!(size > 0)) continue;
+        const Eigen::Vector2d pull = slip * (-mu * kGravity / (kCells * kCells * size));
+        force += pull;
+        moment += at.x() * pull.y() - at.y() * pull.x();
+      }
+    }
+    way += dt * v;
+    turned += dt * w;
+    v += dt * force;
+    w += dt * moment / inertia;
+  }
+  return way.norm();
+}
+
+std::vector<Check> slide_and_spin() {
+  constexpr double mu = 0.3, speed = 0.5, stiffness = 1e6, rounding = 1e-5;
+  std::vector<Check> checks;
+  for (const auto& [a, b, tolerance] :
+       {std::array{40e-3, 40e-3, 0.01}, {60e-3, 30e-3, 0.05}, {60e-3, 12e-3, 0.12}}) {
+    for (const double angle : {0.0, 45.0}) {
+      for (const double spin : {0.0, 10.0, 20.0, 60.0, 120.0}) {
+        // Flat, so that friction at its foot does not shift the load.
+        const Shape plate = make_box({a, b, 1e-3}, scenes::ice_options(0.1, stiffness, rounding));
+        Model model = scenes::body_on_plane(plate, scenes::law(mu, 0.5));
+        model.timestep = 2e-5;
+        Solver solver(model);
+        solver.insert(0, {0, 0, 0.5e-3 - 0.1 * kGravity / stiffness}, about(Vec3::UnitZ(), -angle),
+                      {speed, 0, 0}, {0, 0, spin});
+        scenes::run(solver, 1.5);
+        const Vec3& place = solver.particles().position[0];
+        checks.push_back({fmt::format("{:g} x {:g} mm at {:g} deg, {:g} rad/s: way", 1e3 * a,
+                                      1e3 * b, angle, spin),
+                          std::hypot(place.x(), place.y()),
+                          integrated_way(a, b, mu, speed, angle * kDegree, spin), tolerance,
+                          Bound::relative, "m"});
+      }
+    }
+  }
+  return checks;
+}
+
 }  // namespace
 
 std::vector<VerificationCase> incline_cases() {
@@ -202,7 +262,14 @@ std::vector<VerificationCase> incline_cases() {
        "moment mu m g a 0.382598, that of uniform pressure (four corners: 0.707107)",
        "The contact assumes uniform pressure over the face that touches, by one torsional spring "
        "whose radius follows from the patch's second moment: exact to about 1 %.",
-       Tier::quick, spin_down}};
+       Tier::quick, spin_down},
+      {"body.slide_and_spin", "A plate that slides and spins",
+       "Coulomb friction of uniform pressure, integrated over the face at every step",
+       "Force f and torsion m, in parts of what the face holds of either alone, share the limit "
+       "f^2 + m^2 + c f^2 m^2 = 1, which has the slopes of a square at both ends. A plate of 2 : 1 "
+       "is "
+       "within 3 %, one of 5 : 1 within 12 %.",
+       Tier::quick, slide_and_spin}};
 }
 
 }  // namespace firn::verification
