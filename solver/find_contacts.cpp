@@ -112,6 +112,7 @@ class Looker {
     std::size_t used = 0;
     PartPair* const parts = s_.part_pairs.data() + pair.first_part;
     double need = list_due_parts({parts, pair.part_count}, moved);
+    bool left_to_neighbor = false;
     for (const std::uint32_t k : scratch_.due_parts) {
       PartPair& p = parts[k];
       if (contacts_.size() == used) contacts_.emplace_back();
@@ -122,10 +123,15 @@ class Looker {
       if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
         out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
       p.touching = c.manifold.points.empty() ? 0 : 1;
-      p.wake = moved + (p.touching ? 0 : slack(c.manifold.gap, law));
-      if (!p.touching) need = std::min(need, p.wake);
+      // A part that leaves its contact to the one beyond a seam takes it over as soon as that one
+      // loses it: it is queried whenever the pair is.
+      const bool at_seam = !p.touching && c.manifold.gap < law.shell;
+      left_to_neighbor |= at_seam;
+      p.wake = moved + (p.touching || at_seam ? 0 : slack(c.manifold.gap, law));
+      if (!p.touching && !at_seam) need = std::min(need, p.wake);
       used += p.touching;
     }
+    if (left_to_neighbor && used == 0) need = moved;
     out.queries = static_cast<int>(scratch_.due_parts.size());
     PatchInput in{law,
                   rotation_a,
