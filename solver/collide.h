@@ -32,6 +32,11 @@ struct Manifold {
   double area = 0;               // m^2, sum of the weights of the region
   Vec3 centroid = Vec3::Zero();  // m, A's axes
   double polar = 0;              // m^4, second polar moment about the centroid
+  // Of two faces, or of a face and a plane (face_b null): all corners of the region, also those
+  // beyond the shell. Otherwise empty.
+  std::vector<ManifoldPoint> outline;
+  const ConvexPart::Face* face_a = nullptr;
+  const ConvexPart::Face* face_b = nullptr;
 };
 
 // Gap, normal and clipped contact points of A against B, `b_in_a` placing B in A's axes.

@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <map>
+#include <vector>
 
 #include "solver/collide.h"
+#include "solver/merge_pieces.h"
 #include "solver/shape_makers.h"
 
 namespace firn {
@@ -50,6 +53,34 @@ MassProperties combine(const std::vector<Component>& components) {
   return whole;
 }
 
+// Pieces of equal rounding (m) can be merged.
+using PiecesByRounding = std::map<double, std::vector<Piece>>;
+
+// The faces of a part before it was eroded, moved.
+Piece drawn_piece(const ConvexPart& part, const Pose& pose) {
+  Piece piece;
+  for (const ConvexPart::Face& face : part.faces) {
+    const Vec3 normal = pose.rotation * face.normal;
+    const double eroded = face.internal ? 0 : part.radius;
+    piece.push_back({normal, face.offset + eroded + normal.dot(pose.translation), face.internal});
+  }
+  return piece;
+}
+
+// Adds the union of the pieces (body axes): a component is no feature of the compound.
+void add_pieces(const PiecesByRounding& pieces, Shape& shape) {
+  std::vector<Piece> all;
+  std::vector<double> roundings;
+  for (const auto& [rounding, alike] : pieces) {
+    const std::vector<Piece> merged = merge_convex_pieces(alike);
+    all.insert(all.end(), merged.begin(), merged.end());
+    roundings.resize(all.size(), rounding);
+  }
+  mark_internal_faces(all, shape.box.norm());
+  for (std::size_t i = 0; i < all.size(); ++i)
+    shape.parts.push_back(convex_part(all[i], roundings[i]));
+}
+
 }  // namespace
 
 Shape make_compound(const std::vector<Component>& components, const ShapeOptions& options) {
@@ -65,17 +96,25 @@ Shape make_compound(const std::vector<Component>& components, const ShapeOptions
   Shape shape = begin_shape(std::move(mesh), combine(components), whole);
   const Mat3 body_from_shape = shape.shape_from_body.conjugate().toRotationMatrix();
   shape.rounding = components[0].shape.rounding;
+  PiecesByRounding pieces;
   for (const auto& c : components) {
     const Pose body_pose = {
         body_from_shape * c.pose.rotation * c.shape.shape_from_body.toRotationMatrix(),
         body_from_shape * (c.pose * c.shape.centroid - shape.centroid)};
-    for (const auto& part : c.shape.parts) shape.parts.push_back(moved(part, body_pose));
+    for (const ConvexPart& part : c.shape.parts) {
+      if (part.faces.empty()) {
+        shape.parts.push_back(moved(part, body_pose));
+      } else {
+        pieces[part.radius].push_back(drawn_piece(part, body_pose));
+      }
+    }
     shape.rounding = std::min(shape.rounding, c.shape.rounding);
     if (c.shape.contact_deviation > shape.contact_deviation || shape.deviation_reason.empty()) {
       shape.contact_deviation = c.shape.contact_deviation;
       shape.deviation_reason = "component " + c.shape.name + ": " + c.shape.deviation_reason;
     }
   }
+  add_pieces(pieces, shape);
   set_reach(shape);
   find_neighbours(shape);
   return shape;

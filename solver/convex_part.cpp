@@ -323,10 +323,13 @@ void set_seams(ConvexPart& part) {
   for (const auto& face : part.faces) {
     if (!face.internal) continue;
     const auto bit = part.internal_normals.size();
-    if (bit == 32) throw InputError("a convex part has more than 32 cuts; expected fewer");
+    if (bit == kMaxSeams) {
+      throw InputError("a convex part has more than " + std::to_string(kMaxSeams) +
+                       " internal faces; expected fewer");
+    }
     part.internal_normals.push_back(face.normal);
     for (int k = 0; k < face.count; ++k) {
-      part.internal_faces[part.loops[face.first + k]] |= std::uint32_t{1} << bit;
+      part.internal_faces[part.loops[face.first + k]] |= std::uint64_t{1} << bit;
     }
   }
 }

@@ -18,6 +18,9 @@ struct HalfSpace {
   bool internal = false;
 };
 
+// Internal faces of one part: a mask of 64 bits has one for each.
+inline constexpr std::size_t kMaxSeams = 64;
+
 struct ConvexPart {
   struct Face {
     Vec3 normal;        // unit, outward
@@ -52,8 +55,8 @@ struct ConvexPart {
 
   // Seams. A contact whose nearest feature lies wholly on internal face f and whose normal points
   // out through f belongs to the neighbour there, and is dropped by this part.
-  std::vector<Vec3> internal_normals;  // at most 32
-  std::vector<std::uint32_t>
+  std::vector<Vec3> internal_normals;  // at most kMaxSeams
+  std::vector<std::uint64_t>
       internal_faces;  // [vertex_count] bit f: vertex lies on internal face f
 
   double radius = 0;           // m, sweep radius

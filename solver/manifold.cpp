@@ -124,10 +124,10 @@ bool belongs_to_neighbour(const ProjectedPart& view, const Carriers& carriers, c
                           const Region& r, double RegionPoint::*height) {
   const ConvexPart& part = view.part;
   if (part.internal_normals.empty()) return false;
-  std::uint32_t common = ~0u;
+  std::uint64_t common = ~std::uint64_t{0};
   for (int i = 0; i < carriers.count; ++i) common &= part.internal_faces[carriers.vertex[i]];
   for (int f = 0; common != 0; ++f, common >>= 1) {
-    if (!(common & 1u)) continue;
+    if (!(common & 1)) continue;
     const Vec3& seam = part.internal_normals[f];
     if (outward.dot(seam) <= kSeamTilt) continue;
     const double offset = seam.dot(part.vertex(carriers.vertex[0]));
@@ -139,9 +139,9 @@ bool belongs_to_neighbour(const ProjectedPart& view, const Carriers& carriers, c
   return false;
 }
 
-// Contact points and moments of a weighed region.
+// Contact points and moments of a weighed region; with `flat`, its outline too.
 void emit(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
-          double shell, Manifold& out) {
+          double shell, bool flat, Manifold& out) {
   out.area = r.area;
   out.polar = r.polar;
   for (int i = 0; i < r.count; ++i) {
@@ -149,6 +149,7 @@ void emit(const Region& r, const ContactBasis& frame, double radius_a, double ra
     const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;
     const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
     out.centroid += p.weight / r.area * position;
+    if (flat) out.outline.push_back({position, surface_b - surface_a, p.weight});
     if (surface_b - surface_a >= shell) continue;
     out.points.push_back({position, surface_b - surface_a, p.weight});
   }
@@ -156,6 +157,8 @@ void emit(const Region& r, const ContactBasis& frame, double radius_a, double ra
 
 void clear(Manifold& out) {
   out.points.clear();
+  out.outline.clear();
+  out.face_a = out.face_b = nullptr;
   out.area = out.polar = 0;
   out.centroid.setZero();
 }
@@ -212,7 +215,12 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
       belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
     return;
   }
-  emit(region, frame, a.radius, b.radius, shell, out);
+  const bool flat = found && on_a.face && on_b.face;
+  emit(region, frame, a.radius, b.radius, shell, flat, out);
+  if (flat) {
+    out.face_a = on_a.face;
+    out.face_b = on_b.face;
+  }
 }
 
 }  // namespace
@@ -253,9 +261,9 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
       supporting_feature(a, frame.n, Carriers(lowest), depth, 2 * a.bounding_radius);
   // A vertex on a seam that leans towards the plane is the neighbour's, who reaches lower there.
   const auto leaning_seams = [&](int i) {
-    std::uint32_t mask = a.internal_normals.empty() ? 0 : a.internal_faces[i];
+    std::uint64_t mask = a.internal_normals.empty() ? 0 : a.internal_faces[i];
     for (std::size_t f = 0; f < a.internal_normals.size(); ++f) {
-      if (frame.n.dot(a.internal_normals[f]) <= kSeamTilt) mask &= ~(1u << f);
+      if (frame.n.dot(a.internal_normals[f]) <= kSeamTilt) mask &= ~(std::uint64_t{1} << f);
     }
     return mask;
   };
@@ -271,7 +279,8 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     loop_count = 2;
   }
   for (int i = 0; i < loop_count; ++i) add(loop[i]);
-  if (loop_count > 2) weigh_polygon(region);
+  const bool flat = loop_count > 2;
+  if (flat) weigh_polygon(region);
   if (loop_count == 2) weigh_segment(region, a.radius, a.radius);
   // Whatever else is in the shell, as corners: a part that stands deep and tilted in the plane is
   // held wherever it is in.
@@ -283,7 +292,8 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     region.points[region.count - 1].weight = width * width;
     region.area += width * width;
   }
-  emit(region, frame, a.radius, 0, shell, out);
+  emit(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
+  out.face_a = feature.face;
 }
 
 }  // namespace firn

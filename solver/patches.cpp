@@ -1,6 +1,10 @@
 #include "solver/patches.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "solver/region.h"
 
 namespace firn {
 
@@ -9,6 +13,7 @@ namespace {
 constexpr double kSameFace = 0.9962;  // cosine of 5 degrees: one region whatever else
 constexpr double kSamePatch = 0.9;    // cosine: normals further apart are never one region
 constexpr double kLikeArea = 0.1;     // ratio of areas that share stiffness fairly
+constexpr double kSamePlane = 1e-3;   // of the shell
 constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
 
 std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
@@ -53,7 +58,7 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
 }
 
 // Moments of the touching region of a group, for torsion.
-struct Region {
+struct Moments {
   double area = 0;
   Vec3 centroid = Vec3::Zero();
   double polar = 0;
@@ -94,25 +99,117 @@ void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3&
   points.push_back(p);
 }
 
+bool is_same_plane(const ConvexPart::Face* a, const ConvexPart::Face* b, double tolerance) {
+  constexpr double kParallel = 1 - 1e-12;  // cosine
+  if (a == b) return true;
+  return a && b && a->normal.dot(b->normal) > kParallel &&
+         std::abs(a->offset - b->offset) <= tolerance;
+}
+
+// Contacts of faces of one plane on each body: a face that is cut, or lies on a surface that is
+// cut.
+bool is_same_flat(const Manifold& c, const Manifold& d, double tolerance) {
+  return !c.outline.empty() && !d.outline.empty() && is_same_plane(c.face_a, d.face_a, tolerance) &&
+         is_same_plane(c.face_b, d.face_b, tolerance);
+}
+
+// Corners of the convex hull of the outlines of such contacts, weighed as one face: cuts have no
+// effect on it. Nothing if it has no area.
+void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
+                  std::vector<ManifoldPoint>& out) {
+  constexpr double kOnLine = 1e-6;  // of the extent: a point on a side is no corner
+  struct Corner {
+    PlanePoint at;
+    const ManifoldPoint* point;
+  };
+  out.clear();
+  const ContactBasis frame(in.contacts[contacts[0]].manifold.normal);
+  std::vector<Corner> all, hull;
+  for (const int i : contacts) {
+    for (const ManifoldPoint& p : in.contacts[i].manifold.outline)
+      all.push_back({frame.flat(p.position), &p});
+  }
+  std::ranges::sort(all, [](const Corner& a, const Corner& b) {
+    return a.at.u != b.at.u ? a.at.u < b.at.u : a.at.v < b.at.v;
+  });
+  // Twice the area of a triangle; counter-clockwise counts as positive.
+  const auto turn = [](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
+    return (b.u - a.u) * (c.v - a.v) - (b.v - a.v) * (c.u - a.u);
+  };
+  // Both chains of the hull, counter-clockwise (Andrew 1979).
+  const auto add = [&](const Corner& next, std::size_t first) {
+    while (hull.size() >= first + 2 && turn(hull[hull.size() - 2].at, hull.back().at, next.at) <= 0)
+      hull.pop_back();
+    hull.push_back(next);
+  };
+  for (const Corner& c : all) add(c, 0);
+  hull.pop_back();
+  const std::size_t lower = hull.size();
+  for (auto c = all.rbegin(); c != all.rend(); ++c) add(*c, lower);
+  hull.pop_back();
+  double extent = 0;
+  for (const Corner& c : hull)
+    extent = std::max(extent, std::hypot(c.at.u - hull[0].at.u, c.at.v - hull[0].at.v));
+  // A corner on the line of its neighbors is the end of a cut, or a copy of one of them.
+  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3;) {
+    const PlanePoint& before = hull[(i + hull.size() - 1) % hull.size()].at;
+    const PlanePoint& after = hull[(i + 1) % hull.size()].at;
+    const double chord = std::hypot(after.u - before.u, after.v - before.v);
+    if (turn(before, hull[i].at, after) > kOnLine * extent * chord) {
+      ++i;
+    } else {
+      hull.erase(hull.begin() + static_cast<std::ptrdiff_t>(i));
+      i = i > 0 ? i - 1 : 0;
+    }
+  }
+  if (hull.size() < 3) return;
+  Region region(static_cast<int>(hull.size()), extent);
+  for (const Corner& c : hull) region.add(c.at, 0, 0);
+  weigh_polygon(region);
+  if (!(region.area > std::pow(kEdgeWidth * extent, 2))) return;
+  for (std::size_t i = 0; i < hull.size(); ++i)
+    out.push_back({hull[i].point->position, hull[i].point->gap, region.points[i].weight});
+}
+
 // One patch of the contacts in group `g`, without history.
-void make_patch(const PatchInput& in, const PatchScratch& scratch, int g, FoundPatches& out) {
+void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches& out) {
   Patch patch;
   patch.first_point = static_cast<std::uint32_t>(out.points.size());
   const double shell = in.law.shell;
   Vec3 normal = Vec3::Zero();
-  Region region;
+  Moments moments;
+  std::vector<int>& rest = scratch.stack;  // contacts of the group
+  rest.clear();
   for (std::size_t i = 0; i < in.contacts.size(); ++i) {
-    if (scratch.group[i] != g) continue;
+    if (scratch.group[i] == g) rest.push_back(static_cast<int>(i));
+  }
+  for (const int i : rest) {
     const PartContact& c = in.contacts[i];
     patch.parts_a |= bit(c.a);
     patch.parts_b |= bit(c.b);
-    region.add(c.manifold);
+    moments.add(c.manifold);
     double depth = 0;
-    for (const ManifoldPoint& p : c.manifold.points) {
-      depth += p.weight * (shell - p.gap);
-      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge);
-    }
+    for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (shell - p.gap);
     normal += depth * c.manifold.normal;
+  }
+  const auto add = [&](const ManifoldPoint& p) {
+    if (p.gap < shell)
+      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge);
+  };
+  while (!rest.empty()) {
+    const Manifold& first = in.contacts[rest[0]].manifold;
+    const auto others = std::stable_partition(rest.begin(), rest.end(), [&](int i) {
+      return i == rest[0] || is_same_flat(first, in.contacts[i].manifold, kSamePlane * shell);
+    });
+    const std::span<const int> alike(rest.begin(), others);
+    scratch.hull.clear();
+    if (alike.size() > 1) hull_of_flat(in, alike, scratch.hull);
+    for (const ManifoldPoint& p : scratch.hull) add(p);
+    for (const int i : alike) {
+      if (!scratch.hull.empty()) break;
+      for (const ManifoldPoint& p : in.contacts[i].manifold.points) add(p);
+    }
+    rest.erase(rest.begin(), others);
   }
   const std::size_t count = out.points.size() - patch.first_point;
   if (count > std::numeric_limits<std::uint16_t>::max())
@@ -135,7 +232,7 @@ void make_patch(const PatchInput& in, const PatchScratch& scratch, int g, FoundP
   }
   patch.normal = in.rotation_a * normal.normalized();
   patch.arm = in.rotation_a * center;
-  patch.torsion_radius = region.torsion_radius();
+  patch.torsion_radius = moments.torsion_radius();
   out.patches.push_back(patch);
   out.rolling.push_back(Vec3::Zero());
 }

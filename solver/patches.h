@@ -31,6 +31,7 @@ struct PatchScratch {
   std::vector<double> density;  // N, of each point of a patch
   std::vector<char> is_new;     // [points] the old patch had none there
   std::vector<int> stack;
+  std::vector<ManifoldPoint> hull;
   std::vector<char> has_parent;
 };
 

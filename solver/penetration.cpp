@@ -128,13 +128,13 @@ CoreContact refined(const Pair& p, Way best, const Allowed& allowed) {
 bool leads_through_seam(const ConvexPart& part, const Vec3& way) {
   if (part.internal_normals.empty()) return false;
   const double top = support(part, way).height;
-  std::uint32_t common = ~0u;
+  std::uint64_t common = ~std::uint64_t{0};
   for (int i = 0; i < part.vertex_count; ++i) {
     if (way.dot(part.vertex(i)) > top - kTouchingShare * part.bounding_radius)
       common &= part.internal_faces[i];
   }
   for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
-    if ((common >> f & 1u) && way.dot(part.internal_normals[f]) > kSeamTilt) return true;
+    if ((common >> f & 1) && way.dot(part.internal_normals[f]) > kSeamTilt) return true;
   }
   return false;
 }
