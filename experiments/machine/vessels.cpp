@@ -24,7 +24,8 @@ void add_band(Section& section, const std::vector<Point2>& inner,
   }
 }
 
-// What a closed outline encloses, in two halves: a part has no more than 32 seams.
+// What a closed outline encloses, in two halves: an end of a drum with many lifters has more sides
+// than a part may have internal faces.
 void add_inside(Section& section, const std::vector<Point2>& outline) {
   const auto half = static_cast<std::ptrdiff_t>(outline.size() / 2);
   section.add({outline.begin(), outline.begin() + half + 1});
@@ -112,7 +113,7 @@ Solid make_container(const Container& c) {
   Section section;
   add_band(section, ring.inner, ring.outer);
   Filling filling(ring.inner.size(), {true, true});
-  add_inside(section, ring.inner);
+  section.add(ring.inner);  // in one piece: things stand on it
   filling.resize(section.polygons().size(), {true, false});
   return extrude(section, stations_along_z(section, {-c.floor, 0, c.height}), filling);
 }
