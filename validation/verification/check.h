@@ -57,6 +57,7 @@ std::vector<VerificationCase> structure_cases();   // "structure.": stacks, arch
 std::vector<VerificationCase> bulk_cases();        // "bulk.": packings, silos, heaps
 std::vector<VerificationCase> invariance_cases();  // "invariance.": the same scene told differently
 std::vector<VerificationCase> mesh_cases();        // "invariance.": other meshes, other parts
-std::vector<VerificationCase> robustness_cases();  // "robustness.": the hard places
+std::vector<VerificationCase> tessellation_cases();  // "invariance.": the same solid cut otherwise
+std::vector<VerificationCase> robustness_cases();    // "robustness.": the hard places
 
 }  // namespace firn::verification

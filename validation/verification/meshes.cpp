@@ -4,6 +4,8 @@
 #include <map>
 #include <numbers>
 
+#include "validation/verification/scenes.h"
+
 namespace firn::verification::meshes {
 
 namespace {
@@ -126,6 +128,33 @@ TriangleMesh cube(double edge, int cells) {
             mesh.triangles.push_back({a, d, c});
           }
         }
+      }
+    }
+  }
+  return mesh;
+}
+
+TriangleMesh irregular_floor(double size, int cells, std::uint64_t seed) {
+  scenes::Random random(seed);
+  TriangleMesh mesh;
+  const double cell = size / cells;
+  for (int j = 0; j <= cells; ++j) {
+    for (int i = 0; i <= cells; ++i) {
+      const bool inner_x = i > 0 && i<cells, inner_y = j> 0 && j < cells;
+      const double dx = inner_x ? random.uniform(-0.25, 0.25) : 0;
+      const double dy = inner_y ? random.uniform(-0.25, 0.25) : 0;
+      mesh.vertices.emplace_back(cell * (i + dx) - size / 2, cell * (j + dy) - size / 2, 0);
+    }
+  }
+  for (int j = 0; j < cells; ++j) {
+    for (int i = 0; i < cells; ++i) {
+      const int a = j * (cells + 1) + i, b = a + 1, c = a + cells + 1, d = c + 1;
+      if (random.uniform(0, 1) < 0.5) {
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({b, d, c});
+      } else {
+        mesh.triangles.push_back({a, b, d});
+        mesh.triangles.push_back({a, d, c});
       }
     }
   }

@@ -1,6 +1,8 @@
 // Triangle meshes of bodies for the verification suite, m.
 #pragma once
 
+#include <cstdint>
+
 #include "solver/mesh.h"
 
 namespace firn::verification::meshes {
@@ -15,6 +17,9 @@ TriangleMesh angle_bar();
 TriangleMesh channel();
 // A cube about the origin with each side cut into cells * cells * 2 triangles.
 TriangleMesh cube(double edge, int cells);
+// The square of `size` (m) about the origin in z = 0, cut into cells of two triangles. Inner
+// corners are moved at random by up to a quarter of a cell, and diagonals are chosen at random.
+TriangleMesh irregular_floor(double size, int cells, std::uint64_t seed);
 TriangleMesh scaled(TriangleMesh mesh, const Vec3& factors);
 
 }  // namespace firn::verification::meshes
