@@ -301,7 +301,8 @@ TEST(ShapeCommand, ImpossibleMachinePartsAreRefusedByFileLineAndKey) {
   const Outcome o = folder.firn({"shape", "case.toml"});
   EXPECT_EQ(o.status, 2);
   EXPECT_EQ(lines(o.err), 1U) << o.err;
-  EXPECT_THAT(o.err, HasSubstr("case.toml:49: boundaries.1.shaft_diameter: is 100 mm; expected"));
+  EXPECT_THAT(o.err,
+              HasSubstr("case.toml:49: boundaries.auger.shaft_diameter: is 100 mm; expected"));
 }
 
 }  // namespace
