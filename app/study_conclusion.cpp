@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "experiments/number_text.h"
+
 namespace firn {
 namespace {
 
@@ -31,9 +33,11 @@ std::string recommended(const Json& j) {
     const std::string name = p.at("name");
     if (!values.contains(name)) continue;
     const Json interval = p.value("interval_95", Json::array());
-    std::string text = fmt::format("{} = {:.6g}{}", name, number(values.at(name)), unit_of(p));
+    std::string text =
+        fmt::format("{} = {}{}", name, number_text(number(values.at(name))), unit_of(p));
     if (interval.size() == 2)
-      text += fmt::format(" (95 %: {:.4g} to {:.4g})", number(interval[0]), number(interval[1]));
+      text += fmt::format(" (95 %: {} to {})", number_text(number(interval[0]), 3),
+                          number_text(number(interval[1]), 3));
     parts.push_back(text);
   }
   return joined(parts, "no values");
@@ -58,8 +62,9 @@ std::string determined(const Json& j) {
   std::vector<std::string> known, unknown;
   for (const Json& c : j.value("combinations", Json::array())) {
     if (c.value("identified", false))
-      known.push_back(fmt::format("{} = {:.4g} +- {:.2g}", combination(c), number(c.at("value")),
-                                  number(c.at("uncertainty"))));
+      known.push_back(
+          fmt::format("{} = {}", combination(c),
+                      measured_text(number(c.at("value")), number(c.at("uncertainty")))));
     else
       unknown.push_back(combination(c));
   }
@@ -71,8 +76,10 @@ std::string simulated(const Json& set) {
   std::vector<std::string> parts;
   const Json responses = set.value("simulated", Json::object());
   for (const auto& [response, value] : responses.items())
-    parts.push_back(fmt::format("{} {:.4g} +- {:.2g}{}", response, number(value.at("value")),
-                                number(value.value("standard_error", Json())), unit_of(value)));
+    parts.push_back(fmt::format(
+        "{} {}{}", response,
+        measured_text(number(value.at("value")), number(value.value("standard_error", Json()))),
+        unit_of(value)));
   return joined(parts, "no finished run");
 }
 

@@ -10,6 +10,7 @@
 
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
+#include "experiments/number_text.h"
 #include "experiments/small_samples.h"
 #include "experiments/toml_reader.h"
 
@@ -189,8 +190,9 @@ double Measurement::believed_uncertainty() const {
 
 std::string Measurement::sentence() const {
   if (status == MeasurementStatus::qualitative) return on_one_line(statement);
-  std::string text = fmt::format("{:.4g} +- {:.2g} {} (n = {}; standard deviation {:.3g} {}", value,
-                                 standard_uncertainty(), unit, repeats, standard_deviation, unit);
+  std::string text = fmt::format("{} {} (n = {}; standard deviation {} {}",
+                                 measured_text(value, standard_uncertainty()), unit, repeats,
+                                 number_text(standard_deviation, 3), unit);
   if (scatter == ScatterKind::range) {
     text += fmt::format(", estimated from the range {:.6g} to {:.6g}", minimum, maximum);
   }

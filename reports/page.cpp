@@ -136,20 +136,6 @@ std::string anchor_of(const std::string& text) {
   return result.empty() ? "section" : result;
 }
 
-std::string number_text(double value, int digits) {
-  if (!std::isfinite(value)) return "undefined";
-  const bool whole = value == std::floor(value) && std::abs(value) < 1e9;
-  return whole ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
-}
-
-std::string measured_text(double value, double uncertainty) {
-  if (!(uncertainty > 0) || !std::isfinite(uncertainty) || !std::isfinite(value))
-    return number_text(value);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(uncertainty)));
-  if (decimals < 0 || decimals > 6) return fmt::format("{:.4g} ± {:.2g}", value, uncertainty);
-  return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, uncertainty, decimals);
-}
-
 Cell Cell::measured(double value, double uncertainty) {
   Cell cell(measured_text(value, uncertainty));
   cell.value = value;

@@ -16,16 +16,15 @@
 #include <string_view>
 #include <vector>
 
+#include "experiments/number_text.h"
+
 namespace firn::page {
 
 // A text as an anchor: letters and digits in lower case, hyphens between them.
 std::string anchor_of(const std::string& text);
 
-// For people: four significant digits, or as many as given; "undefined" unless finite.
-std::string number_text(double value, int digits = 4);
-// With as many digits as one standard deviation lets count, "11.4 ± 1.2"; without a positive,
-// finite one as number_text().
-std::string measured_text(double value, double uncertainty);
+using firn::measured_text;
+using firn::number_text;
 
 // A verdict, told by shape and word, not by colour alone.
 enum class Mark { none, good, caution, bad, neutral };

@@ -218,7 +218,7 @@ void case_section(const Recording& recording, const Case& c, page::Page& page) {
                                   m.selection.empty() ? "" : ", ", m.selection, m.sha256));
   if (!c.start.empty()) content.paragraph(fmt::format("Starts from {}.", c.start));
   page::Content fold;
-  fold.code(c.resolved);
+  fold.code(shortest_numbers(c.resolved));
   content.fold("The whole case, defaults filled in", fold);
 }
 

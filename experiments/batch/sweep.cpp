@@ -332,7 +332,7 @@ std::string render_table(const SweepResult& r) {
   for (const auto& [response, law] : laws)
     text += fmt::format("    {:<36} {:>12.2f} {}\n", response, law.exponent,
                         std::isfinite(law.exponent_error)
-                            ? fmt::format("+- {:.2g}, one standard error", law.exponent_error)
+                            ? fmt::format("± {:.2g}, one standard error", law.exponent_error)
                             : "(two values: how straight it is, is not known)");
   return text;
 }
