@@ -97,8 +97,9 @@ std::string standing_alone(const std::string& svg) {
 
 std::string figure_html(const Figure& figure) {
   return fmt::format(
-      "<figure><div class=\"plot\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
+      "<figure><div class=\"plot{}\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
       "</figcaption></figure>\n",
+      figure.on_paper ? " paper" : "",
       encode::markup(figure.alt.empty() ? figure.caption : figure.alt), figure.svg,
       encode::markup(figure.caption));
 }
@@ -147,6 +148,11 @@ Cell Cell::link(std::string text, std::string anchor) {
   Cell cell(std::move(text));
   cell.anchor = std::move(anchor);
   return cell;
+}
+
+std::string words(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return name;
 }
 
 Content& Content::heading(const std::string& title) {
@@ -198,10 +204,11 @@ Content& Content::facts(const std::vector<Fact>& facts) {
 
 Content& Content::table(const Table& table) {
   const std::vector<bool> right = numeric_columns(table);
-  html_ += "<div class=\"table\"><table>";
+  // Outside of the table, which may be wider than the page: a caption inside has the table's width.
   if (!table.caption.empty())
-    html_ += fmt::format("<caption>{}</caption>", encode::markup(table.caption));
-  html_ += "<thead><tr>";
+    html_ += fmt::format("<p class=\"tablecaption\">{}</p>\n", encode::markup(table.caption));
+  html_ += fmt::format("<div class=\"table\"><table aria-label=\"{}\"><thead><tr>",
+                       encode::markup(table.caption));
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const std::string unit = unit_text(table.columns[i].unit);
     html_ += fmt::format(

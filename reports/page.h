@@ -25,6 +25,8 @@ std::string anchor_of(const std::string& text);
 
 using firn::measured_text;
 using firn::number_text;
+// "discharge_time" as words: "discharge time".
+std::string words(std::string name);
 
 // A verdict, told by shape and word, not by colour alone.
 enum class Mark { none, good, caution, bad, neutral };
@@ -72,9 +74,10 @@ struct Table {
 };
 
 struct Figure {
-  std::string svg;      // of plots.h, inline
-  std::string caption;  // what is to be seen
-  std::string alt;      // the same for who cannot see it, numbers included
+  std::string svg;        // of plots.h, inline
+  std::string caption;    // what is to be seen
+  std::string alt;        // the same for who cannot see it, numbers included
+  bool on_paper = false;  // has colors of its own, for a white ground
 };
 
 // What a section or a fold holds, in order.
