@@ -80,7 +80,12 @@ void tell_combinations(std::string& out, const MaterialFamily& f) {
     std::string sum;
     for (std::size_t i = 0; i < f.axes.size(); ++i) {
       const FamilyAxis& a = f.axes[i];
-      sum += fmt::format("{}{:.2f} {}", sum.empty() ? "" : " + ", c.coefficients[i],
+      const double factor = c.coefficients[i];
+      sum += fmt::format("{}{:.2f} {}",
+                         sum.empty()  ? factor < 0 ? "-" : ""
+                         : factor < 0 ? " - "
+                                      : " + ",
+                         std::abs(factor),
                          a.scale == Scale::logarithmic ? "ln(" + a.parameter + ")" : a.parameter);
     }
     if (!c.identified) {
