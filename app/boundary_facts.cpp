@@ -37,32 +37,51 @@ std::string from_to(const Vec3& lower, const Vec3& upper) {
   return text + " mm";
 }
 
+// A wall may be open, or a closed one that faces inwards: a container.
+std::string surface_text(const MeshDefects& defects) {
+  if (defects.sound()) return "closed";
+  MeshDefects others = defects;
+  others.inside_out = false;
+  if (others.sound()) return "closed, faces inwards: bodies are inside";
+  others.inside_out = defects.inside_out && defects.open_edges == 0;
+  others.open_edges = 0;
+  const std::string open = defects.open_edges > 0
+                               ? fmt::format("open, {} free edges", defects.open_edges)
+                               : std::string("closed");
+  return others.sound() ? open : open + ", " + others.sentence();
+}
+
 }  // namespace
+
+BoundaryFacts facts_of(const Boundary& b, const std::string& kind, double density) {
+  BoundaryFacts facts;
+  facts.name = b.name;
+  facts.kind = kind;
+  facts.parts = b.parts.size();
+  facts.triangles = b.mesh.triangles.size();
+  if (facts.triangles == 0) return facts;
+  facts.defects = inspect(b.mesh);
+  facts.conflicts = find_conflicts(b.mesh);
+  std::tie(facts.lower, facts.upper) = std::pair(bounding_box(b.mesh)[0], bounding_box(b.mesh)[1]);
+  const auto [low, high] = bounding_box(placed(b));
+  facts.world_lower = low;
+  facts.world_upper = high;
+  if (!facts.defects.sound()) return facts;
+  facts.volume = mass_properties(b.mesh).volume;
+  if (density > 0) facts.mass = density * *facts.volume;
+  return facts;
+}
 
 std::vector<BoundaryFacts> boundary_facts(const Case& c) {
   const std::map<std::string, std::string> kinds = named_kinds(c);
   std::vector<BoundaryFacts> all;
   for (const Boundary& b : c.model.boundaries) {
-    BoundaryFacts& facts = all.emplace_back();
-    facts.name = b.name;
     const auto kind = kinds.find(b.name);
-    facts.kind = kind != kinds.end()               ? kind->second
-                 : b.kind == Boundary::Kind::plane ? "plane"
-                                                   : "box";
-    facts.parts = b.parts.size();
-    facts.triangles = b.mesh.triangles.size();
-    if (facts.triangles == 0) continue;
-    facts.defects = inspect(b.mesh);
-    facts.conflicts = find_conflicts(b.mesh);
-    std::tie(facts.lower, facts.upper) =
-        std::pair(bounding_box(b.mesh)[0], bounding_box(b.mesh)[1]);
-    const auto [low, high] = bounding_box(placed(b));
-    facts.world_lower = low;
-    facts.world_upper = high;
-    if (!facts.defects.sound()) continue;
-    facts.volume = mass_properties(b.mesh).volume;
-    const double density = c.model.materials[b.material].density;
-    if (density > 0) facts.mass = density * *facts.volume;
+    all.push_back(facts_of(b,
+                           kind != kinds.end()               ? kind->second
+                           : b.kind == Boundary::Kind::plane ? "plane"
+                                                             : "box",
+                           c.model.materials[b.material].density));
   }
   return all;
 }
@@ -74,7 +93,7 @@ std::string boundary_table(const BoundaryFacts& facts) {
   std::string table = row("kind", facts.kind);
   if (facts.triangles == 0) return table;
   table += row("triangles", std::to_string(facts.triangles));
-  table += row("surface", facts.defects.sound() ? "closed" : facts.defects.sentence());
+  table += row("surface", surface_text(facts.defects));
   if (!facts.conflicts.none()) table += row("conflicts", facts.conflicts.sentence());
   table += row("bounding box", mm_text(facts.upper - facts.lower));
   table += row("at the start", from_to(facts.world_lower, facts.world_upper));

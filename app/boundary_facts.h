@@ -23,6 +23,9 @@ struct BoundaryFacts {
   std::optional<double> mass;  // kg, when its material has a density, too
 };
 
+// `density` (kg/m^3): of its material; 0: not known.
+BoundaryFacts facts_of(const Boundary& boundary, const std::string& kind, double density);
+
 // In order of the model. A half-space has its kind alone.
 std::vector<BoundaryFacts> boundary_facts(const Case& c);
 

@@ -10,7 +10,6 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/report_page.h"
-#include "app/study_conclusion.h"
 #include "calibrate/study.h"
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/execution.h"
@@ -20,6 +19,7 @@
 #include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "reports/heap_picture.h"
+#include "reports/study_answer.h"
 
 namespace firn {
 namespace {
@@ -110,6 +110,16 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
         record.provenance.program_commit);
 }
 
+// The answer and where the report is, one line each.
+std::string conclusion(const std::string& json, const std::string& page) {
+  std::vector<page::Fact> facts = study_answer(Json::parse(json));
+  if (!page.empty()) facts.push_back({"Report", page});
+  std::string text;
+  for (const page::Fact& fact : facts)
+    text += fmt::format("{:<13} {}\n", fact.name + ":", fact.value);
+  return text;
+}
+
 int run_study(const Arguments& a) {
   StudyOptions options = a.options;
   options.directory = a.batch.directory;
@@ -132,7 +142,7 @@ int run_study(const Arguments& a) {
     print_lines(stdout, "{}\n", summary.json);
   } else {
     print_lines(stdout, "{}\n{}\n{}", summary.table, summary.headline,
-                ended ? study_conclusion(summary.json, page) : "");
+                ended ? conclusion(summary.json, page) : "");
     print_lines(stderr, "Everything about this study is in {}\n", summary.directory);
   }
   if (!summary.not_saved.empty()) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/number_text.h"
+
 namespace firn {
 namespace {
 
@@ -56,10 +58,10 @@ std::string contact_text(const Model& model, const ContactView& view) {
   if (c.rolling.norm() > 0)
     text += fmt::format("  rolling moment {} N mm\n", vector_text(1e3 * c.rolling));
   text += fmt::format(
-      "  force on it {} N; overlap {:.4g} um, {:.3g} % of the thickness; K {:.4g} "
+      "  force on it {} N; overlap {:.4g} um, {} % of the thickness; K {:.4g} "
       "N/m, {} points\n",
-      vector_text(c.force), 1e6 * c.overlap, 100 * c.overlap / thickness(model, c), c.stiffness,
-      c.spots.size());
+      vector_text(c.force), 1e6 * c.overlap, number_text(100 * c.overlap / thickness(model, c), 3),
+      c.stiffness, c.spots.size());
   for (std::size_t k = 0; k < c.spots.size(); ++k) {
     const ContactSpot& p = c.spots[k];
     text += fmt::format("    {:>2}  {}  {} {:8.3f} um  share {:.4f}  {:.4g} N{}\n", k,

@@ -1,8 +1,7 @@
 // firn: the command line. Parses, dispatches to a sub-command, and turns errors into one line on
 // standard error and an exit status.
 #include <fmt/core.h>
-#include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -10,8 +9,10 @@
 #include <csignal>
 #include <exception>
 #include <filesystem>
+#include <mutex>
 #include <new>
 #include <string>
+#include <string_view>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
@@ -26,27 +27,19 @@
 namespace firn {
 namespace {
 
-// The message without control sequences; they could come from any name.
-class PrintableMessage : public spdlog::custom_flag_formatter {
- public:
-  void format(const spdlog::details::log_msg& message, const std::tm&,
-              spdlog::memory_buf_t& out) override {
-    const std::string text =
-        encode::terminal_lines({message.payload.data(), message.payload.size()});
-    out.append(text.data(), text.data() + text.size());
+// Lines on standard error, without control sequences; those could come from any name.
+class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    print_lines(stderr, "{}\n", std::string_view(message.payload.data(), message.payload.size()));
   }
-  std::unique_ptr<custom_flag_formatter> clone() const override {
-    return spdlog::details::make_unique<PrintableMessage>();
-  }
+  void flush_() override { std::fflush(stderr); }
 };
 
 // What the program tells on its way goes to standard error; standard output is for results.
 void set_up_logging() {
-  auto logger = spdlog::stderr_color_mt("firn");
-  auto formatter = std::make_unique<spdlog::pattern_formatter>();
-  formatter->add_flag<PrintableMessage>('v').set_pattern("%v");
-  logger->set_formatter(std::move(formatter));
-  spdlog::set_default_logger(logger);
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("firn", std::make_shared<TerminalSink>()));
 }
 
 std::string one_line(std::string text) {

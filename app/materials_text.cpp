@@ -7,6 +7,7 @@
 #include <map>
 
 #include "experiments/material_json.h"
+#include "experiments/number_text.h"
 
 namespace firn {
 namespace {
@@ -17,8 +18,8 @@ std::string unit_behind(const std::string& unit) { return unit == "1" ? "" : " "
 
 std::string value_text(double value, const std::optional<double>& uncertainty,
                        const std::string& unit) {
-  return fmt::format("{:.6g}{}{}", value,
-                     uncertainty ? fmt::format(" +- {:.2g}", *uncertainty) : "", unit_behind(unit));
+  return (uncertainty ? measured_text(value, *uncertainty) : number_text(value, 6)) +
+         unit_behind(unit);
 }
 
 std::string range_text(const Interval& i, const std::string& unit) {
@@ -79,15 +80,20 @@ void tell_combinations(std::string& out, const MaterialFamily& f) {
     std::string sum;
     for (std::size_t i = 0; i < f.axes.size(); ++i) {
       const FamilyAxis& a = f.axes[i];
-      sum += fmt::format("{}{:.2f} {}", sum.empty() ? "" : " + ", c.coefficients[i],
+      const double factor = c.coefficients[i];
+      sum += fmt::format("{}{:.2f} {}",
+                         sum.empty()  ? factor < 0 ? "-" : ""
+                         : factor < 0 ? " - "
+                                      : " + ",
+                         std::abs(factor),
                          a.scale == Scale::logarithmic ? "ln(" + a.parameter + ")" : a.parameter);
     }
     if (!c.identified) {
       line(out, "  {:<26} {}", "not determined", sum);
       continue;
     }
-    line(out, "  {:<26} {} = {:.3g}{}", "determined", sum, c.value,
-         c.uncertainty ? fmt::format(" +- {:.2g}", *c.uncertainty) : "");
+    line(out, "  {:<26} {} = {}", "determined", sum,
+         c.uncertainty ? measured_text(c.value, *c.uncertainty) : number_text(c.value, 3));
   }
 }
 
@@ -99,9 +105,9 @@ void tell_family(std::string& out, const MaterialRecord& r) {
                         : fmt::format("{} points of the posterior", f.points.size()));
   for (std::size_t i = 0; i < f.axes.size(); ++i) {
     const FamilyAxis& a = f.axes[i];
-    line(out, "  {:<26} from {} to {}; {} {:.4g} +- {:.2g}", a.parameter, a.bounds.low,
-         a.bounds.high, a.scale == Scale::logarithmic ? "logarithm" : "value", a.mean,
-         std::sqrt(f.covariance[i][i]));
+    line(out, "  {:<26} from {} to {}; {} {}", a.parameter, a.bounds.low, a.bounds.high,
+         a.scale == Scale::logarithmic ? "logarithm" : "value",
+         measured_text(a.mean, std::sqrt(f.covariance[i][i])));
   }
   tell_combinations(out, f);
   for (const Anchor& a : f.anchors) {

@@ -15,7 +15,8 @@ namespace {
 
 constexpr double line_interval = 10;   // s between plain lines
 constexpr double smoothing_time = 20;  // s, memory of the rate
-constexpr int bar_width = 24;
+constexpr int bar_width = 24, narrow_bar_width = 10;
+constexpr std::size_t narrow = 90;  // columns; below, the text needs the room
 
 }  // namespace
 
@@ -52,14 +53,17 @@ void ProgressMeter::update_rate(const Progress& p) {
 }
 
 void ProgressMeter::show_bar(const Progress& p) {
+  const std::size_t columns = terminal_columns();
+  const int width = columns < narrow ? narrow_bar_width : bar_width;
   const double part = p.latest_end > 0 ? std::clamp(p.time / p.latest_end, 0.0, 1.0) : 0;
-  const int filled = static_cast<int>(part * bar_width);
+  const int filled = static_cast<int>(part * width);
   // Stages may end early, so the time to the latest end is an upper bound.
   const std::string left =
-      rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left" : "";
-  print(stderr, fmt::format("\r\x1b[K[{}{}] {:.3f} of {:g} s, {}  {}", std::string(filled, '='),
-                            std::string(bar_width - filled, ' '), p.time, p.latest_end,
-                            encode::terminal(stage_text(p)), left));
+      rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left, " : "";
+  const std::string line = fmt::format("[{}{}] {:.3f} of {:g} s, {}{}", std::string(filled, '='),
+                                       std::string(width - filled, ' '), p.time, p.latest_end, left,
+                                       encode::terminal(stage_text(p)));
+  print(stderr, "\r\x1b[K" + fit_columns(line, columns));
   std::fflush(stderr);
   bar_visible_ = true;
 }

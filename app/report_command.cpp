@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,7 @@
 #include "app/exit_status.h"
 #include "app/report_page.h"
 #include "experiments/terminal.h"
+#include "reports/pdf_file.h"
 
 namespace firn {
 namespace {
@@ -21,7 +23,10 @@ struct Arguments {
 int make_report(const Arguments& a) {
   const page::Page page = report_page(a.path, {.replays = !a.no_replays});
   const std::string output = a.output.empty() ? default_report_file(a.path).string() : a.output;
-  page.write(output);
+  if (std::filesystem::path(output).extension() == ".pdf")
+    write_pdf(page, output);
+  else
+    page.write(output);
   std::vector<std::string> figures;
   if (!a.figures.empty()) figures = page.write_figures(a.figures);
   nlohmann::json done = {{"report", output}};
@@ -41,16 +46,18 @@ void add_report_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("report",
                                          "One HTML page that stands alone, from the results of a "
-                                         "run (with a replay), a study or a validation");
+                                         "run (with a replay), a study, a validation or a sweep");
   command
       ->add_option("PATH", a->path,
-                   "Results file of firn run, or the folder of a study or a validation")
+                   "Results file of firn run, or the folder of a study, a validation or a sweep")
       ->required()
       ->type_name("");
   command
-      ->add_option("-o,--output", a->output,
-                   "The page; by default RUN.html, or report.html in the folder")
-      ->type_name("PAGE.html");
+      ->add_option(
+          "-o,--output", a->output,
+          "The page; by default RUN.html, or report.html in the folder.\nPAGE.pdf is printed "
+          "by an installed Chromium")
+      ->type_name("PAGE.html|PAGE.pdf");
   command
       ->add_option("--figures", a->figures, "Also write every plot as an SVG file into this folder")
       ->type_name("FOLDER");

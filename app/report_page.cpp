@@ -10,6 +10,7 @@
 #include "reports/json_values.h"
 #include "reports/run_page.h"
 #include "reports/study_page.h"
+#include "reports/sweep_page.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -32,11 +33,12 @@ page::Page report_page(const std::string& path, const ValidationPageOptions& opt
   const fs::path source = results_json(path);
   std::error_code unreadable;
   if (!fs::exists(source, unreadable))
-    throw InputError(
-        fmt::format("{}: does not exist; expected RUN.h5, the folder of a study or a validation, "
-                    "or its results.json",
-                    source.string()));
+    throw InputError(fmt::format(
+        "{}: does not exist; expected RUN.h5, the folder of a study, a validation or a sweep, "
+        "or its results.json",
+        source.string()));
   const Json json = read_results_json(source.string());
+  if (json.is_object() && json.value("kind", Json()) == "sweep") return sweep_page(source.string());
   const bool study = json.is_object() && json.contains("study");
   return study ? study_page(source.string()) : validation_page(source.string(), options);
 }

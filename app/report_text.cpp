@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/number_text.h"
 #include "experiments/terminal.h"
 
 namespace firn {
@@ -12,13 +13,14 @@ namespace {
 
 constexpr std::size_t values_in_a_row = 6;  // longer responses are told by their range
 
-// With as many digits as its uncertainty lets count.
 std::string value_text(const Response& r, std::size_t i) {
-  const double sd = i < r.uncertainty.size() ? r.uncertainty[i] : 0;
-  if (!(sd > 0) || !std::isfinite(sd) || !std::isfinite(r.value[i])) return number_text(r.value[i]);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(sd)));
-  if (decimals < 0 || decimals > 6) return fmt::format("{:.4g} +- {:.2g}", r.value[i], sd);
-  return fmt::format("{:.{}f} +- {:.{}f}", r.value[i], decimals, sd, decimals);
+  return measured_text(r.value[i], i < r.uncertainty.size() ? r.uncertainty[i] : 0);
+}
+
+// Columns on a terminal: bytes that do not continue a character.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 std::string value_text(const Response& r) {
@@ -44,12 +46,6 @@ Json scalar_or_array(const std::vector<double>& values) {
 
 }  // namespace
 
-std::string number_text(double value) {
-  if (!std::isfinite(value)) return "undefined";
-  const bool whole = value == std::floor(value) && std::abs(value) < 1e9;
-  return whole ? fmt::format("{:.0f}", value) : fmt::format("{:.4g}", value);
-}
-
 std::string mm_text(const Vec3& size) {
   return fmt::format("{:.2f} x {:.2f} x {:.2f} mm", size.x() * 1e3, size.y() * 1e3, size.z() * 1e3);
 }
@@ -59,7 +55,7 @@ std::string responses_table(const std::vector<Response>& responses) {
   std::size_t value_width = 0;
   for (const Response& r : responses) {
     name_width = std::max(name_width, r.name.size());
-    value_width = std::max(value_width, value_text(r).size());
+    value_width = std::max(value_width, width(value_text(r)));
   }
   std::string table;
   for (const Response& r : responses) {

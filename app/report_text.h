@@ -30,7 +30,6 @@ Json profile_json(const std::vector<PhaseTime>& profile);
 Json energy_json(const Energy& energy);
 
 // A number with four significant digits and a length in mm, for people.
-std::string number_text(double value);
 std::string mm_text(const Vec3& size);  // "61.0 x 20.6 x 13.7 mm"
 
 // Prints to standard output; the only JSON document there.

@@ -20,6 +20,7 @@
 #include "app/report_text.h"
 #include "app/shape_facts.h"
 #include "experiments/interruption.h"
+#include "experiments/number_text.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
 #include "experiments/run_health.h"
@@ -167,15 +168,17 @@ void tell_summary(const Case& c, const RunSummary& s) {
   if (s.steps == 0) return;  // nothing was simulated: it was finished already
   spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
   spdlog::info(
-      "health: largest overlap {:.3g} mm ({:.2g} % of the thickness), {} deep births, "
-      "unexplained energy {:.3g} J",
-      s.health.largest_overlap * 1e3, 100 * relative_overlap(c, s.health), s.health.deep_births,
-      s.health.energy_rise);
-  spdlog::info(
-      "energy: {:.4g} J kinetic, {:.4g} J elastic, {:.4g} J lost in impacts, {:.4g} J in "
-      "friction{}",
-      s.energy.kinetic, s.energy.elastic, s.energy.dissipated_normal, s.energy.dissipated_friction,
-      c.model.bonds.empty() ? "" : fmt::format(", {:.4g} J in bonds", s.energy.dissipated_bonds));
+      "health: largest overlap {} mm ({} % of the thickness), {} deep births, "
+      "unexplained energy {} J",
+      number_text(s.health.largest_overlap * 1e3, 3),
+      number_text(100 * relative_overlap(c, s.health), 2), s.health.deep_births,
+      number_text(s.health.energy_rise, 3));
+  spdlog::info("energy: {} J kinetic, {} J elastic, {} J lost in impacts, {} J in friction{}",
+               number_text(s.energy.kinetic), number_text(s.energy.elastic),
+               number_text(s.energy.dissipated_normal), number_text(s.energy.dissipated_friction),
+               c.model.bonds.empty()
+                   ? ""
+                   : fmt::format(", {} J in bonds", number_text(s.energy.dissipated_bonds)));
   spdlog::debug("instructions: {}; time by phase of the step:\n{}", instruction_set(),
                 profile_table(s.profile));
 }

@@ -10,10 +10,12 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/shape_facts.h"
+#include "experiments/boundary_mesh.h"
 #include "experiments/case.h"
 #include "experiments/mesh_file.h"
 #include "experiments/mesh_repair.h"
 #include "experiments/terminal.h"
+#include "experiments/toml_reader.h"
 #include "experiments/units.h"
 #include "reports/scene_picture.h"
 
@@ -30,6 +32,9 @@ struct Arguments {
   std::vector<std::string> settings;
   std::string picture;
   std::string repaired;
+  bool as_boundary = false;
+  std::string boundary;  // of a case: its name; of a mesh file: empty
+  std::string thickness;
   bool any_size = false;
   bool json = false;
 };
@@ -98,9 +103,55 @@ int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects
   return ExitStatus::done;
 }
 
-int tell_mesh(const Arguments& a) {
+// A mesh file as a boundary: it may be open.
+int tell_boundary_mesh(const Arguments& a) {
+  if (!a.boundary.empty())
+    throw InputError(fmt::format(
+        "--boundary {}: {} is a mesh file; expected --boundary alone, or a case file (*.toml)",
+        a.boundary, a.file));
+  if (!a.repaired.empty())
+    throw InputError("--repaired: closes a mesh; expected it without --boundary");
+  const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
+  const double thickness =
+      option_quantity("--thickness", a.thickness.empty() ? "2 mm" : a.thickness, dimension::length);
+  if (!(thickness > 0))
+    throw InputError(
+        fmt::format("--thickness: is \"{}\"; expected a length above zero", a.thickness));
+  const MeshLimits limits = a.any_size ? of_any_size(kBoundaryMesh) : kBoundaryMesh;
+  Boundary b;
+  b.name = std::filesystem::path(a.file).stem().string();
+  b.kind = Boundary::Kind::solid;
+  b.mesh = read_mesh_file(a.file, unit, limits).mesh;
+  try {
+    b.parts = boundary_parts(b.mesh, thickness);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", a.file, e.what()));
+  }
+  const BoundaryFacts facts = facts_of(b, "mesh", 0);
+  if (a.json) {
+    Json json = boundary_json(facts);
+    json["file"] = a.file;
+    print_json(json);
+  } else {
+    print_lines(stdout, "{} (lengths in {})\n{}", a.file, a.length_unit, boundary_table(facts));
+  }
   if (!a.picture.empty()) {
-    throw InputError("--picture: draws the scene of a case; expected a case file (*.toml)");
+    ScenePicture picture;
+    picture.title = b.name;
+    picture.walls.push_back({b.name, {&b.mesh, {Mat3::Identity(), Vec3::Zero()}}});
+    draw_scene(picture, a.picture);
+    print_lines(stderr, "drawn in {}\n", a.picture);
+  }
+  return ExitStatus::done;
+}
+
+int tell_mesh(const Arguments& a) {
+  if (!a.thickness.empty())
+    throw InputError("--thickness: is that of a boundary; expected --boundary as well");
+  if (!a.picture.empty()) {
+    throw InputError(
+        "--picture: draws the scene of a case, or a boundary; expected a case file (*.toml), or "
+        "--boundary");
   }
   const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
   ShapeOptions options;
@@ -134,11 +185,43 @@ int tell_mesh(const Arguments& a) {
   return ExitStatus::done;
 }
 
+// One boundary of a case.
+int tell_boundary(const Arguments& a, const Case& c, const std::vector<BoundaryFacts>& walls) {
+  const auto wall = std::ranges::find(walls, a.boundary, &BoundaryFacts::name);
+  if (wall == walls.end()) {
+    std::vector<std::string_view> names;
+    for (const BoundaryFacts& w : walls) names.push_back(w.name);
+    throw InputError(
+        names.empty() ? fmt::format("--boundary {}: {} has no boundaries", a.boundary, a.file)
+        : a.boundary.empty()
+            ? fmt::format("--boundary: names no boundary of {}; expected one of {}", a.file,
+                          comma_list(names))
+            : fmt::format("--boundary {}: unknown boundary of {}; the nearest known one is \"{}\"",
+                          a.boundary, a.file, nearest(a.boundary, names)));
+  }
+  if (a.json)
+    print_json(boundary_json(*wall));
+  else
+    print_lines(stdout, "{}\n{}", wall->name, boundary_table(*wall));
+  if (!a.picture.empty()) {
+    if (wall->triangles == 0)
+      throw InputError(fmt::format(
+          "--picture: boundary \"{}\" is a half-space without a mesh; expected another one",
+          wall->name));
+    draw_boundary(c, wall->name, a.picture);
+    print_lines(stderr, "drawn in {}\n", a.picture);
+  }
+  return ExitStatus::done;
+}
+
 int tell_case(const Arguments& a) {
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   const Case c = read_case(a.file, overrides);
-  const std::vector<BoundaryFacts> walls = boundary_facts(c);
+  std::vector<BoundaryFacts> walls = boundary_facts(c);
+  if (!a.thickness.empty())
+    throw InputError("--thickness: stands in the case; expected a mesh file");
+  if (a.as_boundary) return tell_boundary(a, c, walls);
   if (a.json) {
     Json shapes = Json::array(), boundaries = Json::array();
     for (const Shape& shape : c.model.shapes) shapes.push_back(shape_json(shape));
@@ -196,15 +279,29 @@ void add_shape_command(CLI::App& app, int& status) {
   command
       ->add_option(
           "--picture", a->picture,
-          "Draw the case's boundaries and placed bodies: an overview,\nfrom above, and two "
-          "sections. FILE.png or FILE.svg")
+          "Draw the case's boundaries and placed bodies, or the --boundary: an overview,\nfrom "
+          "above, and two sections. FILE.png or FILE.svg")
       ->type_name("FILE");
+  CLI::Option* boundary = command->add_option(
+      "--boundary", a->boundary,
+      "Of a case: this boundary alone, facts and picture. Of a mesh file, without a "
+      "name:\nas a boundary, which may be open");
+  boundary->expected(0, 1)->type_name("NAME");
+  command
+      ->add_option("--thickness", a->thickness,
+                   "Of the walls of a mesh file as a boundary; 2 mm by default")
+      ->type_name("LENGTH");
   command->add_flag("--any-size", a->any_size,
                     "Accept a mesh file's body below 1 um or above 100 m");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->footer(
       "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");
-  command->callback([a, &status] { status = is_case(a->file) ? tell_case(*a) : tell_mesh(*a); });
+  command->callback([a, boundary, &status] {
+    a->as_boundary = boundary->count() > 0;
+    status = is_case(a->file) ? tell_case(*a)
+             : a->as_boundary ? tell_boundary_mesh(*a)
+                              : tell_mesh(*a);
+  });
 }
 
 }  // namespace firn

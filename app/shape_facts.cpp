@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "experiments/number_text.h"
+
 namespace firn {
 namespace {
 
@@ -78,8 +80,9 @@ std::string shape_table(const Shape& s) {
   table += row("thinnest part", fmt::format("{:.4g} mm", thinnest_part(s) * 1e3));
   table +=
       row("contact deviation",
-          fmt::format("{:.4g} mm, {:.3g} % of the smallest edge: {}", s.contact_deviation * 1e3,
-                      100 * s.contact_deviation / s.box.minCoeff(), s.deviation_reason));
+          fmt::format(
+              "{} mm, {} % of the smallest edge: {}", number_text(s.contact_deviation * 1e3),
+              number_text(100 * s.contact_deviation / s.box.minCoeff(), 3), s.deviation_reason));
   table += row("L", fmt::format("{:.3f} mm, middle edge of the bounding box unless given",
                                 s.size_for_stiffness * 1e3));
   table += row("loading stiffness", fmt::format("{:.6g} N/m", s.stiffness));

@@ -7,6 +7,7 @@
 #include "app/batch_options.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/report_page.h"
 #include "experiments/batch/sweep.h"
 #include "experiments/interruption.h"
 #include "experiments/terminal.h"
@@ -38,9 +39,12 @@ int run_sweep(const Arguments& a) {
                 r.directory);
     return ExitStatus::interrupted;
   }
+  const std::string page = write_folder_page(r.directory);
   print_lines(stdout, "{}{}", a.batch.json ? render_json(r) : render_table(r),
               a.batch.json ? "\n" : "");
-  if (!a.batch.json) print_lines(stderr, "Every run is in {}/runs.csv\n", r.directory);
+  if (!a.batch.json)
+    print_lines(stderr, "Every run is in {}/runs.csv{}\n", r.directory,
+                page.empty() ? "" : "; to be read: " + page);
   const bool any = std::ranges::any_of(
       r.runs, [](const SweepRun& run) { return run.result.status == JobStatus::finished; });
   return any ? ExitStatus::done : ExitStatus::failed;

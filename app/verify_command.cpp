@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/report_text.h"
+#include "experiments/number_text.h"
 #include "experiments/terminal.h"
 #include "experiments/units.h"
 #include "experiments/version.h"
@@ -62,7 +63,7 @@ void print_check(const Check& c) {
       c.bound == Bound::at_most || c.bound == Bound::at_least ? tolerance_text(c) : "expected",
       c.expected, unit);
   if (c.bound == Bound::relative || c.bound == Bound::absolute)
-    print_lines(stdout, " ({}, {:.2g} % of it used)", tolerance_text(c), 100 * used(c));
+    print_lines(stdout, " ({}, {} % of it used)", tolerance_text(c), number_text(100 * used(c), 2));
   print_lines(stdout, "\n");
 }
 
@@ -131,10 +132,13 @@ int verify(const Arguments& a) {
     ++ended;
     // What is finished is on the page, whatever happens to the rest.
     if (!a.page.empty()) write_verification_page(cases, so_far, program, a.page);
-    print(stderr,
-          fmt::format("{}[{}/{}] {} {} ({}){}", terminal ? "\r\033[K" : "", ended, cases.size(),
-                      cases[k].name, verdict(so_far[k]), duration_text(so_far[k].seconds),
-                      terminal && ended < cases.size() ? "" : "\n"));
+    const std::string line = fmt::format("[{}/{}] {} {} ({})", ended, cases.size(), cases[k].name,
+                                         verdict(so_far[k]), duration_text(so_far[k].seconds));
+    if (terminal)
+      print(stderr, fmt::format("\r\033[K{}{}", fit_columns(line, terminal_columns()),
+                                ended < cases.size() ? "" : "\n"));
+    else
+      print(stderr, line + "\n");
     std::fflush(stderr);
   };
   const std::vector<CaseResult> results = run_cases(cases, jobs, tell);

@@ -45,7 +45,6 @@ void check(const MeshDefects& found) {
   fatal.degenerate = found.degenerate;
   fatal.duplicated = found.duplicated;
   fatal.non_finite = found.non_finite;
-  fatal.inside_out = found.inside_out && found.open_edges == 0;
   if (!fatal.sound()) {
     throw InputError(fmt::format("the surface has {}; expected triangles that face the same way",
                                  fatal.sentence()));

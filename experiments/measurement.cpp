@@ -10,6 +10,7 @@
 
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
+#include "experiments/number_text.h"
 #include "experiments/small_samples.h"
 #include "experiments/toml_reader.h"
 
@@ -137,7 +138,7 @@ std::string on_one_line(std::string prose) {
 
 MeasurementStatus read_status(const TomlTable& t) {
   const std::string status =
-      t.choice("status", {"printed", "digitised", "measured", "qualitative"});
+      t.choice("status", {"printed", "digitised", "measured", "recorded", "qualitative"});
   if (status == "printed") return MeasurementStatus::printed;
   if (status == "digitised") return MeasurementStatus::digitised;
   if (status == "measured") return MeasurementStatus::measured;
@@ -189,8 +190,9 @@ double Measurement::believed_uncertainty() const {
 
 std::string Measurement::sentence() const {
   if (status == MeasurementStatus::qualitative) return on_one_line(statement);
-  std::string text = fmt::format("{:.4g} +- {:.2g} {} (n = {}; standard deviation {:.3g} {}", value,
-                                 standard_uncertainty(), unit, repeats, standard_deviation, unit);
+  std::string text = fmt::format("{} {} (n = {}; standard deviation {} {}",
+                                 measured_text(value, standard_uncertainty()), unit, repeats,
+                                 number_text(standard_deviation, 3), unit);
   if (scatter == ScatterKind::range) {
     text += fmt::format(", estimated from the range {:.6g} to {:.6g}", minimum, maximum);
   }
@@ -213,7 +215,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.claims = read_claims(t);
   if (t.has("data")) {
     if (m.status != MeasurementStatus::qualitative)
-      t.fail("data", "go with the status \"qualitative\" only; expected values in `values`");
+      t.fail("data",
+             "go with the status \"recorded\" or \"qualitative\"; expected values in `values`");
     m.data = read_measured_data(t.required_table("data"),
                                 std::filesystem::path(source).parent_path().string());
   }
@@ -223,12 +226,22 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.apparatus = t.string("apparatus", "");
   m.notes = t.string("notes", "");
   if (m.status == MeasurementStatus::qualitative) {
+    const bool recorded = t.string("status") == "recorded";
+    if (recorded && !m.data)
+      t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
+    if (recorded && !m.data->present)
+      t.fail("data", fmt::format("{} does not exist; expected what was recorded", m.data->file));
     for (const char* key : {"value", "values", "repeats", "scatter", "reading"}) {
       if (t.has(key)) {
-        t.fail(key, "does not go with the status \"qualitative\"; expected a statement only");
+        t.fail(key, fmt::format("does not go with the status \"{}\"; expected {}",
+                                t.string("status"), recorded ? "[data]" : "a statement only"));
       }
     }
-    m.statement = t.string("statement");
+    m.statement =
+        recorded
+            ? t.string("statement",
+                       "recorded in " + std::filesystem::path(m.data->file).filename().string())
+            : t.string("statement");
     return m;
   }
   if (!m.claims.empty()) {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <set>
 
+#include "experiments/number_text.h"
+
 namespace firn {
 namespace {
 
@@ -94,10 +96,9 @@ std::string health_warning(const ContactHealth& h) {
   std::string what;
   if (too_deep(h)) {
     what = h.stopped ? "the overlap of two bodies passed its limit"
-                     : fmt::format(
-                           "bodies overlapped by up to {:.3g} mm, {:.3g} % of the smallest "
-                           "edge",
-                           1e3 * h.largest_overlap, 100 * h.largest_overlap / h.edge);
+                     : fmt::format("bodies overlapped by up to {} mm, {} % of the smallest edge",
+                                   number_text(1e3 * h.largest_overlap, 3),
+                                   number_text(100 * h.largest_overlap / h.edge, 3));
   }
   if (too_late(h)) {
     what += fmt::format("{}{:.0f} contacts were first seen when already deep",
@@ -106,14 +107,15 @@ std::string health_warning(const ContactHealth& h) {
   switch (cause) {
     case HealthCause::rounding:
       return fmt::format(
-          "{}; likely cause: the rounding, {:.3g} mm or {:.2g} % of the smallest edge, as sharp "
+          "{}; likely cause: the rounding, {} mm or {} % of the smallest edge, as sharp "
           "edges and corners bear on next to no area; give shapes 1 to 3 %, or leave rounding out",
-          what, 1e3 * h.rounding, 100 * h.rounding / h.rounding_edge);
+          what, number_text(1e3 * h.rounding, 3),
+          number_text(100 * h.rounding / h.rounding_edge, 2));
     case HealthCause::stiffness:
       return fmt::format(
-          "{}; likely cause: the stiffness, as speeds up to {:.3g} m/s and the load explain {:.3g} "
+          "{}; likely cause: the stiffness, as speeds up to {:.3g} m/s and the load explain {} "
           "mm; raise young_modulus or stiffness",
-          what, h.speed, 1e3 * h.expected_overlap);
+          what, h.speed, number_text(1e3 * h.expected_overlap, 3));
     case HealthCause::timestep:
       return fmt::format(
           "{}; likely cause: the time step, {:.3g} steps in the quarter period of the stiffest "
@@ -131,9 +133,10 @@ std::string deviation_warning(const Shape& shape) {
   const bool needs_parts = shape.deviation_reason.starts_with("max_parts");
   if (relative <= kMost && !needs_parts) return {};
   return fmt::format(
-      "shape {}: the contact parts deviate by {:.3g} mm from the mesh ({:.3g} % of the smallest "
+      "shape {}: the contact parts deviate by {} mm from the mesh ({} % of the smallest "
       "edge; {}); check with firn shape",
-      shape.name, shape.contact_deviation * 1e3, 100 * relative, shape.deviation_reason);
+      shape.name, number_text(shape.contact_deviation * 1e3, 3), number_text(100 * relative, 3),
+      shape.deviation_reason);
 }
 
 }  // namespace firn

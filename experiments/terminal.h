@@ -10,8 +10,17 @@
 namespace firn {
 
 // Writes to a stream of the program. An error of standard output is kept for
-// finish_standard_output(), so that the work is completed first.
+// finish_standard_output(), so that the work is completed first. Standard output is written out
+// before anything goes to standard error: where both lead to one file, it has whole lines in order.
 void print(std::FILE* file, std::string_view text);
+
+// Columns of the terminal at standard error, less one so that a full line does not wrap; 79 when
+// they are not known.
+std::size_t terminal_columns();
+
+// The text, or as much of it as fits into so many columns, with "…" as its last character. One line
+// of printable UTF-8; characters of double width count as two.
+std::string fit_columns(std::string_view text, std::size_t columns);
 
 // fmt::print() of encode::terminal_lines().
 template <class... Arguments>

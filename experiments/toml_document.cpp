@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <functional>
@@ -126,6 +127,31 @@ std::optional<std::string> name_of(const toml::node& node) {
   return t ? (*t)["name"].value<std::string>() : std::nullopt;
 }
 
+// The name by which split_path() and find_element() find element `index` again; empty without one.
+std::string unique_name(const toml::array& array, std::size_t index) {
+  constexpr std::size_t kLongest = 60;  // bytes; longer names hide the message
+  const toml::node* element = array.get(index);
+  const std::string name = element == nullptr ? "" : name_of(*element).value_or("");
+  const bool number = std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
+  if (number || name.size() > kLongest) return {};
+  const auto same =
+      std::ranges::count_if(array, [&](const toml::node& other) { return name_of(other) == name; });
+  return same == 1 ? name : std::string();
+}
+
+// A key as it stands in a dotted path: in quotes where TOML needs them.
+std::string path_key(const std::string& key) {
+  const bool bare = std::ranges::all_of(
+      key, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+  if (bare) return key;
+  std::string text = "\"";
+  for (const char c : key) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + '"';
+}
+
 // Joins `base` below what `top` says. Nodes are moved: copies would lose their place.
 void join(toml::table& top, toml::table&& base) {
   for (auto&& [key, value] : base) {
@@ -221,6 +247,29 @@ void TomlDocument::include(const std::string& directory) {
   include_files(root_, directory, source_, 1);
 }
 
+std::string TomlDocument::named(const std::string& path) const {
+  const toml::node* node = &root_;
+  std::string text;
+  for (std::size_t from = 0; from < path.size();) {
+    const std::size_t end = std::min(path.find('.', from), path.size());
+    const std::string key = path.substr(from, end - from);
+    const toml::array* array = node == nullptr ? nullptr : node->as_array();
+    std::size_t index = 0;
+    if (array != nullptr &&
+        std::from_chars(key.data(), key.data() + key.size(), index).ec == std::errc()) {
+      const std::string name = unique_name(*array, index);
+      text = join_path(text, name.empty() ? key : path_key(name));
+      node = array->get(index);
+    } else {
+      text = join_path(text, key);
+      const toml::table* table = node == nullptr ? nullptr : node->as_table();
+      node = table == nullptr ? nullptr : table->get(key);
+    }
+    from = end + 1;
+  }
+  return text;
+}
+
 std::string TomlDocument::source_of(const std::string& path) const {
   const toml::node* node = &root_;
   std::string file = source_;
@@ -283,14 +332,14 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
         line == 0 && (set_path.starts_with(path + ".") || set_path.starts_with(table + "."));
     if (made || path == set_path || path.starts_with(set_path + ".")) place = label;
   }
-  throw InputError(fmt::format("{}: {}: {}", place, path.empty() ? "case" : path, message));
+  throw InputError(fmt::format("{}: {}: {}", place, path.empty() ? "case" : named(path), message));
 }
 
 void TomlDocument::set(const std::string& path, const std::string& value,
                        const std::string& label) {
   const std::vector<std::string> segments = split_path(path);
   const auto refuse = [&](const std::string& where, const std::string& why) {
-    throw InputError(fmt::format("{}: {}: {}", label, where, why));
+    throw InputError(fmt::format("{}: {}: {}", label, named(where), why));
   };
   toml::node* node = &root_;
   std::string canonical;

@@ -48,6 +48,10 @@ class TomlDocument {
   const std::string& source() const { return source_; }
   std::string text() const;  // the tree as it stands now
 
+  // A path for messages: elements of arrays by their `name` where it is the only one, else by their
+  // index. apply() takes both.
+  std::string named(const std::string& path) const;
+
   // The file that a key came from, as far as it is known.
   std::string source_of(const std::string& path) const;
 

@@ -56,7 +56,8 @@ void TomlTable::fail(std::string_view key, const std::string& message) const {
 }
 
 std::string TomlTable::place() const {
-  return fmt::format("{}:{}: {}", document_->source_of(path_), std::max(line_, 1u), path_);
+  return fmt::format("{}:{}: {}", document_->source_of(path_), std::max(line_, 1u),
+                     document_->named(path_));
 }
 
 const toml::node& TomlTable::require(std::string_view key) const {

@@ -386,6 +386,8 @@ int edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string duration_text(double seconds) {
+  constexpr double kLongest = 1e12;  // s; beyond, a file is wrong
+  if (!(seconds <= kLongest)) return "undefined";
   if (seconds < 10) return fmt::format("{:.1f} s", seconds);
   const auto total = static_cast<long>(std::ceil(seconds));
   if (total < 60) return fmt::format("{} s", total);

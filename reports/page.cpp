@@ -97,8 +97,9 @@ std::string standing_alone(const std::string& svg) {
 
 std::string figure_html(const Figure& figure) {
   return fmt::format(
-      "<figure><div class=\"plot\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
+      "<figure><div class=\"plot{}\" role=\"img\" aria-label=\"{}\">{}</div><figcaption>{}"
       "</figcaption></figure>\n",
+      figure.on_paper ? " paper" : "",
       encode::markup(figure.alt.empty() ? figure.caption : figure.alt), figure.svg,
       encode::markup(figure.caption));
 }
@@ -136,20 +137,6 @@ std::string anchor_of(const std::string& text) {
   return result.empty() ? "section" : result;
 }
 
-std::string number_text(double value, int digits) {
-  if (!std::isfinite(value)) return "undefined";
-  const bool whole = value == std::floor(value) && std::abs(value) < 1e9;
-  return whole ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
-}
-
-std::string measured_text(double value, double uncertainty) {
-  if (!(uncertainty > 0) || !std::isfinite(uncertainty) || !std::isfinite(value))
-    return number_text(value);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(uncertainty)));
-  if (decimals < 0 || decimals > 6) return fmt::format("{:.4g} ± {:.2g}", value, uncertainty);
-  return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, uncertainty, decimals);
-}
-
 Cell Cell::measured(double value, double uncertainty) {
   Cell cell(measured_text(value, uncertainty));
   cell.value = value;
@@ -161,6 +148,11 @@ Cell Cell::link(std::string text, std::string anchor) {
   Cell cell(std::move(text));
   cell.anchor = std::move(anchor);
   return cell;
+}
+
+std::string words(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return name;
 }
 
 Content& Content::heading(const std::string& title) {
@@ -212,10 +204,11 @@ Content& Content::facts(const std::vector<Fact>& facts) {
 
 Content& Content::table(const Table& table) {
   const std::vector<bool> right = numeric_columns(table);
-  html_ += "<div class=\"table\"><table>";
+  // Outside of the table, which may be wider than the page: a caption inside has the table's width.
   if (!table.caption.empty())
-    html_ += fmt::format("<caption>{}</caption>", encode::markup(table.caption));
-  html_ += "<thead><tr>";
+    html_ += fmt::format("<p class=\"tablecaption\">{}</p>\n", encode::markup(table.caption));
+  html_ += fmt::format("<div class=\"table\"><table aria-label=\"{}\"><thead><tr>",
+                       encode::markup(table.caption));
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const std::string unit = unit_text(table.columns[i].unit);
     html_ += fmt::format(

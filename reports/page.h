@@ -16,16 +16,17 @@
 #include <string_view>
 #include <vector>
 
+#include "experiments/number_text.h"
+
 namespace firn::page {
 
 // A text as an anchor: letters and digits in lower case, hyphens between them.
 std::string anchor_of(const std::string& text);
 
-// For people: four significant digits, or as many as given; "undefined" unless finite.
-std::string number_text(double value, int digits = 4);
-// With as many digits as one standard deviation lets count, "11.4 ± 1.2"; without a positive,
-// finite one as number_text().
-std::string measured_text(double value, double uncertainty);
+using firn::measured_text;
+using firn::number_text;
+// "discharge_time" as words: "discharge time".
+std::string words(std::string name);
 
 // A verdict, told by shape and word, not by colour alone.
 enum class Mark { none, good, caution, bad, neutral };
@@ -73,9 +74,10 @@ struct Table {
 };
 
 struct Figure {
-  std::string svg;      // of plots.h, inline
-  std::string caption;  // what is to be seen
-  std::string alt;      // the same for who cannot see it, numbers included
+  std::string svg;        // of plots.h, inline
+  std::string caption;    // what is to be seen
+  std::string alt;        // the same for who cannot see it, numbers included
+  bool on_paper = false;  // has colors of its own, for a white ground
 };
 
 // What a section or a fold holds, in order.

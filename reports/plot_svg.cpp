@@ -55,7 +55,7 @@ std::string for_page(std::string svg) {
 
 std::string prologue(int width, int height) {
   return fmt::format(
-      "set encoding utf8\nset terminal svg size {},{} font ',14' rounded noenhanced\n"
+      "set encoding utf8\nset terminal svg size {},{} font ',16' rounded noenhanced\n"
       "set datafile missing 'nan'\nset border 3 lc rgb {ink} lw 1\n"
       "set tics nomirror out textcolor rgb {ink}\nset grid lc rgb {line} lw 1 dt 1\n"
       "set xlabel textcolor rgb {ink}\nset ylabel textcolor rgb {ink}\n"

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "experiments/number_text.h"
 #include "experiments/text_encoding.h"
 #include "reports/plot_svg.h"
 #include "solver/types.h"
@@ -37,12 +38,106 @@ std::string range(const Axis& axis) {
   return fmt::format("[{}:{}]", end(axis.low), end(axis.high));
 }
 
+std::string tick_text(double value) {
+  const double power = std::floor(std::log10(value) + 1e-9);
+  if (std::abs(power) < 5) return number_text(value);
+  const std::string exponent = std::to_string(static_cast<int>(power));
+  static constexpr std::array<const char*, 10> kDigits = {"⁰", "¹", "²", "³", "⁴",
+                                                          "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string raised;
+  for (const char c : exponent)
+    raised += c == '-' ? "⁻" : kDigits[static_cast<std::size_t>(c - '0')];
+  const std::string factor = number_text(value / std::pow(10, power));
+  return (factor == "1" ? "" : factor + "·") + "10" + raised;
+}
+
+// gnuplot's ticks of an axis: a label (none for a minor one) and a place each.
+struct Ticks {
+  std::vector<std::string> items;
+  void add(double at, bool labelled) {
+    items.push_back(labelled ? fmt::format("{} {:.17g}", encode::gnuplot_tic(tick_text(at)), at)
+                             : fmt::format("'' {:.17g} 1", at));
+  }
+};
+
+// Of a log axis from low to high.
+Ticks log_ticks(double low, double high) {
+  const double decades = std::log10(high / low);
+  const int first = static_cast<int>(std::floor(std::log10(low) + 1e-9)),
+            last = static_cast<int>(std::ceil(std::log10(high) - 1e-9));
+  const int stride = std::max(1, static_cast<int>(std::ceil(decades / 8)));  // decades a label
+  const auto inside = [&](double v) { return v >= low * (1 - 1e-9) && v <= high * (1 + 1e-9); };
+  const auto labelled = [&](int exponent, int factor) {
+    if (decades > 3) return factor == 1 && (exponent - first) % stride == 0;
+    if (decades > 1.2) return factor == 1 || factor == 2 || factor == 5;
+    return factor <= 6 || factor == 8;
+  };
+  Ticks ticks;
+  std::size_t labels = 0;
+  for (int exponent = first; exponent <= last; ++exponent)
+    for (int factor = 1; factor <= 9; ++factor) {
+      const double at = std::stod(fmt::format("{}e{}", factor, exponent));
+      if (!inside(at) || (stride > 1 && factor > 1)) continue;
+      labels += labelled(exponent, factor) ? 1 : 0;
+      ticks.add(at, labelled(exponent, factor));
+    }
+  if (labels > 2) return ticks;
+  // Less than a factor of three: evenly spaced ones.
+  const double rough = (high - low) / 4, power = std::pow(10, std::floor(std::log10(rough)));
+  const double step = power * (rough < 1.5 * power ? 1 : rough < 3.5 * power ? 2 : 5);
+  Ticks even;
+  for (double k = std::ceil(low / step); k * step <= high * (1 + 1e-9) && even.items.size() < 20;
+       ++k)
+    even.add(k * step, true);
+  return even;
+}
+
 std::string axis_script(char name, const Axis& axis) {
   std::string script = fmt::format("set {}label {}\nset {}range {}\n", name,
                                    encode::gnuplot(axis_title(axis)), name, range(axis));
-  if (axis.log) script += fmt::format("set logscale {0}\nset format {0} '%g'\n", name);
+  const bool known = axis.low && axis.high && shown(axis, *axis.low) && shown(axis, *axis.high) &&
+                     *axis.low < *axis.high;
+  if (axis.log) script += fmt::format("set logscale {}\n", name);
+  if (axis.log && known)
+    script += fmt::format("set {}tics ({})\n", name,
+                          fmt::join(log_ticks(*axis.low, *axis.high).items, ", "));
+  if (axis.whole && known && *axis.high - *axis.low < 12)
+    script += fmt::format("set {}tics 1\n", name);
   return script;
 }
+
+// The axis with its ends where it needs them: on a log axis, and for counts, a little beyond the
+// data. `values` may hold what is not shown.
+class Extent {
+ public:
+  explicit Extent(const Axis& axis) : axis_(axis) {}
+  void see(const std::vector<double>& values) {
+    for (const double v : values) see(v);
+  }
+  void see(double v) {
+    if (!shown(axis_, v)) return;
+    low_ = std::fmin(low_, v), high_ = std::fmax(high_, v);
+  }
+  Axis axis() const {
+    Axis result = axis_;
+    if ((!axis_.log && !axis_.whole) || std::isnan(low_)) return result;
+    const double low = axis_.low && shown(axis_, *axis_.low) ? *axis_.low : low_,
+                 high = axis_.high && shown(axis_, *axis_.high) ? *axis_.high : high_;
+    if (axis_.log) {
+      const double margin = high > low ? std::pow(high / low, 0.05) : 1.5;
+      result.low = axis_.low ? low : low / margin;
+      result.high = axis_.high ? high : high * margin;
+    } else if (high_ - low_ < 12) {
+      result.low = axis_.low ? low : low - 0.5;
+      result.high = axis_.high ? high : high + 0.5;
+    }
+    return result;
+  }
+
+ private:
+  Axis axis_;
+  double low_ = kNone, high_ = kNone;
+};
 
 std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Rule>& horizontal) {
   std::string script;
@@ -152,21 +247,34 @@ void check(const Series& s) {
         "lists of a series have different lengths");
 }
 
+void see(const Series& s, Extent& x, Extent& y) {
+  for (std::size_t i = 0; i < s.x.size(); ++i) {
+    const double dx = i < s.x_error.size() && std::isfinite(s.x_error[i]) ? s.x_error[i] : 0;
+    const double dy = i < s.y_error.size() && std::isfinite(s.y_error[i]) ? s.y_error[i] : 0;
+    x.see({s.x[i], s.x[i] - dx, s.x[i] + dx});
+    y.see({s.y[i], s.y[i] - dy, s.y[i] + dy, at(s.low, i), at(s.high, i)});
+  }
+}
+
 }  // namespace
 
 std::string draw(const XyPlot& plot) {
   Drawing drawing(plot.width, plot.height);
   std::vector<std::string> commands;
   bool any = false;
+  Extent x(plot.x), y(plot.y);
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     check(plot.series[k]);
+    see(plot.series[k], x, y);
     const Series s = thinned(plot.series[k]);
     const std::string file =
         write_series(drawing, fmt::format("series{}", k), s, plot.x, plot.y, any);
     add_series(commands, file, s, static_cast<int>(k));
   }
   if (!any) return drawing.nothing(axis_title(plot.x), axis_title(plot.y));
-  return drawing.svg(axis_script('x', plot.x) + axis_script('y', plot.y) +
+  for (const Rule& r : plot.vertical) x.see(r.at);
+  for (const Rule& r : plot.horizontal) y.see(r.at);
+  return drawing.svg(axis_script('x', x.axis()) + axis_script('y', y.axis()) +
                      rules_script(plot.vertical, plot.horizontal) +
                      fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
@@ -175,6 +283,8 @@ std::string draw(const IntervalPlot& plot) {
   const std::size_t n = plot.names.size();
   std::vector<std::vector<std::array<double, 4>>> data(n);  // middle y low high
   std::string labels;
+  Extent extent(plot.x);
+  for (const Rule& r : plot.vertical) extent.see(r.at);
   double top = 0;  // lines; a row is a line of text and its intervals
   for (const IntervalRow& row : plot.rows) {
     check(row.intervals.size() == n, "a row of intervals lacks some");
@@ -185,6 +295,7 @@ std::string draw(const IntervalPlot& plot) {
       const auto& interval = row.intervals[k];
       if (!interval || !shown(plot.x, interval->low) || !shown(plot.x, interval->high)) continue;
       data[k].push_back({interval->middle.value_or(kNone), y, interval->low, interval->high});
+      extent.see({interval->low, interval->high});
       y -= 1;
     }
     top = std::min(y + 1, top - 1.4) - 0.9;
@@ -209,7 +320,7 @@ std::string draw(const IntervalPlot& plot) {
         series_ink(series), dash(series), marker(series), encode::gnuplot(plot.names[k])));
   }
   return drawing.svg(
-      axis_script('x', plot.x) + rules_script(plot.vertical, {}) + labels +
+      axis_script('x', extent.axis()) + rules_script(plot.vertical, {}) + labels +
       fmt::format("unset ytics\nset border 1\nset lmargin 2\nset yrange [{}:0]\nplot {}\n",
                   top + 0.3, fmt::join(commands, ", ")));
 }
@@ -281,9 +392,12 @@ std::string draw(const HistogramPlot& plot) {
                                    encode::gnuplot(fmt::format("{} ({})", plot.samples[k].name,
                                                                plot.samples[k].values.size()))));
   }
-  return drawing.svg(axis_script('x', plot.x) + axis_script('y', {plot.y_label, "", false, 0, {}}) +
-                     rules_script(plot.vertical, {}) +
-                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
+  Extent x(plot.x);
+  x.see({low, high});
+  for (const Rule& r : plot.vertical) x.see(r.at);
+  return drawing.svg(
+      axis_script('x', x.axis()) + axis_script('y', {plot.y_label, "", false, 0, {}}) +
+      rules_script(plot.vertical, {}) + fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
 
 std::string draw(const HeatMap& map) {
@@ -342,7 +456,7 @@ std::string draw(const HeatMap& map) {
       axis_script('x', right) + axis_script('y', up) +
       fmt::format("set cblabel {} textcolor rgb {}\nset cbrange {}\n{}",
                   encode::gnuplot(axis_title(map.z)), ink::text, range(map.z),
-                  map.z.log ? "set logscale cb\n" : "") +
+                  map.z.log ? "set logscale cb\nset format cb '%g'\n" : "") +
       fmt::format("{}unset grid\nplot {}\n", palette_script(), fmt::join(commands, ", ")));
 }
 
@@ -389,9 +503,11 @@ std::string draw(const BarPlot& plot) {
         return std::ranges::any_of(s.values, [](double v) { return v < 0; });
       }))
     y.low = 0;
+  Extent extent(y);
+  for (const BarSeries& s : plot.series) extent.see(s.values);
   return drawing.svg(axis_script('x', {plot.x_label, "", false, -0.6,
                                        static_cast<double>(plot.categories.size()) - 0.4}) +
-                     axis_script('y', y) +
+                     axis_script('y', extent.axis()) +
                      fmt::format("set xtics ({}) scale 0 {}\nplot {}\n", fmt::join(tics, ", "),
                                  slanted ? "rotate by -35 left" : "", fmt::join(commands, ", ")));
 }

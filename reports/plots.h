@@ -1,7 +1,8 @@
 // Plots for pages: data in, one inline <svg> out. Colours follow the page's (light, dark, paper),
 // and text is the page's; series differ by dash and marker as well as by colour. Values that are
 // not finite (on a log axis: not positive) are gaps. Units are those of the numbers as given:
-// nothing is converted. All throw InputError without gnuplot.
+// nothing is converted. Log axes have ticks at 1, 2, ... 9 times each power of ten, with as many
+// labels as there is room for. All throw InputError without gnuplot.
 #pragma once
 
 #include <optional>
@@ -15,6 +16,7 @@ struct Axis {
   std::string unit;   // "N"; empty or "1": none
   bool log = false;
   std::optional<double> low, high;  // ends; by default as the data ask
+  bool whole = false;               // counts: no ticks between whole numbers
 };
 
 enum class Style { line, step, points, joined };  // joined: points and lines between them

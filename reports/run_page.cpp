@@ -7,6 +7,8 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <string>
+#include <tuple>
 
 #include "experiments/bonds.h"
 #include "experiments/recording.h"
@@ -36,33 +38,58 @@ bool is_scalar(const Response& r) { return r.value.size() == 1; }
 double uncertainty(const Response& r) {
   return r.uncertainty.empty() ? std::nan("") : r.uncertainty[0];
 }
-std::string spaced(std::string name) {
-  std::ranges::replace(name, '_', ' ');
-  return name;
+
+// What people look for first, most telling first: names, or the ends of names. The batches and the
+// counts of the case's own gates stand behind the angles.
+constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
+                                "slide_angle",     "tip_angle",  "restitution"};
+constexpr std::array kOthers = {
+    "arched",         "discharge_time",       "_time_to_count", "bonds_broken_count",
+    "_mass_flow",     "_residence_time",      "_load_peak",     "_contact_force_peak",
+    "heap_count",     "remaining_count",      "_largest_drive", "peak_normal_force",
+    "discharge_rate", "largest_opposed_load", "bulk_density",   "present_count"};
+
+std::vector<std::string> telling_names(const Case& c) {
+  std::vector<std::string> names(kAngles.begin(), kAngles.end());
+  names.emplace_back("_batches");
+  for (const Gate& gate : c.gates) names.push_back(gate.name + "_count");
+  names.insert(names.end(), kOthers.begin(), kOthers.end());
+  return names;
 }
 
-// What people look for first, most telling first. A name, or the end of one.
-constexpr std::array kTelling = {"angle_of_repose",   "drum_angle",          "heap_angle",
-                                 "discharge_time",    "container_count",     "lost_count",
-                                 "_time_to_count",    "bonds_broken_count",  "_residence_time",
-                                 "_mass_flow",        "_contact_force_peak", "arched",
-                                 "peak_normal_force", "_largest_drive",      "discharge_rate",
-                                 "bulk_density",      "present_count"};
+// The telling ones first, then the others; of both those that are not zero first.
+std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
+  const std::vector<std::string> names = telling_names(c);
+  std::ranges::stable_sort(responses, {}, [&](const Response& r) {
+    const auto found = std::ranges::find_if(
+        names, [&](const std::string& ending) { return r.name.ends_with(ending); });
+    const bool zero = is_scalar(r) && r.value[0] == 0;
+    return std::tuple(found == names.end(), zero, found - names.begin());
+  });
+  return responses;
+}
 
-std::vector<page::Card> response_cards(const std::vector<Response>& responses) {
+bool is_telling(const Response& r, const Case& c) {
+  if (!is_scalar(r) || !std::isfinite(r.value[0])) return false;
+  if (r.value[0] == 0 && r.name != "arched") return false;  // nothing moved, nothing was touched
+  return std::ranges::any_of(telling_names(c),
+                             [&](const std::string& ending) { return r.name.ends_with(ending); });
+}
+
+// `responses` as ordered() has them.
+std::vector<page::Card> response_cards(const std::vector<Response>& responses, const Case& c) {
   constexpr std::size_t kMost = 6;
   std::vector<page::Card> cards;
-  std::vector<std::string> taken;
-  for (const std::string ending : kTelling) {
-    for (const Response& r : responses) {
-      if (cards.size() == kMost || !is_scalar(r) || !std::isfinite(r.value[0])) continue;
-      if (r.value[0] == 0 && r.unit != "1") continue;  // nothing moved, nothing was touched
-      if (!r.name.ends_with(ending) || std::ranges::find(taken, r.name) != taken.end()) continue;
-      const std::string unit = r.unit == "1" ? "" : " " + r.unit;
-      cards.push_back(
-          {spaced(r.name), page::measured_text(r.value[0], uncertainty(r)) + unit, r.method, {}});
-      taken.push_back(r.name);
-    }
+  for (const Response& r : responses) {
+    if (cards.size() == kMost || !is_telling(r, c)) continue;
+    const std::string unit = r.unit == "1" ? "" : " " + r.unit;
+    if (r.name == "arched")
+      cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", r.method, {}});
+    else
+      cards.push_back({page::words(r.name),
+                       page::measured_text(r.value[0], uncertainty(r)) + unit,
+                       r.method,
+                       {}});
   }
   return cards;
 }
@@ -121,6 +148,12 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
                                     : stages.empty() || stages.back().ended_by.empty()
                                         ? "under way when this page was made"
                                         : fmt::format("ended: {}", stages.back().ended_by));
+  for (std::size_t i = 0; i + 1 < stages.size(); ++i)
+    if (stages[i].ended_by.starts_with("stalled"))
+      page.top().note({Mark::caution, "jam"},
+                      fmt::format("{}: {}", stages[i].name, stages[i].ended_by));
+  const std::vector<page::Card> cards = response_cards(responses, c);
+  if (!cards.empty()) page.top().cards(cards);
   page.top().facts(
       {{"simulated time",
         fmt::format("{} of at most {} s", page::number_text(times.empty() ? 0 : times.back()),
@@ -128,8 +161,6 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
        {"particles", fmt::format("{} came, {} left through outlets", counts.came, counts.left)},
        {"time step", fmt::format("{} s", page::number_text(recording.timestep()))},
        {"wall time", duration_text(recording.wall_time())}});
-  const std::vector<page::Card> cards = response_cards(responses);
-  if (!cards.empty()) page.top().cards(cards);
 }
 
 void stages_section(const Recording& recording, page::Page& page) {
@@ -218,7 +249,7 @@ void case_section(const Recording& recording, const Case& c, page::Page& page) {
                                   m.selection.empty() ? "" : ", ", m.selection, m.sha256));
   if (!c.start.empty()) content.paragraph(fmt::format("Starts from {}.", c.start));
   page::Content fold;
-  fold.code(c.resolved);
+  fold.code(shortest_numbers(c.resolved));
   content.fold("The whole case, defaults filled in", fold);
 }
 
@@ -228,7 +259,7 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   const Recording recording(results_file);
   const Case c = recording.read_case();
   const std::vector<Response> responses =
-      recording.measured() ? recording.responses() : measure(recording);
+      ordered(recording.measured() ? recording.responses() : measure(recording), c);
   page::Page page(c.name,
                   fmt::format("one run, seed {}, {}", recording.seed(), recording.program()));
   top(recording, c, responses, page);

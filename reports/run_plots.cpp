@@ -100,7 +100,7 @@ page::Figure passages_over_time(const std::map<std::string, std::vector<double>>
                                 double end) {
   plots::XyPlot plot;
   plot.x = {"time", "s", false, {}, {}};
-  plot.y = {"particles that have passed", "", false, 0.0, {}};
+  plot.y = {"particles that have passed", "", false, 0.0, {}, true};
   std::string seen;
   for (const auto& [gate, times] : sorted) {
     plots::Series s;
@@ -145,7 +145,7 @@ page::Figure residence_by_batch(const std::string& gate, const std::vector<doubl
                         page::number_text(mean.y.back(), 3));
   }
   plots::XyPlot plot;
-  plot.x = {"batch", "", false, {}, {}};
+  plot.x = {"batch", "", false, {}, {}, true};
   plot.y = {"time from insertion to the gate", "s", false, 0.0, {}};
   plot.series = {each, mean};
   return {plots::draw(plot),

@@ -289,18 +289,40 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
 }
 
+namespace {
+
+// Boundaries with a mesh where they are at the start; of one name unless it is empty.
+std::vector<ScenePicture::Wall> walls_at_start(const Case& c, const Solver& start,
+                                               const std::string& name = {}) {
+  std::vector<ScenePicture::Wall> result;
+  const std::vector<BoundaryState>& walls = start.boundaries();
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    const Boundary& b = c.model.boundaries[i];
+    if (b.mesh.triangles.empty() || (!name.empty() && b.name != name)) continue;
+    const Mat3 rotation = walls[i].orientation.toRotationMatrix();
+    result.push_back({b.name, {&b.mesh, {rotation, walls[i].position}}});
+  }
+  return result;
+}
+
+}  // namespace
+
+void draw_boundary(const Case& c, const std::string& name, const std::string& file) {
+  Solver start(c.model);
+  place_start(start, c);
+  ScenePicture picture;
+  picture.title = name;
+  picture.subtitle = fmt::format("of {}, at the start", c.name);
+  picture.walls = walls_at_start(c, start, name);
+  draw_scene(picture, file);
+}
+
 void draw_scene(const Case& c, const std::string& file) {
   ScenePicture picture;
   picture.title = c.name;
   Solver start(c.model);
   place_start(start, c);
-  const std::vector<BoundaryState>& walls = start.boundaries();
-  for (std::size_t i = 0; i < walls.size(); ++i) {
-    const Boundary& b = c.model.boundaries[i];
-    if (b.mesh.triangles.empty()) continue;
-    const Mat3 rotation = walls[i].orientation.toRotationMatrix();
-    picture.walls.push_back({b.name, {&b.mesh, {rotation, walls[i].position}}});
-  }
+  picture.walls = walls_at_start(c, start);
   for (const Case::Placed& p : c.placed) {
     const Shape& shape = c.model.shapes[c.model.particles[p.particle].shape];
     const Mat3 rotation = p.orientation.toRotationMatrix();

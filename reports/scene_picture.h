@@ -31,6 +31,8 @@ void draw_scene(const ScenePicture& picture, const std::string& file);
 
 // A case as it begins: boundaries, and the particles that are there from the start.
 void draw_scene(const Case& c, const std::string& file);
+// One boundary of it alone, where it is at the start. Throws InputError for one without a mesh.
+void draw_boundary(const Case& c, const std::string& name, const std::string& file);
 
 // One frame of a results file, particles coloured by their tags. Throws InputError when the frame
 // does not exist.

@@ -8,8 +8,10 @@
 
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
+#include "experiments/units.h"
 #include "reports/json_values.h"
 #include "reports/plots.h"
+#include "reports/study_answer.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -19,6 +21,7 @@ namespace fs = std::filesystem;
 using page::Badge;
 using page::Cell;
 using page::Mark;
+using page::words;
 
 Badge badge_of(const std::string& verdict) {
   if (verdict == "calibrated") return {Mark::good, verdict};
@@ -39,15 +42,34 @@ std::string range_text(const Json& ends) {
   return fmt::format("{} to {}", page::number_text(low, 3), page::number_text(high, 3));
 }
 
+// Without the verdict in front, which the badge says.
+std::string headline(const Json& results) {
+  std::string sentence = text(results, "headline");
+  const std::string verdict = text(results, "verdict") + ": ";
+  if (sentence.starts_with(verdict)) sentence.erase(0, verdict.size());
+  for (std::size_t at = 0; (at = sentence.find(" +- ", at)) != std::string::npos;)
+    sentence.replace(at, 4, " ± ");
+  return sentence;
+}
+
+// The answer, as every other place of the page and the command have it; without one the median.
 void summary(const Json& results, page::Page& page) {
+  const bool answered = results.contains("answer") && results.at("answer").is_object();
   std::vector<page::Card> cards;
-  for (const Json& p : results.at("parameters"))
-    cards.push_back({text(p, "name"),
-                     page::number_text(number(p, "median"), 3) + " " + unit_of(p),
+  for (const Json& p : results.at("parameters")) {
+    const std::string name = text(p, "name");
+    const double value = answered ? number(results.at("answer").at("parameters"), name.c_str())
+                                  : number(p, "median");
+    const std::string unit = unit_of(p);
+    cards.push_back({words(name) + (answered ? "" : ", median"),
+                     number_text(value) + (unit.empty() ? "" : " " + unit),
                      "95 %: " + range_text(p.at("interval_95")),
                      {}});
-  page.top().note(badge_of(text(results, "verdict")), text(results, "headline"));
+  }
+  page.top().note(badge_of(text(results, "verdict")), headline(results));
   page.top().cards(cards);
+  if (const std::vector<page::Fact> facts = study_answer(results); !facts.empty())
+    page.top().facts(facts);
 }
 
 void targets_section(const Json& results, page::Page& page) {
@@ -79,7 +101,7 @@ void targets_section(const Json& results, page::Page& page) {
 page::Figure profile_figure(const Json& p) {
   const Json& profile = p.at("profile");
   plots::XyPlot plot;
-  plot.x = {text(p, "name"), unit_of(p), p.value("scale", "") == "log", {}, {}};
+  plot.x = {words(text(p, "name")), unit_of(p), p.value("scale", "") == "log", {}, {}};
   plot.y = {"minus twice the log likelihood", "", false, 0.0, 10.0};
   plots::Series series;
   series.x = numbers(profile.at("values"));
@@ -124,14 +146,9 @@ void parameters_section(const Json& results, page::Page& page) {
   combinations.caption = "What the data determine, and what they do not";
   combinations.columns = {{"combination", ""}, {"value", ""}, {"", ""}};
   for (const Json& c : results.at("combinations")) {
-    std::string terms;
-    for (const Json& t : c.at("terms"))
-      terms += fmt::format("{}{:.2f} {}", terms.empty() ? "" : " + ", number(t, "coefficient"),
-                           t.value("of", "") == "logarithm" ? "ln(" + text(t, "parameter") + ")"
-                                                            : text(t, "parameter"));
     const bool identified = c.value("identified", false);
     combinations.rows.push_back(
-        {terms,
+        {combination_text(c),
          identified ? page::measured_text(number(c, "value"), number(c, "uncertainty"))
                     : std::string("limited by the range only"),
          identified ? Badge{Mark::good, "determined"} : Badge{Mark::caution, "not determined"}});
@@ -145,8 +162,8 @@ void add_map(const Json& results, page::Content& content) {
   if (parameters.size() < 2) return;
   plots::XyPlot plot;
   const auto axis = [](const Json& p) {
-    return plots::Axis{text(p, "name"), unit_of(p), p.value("scale", "") == "log", number(p, "min"),
-                       number(p, "max")};
+    return plots::Axis{words(text(p, "name")), unit_of(p), p.value("scale", "") == "log",
+                       number(p, "min"), number(p, "max")};
   };
   plot.x = axis(parameters[0]);
   plot.y = axis(parameters[1]);
@@ -219,7 +236,7 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
   const std::size_t start = svg.find("<svg");
   if (start != std::string::npos)
     content.figure({svg.substr(start), "The fitted response over the parameters.",
-                    "The fitted response over the parameters"});
+                    "The fitted response over the parameters", true});
 }
 
 void knowledge_section(const Json& results, page::Page& page) {
@@ -243,23 +260,27 @@ void knowledge_section(const Json& results, page::Page& page) {
   }
   if (!results.contains("sensitivity")) return;
   plots::BarPlot bars;
-  bars.y = {"share of the variance (first order)", "", false, 0.0, {}};
+  bars.y = {"share of the variance", "", false, 0.0, {}};
   std::string seen;
-  for (const Json& p : results.at("parameters")) bars.series.push_back({text(p, "name"), {}});
+  std::vector<std::string> parameters;
+  for (const Json& p : results.at("parameters")) {
+    parameters.push_back(text(p, "name"));
+    bars.series.push_back({words(parameters.back()), {}});
+  }
   for (const Json& s : results.at("sensitivity")) {
-    bars.categories.push_back(text(s, "response"));
-    for (plots::BarSeries& series : bars.series) {
-      const Json& of = s.at("parameters");
-      series.values.push_back(of.contains(series.name) ? number(of.at(series.name), "first")
-                                                       : std::nan(""));
+    bars.categories.push_back(words(text(s, "response")));
+    const Json& of = s.at("parameters");
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      plots::BarSeries& series = bars.series[k];
+      series.values.push_back(of.contains(parameters[k]) ? number(of.at(parameters[k]), "first")
+                                                         : std::nan(""));
       seen += fmt::format("{} by {}: {}. ", bars.categories.back(), series.name,
-                          page::number_text(series.values.back(), 2));
+                          number_text(series.values.back(), 2));
     }
   }
-  bars.width = 760;
   if (!bars.categories.empty())
-    content.figure(
-        {plots::draw(bars), "Whose doing each response is, over the ranges looked at.", seen});
+    content.figure({plots::draw(bars),
+                    "How much of each response the parameters explain, over their ranges.", seen});
 }
 
 void numerics_section(const Json& results, page::Page& page) {
@@ -303,8 +324,7 @@ void runs_section(const Json& results, page::Page& page) {
       facts.push_back({words, page::number_text(number(value))});
     }
   if (results.contains("wall_seconds"))
-    facts.push_back(
-        {"time of all runs", page::number_text(number(results, "wall_seconds") / 3600, 3) + " h"});
+    facts.push_back({"time of all runs", duration_text(number(results, "wall_seconds"))});
   content.facts(facts);
 }
 

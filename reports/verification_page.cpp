@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 
+#include "experiments/number_text.h"
 #include "experiments/output_file.h"
 #include "experiments/text_encoding.h"
 #include "solver/types.h"
@@ -33,7 +34,7 @@ std::string title_of(const std::string& group) {
 }
 
 std::string value_text(double value, const std::string& unit) {
-  return fmt::format("{:.6g}{}", value, unit == "1" ? "" : " " + unit);
+  return number_text(value, 6) + (unit == "1" ? "" : " " + unit);
 }
 
 // A tolerance in words for all checks of a case, when they share one.
@@ -91,7 +92,7 @@ std::string markdown_cell(std::string text) {
   return text;
 }
 
-std::string used_text(double used) { return fmt::format("{:.2g} %", 100 * used); }
+std::string used_text(double used) { return number_text(100 * used, 2) + " %"; }
 
 void markdown_case(fmt::memory_buffer& out, const VerificationCase& c, const CaseResult& r) {
   auto to = std::back_inserter(out);
@@ -243,9 +244,9 @@ std::string html(const std::vector<VerificationCase>& cases, const std::vector<C
 std::string tolerance_text(const Check& c) {
   switch (c.bound) {
     case Bound::relative:
-      return fmt::format("{:.3g} %", 100 * c.tolerance);
+      return number_text(100 * c.tolerance, 3) + " %";
     case Bound::absolute:
-      return "± " + fmt::format("{:.3g}{}", c.tolerance, c.unit == "1" ? "" : " " + c.unit);
+      return "± " + number_text(c.tolerance, 3) + (c.unit == "1" ? "" : " " + c.unit);
     case Bound::at_most:
       return "at most";
     case Bound::at_least:

@@ -1,7 +1,6 @@
 #include "experiments/batch/progress.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,13 +24,6 @@ std::string duration(double seconds) {
   if (seconds < 90) return fmt::format("{:.0f} s", std::ceil(seconds));
   if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
   return fmt::format("{:.1f} h", seconds / 3600);
-}
-
-// A line that wraps could not be taken back.
-std::size_t terminal_width() {
-  winsize size = {};
-  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
-  return known ? size.ws_col - 1u : 79;
 }
 
 }  // namespace
@@ -136,8 +128,9 @@ void BatchProgress::draw(bool now) {
     print_lines(stderr, "{}\n", line());
   } else {
     std::istringstream text(line() + '\n' + knowledge_);
+    const std::size_t columns = terminal_columns();  // a line that wraps could not be erased
     for (std::string row; std::getline(text, row); ++lines_drawn_)
-      print_lines(stderr, "{}{}", lines_drawn_ > 0 ? "\n" : "", row.substr(0, terminal_width()));
+      print_lines(stderr, "{}{}", lines_drawn_ > 0 ? "\n" : "", fit_columns(row, columns));
   }
   std::fflush(stderr);
 }

@@ -278,11 +278,23 @@ void carry_out(SweepResult& r, const SweepOptions& options) {
 
 }  // namespace
 
+namespace {
+
+// runs/<name>, without blanks; one of an earlier version with blanks is gone on with.
+std::string default_folder(const std::string& name) {
+  const fs::path runs = "runs", as_it_is = runs / name;
+  std::error_code unreadable;  // as a name that is too long
+  if (fs::is_directory(as_it_is, unreadable)) return as_it_is.string();
+  const std::string plain_name = encode::file_name(name);
+  return (runs / (plain_name.empty() ? "sweep" : plain_name)).string();
+}
+
+}  // namespace
+
 SweepResult sweep(const SweepOptions& options) {
   SweepResult r;
   r.sweep = read_sweep(options.sweep_file);
-  r.directory =
-      options.directory.empty() ? (fs::path("runs") / r.sweep.name).string() : options.directory;
+  r.directory = options.directory.empty() ? default_folder(r.sweep.name) : options.directory;
   with_kept_runs(r.directory, [&] { carry_out(r, options); });
   return r;
 }
@@ -332,7 +344,7 @@ std::string render_table(const SweepResult& r) {
   for (const auto& [response, law] : laws)
     text += fmt::format("    {:<36} {:>12.2f} {}\n", response, law.exponent,
                         std::isfinite(law.exponent_error)
-                            ? fmt::format("+- {:.2g}, one standard error", law.exponent_error)
+                            ? fmt::format("± {:.2g}, one standard error", law.exponent_error)
                             : "(two values: how straight it is, is not known)");
   return text;
 }

@@ -42,7 +42,7 @@ Sweep read_sweep(const std::string& file);
 
 struct SweepOptions {
   std::string sweep_file;          // TOML
-  std::string directory;           // empty: runs/<sweep name>
+  std::string directory;           // empty: runs/<sweep name>, without blanks
   int jobs = 0;                    // simulations side by side; 0: one per core
   bool resume = false;             // require that the directory holds this sweep already
   std::string executor = "local";  // or "slurm"

@@ -78,12 +78,14 @@
     const holder = table.parentElement;
     holder.tabIndex = 0;  // so that the keyboard can scroll it
     holder.setAttribute('role', 'region');
-    holder.setAttribute('aria-label', table.caption ? table.caption.textContent : 'table');
+    holder.setAttribute('aria-label', table.getAttribute('aria-label') || 'table');
     const tools = document.createElement('div');
     tools.className = 'tabletools';
     tools.append(button('Copy table', 'Copy this table as tab-separated values',
                         (b) => copy(tsv(table), b)));
+    const caption = holder.previousElementSibling;
     holder.before(tools);
+    if (caption && caption.className === 'tablecaption') tools.prepend(caption);
   }
   for (const code of document.querySelectorAll('.code')) {
     code.append(button('Copy', 'Copy these commands',

@@ -147,7 +147,7 @@ const FirnReplay = (() => {
         const unit = mode.unit ? ` ${mode.unit}` : '';
         this.legend.append(make('div', {class: 'replay-scale', style: `background: ${SCALE_CSS}`}),
             make('div', {class: 'replay-numbers'}, ...[0, 0.5, 1].map((share) => make('span', {},
-                (share === 1 && mode.over ? '\u2265 ' : '') + round(mode.low + share * (mode.high - mode.low)) +
+                (share === 1 && mode.over ? '\u2265 ' : share === 0 && mode.under ? '\u2264 ' : '') + round(mode.at(share)) +
                 (share === 1 ? unit : '')))));
       }
       this.ask();

@@ -18,8 +18,10 @@ const FirnReplayColours = (() => {
   // the colour-blind.
   const SCALE = [[70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58],
                  [253, 231, 37]].map((c) => c.map((v) => v / 255));
-  // Okabe and Ito's, for a few kinds.
-  const KINDS = ['#56b4e9', '#e69f00', '#009e73', '#f0e442', '#cc79a7', '#0072b2', '#d55e00', '#999999'];
+  // Okabe and Ito's, for a few kinds, in the order of hues that plots have; black is dark grey.
+  const KINDS = ['#56b4e9', '#e69f00', '#009e73', '#cc79a7', '#f0e442', '#0072b2', '#d55e00', '#444444'];
+  // Boundaries are dull, so that the ice stands out.
+  const WALLS = ['#8c9bad', '#b3a48f', '#93a792', '#a993a8', '#a9a58c', '#8fa5a8', '#b09a94', '#9a9a9a'];
   const GREY = [0.62, 0.66, 0.7];
   const onScale = (share, out, at) => {
     const x = clamp(share, 0, 1) * (SCALE.length - 1), i = Math.min(Math.floor(x), SCALE.length - 2);
@@ -30,12 +32,12 @@ const FirnReplayColours = (() => {
   const SCALE_CSS = `linear-gradient(to right, ${SCALE.map(css).join(', ')})`;
 
   // Whole numbers that mark kinds: few get a colour each, many a scale.
-  const kinds = (name, values, none) => {
+  const kinds = (name, values, none, words = []) => {
     const known = [...new Set(values)].filter((v) => v !== none).sort((a, b) => a - b);
     if (known.length <= KINDS.length) {
       const colours = new Map(known.map((v, i) => [v, hex(KINDS[i])]));
       return {
-        name, swatches: known.map((v, i) => [KINDS[i], String(v)]),
+        name, swatches: known.map((v, i) => [KINDS[i], words[v] || String(v)]),
         write: (id, t, frame, out, at) => out.set(colours.get(values[id]) || GREY, at),
       };
     }
@@ -47,7 +49,20 @@ const FirnReplayColours = (() => {
       if (Number.isNaN(v)) out.set(GREY, at);
       else onScale(high > low ? (v - low) / (high - low) : 0, out, at);
     },
+    at: (share) => low + share * (high - low),
   });
+  // Three powers of ten, so that what creeps and what flies both differ from what is at rest.
+  const logScale = (name, unit, high, value) => {
+    const decades = 3, low = high / 10 ** decades;
+    return {
+      name, unit, low, high, under: true, write: (id, t, frame, out, at) => {
+        const v = value(id, t, frame);
+        if (Number.isNaN(v)) out.set(GREY, at);
+        else onScale(v > low ? Math.log10(v / low) / decades : 0, out, at);
+      },
+      at: (share) => low * 10 ** (decades * share),
+    };
+  };
 
   const modesOf = (r) => {
     const inside = (id, t) => t - r.came[id];
@@ -68,11 +83,12 @@ const FirnReplayColours = (() => {
       batch: kinds('batch', r.batch, -1),
       tag: kinds('tag', r.tag, null),
       time: scale('time inside', 's', 0, longest, inside),
-      speed: Object.assign(scale('speed', 'm/s', 0, fast, (id, t, frame) => r.speed(frame, id)), {over: true}),
+      shape: kinds('shape', r.shape, null, r.shapes.map((shape) => shape.name)),
+      speed: Object.assign(logScale('speed', 'm/s', fast, (id, t, frame) => r.speed(frame, id)), {over: true}),
       force: scale('largest contact force of the run', 'N', 0, Math.max(0, ...r.peak_force),
                    (id) => r.peak_force[id]),
     };
   };
 
-  return {make, round, clamp, onScale, SCALE_CSS, modesOf};
+  return {make, round, clamp, onScale, SCALE_CSS, WALLS, modesOf};
 })();

@@ -161,9 +161,9 @@ const FirnReplayScene = (() => {
     get hasParts() { return this.groups.some((group) => group.pieces); }
 
     addBoundaries() {
-      const colours = [0x6f9fc8, 0xc9924f, 0x74a86e, 0xb0698c, 0xa39a45, 0x7480a6, 0x4fa3a3, 0xc4685c];
+      const {WALLS} = FirnReplayColours;
       this.boundaries = this.replay.boundaries.map((boundary, b) => {
-        const material = new THREE.MeshLambertMaterial({color: colours[b % colours.length],
+        const material = new THREE.MeshLambertMaterial({color: WALLS[b % WALLS.length],
             // A plane is seen from its free side alone, or those in front would veil the scene.
             side: boundary.plane ? THREE.FrontSide : THREE.DoubleSide, transparent: true, depthWrite: false});
         const mesh = new THREE.Mesh(flat(boundary), material);

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -107,6 +108,49 @@ void runs_as_its_readme_says(const std::string& name) {
     }
   }
   EXPECT_GE(seen, 2);
+}
+
+// The commands of docs/tutorials.md, section by section, as words; without those of firn view.
+std::map<std::string, std::vector<std::vector<std::string>>> tutorials() {
+  std::map<std::string, std::vector<std::vector<std::string>>> all;
+  std::istringstream page(read_text(fs::path(FIRN_SOURCE_DIR) / "docs/tutorials.md"));
+  std::string section;
+  bool block = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("## ")) section = line.substr(3);
+    if (line.starts_with("```")) block = !block;
+    if (!block || !line.starts_with("./firn ")) continue;
+    std::istringstream words(line);
+    std::vector<std::string> command;
+    for (std::string word; words >> word;) command.push_back(word);
+    if (command.at(1) != "view") all[section].emplace_back(command.begin() + 1, command.end());
+  }
+  return all;
+}
+
+void runs_as_written(const std::string& section) {
+  const auto all = tutorials();
+  ASSERT_TRUE(all.contains(section)) << section;
+  const Folder folder;
+  for (const std::vector<std::string>& command : all.at(section)) {
+    const Outcome o = folder.firn(command);
+    EXPECT_EQ(o.status, 0) << testing::PrintToString(command) << o.err;
+  }
+}
+
+TEST(Tutorials, AreAllTested) {
+  std::vector<std::string> sections;
+  for (const auto& [section, commands] : tutorials()) sections.push_back(section);
+  EXPECT_THAT(sections, testing::ElementsAre("First picture",
+                                             "Your load cell: from a measurement "
+                                             "to a verdict",
+                                             "Your own bucket", "Your own ice"));
+}
+TEST(Tutorials, FirstPicture) { runs_as_written("First picture"); }
+TEST(Tutorials, YourOwnBucket) { runs_as_written("Your own bucket"); }
+TEST(TutorialsLong, YourOwnIce) { runs_as_written("Your own ice"); }
+TEST(TutorialsLong, YourLoadCell) {
+  runs_as_written("Your load cell: from a measurement to a verdict");
 }
 
 class Template : public testing::TestWithParam<const char*> {};

@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "experiments/recording.h"
 #include "tests/cli/cases.h"
 #include "tests/cli/program.h"
 
@@ -272,6 +273,98 @@ TEST(ShapeCommand, BoundariesOfACase) {
   EXPECT_THAT(told.out, HasSubstr("closed"));
 }
 
+TEST(ShapeCommand, OneBoundaryOfACase) {
+  const Folder folder;
+  folder.write("case.toml", case_with_cup("wall = \"5 mm\"\nfloor = \"10 mm\"\n"));
+  const Outcome cup = folder.firn({"shape", "case.toml", "--boundary", "cup", "--json"});
+  ASSERT_EQ(cup.status, 0) << cup.err;
+  EXPECT_EQ(json::parse(cup.out)["name"], "cup");
+  const Outcome text = folder.firn({"shape", "case.toml", "--boundary", "cup"});
+  EXPECT_TRUE(text.out.starts_with("cup\n")) << text.out;
+  EXPECT_THAT(text.out, testing::Not(HasSubstr("floor\n")));
+  const Outcome wrong = folder.firn({"shape", "case.toml", "--boundary", "cap"});
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("the nearest known one is \"cup\""));
+  const Outcome none = folder.firn({"shape", "case.toml", "--boundary"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("expected one of floor, cup"));
+  const Outcome plane =
+      folder.firn({"shape", "case.toml", "--boundary", "floor", "--picture", "floor.svg"});
+  EXPECT_EQ(plane.status, 2);
+  EXPECT_THAT(plane.err, HasSubstr("half-space without a mesh"));
+  EXPECT_FALSE(folder.contains("floor.svg"));
+}
+
+// Open surfaces are boundaries, and so are closed ones that face inwards: containers.
+TEST(ShapeCommand, MeshFilesAsBoundaries) {
+  const Folder folder;
+  std::vector<Triangle> open = box(100, 80, 60);
+  open.erase(open.begin(), open.begin() + 2);
+  folder.write("open.stl", stl(open));
+  const Outcome body = folder.firn({"shape", "open.stl"});
+  EXPECT_EQ(body.status, 2);
+  const Outcome wall = folder.firn({"shape", "open.stl", "--boundary", "--json"});
+  ASSERT_EQ(wall.status, 0) << wall.err;
+  const json facts = json::parse(wall.out);
+  EXPECT_EQ(facts["triangles"], 10);
+  EXPECT_EQ(facts["convex_parts"], 10);
+  EXPECT_EQ(facts["closed"], false);
+  const Outcome text = folder.firn({"shape", "open.stl", "--boundary", "--thickness", "5 mm"});
+  EXPECT_THAT(text.out, HasSubstr("open, 4 free edges"));
+  std::vector<Triangle> inward = box(100, 80, 60);
+  for (auto& triangle : inward) std::swap(triangle[1], triangle[2]);
+  folder.write("inward.stl", stl(inward));
+  const Outcome container = folder.firn({"shape", "inward.stl", "--boundary"});
+  ASSERT_EQ(container.status, 0) << container.err;
+  EXPECT_THAT(container.out, HasSubstr("closed, faces inwards: bodies are inside"));
+  const Outcome thin = folder.firn({"shape", "open.stl", "--boundary", "--thickness", "0 mm"});
+  EXPECT_EQ(thin.status, 2);
+  const Outcome alone = folder.firn({"shape", "open.stl", "--thickness", "1 mm"});
+  EXPECT_EQ(alone.status, 2);
+}
+
+// The container of a closed mesh that faces inwards keeps a cube inside, on all sides.
+TEST(ShapeCommand, AnInwardMeshHoldsBodies) {
+  const Folder folder;
+  std::vector<Triangle> inward = box(60, 60, 60);
+  for (auto& triangle : inward) std::swap(triangle[1], triangle[2]);
+  folder.write("inward.stl", stl(inward));
+  std::string text = two_boxes;
+  text.erase(text.find("[[boundaries]]"));
+  text.replace(text.find("0 0 0.012 m"), 11, "30 30 14 mm");
+  text.erase(text.rfind("[[particles]]"));
+  text.replace(text.find("\"50 ms\""), 7, "\"0.3 s\"");
+  text +=
+      "velocity = \"1 0.4 0.2 m/s\"\n[[boundaries]]\nname = \"bin\"\nmaterial = \"plastic\"\n"
+      "kind = \"mesh\"\nfile = \"inward.stl\"\nlength_unit = \"mm\"\n[output]\nframes_every = "
+      "\"10 ms\"\n";
+  folder.write("bin.toml", text);
+  const Outcome o = folder.firn({"run", "bin.toml", "-o", "bin.h5", "--quiet"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const Recording recording((folder.path() / "bin.h5").string());
+  double farthest = 0;
+  for (std::size_t f = 0; f < recording.frame_times().size(); ++f)
+    for (const double x : recording.frame(f).position[0]) {
+      EXPECT_GT(x, 0.009);
+      EXPECT_LT(x, 0.051);
+      farthest = std::max(farthest, x);
+    }
+  EXPECT_GT(farthest, 0.045);  // it came to a wall
+}
+
+TEST(ShapePictureLong, PictureOfOneBoundary) {
+  const Folder folder;
+  folder.write("case.toml", case_with_cup(""));
+  const Outcome o =
+      folder.firn({"shape", "case.toml", "--boundary", "cup", "--picture", "cup.svg"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(read_text(folder.path() / "cup.svg"), HasSubstr("of two boxes, at the start"));
+  folder.write("box.stl", stl(box(10, 10, 10)));
+  const Outcome mesh = folder.firn({"shape", "box.stl", "--boundary", "--picture", "box.svg"});
+  EXPECT_EQ(mesh.status, 0) << mesh.err;
+  EXPECT_TRUE(folder.contains("box.svg"));
+}
+
 TEST(ShapePictureLong, PictureOfACase) {
   const Folder folder;
   const Outcome o = folder.firn(
@@ -301,7 +394,8 @@ TEST(ShapeCommand, ImpossibleMachinePartsAreRefusedByFileLineAndKey) {
   const Outcome o = folder.firn({"shape", "case.toml"});
   EXPECT_EQ(o.status, 2);
   EXPECT_EQ(lines(o.err), 1U) << o.err;
-  EXPECT_THAT(o.err, HasSubstr("case.toml:49: boundaries.1.shaft_diameter: is 100 mm; expected"));
+  EXPECT_THAT(o.err,
+              HasSubstr("case.toml:49: boundaries.auger.shaft_diameter: is 100 mm; expected"));
 }
 
 }  // namespace

@@ -97,6 +97,27 @@ TEST(SweepCommand, TakesListsAndRepetitions) {
   EXPECT_THAT(repeat.out, HasSubstr("r: 3 of 3 runs finished"));
 }
 
+TEST(SweepCommand, LeavesAPageInAFolderWithoutBlanks) {
+  const Sweep folder;
+  std::string text = sweep;
+  folder.write("named.toml", text.replace(text.find("boxes"), 5, "two boxes, soft"));
+  const Outcome o = folder.firn({"sweep", "named.toml", "--progress", "none"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("to be read: runs/two-boxes-soft/report.html"));
+  const std::string page = read_text(folder.path() / "runs/two-boxes-soft/report.html");
+  EXPECT_THAT(page, HasSubstr("12 of 12 runs finished"));
+  EXPECT_THAT(page, HasSubstr("present mass over density"));
+  const Outcome made = folder.firn({"report", "runs/two-boxes-soft", "-o", "again.html"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(read_text(folder.path() / "again.html"), page);
+  // A folder of an earlier version is gone on with.
+  std::filesystem::rename(folder.path() / "runs/two-boxes-soft",
+                          folder.path() / "runs/two boxes, soft");
+  const Outcome again = folder.firn({"sweep", "named.toml", "--progress", "none"});
+  EXPECT_EQ(again.status, 0) << again.err;
+  EXPECT_FALSE(folder.contains("runs/two-boxes-soft"));
+}
+
 TEST(SweepCommand, TellsTheExponentOverOneKeyThatIsANumber) {
   const Sweep folder;
   const auto swept = [&](const char* name, const char* key, const char* values) {

@@ -168,7 +168,7 @@ TEST(BondCase, MistakesAreToldInOneLine) {
   std::string apart = joined();
   apart.replace(apart.find("\"25 1 1 mm\""), 11, "\"90 1 1 mm\"");
   const std::string line = complaint(apart);
-  EXPECT_THAT(line, HasSubstr("bonds.0.length"));
+  EXPECT_THAT(line, HasSubstr("bonds.bridges.length"));
   EXPECT_THAT(line, HasSubstr("expected neighbours"));
   EXPECT_EQ(line.find('\n'), line.npos);
 }

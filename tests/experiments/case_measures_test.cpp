@@ -130,7 +130,7 @@ TEST(Measures, MistakesAreNamed) {
   EXPECT_THAT(error_of({{"measure.0.run", "1 mm"}}), HasSubstr("less than the slip"));
   EXPECT_THAT(error_of({{"measure.1.tag", "9"}}), HasSubstr("no particle carries 9"));
   EXPECT_THAT(error_of({{"measure.1.name", "a/b"}}), HasSubstr("without slashes"));
-  EXPECT_THAT(error_of({{"measure.1.slip", "1 mm"}}), HasSubstr("measure.1.slip"));
+  EXPECT_THAT(error_of({{"measure.1.slip", "1 mm"}}), HasSubstr("measure.all.slip"));
   EXPECT_THAT(error_of({{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
   EXPECT_THAT(error_of({{"measure.1", "{ kind = \"slip\", boundary = \"floor\" }"}}),
               HasSubstr("is taken by another measure"));

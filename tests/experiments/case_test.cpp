@@ -394,9 +394,9 @@ TEST(Case, WrongKeysAndTypesAreNamed) {
        "c.toml:25: shapes.cube.size: cannot read \"0.1 0.1 m\"; expected three numbers and the "
        "unit of a length, such as \"0 0 0.2 m\""},
       {"rigid = true", "rigid = 1",
-       "c.toml:46: boundaries.0.rigid: is the bare number 1; expected true or false"},
+       "c.toml:46: boundaries.floor.rigid: is the bare number 1; expected true or false"},
       {"remove = [\"lid\"]", "remove = \"lid\"",
-       "c.toml:75: stages.1.remove: is \"lid\"; expected an array of strings"},
+       "c.toml:75: stages.open.remove: is \"lid\"; expected an array of strings"},
       {"[[stages]]\nname = \"settle\"", "[stages]\nname = \"settle\"",
        "c.toml:72: TOML: Error while parsing table header: cannot redefine existing table 'stages' "
        "as array-of-tables; expected "
@@ -442,10 +442,11 @@ TEST(Case, WrongValuesAreNamed) {
        "c.toml:38: particles.1.orientation: has 3 entries; expected a unit quaternion [w, x, y, "
        "z]"},
       {"normal = [0, 0, 2]", "normal = [0, 0, 0]",
-       "c.toml:45: boundaries.0.normal: has length 0; expected a direction [x, y, z] that is not "
+       "c.toml:45: boundaries.floor.normal: has length 0; expected a direction [x, y, z] that is "
+       "not "
        "zero"},
       {"stop = \"0.5 s\"", "start = \"1 s\"\nstop = \"0.5 s\"",
-       "c.toml:61: boundaries.1.motions.0.stop: is 0.5 s, not after the start at 1 s; expected a "
+       "c.toml:61: boundaries.lid.motions.0.stop: is 0.5 s, not after the start at 1 s; expected a "
        "later time"},
       {"rounding = \"0.1 mm\"", "rounding = \"60 mm\"",
        "c.toml:25: shapes.cube.size: nothing is left of a convex part rounded by 0.060000 m; "
@@ -465,9 +466,10 @@ TEST(Case, UnknownReferencesAreNamed) {
       {"shape = \"cube\"", "shape = \"cubes\"",
        "c.toml:31: particles.0.shape: unknown shape \"cubes\"; the nearest known one is \"cube\""},
       {"remove = [\"lid\"]", "remove = [\"lit\"]",
-       "c.toml:75: stages.1.remove: unknown boundary \"lit\"; the nearest known one is \"lid\""},
+       "c.toml:75: stages.open.remove: unknown boundary \"lit\"; the nearest known one is \"lid\""},
       {"boundary = \"floor\"", "boundary = \"flor\"",
-       "c.toml:78: stages.1.motions.0.boundary: unknown boundary \"flor\"; the nearest known one "
+       "c.toml:78: stages.open.motions.0.boundary: unknown boundary \"flor\"; the nearest known "
+       "one "
        "is \"floor\""},
       {"[interactions.plastic-ice]", "[interactions.plastik-ice]",
        "c.toml:19: interactions.plastik-ice: joins no two known materials; the nearest pair is "
@@ -481,13 +483,13 @@ TEST(Case, UnknownReferencesAreNamed) {
       {"name = \"lid\"", "name = \"floor\"",
        "c.toml:49: boundaries.1.name: \"floor\" is taken already; expected another name"},
       {"name = \"lid\"", "name = \"a/b\"",
-       "c.toml:49: boundaries.1.name: is \"a/b\"; expected a name without slashes"},
+       "c.toml:49: boundaries.\"a/b\".name: is \"a/b\"; expected a name without slashes"},
       {"density = \"916.7 kg/m^3\"", "", "no error"},  // the cube's mass is given
       {"young_modulus = \"0.01 GPa\"", "",
        "c.toml:26: shapes.cube.material: \"ice\" has no young_modulus; expected one, or a "
        "stiffness of the shape"},
       {"young_modulus = \"2 GPa\"", "",
-       "c.toml:50: boundaries.1.material: \"plastic\" has no young_modulus; expected one, or a "
+       "c.toml:50: boundaries.lid.material: \"plastic\" has no young_modulus; expected one, or a "
        "stiffness of the boundary, or rigid = true"},
   };
   for (const BadInput& b : bad) EXPECT_EQ(error_of(with(b.from, b.to)), b.message);
@@ -520,6 +522,63 @@ TEST(Case, OverridesReachEveryValue) {
   EXPECT_TRUE((turned.model.boundaries[0].orientation * Vec3::UnitZ()).isApprox(Vec3::UnitX()));
 }
 
+// Messages name elements of lists as --set takes them: by name, by index where no name is unique.
+TEST(Case, PathsOfMessagesNameElements) {
+  std::mt19937 random(11);
+  const std::vector<std::string> names = {"floor",
+                                          "lid",
+                                          "a wall",
+                                          "1",
+                                          "12x",
+                                          "x\"y",
+                                          "back\\slash",
+                                          "a.b",
+                                          "#3",
+                                          "ö",
+                                          "-",
+                                          "true",
+                                          std::string(70, 'n'),
+                                          "a = b",
+                                          "'",
+                                          "[0]"};
+  const auto quoted = [](const std::string& name) {
+    std::string text;
+    for (const char c : name)
+      text += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+    return "\"" + text + "\"";
+  };
+  for (int member = 0; member < 200; ++member) {
+    std::vector<std::string> list;
+    const std::size_t count = 1 + random() % 4;
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) {
+      list.push_back(names[random() % names.size()]);
+      text += fmt::format("[[walls]]\nname = {}\n[[walls.motions]]\nspeed = {}\n",
+                          quoted(list.back()), i);
+    }
+    const std::size_t chosen = random() % count;
+    TomlDocument document(text, "c.toml");
+    const TomlTable wall = TomlTable::root(document).tables("walls")[chosen];
+    const TomlTable motion = wall.tables("motions")[0];
+    std::string message;
+    try {
+      motion.fail("speed", "is wrong");
+    } catch (const InputError& error) {
+      message = error.what();
+    }
+    const std::string& name = list[chosen];
+    const bool unique = std::ranges::count(list, name) == 1 && name != "1" && name.size() < 60;
+    const std::string start = fmt::format("c.toml:{}: ", 4 * chosen + 4);
+    ASSERT_THAT(message, testing::StartsWith(start));
+    const std::string path =
+        message.substr(start.size(), message.rfind(": is wrong") - start.size());
+    EXPECT_EQ(path.starts_with(fmt::format("walls.{}.", chosen)), !unique) << path;
+    // --set finds the same element by it.
+    document.apply({{path, "77"}});
+    EXPECT_EQ(motion.number("speed"), 77) << path;
+  }
+}
+
 TEST(Case, WrongOverridesAreNamed) {
   EXPECT_EQ(error_of_set("shapes.cube.sise=1 m"),
             "--set shapes.cube.sise=1 m: shapes.cube.sise: unknown key; the nearest known one is "
@@ -535,9 +594,10 @@ TEST(Case, WrongOverridesAreNamed) {
   EXPECT_EQ(error_of_set("boundaries.2.material=ice"),
             "--set boundaries.2.material=ice: boundaries.2: no such element; expected one of 0 "
             "(\"floor\"), 1 (\"lid\")");
-  EXPECT_EQ(error_of_set("boundaries.lid.size=1 m"),
-            "--set boundaries.lid.size=1 m: boundaries.1.size: cannot read \"1 m\"; expected three "
-            "numbers and the unit of a length, such as \"0 0 0.2 m\"");
+  EXPECT_EQ(
+      error_of_set("boundaries.lid.size=1 m"),
+      "--set boundaries.lid.size=1 m: boundaries.lid.size: cannot read \"1 m\"; expected three "
+      "numbers and the unit of a length, such as \"0 0 0.2 m\"");
   EXPECT_EQ(error_of_set("case.duration.x=2"),
             "--set case.duration.x=2: case.duration: is a value; expected a table on the way to "
             "the key");

@@ -59,7 +59,7 @@ TEST(MachineCheck, FindsWhatATurnRunsInto) {
   // 60 s a turn, in a case of 2 s: it comes 12 degrees far.
   EXPECT_EQ(error_of(blade("0 90 0")), "");
   EXPECT_THAT(error_of(blade("0 90 0"), {{"case.duration", "60 s"}}),
-              MatchesRegex("c.toml:[0-9]+: boundaries.1: \"post\" overlaps boundary \"blade\" "
+              MatchesRegex("c.toml:[0-9]+: boundaries.post: \"post\" overlaps boundary \"blade\" "
                            "1[0-9.]+ s after the start, by .* mm near .*; expected room between "
                            "them, or may_touch = ..blade.. where it does not matter"));
   EXPECT_EQ(error_of(blade("0 120 0"), {{"case.duration", "60 s"}}), "");
@@ -67,7 +67,7 @@ TEST(MachineCheck, FindsWhatATurnRunsInto) {
   EXPECT_EQ(error_of(blade("95 0 0", "may_touch = [\"post\"]\n")), "");
   EXPECT_EQ(error_of(blade("106 0 0")), "");  // touches, and moves away
   EXPECT_THAT(error_of(blade("95 0 0", "may_touch = [\"past\"]\n")),
-              HasSubstr("boundaries.0.may_touch: unknown boundary \"past\""));
+              HasSubstr("boundaries.blade.may_touch: unknown boundary \"past\""));
 }
 
 TEST(MachineCheck, LeavesOutWhatIsFixedToEachOther) {
@@ -157,7 +157,7 @@ TEST(SceneNames, AreUniqueAndNoPaths) {
   for (const char* what : {"sources.0.name", "stages.0.name"})
     EXPECT_THAT(
         error_of(source + "[[stages]]\nname = \"a\"\nmax_duration = \"1 s\"\n", {{what, "a/b"}}),
-        HasSubstr(std::string(what) + ": is \"a/b\"; expected a name without slashes"));
+        HasSubstr(".\"a/b\".name: is \"a/b\"; expected a name without slashes"));
 }
 
 // The shipped machine with one dimension wrong.
@@ -175,7 +175,7 @@ TEST(MachineCheckIcemaker, PassesAsShippedAndNotWithATooLargeAuger) {
     return "";
   };
   EXPECT_THAT(refused("boundaries.auger.position", "-76 0 28 mm"),
-              MatchesRegex(".*process.toml:[0-9]+: boundaries.6: \"auger\" overlaps boundary "
+              MatchesRegex(".*process.toml:[0-9]+: boundaries.auger: \"auger\" overlaps boundary "
                            "\"bucket\" at the start.*"));
   EXPECT_THAT(refused("boundaries.ejector.tip_radius", "38.6 mm"),
               HasSubstr("\"ejector\" overlaps boundary \"mold\""));

@@ -49,6 +49,31 @@ TEST_F(MeasuredDataTest, MayBeMissing) {
   EXPECT_FALSE(read(kTrace).data->present);
 }
 
+// The trace of a load cell: a status of its own, no words needed.
+TEST_F(MeasuredDataTest, RecordedOnesNeedDataAndNoStatement) {
+  const auto recorded = [&](const std::string& text) {
+    return read_measurement_text("name = \"n\"\nstatus = \"recorded\"\nsource = \"s\"\n" + text,
+                                 path("m.toml"));
+  };
+  const auto complaint = [&](const std::string& text) -> std::string {
+    try {
+      recorded(text);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  const std::string data = "[data]\n" + std::string(kTrace);
+  EXPECT_THAT(complaint(data), HasSubstr("a.csv does not exist; expected what was recorded"));
+  csv("time [s],force [N]\n0,0\n0.001,20\n0.002,0\n0.003,0\n");
+  const Measurement m = recorded(data);
+  EXPECT_EQ(m.statement, "recorded in a.csv");
+  EXPECT_THAT(m.data->values, ElementsAre(20));
+  EXPECT_EQ(recorded("statement = \"a press\"\n" + data).statement, "a press");
+  EXPECT_THAT(complaint(""), HasSubstr("data: is missing; expected a table [data]"));
+  EXPECT_THAT(complaint("value = \"1 N\"\n" + data), HasSubstr("value: does not go with"));
+}
+
 TEST_F(MeasuredDataTest, ReadsValuesInTheResponsesUnit) {
   csv("# by hand\nevent,force [kN]\n1,0.5\n2,1.25\n");
   EXPECT_THAT(read(kValues).data->values, ElementsAre(500, 1250));

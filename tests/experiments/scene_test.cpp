@@ -458,7 +458,7 @@ position = "0 0 0.5 m"
   write("lib/broken.toml", "\n\n[[boundaries]]\nname = \"x\"\nkind = \"plank\"");
   EXPECT_THAT(error("include = \"lib/broken.toml\"\n[case]\nduration = \"1 s\"\n" +
                     std::string(kMaterials)),
-              HasSubstr("lib/broken.toml:5: boundaries.0.kind"));
+              HasSubstr("lib/broken.toml:5: boundaries.x.kind"));
 }
 
 TEST_F(SceneTest, MistakesAreNamed) {

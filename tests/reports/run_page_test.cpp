@@ -94,6 +94,20 @@ TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
   EXPECT_EQ(html.find("<fall>"), std::string::npos);
 }
 
+// The case's own counts first, then facts; a response of zero is no headline.
+TEST_F(RunPage, LeadsWithWhatTheCaseIsAbout) {
+  const std::string html = run_page(file()).html();
+  const std::size_t batches = html.find("mold batches"), gate = html.find("half way count"),
+                    force = html.find("peak normal force"), facts = html.find("simulated time");
+  ASSERT_NE(batches, html.npos);
+  EXPECT_LT(batches, gate);
+  EXPECT_LT(gate, force);
+  EXPECT_LT(force, facts);
+  EXPECT_LT(facts, html.find("id=\"replay\""));
+  EXPECT_EQ(html.find("<b>0</b>"), html.npos);
+  EXPECT_EQ(html.find("0.29999999999999999"), html.npos);
+}
+
 TEST_F(RunPage, SaysWhatSpoilsShapesAndContacts) {
   EXPECT_EQ(run_page(file()).html().find("likely cause"), std::string::npos);
   std::string text = kFall;

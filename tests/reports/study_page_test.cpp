@@ -21,7 +21,7 @@ constexpr const char* kResults = R"({
               "reach": {"lowest": 2, "highest": 30}}],
  "parameters": [
   {"name": "a", "keys": ["x.y"], "min": 0.02, "max": 0.2, "unit": "1", "scale": "log",
-   "median": 0.05, "interval_95": [0.02, 0.1], "width_ratio": 0.5, "at_min": true, "at_max": false,
+   "median": 0.055, "interval_95": [0.02, 0.1], "width_ratio": 0.5, "at_min": true, "at_max": false,
    "profile": {"interval_95": [0.02, 0.1], "values": [0.02, 0.05, 0.2],
                "minus_twice_log_likelihood": [3, 2, 9]}},
   {"name": "b", "keys": ["x.z"], "min": 0.1, "max": 0.4, "unit": "1", "scale": "linear",
@@ -59,8 +59,20 @@ TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
         "-3.27 ± 0.12", "limited by the range only", "11.4 ± 1.2", "10.10 ± 0.90", "member 1",
         "the runs are used", "0.38", "2 to 30"})
     EXPECT_THAT(html, HasSubstr(part)) << part;
+  // One answer: the card has what the answer has, not the median.
+  EXPECT_THAT(html, HasSubstr("<span class=\"label\">a</span><b>0.05</b>"));
+  for (const char* line : {"Recommended", "a = 0.05 (95 %: 0.02 to 0.1); b = 0.2", "Measure next",
+                           "height: 0.38 bits"})
+    EXPECT_THAT(html, HasSubstr(line)) << line;
   for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
     EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+TEST_F(StudyPage, SaysTheVerdictOnce) {
+  std::string text = kResults;
+  text.replace(text.find("a valley"), 8, "undetermined: b is 0.2 +- 0.1");
+  const std::string html = study_page(file(text)).html();
+  EXPECT_THAT(html, HasSubstr("undetermined</span> b is 0.2 ± 0.1<"));
 }
 
 TEST_F(StudyPage, RefusesWhatIsNoResult) {

@@ -1,22 +1,24 @@
-#include "app/study_conclusion.h"
+#include "reports/study_answer.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <vector>
+
+#include "experiments/number_text.h"
 
 namespace firn {
 namespace {
-
-using Json = nlohmann::json;
 
 std::string joined(const std::vector<std::string>& parts, const char* none) {
   return parts.empty() ? none : fmt::format("{}", fmt::join(parts, "; "));
 }
 
-double number(const Json& value) { return value.is_number() ? value.get<double>() : std::nan(""); }
+// NaN for what is no number. Any size: a study may have responses up to 1e308.
+double value_of(const Json& value) {
+  return value.is_number() ? value.get<double>() : std::nan("");
+}
 
 std::string unit_of(const Json& value) {
   const std::string unit = value.value("unit", "1");
@@ -31,37 +33,25 @@ std::string recommended(const Json& j) {
     const std::string name = p.at("name");
     if (!values.contains(name)) continue;
     const Json interval = p.value("interval_95", Json::array());
-    std::string text = fmt::format("{} = {:.6g}{}", name, number(values.at(name)), unit_of(p));
+    std::string text =
+        fmt::format("{} = {}{}", name, number_text(value_of(values.at(name))), unit_of(p));
     if (interval.size() == 2)
-      text += fmt::format(" (95 %: {:.4g} to {:.4g})", number(interval[0]), number(interval[1]));
+      text += fmt::format(" (95 %: {} to {})", number_text(value_of(interval[0]), 3),
+                          number_text(value_of(interval[1]), 3));
     parts.push_back(text);
   }
   return joined(parts, "no values");
-}
-
-// "1.00 ln(ice_ice) + 0.20 ln(ice_plastic)"
-std::string combination(const Json& c) {
-  std::string text;
-  for (const Json& term : c.at("terms")) {
-    const double factor = number(term.at("coefficient"));
-    const std::string name = term.at("parameter");
-    const std::string what =
-        term.value("of", "") == "logarithm" ? fmt::format("ln({})", name) : name;
-    text += text.empty()
-                ? fmt::format("{:.2f} {}", factor, what)
-                : fmt::format(" {} {:.2f} {}", factor < 0 ? "-" : "+", std::abs(factor), what);
-  }
-  return text;
 }
 
 std::string determined(const Json& j) {
   std::vector<std::string> known, unknown;
   for (const Json& c : j.value("combinations", Json::array())) {
     if (c.value("identified", false))
-      known.push_back(fmt::format("{} = {:.4g} +- {:.2g}", combination(c), number(c.at("value")),
-                                  number(c.at("uncertainty"))));
+      known.push_back(
+          fmt::format("{} = {}", combination_text(c),
+                      measured_text(value_of(c.at("value")), value_of(c.at("uncertainty")))));
     else
-      unknown.push_back(combination(c));
+      unknown.push_back(combination_text(c));
   }
   return fmt::format("{}. Not determined: {}", joined(known, "nothing"),
                      joined(unknown, "nothing that was varied"));
@@ -71,8 +61,10 @@ std::string simulated(const Json& set) {
   std::vector<std::string> parts;
   const Json responses = set.value("simulated", Json::object());
   for (const auto& [response, value] : responses.items())
-    parts.push_back(fmt::format("{} {:.4g} +- {:.2g}{}", response, number(value.at("value")),
-                                number(value.value("standard_error", Json())), unit_of(value)));
+    parts.push_back(fmt::format(
+        "{} {}{}", response,
+        measured_text(value_of(value.at("value")), value_of(value.value("standard_error", Json()))),
+        unit_of(value)));
   return joined(parts, "no finished run");
 }
 
@@ -90,8 +82,8 @@ std::string next(const Json& j) {
   const Json& best = advice.front();
   std::string text = best.value("response", std::string("?"));
   if (best.value("repeats_a_target", false)) text += ", once more";
-  text += fmt::format(": {:.2g} bits", number(best.at("information_bits")));
-  if (const double left = number(best.value("longest_direction_left", Json())); !std::isnan(left))
+  text += fmt::format(": {} bits", number_text(value_of(best.at("information_bits")), 2));
+  if (const double left = value_of(best.value("longest_direction_left", Json())); !std::isnan(left))
     text +=
         fmt::format("; the least known direction shrinks to {:.0f} % of its length", 100 * left);
   return text;
@@ -99,16 +91,26 @@ std::string next(const Json& j) {
 
 }  // namespace
 
-std::string study_conclusion(const std::string& json, const std::string& page) {
-  const Json j = Json::parse(json);
-  const std::string report = page.empty() ? "" : fmt::format("Report:       {}\n", page);
-  if (!j.contains("answer") || !j.at("answer").is_object()) return report;
-  return fmt::format(
-      "Recommended:  {}\n"
-      "Determined:   {}\n"
-      "Compared:     {}\n"
-      "Measure next: {}\n{}",
-      recommended(j), determined(j), compared(j), next(j), report);
+std::string combination_text(const Json& c) {
+  std::string text;
+  for (const Json& term : c.at("terms")) {
+    const double factor = value_of(term.at("coefficient"));
+    const std::string name = term.at("parameter");
+    const std::string what =
+        term.value("of", "") == "logarithm" ? fmt::format("ln({})", name) : name;
+    text += text.empty()
+                ? fmt::format("{:.2f} {}", factor, what)
+                : fmt::format(" {} {:.2f} {}", factor < 0 ? "-" : "+", std::abs(factor), what);
+  }
+  return text;
+}
+
+std::vector<page::Fact> study_answer(const Json& results) {
+  if (!results.contains("answer") || !results.at("answer").is_object()) return {};
+  return {{"Recommended", recommended(results)},
+          {"Determined", determined(results)},
+          {"Compared", compared(results)},
+          {"Measure next", next(results)}};
 }
 
 }  // namespace firn
