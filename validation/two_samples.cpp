@@ -319,24 +319,25 @@ Farthest farthest(const std::vector<double>& values, const std::vector<char>& ou
   return far;
 }
 
-// Index of the value that is farthest out when the test finds at least one.
-std::optional<std::size_t> outlier(const std::vector<double>& values, double significance) {
+// Indices of the values that the test finds, the farthest first.
+std::vector<std::size_t> outliers(const std::vector<double>& values, double significance) {
   const std::size_t n = values.size(), most = std::clamp<std::size_t>(n / 10, 1, 5);
   std::vector<char> out(n, 0);
-  std::optional<std::size_t> first;
-  bool found = false;
+  std::vector<std::size_t> order;
+  std::size_t found = 0;
   for (std::size_t i = 1; i <= most; ++i) {
     const auto [index, deviate] = farthest(values, out);
     if (!std::isfinite(deviate) || deviate < 0) break;
-    if (!first) first = index;
     const auto left = static_cast<double>(n - i + 1);
     const boost::math::students_t student(left - 2);
     const double t =
         boost::math::quantile(boost::math::complement(student, significance / (2 * left)));
-    found |= deviate > t * (left - 1) / std::sqrt((left - 2 + t * t) * left);
+    order.push_back(index);
+    if (deviate > t * (left - 1) / std::sqrt((left - 2 + t * t) * left)) found = order.size();
     out[index] = 1;
   }
-  return found ? first : std::nullopt;
+  order.resize(found);
+  return order;
 }
 
 double sum_of(const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
@@ -440,14 +441,14 @@ SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
 
 std::optional<double> value_apart(const std::vector<double>& values, double significance) {
   if (values.size() < 5) return std::nullopt;
-  const auto found = outlier(values, significance);
-  if (!found) return std::nullopt;
+  std::vector<std::size_t> found = outliers(values, significance);
   if (std::ranges::all_of(values, [](double v) { return v > 0; })) {
     std::vector<double> logarithms;
     for (const double v : values) logarithms.push_back(std::log(v));
-    if (!outlier(logarithms, significance)) return std::nullopt;
+    const std::vector<std::size_t> as_well = outliers(logarithms, significance);
+    std::erase_if(found, [&](std::size_t i) { return std::ranges::count(as_well, i) == 0; });
   }
-  return values[*found];
+  return found.empty() ? std::nullopt : std::optional(values[found.front()]);
 }
 
 ShareTest compare_shares(const std::vector<std::vector<double>>& runs,
