@@ -122,7 +122,11 @@ std::string warning_of_run(const std::string& results_file, const RunSummary& su
   if (summary.steps == 0) return {};
   try {
     const Recording recording(results_file);
-    return health_warning(contact_health(recording, recording.read_case()));
+    std::string warning = health_warning(contact_health(recording, recording.read_case()));
+    if (const auto account = energy_account(recording))
+      if (const std::string energy = energy_warning(*account); !energy.empty())
+        warning += (warning.empty() ? "" : "; ") + energy;
+    return warning;
   } catch (const InputError&) {
     return {};  // a file that a full disk cut short; the summary says so
   }

@@ -235,7 +235,8 @@ std::string Driver::simulate() {
     if (const auto blocked = traffic_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
       look(true);
-      return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked);
+      record_frame();  // who is in the way
+      throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
     if (const auto by = watch_.ended_by(stage(), solver_, traffic_, stage_now())) {

@@ -127,6 +127,36 @@ std::string health_warning(const ContactHealth& h) {
   return {};
 }
 
+std::optional<EnergyAccount> energy_account(const Recording& recording) {
+  const auto series = [&](const char* name) {
+    return recording.series(std::string("/energy/") + name);
+  };
+  const std::vector<double> kinetic = series("kinetic"), gravitational = series("gravitational"),
+                            elastic = series("elastic"), dissipated = series("dissipated"),
+                            work = series("boundary_work"), removed = series("removed");
+  for (const auto* one : {&gravitational, &elastic, &dissipated, &work, &removed})
+    if (one->size() != kinetic.size() || kinetic.empty()) return std::nullopt;
+  EnergyAccount a;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < kinetic.size(); ++i) {
+    const double account =
+        kinetic[i] + gravitational[i] + elastic[i] + dissipated[i] - work[i] + removed[i];
+    lowest = std::min(lowest, account);
+    a.gained = std::max(a.gained, account - lowest);
+    a.turned_over = std::max({a.turned_over, std::abs(dissipated[i]), std::abs(work[i])});
+  }
+  return a;
+}
+
+std::string energy_warning(const EnergyAccount& a) {
+  constexpr double kGain = 0.002, kNothing = 1e-9;  // of what was turned over; J
+  if (!(a.gained > kGain * a.turned_over) || a.gained < kNothing) return {};
+  return fmt::format(
+      "the energy account gains {:.3g} J, {:.2g} % of the {:.4g} J that were turned over; lower "
+      "numerics.timestep to see whether it matters",
+      a.gained, 100 * a.gained / a.turned_over, a.turned_over);
+}
+
 std::string deviation_warning(const Shape& shape) {
   constexpr double kMost = 0.02;  // of the smallest edge
   const double relative = shape.contact_deviation / shape.box.minCoeff();

@@ -1,6 +1,7 @@
 // Whether the contacts of a run can be trusted, and what most likely spoils them.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "experiments/recording.h"
@@ -32,6 +33,20 @@ ContactHealth contact_health(const Recording& recording, const Case& c);
 
 // One sentence: what is wrong, the likely cause and what to change. Empty for a healthy run.
 std::string health_warning(const ContactHealth& health);
+
+// The energy account of a run: kinetic + gravitational + elastic + dissipated - done by boundaries
+// + carried away stays as it is but for the error of the time step. J.
+struct EnergyAccount {
+  double gained = 0;       // largest rise of it over an earlier frame
+  double turned_over = 0;  // dissipated and done by boundaries, whichever is more
+};
+// Nothing where the file has no whole account.
+std::optional<EnergyAccount> energy_account(const Recording& recording);
+
+// One sentence for an account that gains more than 0.2 % of what was turned over; else empty.
+// Contacts take energy: what the time step adds is an error that dissipation hides from the check
+// of a run under way, which sees what is left of the energy alone.
+std::string energy_warning(const EnergyAccount& account);
 
 // One sentence for a shape whose contact parts deviate from its mesh by more than 2 % of its
 // smallest edge, or would need more parts than max_parts allows. Empty for all others.

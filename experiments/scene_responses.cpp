@@ -62,18 +62,57 @@ double fifo_index(const std::vector<double>& inserted, const std::vector<double>
 
 // How far the first half of those that passed is made up by batch as all that came: 1 less the
 // share that would have to be exchanged.
-double evenness_of_first_half(const std::vector<int>& batch, const std::vector<double>& passed) {
+struct FirstHalf {
+  double evenness = 0;
+  double at_random = 0, by_age = 0;  // what it would be drawn at random, and in strict order of age
+};
+
+double evenness(const std::map<int, double>& all, const std::map<int, double>& part) {
+  double n = 0, m = 0, exchanged = 0;
+  for (const auto& [batch, count] : all) n += count;
+  for (const auto& [batch, count] : part) m += count;
+  for (const auto& [batch, count] : all) {
+    const auto found = part.find(batch);
+    exchanged += std::abs((found == part.end() ? 0 : found->second / m) - count / n) / 2;
+  }
+  return 1 - exchanged;
+}
+
+// Expectation for `drawn` of all, without replacement: the counts are hypergeometric.
+double evenness_at_random(const std::map<int, double>& all, double drawn) {
+  double n = 0, exchanged = 0;
+  for (const auto& [batch, count] : all) n += count;
+  const auto choose = [](double from, double k) {
+    return std::lgamma(from + 1) - std::lgamma(k + 1) - std::lgamma(from - k + 1);
+  };
+  for (const auto& [batch, count] : all)
+    for (double k = std::max(0.0, drawn - (n - count)); k <= std::min(count, drawn); ++k) {
+      const double p = std::exp(choose(count, k) + choose(n - count, drawn - k) - choose(n, drawn));
+      exchanged += p * std::abs(k / drawn - count / n) / 2;
+    }
+  return 1 - exchanged;
+}
+
+FirstHalf first_half(const std::vector<int>& batch, const std::vector<double>& passed) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < passed.size(); ++i)
     if (!std::isnan(passed[i])) order.push_back(i);
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return passed[i]; });
   order.resize((order.size() + 1) / 2);
-  std::map<int, double> excess;
-  for (const int b : batch) excess[b] -= 1 / static_cast<double>(batch.size());
-  for (const std::size_t i : order) excess[batch[i]] += 1 / static_cast<double>(order.size());
-  double exchanged = 0;
-  for (const auto& [b, e] : excess) exchanged += std::abs(e) / 2;
-  return 1 - exchanged;
+  if (order.empty()) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return {none, none, none};
+  }
+  std::map<int, double> all, part, oldest;
+  for (const int b : batch) ++all[b];
+  for (const std::size_t i : order) ++part[batch[i]];
+  double left = static_cast<double>(order.size());
+  for (const auto& [b, count] : all) {
+    oldest[b] = std::min(left, count);
+    left -= oldest[b];
+  }
+  return {evenness(all, part), evenness_at_random(all, static_cast<double>(order.size())),
+          evenness(all, oldest)};
 }
 
 // Slope of the mass that has passed over time, between a fifth and four fifths of all passages:
@@ -173,10 +212,17 @@ void add_gate(const Recording& recording, const Gate& gate, const std::vector<Ta
             "left by an outlet");
   out.add(name + "fifo_index", {fifo_index(came, through)}, "1",
           "1: the older always first, 0: no order by age, -1: the younger always first");
+  const FirstHalf half = first_half(batches, through);
   out.add(
-      name + "first_half_evenness", {evenness_of_first_half(batches, through)}, "1",
+      name + "first_half_evenness", {half.evenness}, "1",
       "1 less the share of the first half through that would have to be exchanged to be made up "
       "by batch as all that came");
+  out.add(name + "first_half_evenness_at_random", {half.at_random}, "1",
+          "its expectation for as many particles drawn at random");
+  if (half.at_random > half.by_age)
+    out.add(name + "first_half_mixing",
+            {(half.evenness - half.by_age) / (half.at_random - half.by_age)}, "1",
+            "evenness of the first half: 1 as drawn at random, 0 as in strict order of age");
 }
 
 void add_loads(const Recording& recording, const std::vector<double>& inserted, Out& out) {
@@ -220,6 +266,18 @@ void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
           "of its first axis; largest mean over an output frame");
 }
 
+// Whether all of a source's batch, whose first particle is this, are farther than a bounding radius
+// from where they came, or gone.
+bool has_left(const Source& source, std::size_t first, const Frame& last, const Model& model) {
+  for (std::size_t i = 0; i < source.positions.size() && first + i < last.position.size(); ++i) {
+    const auto& p = last.position[first + i];
+    const auto shape = static_cast<std::size_t>(model.particles[first + i].shape);
+    const double away = (Vec3(p[0], p[1], p[2]) - source.positions[i]).norm();
+    if (away <= model.shapes[shape].bounding_radius) return false;  // NaN: gone
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<Response> scene_responses(const Recording& recording, const Case& c) {
@@ -238,14 +296,21 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
             "until so many had passed the stage's gate; undefined: it ended before");
   }
   const std::vector<double> inserted = recording.insert_time();
+  const std::size_t frames = recording.frame_times().size();
+  const Frame last = frames > 0 ? recording.frame(frames - 1) : Frame{};
   std::size_t coming = inserted.size();
   for (const Source& s : c.sources)
     coming -= static_cast<std::size_t>(s.batches) * s.positions.size();
   for (const Source& s : c.sources) {
-    double batches = 0;
-    for (int b = 0; b < s.batches; ++b, coming += s.positions.size())
-      batches += std::isnan(inserted[coming]) ? 0 : 1;
+    double batches = 0, released = 0;
+    for (int b = 0; b < s.batches; ++b, coming += s.positions.size()) {
+      if (std::isnan(inserted[coming])) continue;
+      ++batches;
+      released += has_left(s, coming, last, c.model) ? 1 : 0;
+    }
     out.add(s.name + "_batches", {batches}, "1", "that came");
+    out.add(s.name + "_batches_released", {released}, "1",
+            "of them, of which no particle is in its place any more at the end");
   }
   add_loads(recording, inserted, out);
   for (const Gate& gate : c.gates) add_gate(recording, gate, c.tag_rules, out);

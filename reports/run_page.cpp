@@ -225,6 +225,9 @@ void health_section(const Recording& recording, const Case& c, page::Page& page)
   }
   const std::string warning = health_warning(contact_health(recording, c));
   if (!warning.empty()) content.note({Mark::caution, "contacts"}, warning);
+  if (const auto account = energy_account(recording))
+    if (const std::string gain = energy_warning(*account); !gain.empty())
+      content.note({Mark::caution, "energy account"}, gain);
   if (rise > 0.01 * turned && rise > 0)
     content.note({Mark::caution, "energy"},
                  fmt::format("rises of energy that nothing explains add up to {} % of what was "

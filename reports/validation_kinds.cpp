@@ -35,10 +35,10 @@ void value_content(const Sets& sets, page::Content& content) {
     const Json& v = c->at("value");
     const std::string unit = text(v, "unit");
     plot.x = {"mean with 95 % interval", unit, false, {}, {}};
-    double experiment = 0;
+    double of_experiment = 0;
     for (const Json& part : v.at("parts")) {
       const bool is_experiment = text(part, "name") == "experiment";
-      if (is_experiment) experiment = number(part, "value");
+      if (is_experiment) of_experiment = number(part, "value");
       if (is_experiment && experiment_drawn) continue;
       table.rows.push_back(
           {is_experiment ? "all" : text(*c, "parameter_set"), text(part, "name"),
@@ -46,19 +46,24 @@ void value_content(const Sets& sets, page::Content& content) {
            is_experiment ? "see above" : text(part, "how")});
     }
     const double measured = number(v, "measured"), simulated = number(v, "simulated");
+    // Results of earlier versions have standard uncertainties alone.
+    const auto expanded = [&](const char* key, double standard) {
+      return v.contains(key) ? number(v, key) : 2 * standard;
+    };
     const double all = number(v, "standard_uncertainty");
-    const double own = std::sqrt(std::max(0.0, all * all - experiment * experiment));
+    const double experiment = expanded("measured_expanded", of_experiment);
+    const double own = expanded(
+        "simulated_expanded", std::sqrt(std::max(0.0, all * all - of_experiment * of_experiment)));
     if (!experiment_drawn)
-      plot.rows.push_back(
-          {"experiment",
-           {plots::Interval{measured - 2 * experiment, measured + 2 * experiment, measured},
-            std::nullopt}});
+      plot.rows.push_back({"experiment",
+                           {plots::Interval{measured - experiment, measured + experiment, measured},
+                            std::nullopt}});
     experiment_drawn = true;
     plot.rows.push_back(
         {text(*c, "parameter_set"),
-         {std::nullopt, plots::Interval{simulated - 2 * own, simulated + 2 * own, simulated}}});
+         {std::nullopt, plots::Interval{simulated - own, simulated + own, simulated}}});
     seen += fmt::format("{}: {} {}; ", text(*c, "parameter_set"),
-                        page::measured_text(simulated, own), unit);
+                        page::measured_text(simulated, own / 2), unit);
   }
   if (plot.rows.empty()) return;
   content.figure({plots::draw(plot), "Simulation beside experiment.", seen});

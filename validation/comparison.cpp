@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "experiments/batch/operand.h"
-#include "experiments/small_samples.h"
 #include "validation/comparison_parts.h"
 #include "validation/softening.h"
 
@@ -61,8 +59,7 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
   c.before = facts_of(before).mean;
   c.after = facts_of(after).mean;
   const SampleFacts f = facts_of(difference);
-  c.error = c.seeds > 1 ? std::sqrt(widened(f.error() * f.error(), f.count - 1))
-                        : std::numeric_limits<double>::quiet_NaN();
+  c.error = f.error();
   return c;
 }
 

@@ -2,6 +2,7 @@
 // may be concluded. After ASME V&V 20-2009; docs/validation.md explains every step.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,6 +65,7 @@ struct UncertaintyPart {
   std::string name;  // "seeds", "time step", "stiffness", "input", "experiment", or a variant's
   std::optional<double> value;  // nothing: not looked at
   std::string how;
+  double freedom = std::numeric_limits<double>::infinity();  // that it was estimated with
 };
 
 struct ValueComparison {
@@ -72,6 +74,10 @@ struct ValueComparison {
   std::string unit;
   double difference = 0;   // simulation - measured
   double uncertainty = 0;  // one standard deviation, root of the sum of squares of the parts
+  // 95 % of the difference's noise is within this; and of the simulation's and the experiment's
+  // own. Wider than two standard deviations where few runs, draws or repeats tell the scatter.
+  double expanded = 0, simulated_expanded = 0, measured_expanded = 0;
+  double p_value = 1;  // of such a difference or a larger one by that noise alone
   std::vector<UncertaintyPart> parts;
   std::optional<Interval> area;  // metric, in `unit`
   std::vector<double> samples;   // of the runs
@@ -86,21 +92,26 @@ struct ClaimResult {
   std::string unit;
 };
 
-// Values or counts of an experiment beside those of all runs together; particles and events are
-// taken as independent of each other. Without the experiment's, what the runs have.
+// Values or counts of an experiment beside those of all runs together (two_samples.h). Without the
+// experiment's, what the runs have.
 struct DistributionResult {
   std::string response, unit;
   bool by_class = false;
   std::vector<std::string> classes;         // with
   std::vector<double> measured, simulated;  // counts by class; else values, ascending
-  std::vector<double> deviation;            // by class: of a run's share, over the runs
+  // By class: of a run's share, over the runs; not below a multinomial's.
+  std::vector<double> deviation;
   // Values that are only known to be larger: of residence times, of what was still inside.
   std::vector<double> measured_at_least, simulated_at_least;
   double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's, of
                         // Kaplan and Meier's shares as far as both reach where values are open
-  double p_value = 0;   // of such a distance or a larger one, were both of one distribution
+  double p_value = 1;   // of as much difference or more, were both of one distribution
   double area = 0;      // between the cumulative distributions, in `unit`; none by class; NaN: open
-  double area_p_value = 0;
+  double area_p_value = 1;
+  double critical = 2;          // distance that chance reaches in 5 % of all cases; above 1: any
+  bool dependent = false;       // values of one run are alike: the experiment counts as one run
+  double dispersion = 1;        // by class: variance of counts over a multinomial's
+  std::optional<double> apart;  // a value that stands apart from all others
   ValidationVerdict verdict = ValidationVerdict::not_enough_data;
 };
 
@@ -115,11 +126,14 @@ struct DamageResult {
 struct SofteningResult {
   std::string response, unit;
   std::vector<double> modulus, mean, error;  // by stiffness, ascending
+  std::vector<int> runs;                     // that a mean is of
   double exponent = 0;                       // of response ~ modulus^exponent
-  double exponent_error = 0;                 // one standard deviation; NaN: too few stiffnesses
-  Interval extrapolated;  // at the real modulus, 95 %; NaN where nothing can be said
-  double reach = 0;       // real modulus over the largest simulated
-  std::string word;       // what to make of it
+  double exponent_error = 0;  // half of an interval of 68 %; NaN: the runs do not tell it
+  // At the real modulus, 95 %. NaN: not enough data (three runs at each of three stiffnesses, and
+  // an interval within a factor of ten).
+  Interval extrapolated;
+  double reach = 0;  // real modulus over the largest simulated
+  std::string word;  // what to make of it
 };
 
 // What another choice of numerics or of the instrument does to a response.

@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "experiments/batch/operand.h"
+#include "experiments/batch/power_law.h"
 #include "validation/comparison_parts.h"
 
 namespace firn::comparison {
 namespace {
-
-constexpr double sure = 2;  // standard errors
 
 struct Choice {
   std::string name;
@@ -30,7 +29,8 @@ std::string headline(const std::vector<ChoiceResult>& all) {
   int certain = 0;
   const auto share = [](const ChoiceResult& c) { return std::abs(c.after / c.before - 1); };
   for (const ChoiceResult& c : all) {
-    if (c.seeds < 2 || !(std::abs(c.after - c.before) > sure * c.error)) continue;
+    if (c.seeds < 2 || !(std::abs(c.after - c.before) > student_factor(c.seeds - 1) * c.error))
+      continue;
     ++certain;
     if (std::isfinite(share(c)) && (worst == nullptr || share(c) > share(*worst))) worst = &c;
   }

@@ -43,7 +43,7 @@ std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& da
 
 void judge(double tolerance, Comparison& c) {
   const CurveComparison& v = *c.curve;
-  const double off = v.difference, expanded = 2 * v.uncertainty;
+  const double off = v.difference, expanded = v.expanded;
   c.headline = fmt::format(
       "root mean square difference {:.2g} % of the measured range, +- {:.2g} %; largest {:.2g} % "
       "at "
@@ -89,7 +89,7 @@ void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c
     return;
   }
   if (c.curve->repeats < 2)
-    c.caveats.emplace_back("one measured curve: its own scatter is not known and not counted");
+    c.caveats.emplace_back("one measured curve: its scatter is taken as that of the runs");
   judge(what.tolerance.value_or(0), c);
 }
 

@@ -22,7 +22,7 @@ std::string words_on(const RunGroup& group);
 struct Change {
   int seeds = 0;
   double before = 0, after = 0;
-  double error = 0;  // one standard deviation, widened as few seeds ask for; NaN: one seed
+  double error = 0;  // one standard deviation, estimated from the seeds; NaN: one seed
 };
 Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand);
 

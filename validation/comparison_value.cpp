@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "experiments/batch/operand.h"
-#include "experiments/small_samples.h"
 #include "validation/comparison_parts.h"
+#include "validation/noise.h"
+#include "validation/two_samples.h"
 
 namespace firn::comparison {
 namespace {
@@ -24,31 +27,65 @@ UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
   if (c.seeds == 1)
     return {name, std::abs(difference),
             fmt::format("{}: changes by {:.3g} in one run", setting, difference)};
-  return {name, std::max(std::abs(difference), c.error),
-          fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting, difference, c.error,
-                      c.seeds)};
+  const bool hidden = c.error > std::abs(difference);
+  UncertaintyPart part = {name, std::max(std::abs(difference), c.error),
+                          fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting,
+                                      difference, c.error, c.seeds)};
+  if (hidden) part.freedom = c.seeds - 1;
+  return part;
 }
 
 UncertaintyPart seeds_part(const SampleFacts& f) {
   if (f.count < 2) return {"seeds", std::nullopt, "one run tells no scatter"};
-  return {"seeds", std::sqrt(widened(f.error() * f.error(), f.count - 1)),
-          fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count)};
+  return {"seeds", f.error(),
+          fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
+          static_cast<double>(f.count - 1)};
 }
 
 // What is left of the scatter over draws from the family when that over seeds is taken out.
-UncertaintyPart input_part(const Evidence& e, const std::string& operand, const SampleFacts& base) {
+UncertaintyPart input_part(const Evidence& e, const SampleFacts& draws, const SampleFacts& base) {
   if (e.input == nullptr)
     return {"input", std::nullopt,
             e.material == nullptr ? "the parameters come without an uncertainty"
                                   : "not sampled from the material's family"};
-  const SampleFacts f = facts_of(defined(e.input->values(operand)));
-  if (f.count < 2) return {"input", std::nullopt, "fewer than two draws finished"};
+  if (draws.count < 2) return {"input", std::nullopt, "fewer than two draws finished"};
   const double seeds = base.count < 2 ? 0 : base.deviation * base.deviation;
-  const double variance = std::max(0.0, f.deviation * f.deviation - seeds);
+  const double variance = std::max(0.0, draws.deviation * draws.deviation - seeds);
   return {"input", std::sqrt(variance),
           fmt::format("standard deviation {:.3g} over {} draws from the family, of which seeds "
                       "explain {:.3g}",
-                      f.deviation, f.count, std::sqrt(seeds))};
+                      draws.deviation, draws.count, std::sqrt(seeds)),
+          static_cast<double>(draws.count - 1)};
+}
+
+// Degrees of freedom of a standard deviation that was estimated from repeats: a range of up to ten
+// has nine tenths of those of the values themselves.
+double freedom_of(const Measurement& m) {
+  if (m.scatter == ScatterKind::not_stated || m.repeats < 2)
+    return std::numeric_limits<double>::infinity();
+  return (m.scatter == ScatterKind::range ? 0.9 : 1.0) * (m.repeats - 1);
+}
+
+void add_experiment(const Measurement& m, Noise& noise) {
+  noise.add({m.standard_deviation * m.standard_deviation, freedom_of(m)}, 1.0 / m.repeats);
+  noise.add({m.reading_uncertainty * m.reading_uncertainty});
+}
+
+// Seeds and draws share the scatter of seeds; other parts stand for themselves.
+void add_simulation(const ValueComparison& v, const SampleFacts& draws, Noise& noise) {
+  const SampleFacts& base = v.simulation;
+  std::optional<std::size_t> seeds;
+  if (base.count > 1)
+    seeds = noise.add({base.deviation * base.deviation, base.count - 1.0}, 1.0 / base.count);
+  for (const UncertaintyPart& p : v.parts) {
+    if (!p.value || p.name == "seeds" || p.name == "experiment") continue;
+    if (p.name != "input") {
+      noise.add({*p.value * *p.value, p.freedom});
+      continue;
+    }
+    const std::size_t index = noise.add({draws.deviation * draws.deviation, draws.count - 1.0});
+    if (seeds) noise.terms.back() = {{index, 1}, {*seeds, -1}};
+  }
 }
 
 bool calibrated_to(const MaterialRecord* material, const Measurement& m) {
@@ -78,7 +115,7 @@ std::string remedy(const ValueComparison& v) {
 
 void judge_value(const SuiteComparison& what, Comparison& c) {
   const ValueComparison& v = *c.value;
-  const double expanded = 2 * v.uncertainty, off = std::abs(v.difference);
+  const double expanded = v.expanded, off = std::abs(v.difference);
   const bool seeds_known = v.parts.front().value.has_value();
   c.headline = fmt::format(
       "simulated {}, measured {}: {} by {} +- {}", with_unit(v.simulation.mean, v.unit),
@@ -95,12 +132,25 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
     c.verdict = ValidationVerdict::not_enough_data;
     c.headline +=
         fmt::format(", too uncertain to tell within {}", with_unit(*what.tolerance, v.unit));
+  } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
+    // Nothing would have been found, whatever was simulated.
+    c.verdict = ValidationVerdict::not_enough_data;
+    c.headline += ", which is more than the measured value itself";
   } else {
     c.verdict = ValidationVerdict::consistent;
     c.headline +=
         fmt::format("; a difference of {} could hide in this", with_unit(off + expanded, v.unit));
   }
   if (c.verdict == ValidationVerdict::not_enough_data) c.would_decide = remedy(v);
+  if (c.verdict != ValidationVerdict::consistent) return;
+  for (const auto& [values, whose] :
+       {std::pair{&what.measurement.values, "measured"}, std::pair{&v.samples, "simulated"}})
+    if (const auto apart = value_apart(*values)) {
+      c.verdict = ValidationVerdict::not_enough_data;
+      c.headline += fmt::format("; the {} value {} stands apart from all other ones", whose,
+                                with_unit(*apart, v.unit));
+      c.would_decide = fmt::format("why one value is {}", with_unit(*apart, v.unit));
+    }
 }
 
 }  // namespace
@@ -125,12 +175,14 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
     c.would_decide = "runs that finish";
     return;
   }
+  const SampleFacts draws =
+      e.input == nullptr ? SampleFacts{} : facts_of(defined(e.input->values(response)));
   const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
   v.parts = {seeds_part(v.simulation),
              numerics_part("time step", e.timestep, *e.numerics_base, response),
              numerics_part("stiffness", stiffest, *e.numerics_base, response),
-             input_part(e, response, v.simulation),
-             {"experiment", m.believed_uncertainty(), m.sentence()}};
+             input_part(e, draws, v.simulation),
+             {"experiment", m.standard_uncertainty(), m.sentence(), freedom_of(m)}};
   for (const Evidence::Other& other : e.variants)
     if (other.what->numerics)
       v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response));
@@ -139,6 +191,15 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
     v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
     if (!p.value && p.name != "seeds") c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));
   }
+  Noise simulation, experiment, both;
+  add_simulation(v, draws, simulation);
+  add_experiment(m, experiment);
+  add_simulation(v, draws, both);
+  add_experiment(m, both);
+  v.simulated_expanded = expanded_uncertainty(simulation);
+  v.measured_expanded = expanded_uncertainty(experiment);
+  v.expanded = expanded_uncertainty(both);
+  v.p_value = exceedance(both, std::abs(v.difference));
   if (const auto band = distribution_of(m)) v.area = area_metric(v.samples, *band);
   c.value = v;
   judge_value(what, c);

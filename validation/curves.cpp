@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "experiments/small_samples.h"
+#include "validation/noise.h"
 #include "validation/statistics.h"
 
 namespace firn {
@@ -28,13 +28,28 @@ SampledCurve mean_of(const std::vector<SampledCurve>& curves, const std::vector<
   return mean;
 }
 
-// Standard error of the mean of so few values, wide enough for them.
+// Standard error of the mean.
 double error_at(const std::vector<SampledCurve>& curves, double x) {
   std::vector<double> values;
   values.reserve(curves.size());
   for (const SampledCurve& c : curves) values.push_back(curve_at(c, x));
-  const SampleFacts f = facts_of(values);
-  return f.count < 2 ? undefined : std::sqrt(widened(f.error() * f.error(), f.count - 1));
+  return facts_of(values).error();
+}
+
+double mean_square(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v * v;
+  return sum / static_cast<double>(values.size());
+}
+
+// Of the difference of the means, as if each curve were off by the same everywhere. A single
+// measured curve scatters as runs do; a single run gives no noise at all.
+Noise noise_of(const CurveComparison& c) {
+  Noise noise;
+  if (c.runs > 1)
+    noise.add({mean_square(c.simulated_error), c.runs - 1.0}, c.repeats == 1 ? 1.0 + c.runs : 1.0);
+  if (c.repeats > 1) noise.add({mean_square(c.measured_error), c.repeats - 1.0});
+  return noise;
 }
 
 double span(const SampledCurve& c) { return c.x.back() - c.x.front(); }
@@ -155,20 +170,18 @@ std::optional<CurveComparison> compare_curves(std::vector<SampledCurve> simulate
   c.simulated = mean_of(simulated, c.x).y;
   for (const double x : c.x) c.simulated_error.push_back(error_at(simulated, x));
   if (measured.empty()) {
-    c.range = c.difference = c.uncertainty = c.largest = c.at =
+    c.range = c.difference = c.uncertainty = c.expanded = c.largest = c.at =
         std::numeric_limits<double>::quiet_NaN();
     return c;
   }
   c.measured = mean_of(measured, c.x).y;
   const auto [low, high] = std::ranges::minmax(c.measured);
   c.range = high - low;
-  double squares = 0, variances = 0;
+  double squares = 0;
   for (std::size_t k = 0; k < c.x.size(); ++k) {
     c.measured_error.push_back(error_at(measured, c.x[k]));
     const double d = c.simulated[k] - c.measured[k];
     squares += d * d;
-    for (const double e : {c.simulated_error[k], c.measured_error[k]})
-      if (std::isfinite(e)) variances += e * e;
     if (std::abs(d) > std::abs(c.largest)) {
       c.largest = d;
       c.at = c.x[k];
@@ -176,7 +189,9 @@ std::optional<CurveComparison> compare_curves(std::vector<SampledCurve> simulate
   }
   const auto n = static_cast<double>(c.x.size());
   c.difference = std::sqrt(squares / n) / c.range;
-  c.uncertainty = std::sqrt(variances / n) / c.range;
+  const Noise noise = noise_of(c);
+  c.uncertainty = std::sqrt(noise.variance()) / c.range;
+  c.expanded = expanded_uncertainty(noise) / c.range;
   c.largest /= c.range;
   return c;
 }

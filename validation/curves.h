@@ -20,9 +20,9 @@ struct CurveComparison {
   std::vector<double> measured, measured_error, simulated, simulated_error;
   double shift = 0;  // in x_unit, of the simulation against the experiment, mean over the runs
   double range = 0;  // of the measured mean: what shares are of
-  // Root mean square over x of the difference, and of its standard uncertainty, as shares of the
-  // range; the largest difference and where it is.
-  double difference = 0, uncertainty = 0, largest = 0, at = 0;
+  // Root mean square over x of the difference, its standard uncertainty, and what 95 % of its noise
+  // is within, as shares of the range; the largest difference and where it is.
+  double difference = 0, uncertainty = 0, expanded = 0, largest = 0, at = 0;
 };
 
 // At `x` on straight lines between the samples, which are in order of x.

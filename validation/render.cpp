@@ -31,10 +31,16 @@ Json value_json(const ValueComparison& v) {
             {"samples", numbers(v.samples)},
             {"measured", number(v.measured)},
             {"difference", number(v.difference)},
-            {"standard_uncertainty", number(v.uncertainty)}};
+            {"standard_uncertainty", number(v.uncertainty)},
+            {"expanded_uncertainty", number(v.expanded)},
+            {"simulated_expanded", number(v.simulated_expanded)},
+            {"measured_expanded", number(v.measured_expanded)},
+            {"p_value", number(v.p_value)}};
   for (const UncertaintyPart& p : v.parts)
-    j["parts"].push_back(
-        {{"name", p.name}, {"value", p.value ? number(*p.value) : Json(nullptr)}, {"how", p.how}});
+    j["parts"].push_back({{"name", p.name},
+                          {"value", p.value ? number(*p.value) : Json(nullptr)},
+                          {"degrees_of_freedom", number(p.freedom)},
+                          {"how", p.how}});
   j["area_metric"] = v.area ? interval(*v.area) : Json(nullptr);
   return j;
 }
@@ -77,6 +83,10 @@ Json distribution_json(const DistributionResult& d) {
   if (d.measured.empty()) return j;
   j["distance"] = number(d.distance);
   j["p_value"] = number(d.p_value);
+  j["critical_distance"] = d.critical > 1 ? Json(nullptr) : number(d.critical);
+  j["dependent"] = d.dependent;
+  if (d.by_class) j["dispersion"] = number(d.dispersion);
+  j["value_apart"] = d.apart ? number(*d.apart) : Json(nullptr);
   if (!d.by_class) j["area"] = {{"value", number(d.area)}, {"p_value", number(d.area_p_value)}};
   return j;
 }
@@ -104,6 +114,7 @@ Json softening_json(const SofteningResult& s) {
           {"modulus", numbers(s.modulus)},
           {"mean", numbers(s.mean)},
           {"error", numbers(s.error)},
+          {"runs", s.runs},
           {"exponent", number(s.exponent)},
           {"exponent_error", number(s.exponent_error)},
           {"extrapolated_95", interval(s.extrapolated)},
@@ -127,6 +138,7 @@ Json curve_json(const CurveComparison& c) {
           {"range", number(c.range)},
           {"difference", number(c.difference)},
           {"uncertainty", number(c.uncertainty)},
+          {"expanded_uncertainty", number(c.expanded)},
           {"largest", number(c.largest)},
           {"at", number(c.at)}};
 }

@@ -14,6 +14,9 @@ namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is a guess
+constexpr int least_runs = 3, least_stiffnesses = 3;
+// An interval that spans a larger factor is no extrapolation.
+constexpr double widest = 10;
 
 void add_point(const RunGroup& group, const std::string& operand, double modulus,
                SofteningResult& s) {
@@ -24,13 +27,24 @@ void add_point(const RunGroup& group, const std::string& operand, double modulus
   s.modulus.push_back(modulus);
   s.mean.push_back(f.mean);
   s.error.push_back(f.error());
+  s.runs.push_back(f.count);
 }
 
+bool known(const SofteningResult& s) { return std::isfinite(s.exponent_error); }
+
 std::string word_on(const SofteningResult& s) {
-  if (s.modulus.size() < 3) return "two stiffnesses give a slope and no idea of how straight it is";
+  if (s.modulus.size() < least_stiffnesses)
+    return "two stiffnesses give a slope and no idea of how straight it is";
+  if (!known(s)) return "not enough data for an exponent: one run tells no scatter";
   if (s.exponent + 2 * s.exponent_error > -0.05 && s.exponent - 2 * s.exponent_error < 0.05 &&
       std::abs(s.exponent) < 0.05)
     return "does not depend on the stiffness as far as it was looked at";
+  if (!std::isfinite(s.extrapolated.low))
+    return fmt::format("not enough data to extrapolate to {:.3g} times the largest stiffness: {}",
+                       s.reach,
+                       std::ranges::min(s.runs) < least_runs
+                           ? fmt::format("expected {} runs or more at each", least_runs)
+                           : fmt::format("the interval spans more than a factor of {}", widest));
   if (s.reach > trusted_reach)
     return fmt::format(
         "the real stiffness is {:.3g} times beyond what was simulated: a direction, "
@@ -40,12 +54,14 @@ std::string word_on(const SofteningResult& s) {
 }
 
 void fit(SofteningResult& s, double real_modulus) {
-  const PowerLaw law = fit_power_law(s.modulus, s.mean, s.error);
+  const PowerLaw law = fit_power_law(s.modulus, s.mean, s.error, s.runs);
   s.exponent = law.exponent;
   s.exponent_error = law.exponent_error;
-  if (!std::isfinite(law.exponent_error)) return;
+  if (!known(s) || s.modulus.size() < least_stiffnesses || std::ranges::min(s.runs) < least_runs)
+    return;
   const auto [mid, error] = law.at(real_modulus);
   const double k = student_factor(law.degrees_of_freedom);
+  if (2 * k * error > std::log(widest)) return;
   s.extrapolated = {std::exp(mid - k * error), std::exp(mid + k * error)};
 }
 

@@ -9,26 +9,33 @@ namespace firn {
 
 struct PowerLaw {
   double exponent = 0;
-  // Standard error. NaN: of two points, which give a slope and no idea of how straight it is.
+  // Half-width of the interval that holds the exponent with 68 %, by Student's distribution: a
+  // standard error, wider where few runs were all that told the scatter. NaN: of two points, which
+  // give a slope and no idea of how straight it is.
   double exponent_error = std::numeric_limits<double>::quiet_NaN();
 
   struct Logarithm {
-    double value = 0, error = 0;  // of ln(y); the error is NaN as above
+    double value = 0, error = 0;  // of ln(y), standard error; the error is NaN as above
   };
   Logarithm at(double x) const;
 
-  // The line: ln(y) = height + exponent (ln(x) - centre), height_error that at the centre.
-  double centre = 0, height = 0, height_error = 0;
-  int degrees_of_freedom = 0;
+  // The line: ln(y) = height + exponent (ln(x) - centre), with standard errors.
+  double centre = 0, height = 0, height_error = 0, slope_error = 0;
+  double degrees_of_freedom = 0;  // of the errors; 0: they are not known
 };
 
 // Whether a power law can be put through points: x and mean above zero at two different x or more.
 bool has_power_law(std::span<const double> x, std::span<const double> mean);
 
+// Half-width of a two-sided interval of Student's distribution, in standard errors.
+double student_factor(double degrees_of_freedom, double confidence = 0.95);
+
 // Weighted least squares of ln(mean) over ln(x). `error`: standard errors of the means, NaN where
-// not known; each counts as 2 % at least, as few runs may happen to agree. A line that misses by
-// more than the errors say is no better known than it misses. Points as has_power_law wants them.
+// not known; `runs`: how many a mean is of. The relative scatter of a run is taken as the same at
+// every x and pooled over all, since two or three runs do not tell their own; each mean counts as
+// known to 2 % at best. A line that misses by more than that scatter explains (F-test, 5 %) is no
+// better known than it misses. Points as has_power_law wants them.
 PowerLaw fit_power_law(std::span<const double> x, std::span<const double> mean,
-                       std::span<const double> error);
+                       std::span<const double> error, std::span<const int> runs);
 
 }  // namespace firn

@@ -307,12 +307,15 @@ std::vector<SweptPower> powers(const SweepResult& r) {
   std::vector<SweptPower> all;
   for (std::size_t i = 0; i < r.responses.size(); ++i) {
     std::vector<double> mean, error;
+    std::vector<int> runs;
     for (std::size_t c = 0; c < x.size(); ++c) {
       const Scatter s = scatter(r, c, i);
       mean.push_back(s.mean);
       error.push_back(s.deviation / std::sqrt(s.count));
+      runs.push_back(s.count);
     }
-    if (has_power_law(x, mean)) all.push_back({r.responses[i], fit_power_law(x, mean, error)});
+    if (has_power_law(x, mean))
+      all.push_back({r.responses[i], fit_power_law(x, mean, error, runs)});
   }
   return all;
 }

@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "experiments/driver.h"
 #include "experiments/machine_check.h"
+#include "experiments/measurement.h"
 #include "experiments/recording.h"
 #include "experiments/run.h"
 #include "tests/experiments/results_folder.h"
@@ -92,6 +95,32 @@ TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
   EXPECT_EQ(static_cast<double>(pull.placed.size()), value(summary, "present_count"));
   EXPECT_EQ(pull.frame_starts.size(), 4u);
   EXPECT_NO_THROW(check_machine(pull));
+}
+
+// Columns of the bucket that no blade of the auger reaches, from 1.
+std::vector<int> columns_left_of_the_auger(const Case& c) {
+  const auto auger = std::ranges::find(c.model.boundaries, "auger", &Boundary::name);
+  double start = std::numeric_limits<double>::infinity();
+  for (const Vec3& corner : auger->mesh.vertices)
+    start = std::min(start, (auger->origin + auger->orientation * corner).x());
+  const TagRule& rule = c.tag_rules.at(0);
+  const double width = (rule.region_max.x() - rule.region_min.x()) / rule.columns;
+  std::vector<int> columns;
+  for (int k = 0; k < rule.columns; ++k)
+    if (rule.region_min.x() + (k + 1) * width <= start) columns.push_back(rule.first + k);
+  return columns;
+}
+
+TEST_F(IcemakerCases, TheColumnLeftOfTheBladesIsLeftOfTheBlades) {
+  const std::string folder = std::string(FIRN_SOURCE_DIR) + "/experiments/";
+  const Case c = read_case(folder + "icemaker/auger_full.toml");
+  ASSERT_EQ(columns_left_of_the_auger(c), (std::vector<int>{1}));
+  const Measurement m = read_measurement(folder + "measurements/columns_in_the_container.toml");
+  const auto claim = std::ranges::find_if(m.claims, [](const Claim& one) {
+    return one.statement.find("left of the auger's blades") != std::string::npos;
+  });
+  ASSERT_NE(claim, m.claims.end());
+  EXPECT_EQ(claim->than, "container_count_by_column[1]");
 }
 
 }  // namespace

@@ -127,5 +127,12 @@ TEST(DeviationWarning, NamesDeviationAndReason) {
   EXPECT_THAT(deviation_warning(shape), HasSubstr("max_parts = 3 reached"));
 }
 
+TEST(EnergyAccount, GainsStandOut) {
+  EXPECT_THAT(energy_warning({0.56, 125}), HasSubstr("gains 0.56 J, 0.45 % of the 125 J"));
+  EXPECT_EQ(energy_warning({0.1, 125}), "");
+  EXPECT_EQ(energy_warning({0, 0}), "");
+  EXPECT_EQ(energy_warning({1e-12, 1e-12}), "");  // rounding
+}
+
 }  // namespace
 }  // namespace firn

@@ -228,6 +228,8 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   // Nothing lay in the fourth column.
   EXPECT_EQ(response("below_count_by_column"), (std::vector<double>{1, 1, 1, 0}));
   EXPECT_NEAR(response("below_first_half_evenness").at(0), 2.0 / 3, 1e-12);
+  // Two of three that came singly: by whatever order, a third would have to be exchanged.
+  EXPECT_NEAR(response("below_first_half_evenness_at_random").at(0), 2.0 / 3, 1e-12);
   EXPECT_EQ(response("below_residence_times").size(), 3u);
   EXPECT_NEAR(response("below_residence_times").at(1), passed[1] - inserted[1], 1e-12);
   EXPECT_NEAR(response("drop_time_to_count").at(0), stages[1].end - stages[1].start, 1e-12);
@@ -311,17 +313,33 @@ TEST_F(SceneTest, HarvestGoesOnFromACheckpointBitForBit) {
   EXPECT_EQ(a.stages().back().end, b.stages().back().end);
 }
 
-TEST_F(SceneTest, ABlockedSourceEndsTheRunAndSaysByWhom) {
+TEST_F(SceneTest, ABatchThatIsStillInItsPlaceIsNotReleased) {
+  // The third cube came at 0.7 s and has fallen by some micrometers.
+  const RunSummary summary = run(read(kHarvest, {{"case.duration", "0.702 s"}}), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const auto response = [&](const char* name) {
+    return std::ranges::find(summary.responses, name, &Response::name)->value.at(0);
+  };
+  EXPECT_EQ(response("mold_batches"), 3);
+  EXPECT_EQ(response("mold_batches_released"), 2);
+}
+
+TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
   // Without a plate to wait for, the shaft fills up to where the cubes come from.
   const RunSummary summary = run(read(kHarvest, {{"stages.harvest.until", "[\"time\", \"switch\"]"},
                                                  {"sources.mold.position", "0 0 45 mm"},
                                                  {"boundaries.plate.position", "0 300 35 mm"},
                                                  {"boundaries.plate.may_touch", "[\"back\"]"}}),
                                  options("run.h5"));
-  EXPECT_EQ(summary.status, RunStatus::finished);
+  EXPECT_EQ(summary.status, RunStatus::failed);
   EXPECT_THAT(summary.reason,
               HasSubstr("source \"mold\" is blocked: place 1 of batch 3 is taken by "
                         "particle 1"));
+  // The file says the same, and shows who is in the way.
+  const Recording recording((directory_ / "run.h5").string());
+  EXPECT_THAT(recording.status(), testing::StartsWith("failed: stage \"harvest\" ended: source"));
+  EXPECT_THAT(recording.stages().back().ended_by, HasSubstr("is blocked"));
+  EXPECT_NEAR(recording.frame_times().back(), summary.simulated, 1e-9);
 }
 
 TEST_F(SceneTest, ASourceInAWallIsRefused) {

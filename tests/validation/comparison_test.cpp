@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "experiments/batch/operand.h"
-#include "experiments/small_samples.h"
 
 namespace firn {
 namespace {
@@ -68,14 +67,16 @@ TEST_F(Comparisons, OfAValueAddUpItsUncertainties) {
   EXPECT_NEAR(v.difference, 0, 1e-12);
   ASSERT_EQ(v.parts.size(), 5u);
   const double sd = std::sqrt(6.0 / 9);  // of the ten values
-  EXPECT_NEAR(*v.parts[0].value, sd / std::sqrt(10.0) * std::sqrt(9.0 / 7), 1e-12);
+  EXPECT_NEAR(*v.parts[0].value, sd / std::sqrt(10.0), 1e-12);
   EXPECT_NEAR(*v.parts[1].value, 0.3, 1e-9);  // the same for every seed
   EXPECT_NEAR(*v.parts[2].value, 0.4, 1e-9);
   EXPECT_NEAR(*v.parts[3].value, std::sqrt(54.0 / 5 - 6.0 / 9), 1e-12);
-  EXPECT_NEAR(*v.parts[4].value, 0.1 * std::sqrt(99.0 / 97), 1e-12);
+  EXPECT_NEAR(*v.parts[4].value, 0.1, 1e-12);
   double sum = 0;
   for (const UncertaintyPart& p : v.parts) sum += *p.value * *p.value;
   EXPECT_NEAR(v.uncertainty, std::sqrt(sum), 1e-12);
+  EXPECT_GT(v.expanded, 2 * v.uncertainty);  // six draws tell most of it
+  EXPECT_EQ(v.p_value, 1);                   // no difference
   EXPECT_EQ(c.verdict, ValidationVerdict::consistent);
   EXPECT_FALSE(v.area);  // a mean and a scatter are no distribution
 }
@@ -132,8 +133,7 @@ TEST_F(Comparisons, OfChoicesTellWhatStandsOutFromTheSeeds) {
   EXPECT_NEAR(c.choices[0].before, 10, 1e-12);  // over the seeds that both have
   EXPECT_NEAR(c.choices[0].after - c.choices[0].before, 0.1 / 3, 1e-12);
   const double sd = std::sqrt((0.1 * 0.1 + 0.1 * 0.1 + 0.1 * 0.1 - 0.1 * 0.1 / 3) / 2);
-  // Three differences: the variance of their mean widened by Student's.
-  EXPECT_NEAR(c.choices[0].error, std::sqrt(widened(sd * sd / 3, 2)), 1e-12);
+  EXPECT_NEAR(c.choices[0].error, sd / std::sqrt(3.0), 1e-12);
   EXPECT_THAT(c.headline, HasSubstr("1 of 2 changes stand out"));
   EXPECT_THAT(c.headline, HasSubstr("from 10 deg to 21 deg with Young's modulus 0.1 GPa"));
   EXPECT_THAT(c.caveats, testing::Contains("broken: no run finished"));
@@ -228,7 +228,7 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   EXPECT_EQ(result().distribution->verdict, ValidationVerdict::information);
   EXPECT_THAT(result().distribution->simulated, testing::ElementsAre(180, 60));
   EXPECT_THAT(result().distribution->deviation,
-              testing::Pointwise(testing::DoubleNear(1e-12), {0, 0}));
+              testing::Each(testing::DoubleNear(std::sqrt(0.75 * 0.25 / 40), 1e-12)));
   EXPECT_THAT(result().distribution->classes, testing::ElementsAre("1", "2"));
   data.present = true;
   data.classes = {"left", "right"};
@@ -244,6 +244,10 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   data.response = "times";
   data.unit = "s";
   data.values = {1.1, 2.1, 2.9};
+  what.measurement.data = data;
+  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
+  EXPECT_EQ(result().would_decide, "more values, measured and simulated");
+  for (int k = 0; k < 4; ++k) data.values.insert(data.values.end(), {1.1, 2.1, 2.9});
   what.measurement.data = data;
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
   EXPECT_EQ(result().distribution->simulated.size(), 18u);
@@ -265,8 +269,8 @@ TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
   data.response = "bin_residence_times";
   data.present = true;
   data.unit = "s";
-  data.values = {1, 2, 3};
-  data.at_least = {5};
+  data.values = {1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3};
+  data.at_least = {5, 5, 5, 5};
   what.measurement.data = data;
   const Comparison c = result();
   EXPECT_EQ(c.distribution->verdict, ValidationVerdict::consistent);
@@ -305,8 +309,7 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
   ASSERT_TRUE(result().curve);
   EXPECT_TRUE(result().curve->measured.empty());
   EXPECT_NEAR(result().curve->simulated.back(), 20, 1e-9);
-  // 0.2 / sqrt(3), widened as three runs hardly tell their scatter.
-  EXPECT_NEAR(result().curve->simulated_error.back(), 0.2, 1e-9);
+  EXPECT_NEAR(result().curve->simulated_error.back(), 0.2 / std::sqrt(3.0), 1e-9);
   const auto verdict = [&](double slope, std::optional<double> tolerance) {
     data.present = true;
     data.repeats = {{{0, 2}, {0, 2 * slope}}, {{0, 2}, {0, 2.02 * slope}}};
@@ -364,9 +367,9 @@ TEST_F(Comparisons, OfStiffnessFindAPowerLaw) {
   what.kind = ComparisonKind::softening;
   what.real_modulus = 9.2e9;
   const auto at = [](double modulus) { return 3 * std::sqrt(modulus / 1e7); };
-  const RunGroup base = group(RunGroup::Purpose::base, {at(1e7), at(1e7)});
-  const RunGroup a = group(RunGroup::Purpose::stiffness, {at(3e7), at(3e7)}, 3e7);
-  const RunGroup b = group(RunGroup::Purpose::stiffness, {at(1e8), at(1e8)}, 1e8);
+  const RunGroup base = group(RunGroup::Purpose::base, {at(1e7), at(1e7), at(1e7)});
+  const RunGroup a = group(RunGroup::Purpose::stiffness, {at(3e7), at(3e7), at(3e7)}, 3e7);
+  const RunGroup b = group(RunGroup::Purpose::stiffness, {at(1e8), at(1e8), at(1e8)}, 1e8);
   evidence = {&base, nullptr, &base, nullptr, {&a, &b}, 1e7, nullptr};
   const Comparison c = result();
   ASSERT_EQ(c.softening.size(), 1u);
@@ -375,6 +378,64 @@ TEST_F(Comparisons, OfStiffnessFindAPowerLaw) {
   EXPECT_GT(c.softening[0].extrapolated.high, at(9.2e9));
   EXPECT_THAT(c.softening[0].word, HasSubstr("92 times beyond"));
   EXPECT_EQ(c.verdict, ValidationVerdict::information);
+}
+
+TEST_F(Comparisons, OfStiffnessExtrapolateNothingFromTwoSeeds) {
+  what.kind = ComparisonKind::softening;
+  what.real_modulus = 9.2e9;
+  const auto extrapolated = [&](const RunGroup& base, const RunGroup& a, const RunGroup& b) {
+    evidence = {&base, nullptr, &base, nullptr, {&a, &b}, 1e7, nullptr};
+    return result().softening.at(0);
+  };
+  using P = RunGroup::Purpose;
+  // Two seeds that scatter, as an angle of repose does: with three degrees of freedom the 95 %
+  // would reach far beyond any angle.
+  const SofteningResult two =
+      extrapolated(group(P::base, {8, 12}), group(P::stiffness, {13, 9}, 2e7),
+                   group(P::stiffness, {14, 9}, 3e7));
+  EXPECT_TRUE(std::isnan(two.extrapolated.low));
+  EXPECT_TRUE(std::isnan(two.extrapolated.high));
+  EXPECT_THAT(two.word, HasSubstr("not enough data to extrapolate"));
+  // Nor from three that scatter as much.
+  const SofteningResult three =
+      extrapolated(group(P::base, {8, 12, 10}), group(P::stiffness, {13, 9, 11}, 2e7),
+                   group(P::stiffness, {14, 9, 11}, 3e7));
+  EXPECT_TRUE(std::isnan(three.extrapolated.high));
+  EXPECT_THAT(three.word, HasSubstr("spans more than a factor of 10"));
+}
+
+TEST_F(Comparisons, OfAValueDoNotPassWithOneThatStandsApart) {
+  const RunGroup base = group(RunGroup::Purpose::base, {10, 10.2, 9.8, 10.1, 9.9});
+  evidence.base = evidence.numerics_base = &base;
+  Measurement& m = what.measurement;
+  m.scatter = ScatterKind::values;
+  m.values = {10, 9, 11, 10, 10.5, 9.5, 100};
+  const SampleFacts f = facts_of(m.values);
+  m.value = f.mean;
+  m.standard_deviation = f.deviation;
+  m.repeats = f.count;
+  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
+  m.values.back() = 10;
+  m.value = 10;
+  m.standard_deviation = 0.7;
+  EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
+  const RunGroup wild = group(RunGroup::Purpose::base, {10, 10.2, 9.8, 10.1, 9.9, 10.3, 100});
+  evidence.base = evidence.numerics_base = &wild;
+  EXPECT_NE(result().verdict, ValidationVerdict::consistent);
+}
+
+TEST_F(Comparisons, OfSeveralClaimsAllowForTheirNumber) {
+  what.kind = ComparisonKind::claims;
+  const RunGroup base = group(RunGroup::Purpose::base, {1, 1, 1, 1, 1});
+  evidence.base = &base;
+  const Claim no{"no", "angle", "5", 1, 0, "x"}, yes{"yes", "angle", "0", 1, 0, "x"};
+  what.measurement.claims = {no};
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconsistent);  // 0 of 5: 3 %
+  what.measurement.claims = {no, yes};
+  EXPECT_EQ(result().claims[0].verdict, ValidationVerdict::inconsistent);
+  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);  // one of two: 6 %
+  EXPECT_THAT(result().headline, HasSubstr("among 2 statements"));
+  EXPECT_FALSE(result().would_decide.empty());
 }
 
 TEST(Operand, ReadsNumbersNamesElementsAndSummaries) {

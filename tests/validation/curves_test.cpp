@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "experiments/small_samples.h"
-
 namespace firn {
 namespace {
 
@@ -56,7 +54,8 @@ TEST(Curves, TellDifferenceAndUncertainty) {
   EXPECT_NEAR(c->difference, 1.0 / 6, 1e-12);
   EXPECT_NEAR(c->largest, 1.0 / 6, 1e-9);
   const double variance = 0.4 * 0.4 / 2 / 2;  // of the mean of two
-  EXPECT_NEAR(c->uncertainty, std::sqrt(widened(variance, 1)) / 6, 1e-9);
+  EXPECT_NEAR(c->uncertainty, std::sqrt(variance) / 6, 1e-9);
+  EXPECT_NEAR(c->expanded, 12.706 * std::sqrt(variance) / 6, 0.02);  // Student, one degree
   EXPECT_FALSE(compare_curves({shifted(0)}, {sampled(5, 6, 9, line)}, Align::none));
 }
 

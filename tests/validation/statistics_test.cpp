@@ -53,78 +53,6 @@ TEST(SampleFacts, AreTheTextbooks) {
   EXPECT_NEAR(f.deviation, std::sqrt(5.0 / 3), 1e-15);
   EXPECT_NEAR(f.error(), std::sqrt(5.0 / 12), 1e-15);
   EXPECT_TRUE(std::isnan(facts_of({1}).deviation));
-  EXPECT_NEAR(student_factor(6), 2.4469, 1e-4);  // tables of Student's distribution
-}
-
-// The referee: every way to split the pooled values.
-double brute_p_value(std::vector<double> a, const std::vector<double>& b) {
-  const double observed = smirnov_distance(a, b) - 1e-12;
-  const std::size_t n = a.size();
-  a.insert(a.end(), b.begin(), b.end());
-  std::vector<bool> in(a.size(), false);
-  std::fill(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(n), true);
-  int large = 0, all = 0;
-  do {
-    std::vector<double> x, y;
-    for (std::size_t i = 0; i < a.size(); ++i) (in[i] ? x : y).push_back(a[i]);
-    large += smirnov_distance(x, y) >= observed;
-    ++all;
-  } while (std::prev_permutation(in.begin(), in.end()));
-  return static_cast<double>(large) / all;
-}
-
-TEST(Smirnov, ExactProbabilityAgreesWithAllSplits) {
-  EXPECT_NEAR(smirnov_p_value({1, 2, 3, 4, 5}, {6, 7, 8, 9, 10}), 2.0 / 252, 1e-12);
-  std::mt19937_64 bits(2);
-  for (int trial = 0; trial < 60; ++trial) {
-    std::vector<double> a(2 + trial % 5), b(1 + trial % 6);
-    // Few different values: ties within and between.
-    for (double& v : a) v = std::floor(uniform(bits) * (trial % 3 == 0 ? 4 : 1000));
-    for (double& v : b) v = std::floor(uniform(bits) * (trial % 3 == 0 ? 4 : 1000));
-    EXPECT_NEAR(smirnov_p_value(a, b), brute_p_value(a, b), 1e-10) << trial;
-  }
-}
-
-TEST(Smirnov, IsUniformForSamplesOfOneDistribution) {
-  std::mt19937_64 bits(3);
-  int rejected = 0;
-  for (int trial = 0; trial < 2000; ++trial) {
-    std::vector<double> a(30), b(20);
-    for (double& v : a) v = uniform(bits);
-    for (double& v : b) v = uniform(bits);
-    rejected += smirnov_p_value(a, b) <= 0.05;
-  }
-  EXPECT_LE(rejected, 0.05 * 2000 + 3 * std::sqrt(2000 * 0.05 * 0.95));
-  EXPECT_GE(rejected, 0.02 * 2000);  // discrete, but no formality
-}
-
-TEST(Wasserstein, OfAShiftIsTheShift) {
-  EXPECT_NEAR(wasserstein_distance({1, 2, 3}, {1.5, 2.5, 3.5}), 0.5, 1e-15);
-  EXPECT_NEAR(wasserstein_distance({0, 0, 0, 1}, {0, 1}), 0.25, 1e-15);
-  EXPECT_EQ(wasserstein_distance({1, 2, 3}, {3, 1, 2}), 0);
-}
-
-TEST(Permutation, IsExactForSmallSamplesAndNearItForLarge) {
-  const auto shift = [](const std::vector<double>& a, const std::vector<double>& b) {
-    return std::abs(facts_of(a).mean - facts_of(b).mean);
-  };
-  EXPECT_NEAR(permutation_p_value({1, 2, 3}, {4, 5, 6}, shift), 2.0 / 20, 1e-12);
-  std::mt19937_64 bits(4);
-  std::vector<double> a(40), b(40);
-  for (double& v : a) v = uniform(bits);
-  for (double& v : b) v = uniform(bits) + 0.13;
-  // Two means of 40 uniform values are normal to good accuracy.
-  const double z = shift(a, b) / std::sqrt((facts_of(a).deviation * facts_of(a).deviation +
-                                            facts_of(b).deviation * facts_of(b).deviation) /
-                                           40);
-  EXPECT_NEAR(permutation_p_value(a, b, shift), std::erfc(z / std::sqrt(2.0)), 0.015);
-}
-
-TEST(Shares, DistanceAndProbability) {
-  EXPECT_NEAR(share_distance({10, 0}, {0, 4}), 1, 1e-15);
-  EXPECT_NEAR(share_distance({2, 2}, {3, 1}), 0.25, 1e-15);
-  EXPECT_GT(share_p_value({10, 10, 10}, {5, 6, 4}), 0.5);
-  EXPECT_LT(share_p_value({30, 2, 3}, {3, 20, 18}), 0.001);
 }
 
 TEST(Summary, HoldsEveryPossibleSampleAndIsTight) {
@@ -267,16 +195,6 @@ TEST(Censored, KaplanAndMeierAsPrinted) {
   // Nobody left out: the share of those at or below.
   EXPECT_NEAR(kaplan_meier(placebo).share[2], 5.0 / 21, 1e-12);
   EXPECT_NEAR(kaplan_meier(placebo).share.back(), 1, 1e-12);
-}
-
-TEST(Censored, DistanceTellsSamplesApart) {
-  const double distance = passed_distance(kaplan_meier(treated), kaplan_meier(placebo));
-  EXPECT_GT(distance, 0.5);
-  EXPECT_LT(passed_p_value(treated, placebo, 999), 0.01);
-  EXPECT_EQ(passed_distance(kaplan_meier(treated), kaplan_meier(treated)), 0);
-  EXPECT_EQ(passed_p_value({{1, 2}, {}}, {{1, 2}, {}}), 1);
-  // All six ways of splitting four: the two that keep them apart are the most extreme.
-  EXPECT_NEAR(passed_p_value({{1, 2}, {}}, {{3, 4}, {}}), 2.0 / 6, 1e-12);
 }
 
 }  // namespace
