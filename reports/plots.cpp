@@ -187,6 +187,13 @@ double at(const std::vector<double>& values, std::size_t i) {
   return i < values.size() ? values[i] : kNone;
 }
 
+// As gnuplot can draw it: its axes end in an error where all values are next to the least number.
+double drawn(const Axis& axis, double v) {
+  constexpr double kNothing = 1e-200;
+  if (!shown(axis, v)) return kNone;
+  return std::abs(v) < kNothing ? (axis.log ? kNone : 0) : v;
+}
+
 // Columns: x y x_error y_error low high.
 std::string write_series(const Drawing& drawing, const std::string& name, const Series& s,
                          const Axis& x, const Axis& y, bool& any) {
@@ -194,9 +201,8 @@ std::string write_series(const Drawing& drawing, const std::string& name, const 
   for (std::size_t i = 0; i < s.x.size(); ++i) {
     const bool there = shown(x, s.x[i]) && shown(y, s.y[i]);
     any = any || there;
-    const auto along = [&](const Axis& axis, double v) { return shown(axis, v) ? v : kNone; };
-    rows.push_back({along(x, s.x[i]), there ? s.y[i] : kNone, at(s.x_error, i), at(s.y_error, i),
-                    along(y, at(s.low, i)), along(y, at(s.high, i))});
+    rows.push_back({drawn(x, s.x[i]), there ? drawn(y, s.y[i]) : kNone, at(s.x_error, i),
+                    at(s.y_error, i), drawn(y, at(s.low, i)), drawn(y, at(s.high, i))});
   }
   return drawing.data(name, rows);
 }

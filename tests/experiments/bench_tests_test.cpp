@@ -97,9 +97,9 @@ TEST_F(BenchTests, EverythingIsRead) {
 }
 
 TEST_F(BenchTests, MistakesAreNamedWithTheirPlace) {
-  refused("tells =", "tels =", "bench.toml:5: tests.0.tels");
+  refused("tells =", "tels =", "bench.toml:5: tests.tilt.tels");
   refused("tilt/case.toml", "tilt/none.toml", "is no file");
-  refused("\"30 min\"", "\"30 mm\"", "bench.toml:6: tests.0.setup");
+  refused("\"30 min\"", "\"30 mm\"", "bench.toml:6: tests.tilt.setup");
   refused("\"1.5 deg\"", "\"0 deg\"", "expected more than zero");
   refused("\"0.3 deg\"", "\"0.3 rad\"", "reading: has the unit \"rad\"");
   refused("name = \"weigh\"", "name = \"tilt\"", "is taken already");
