@@ -307,7 +307,7 @@ TEST(ShapeCommand, MeshFilesAsBoundaries) {
   ASSERT_EQ(wall.status, 0) << wall.err;
   const json facts = json::parse(wall.out);
   EXPECT_EQ(facts["triangles"], 10);
-  EXPECT_EQ(facts["convex_parts"], 10);
+  EXPECT_EQ(facts["convex_parts"], 5);
   EXPECT_EQ(facts["closed"], false);
   const Outcome text = folder.firn({"shape", "open.stl", "--boundary", "--thickness", "5 mm"});
   EXPECT_THAT(text.out, HasSubstr("open, 4 free edges"));
