@@ -79,9 +79,9 @@ std::string chosen_with(const Suite& suite, const SuiteComparison& what, const E
     return {};
   };
   if (e.material != nullptr)
-    if (const std::string found = calibrated(*e.material, ""); !found.empty()) return found;
+    if (std::string found = calibrated(*e.material, ""); !found.empty()) return found;
   for (const MaterialRecord* record : e.same_values)
-    if (const std::string found = calibrated(*record, "the case has the values of a record: ");
+    if (std::string found = calibrated(*record, "the case has the values of a record: ");
         !found.empty())
       return found;
   for (const Chosen& chosen : suite.chosen)
