@@ -223,10 +223,11 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
   p.program = firn_program();
   p.raw_data = raw_data_of(study, directory);
   for (const Target& t : study.targets) {
-    UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, unit_of(t.unit), t.source};
+    UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, unit_of(t.unit), t.source, ""};
     if (!t.file.empty()) {
       const Measurement read = read_measurement(t.file);
       m.name = read.name;
+      m.experiment = read.experiment;
       m.source = fmt::format("{} ({})", read.source, t.file);
     } else {
       m.source = fmt::format("{} ({})", t.source, study.source);

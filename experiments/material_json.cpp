@@ -112,6 +112,7 @@ Json provenance_json(const Provenance& p) {
     one["uncertainty"] = m.uncertainty;
     one["unit"] = m.unit;
     one["source"] = m.source;
+    put(one, "experiment", m.experiment);
     return one;
   });
   put(j, "study", p.study);
@@ -279,9 +280,10 @@ Provenance read_provenance(const JsonReader& j) {
     return RawData{d.string("what"), d.string("file"), d.string("sha256")};
   });
   p.measurements = read_all(j, "measurements", [](const JsonReader& m) {
-    m.allow({"name", "response", "value", "uncertainty", "unit", "source"});
-    return UsedMeasurement{m.string_or_empty("name"), m.string("response"), m.number("value"),
-                           m.number("uncertainty"),   m.string("unit"),     m.string("source")};
+    m.allow({"name", "response", "value", "uncertainty", "unit", "source", "experiment"});
+    return UsedMeasurement{m.string_or_empty("name"),      m.string("response"), m.number("value"),
+                           m.number("uncertainty"),        m.string("unit"),     m.string("source"),
+                           m.string_or_empty("experiment")};
   });
   p.study = j.string_or_empty("study");
   if (j.has("program")) {

@@ -207,7 +207,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   TomlDocument document(text, source);
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
-           "apparatus", "notes", "scatter", "reading", "claims", "data"});
+           "experiment", "origin", "apparatus", "notes", "scatter", "reading", "claims", "data"});
   Measurement m;
   m.file = source;
   m.name = t.string("name");
@@ -226,6 +226,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.response = m.data || !m.claims.empty() ? t.string("response", m.data ? m.data->response : "")
                                            : t.string("response");
   m.source = t.string("source");
+  m.experiment = t.string("experiment", "");
+  m.simulated = t.choice("origin", {"experiment", "simulation"}, "experiment") == "simulation";
   m.apparatus = t.string("apparatus", "");
   m.notes = t.string("notes", "");
   if (m.status == MeasurementStatus::qualitative) {

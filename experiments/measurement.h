@@ -44,6 +44,9 @@ struct Measurement {
   std::string reading_because;
 
   MeasurementStatus status = MeasurementStatus::measured;
+  // What was done to get it: measurements of one experiment say the same here. Empty: not stated.
+  std::string experiment;
+  bool simulated = false;  // a number of another simulation, not of an experiment
   std::string source, apparatus, notes;
   std::string statement;             // of a qualitative one, which has no number
   std::vector<Claim> claims;         // the same as relations, where they can be

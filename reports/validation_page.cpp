@@ -47,7 +47,8 @@ void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page
   page::Content& content = page.section(text(first, "title"), anchor);
   if (!text(first, "note").empty()) content.paragraph(text(first, "note"));
   if (!text(first, "measurement").empty())
-    content.facts({{"measured", text(first, "measurement")},
+    content.facts({{first.value("code_to_code", false) ? "by another simulation" : "measured",
+                    text(first, "measurement")},
                    {"status of the measurement", text(first, "measurement_status")},
                    {"simulated", text(first, "experiment")}});
   for (const Json* c : sets) {
@@ -79,15 +80,17 @@ Cell verdict_cell(const Json& comparison) {
   const auto hold = std::ranges::count_if(
       claims, [](const Json& claim) { return text(claim, "verdict") == "consistent"; });
   if (claims.size() > 1) cell.text = fmt::format("{} of {} hold", hold, claims.size());
+  if (comparison.value("code_to_code", false)) cell.text += " (code-to-code)";
   return cell;
 }
 
 void summary(const Json& results, const std::vector<Sets>& groups, page::Page& page) {
   std::map<std::string, int> count;
-  for (const Json& c : results.at("comparisons")) ++count[text(c, "verdict")];
+  for (const Json& c : results.at("comparisons"))
+    if (!c.value("code_to_code", false)) ++count[text(c, "verdict")];
   std::vector<page::Card> cards;
-  for (const char* verdict :
-       {"consistent", "inconsistent", "not enough data to say", "not independent"})
+  for (const char* verdict : {"consistent", "inconsistent", "not enough data to say",
+                              "not independent", "not comparable"})
     cards.push_back({verdict == std::string_view("not enough data to say") ? "open" : verdict,
                      std::to_string(count[verdict]),
                      "",

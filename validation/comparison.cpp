@@ -7,6 +7,7 @@
 
 #include "experiments/batch/operand.h"
 #include "validation/comparison_parts.h"
+#include "validation/provenance.h"
 #include "validation/softening.h"
 
 namespace firn {
@@ -65,6 +66,50 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
 
 }  // namespace comparison
 
+namespace {
+
+// What inputs were chosen with these data, as a clause; empty: none that is known.
+std::string chosen_with(const Suite& suite, const SuiteComparison& what, const Evidence& e) {
+  const DataIdentity mine = identity_of(what.measurement, what.responses);
+  const auto calibrated = [&](const MaterialRecord& record, const char* how) -> std::string {
+    for (const UsedMeasurement& used : record.provenance.measurements)
+      if (const auto why = same_data(mine, identity_of(used)))
+        return fmt::format("{}{} was calibrated to this measurement ({})", how, record.reference(),
+                           *why);
+    return {};
+  };
+  if (e.material != nullptr)
+    if (std::string found = calibrated(*e.material, ""); !found.empty()) return found;
+  for (const MaterialRecord* record : e.same_values)
+    if (std::string found = calibrated(*record, "the case has the values of a record: ");
+        !found.empty())
+      return found;
+  for (const Chosen& chosen : suite.chosen)
+    if (chosen.belongs_to(suite.experiments[what.experiment]))
+      if (const auto why = same_data(mine, identity_of(chosen.with, {})))
+        return fmt::format("{} was chosen with this measurement ({})", chosen.what, *why);
+  return {};
+}
+
+void judge_independence(const Suite& suite, const SuiteComparison& what, const Evidence& e,
+                        Comparison& c) {
+  if (const std::string found = chosen_with(suite, what, e); !found.empty()) {
+    c.verdict = ValidationVerdict::not_independent;
+    c.headline += fmt::format("; but {}, which therefore cannot validate it", found);
+    c.would_decide = "another measurement";
+  } else if (!what.made_to_match.empty()) {
+    c.verdict = ValidationVerdict::not_independent;
+    c.headline += fmt::format("; but {}: an input, which validates nothing", what.made_to_match);
+    c.would_decide.clear();
+  }
+}
+
+}  // namespace
+
+std::string verdict_words(const Comparison& c) {
+  return std::string(to_string(c.verdict)) + (c.code_to_code ? " (code-to-code)" : "");
+}
+
 const char* to_string(ValidationVerdict verdict) {
   switch (verdict) {
     case ValidationVerdict::consistent:
@@ -75,6 +120,8 @@ const char* to_string(ValidationVerdict verdict) {
       return "not enough data to say";
     case ValidationVerdict::not_independent:
       return "not independent";
+    case ValidationVerdict::not_comparable:
+      return "not comparable";
     case ValidationVerdict::information:
       return "information";
   }
@@ -111,26 +158,10 @@ std::vector<double> RunGroup::values(const std::string& text) const {
   return all;
 }
 
-Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
-                   const Evidence& e) {
-  Comparison c;
-  c.name = what.name;
-  c.title = what.title;
-  c.note = what.note;
-  c.kind = what.kind;
-  c.experiment = suite.experiments[what.experiment].name;
-  c.parameter_set = parameters.name;
-  if (measures(what.kind)) {
-    c.measurement = what.measurement.sentence();
-    if (c.measurement.ends_with('.')) c.measurement.pop_back();
-    c.measurement += "; " + what.measurement.source;
-    c.measurement_status = to_string(what.measurement.status);
-  }
-  c.runs = static_cast<int>(e.base->results.size());
-  c.finished = static_cast<int>(e.base->finished().size());
-  for (const JobResult& r : e.base->results)
-    if (r.status != JobStatus::finished)
-      c.caveats.push_back(fmt::format("a run is {}: {}", to_string(r.status), r.reason));
+namespace {
+
+// Of one kind, with runs as they are: neither where inputs come from nor what is assumed.
+void compare_runs(const SuiteComparison& what, const Evidence& e, Comparison& c) {
   switch (what.kind) {
     case ComparisonKind::value:
       comparison::compare_value(what, e, c);
@@ -154,6 +185,97 @@ Comparison compare(const Suite& suite, const SuiteComparison& what, const Parame
       c.headline = softening_headline(c.softening, what.real_modulus);
       break;
   }
+}
+
+// On which side of the rule each statement is: it holds in more than half of the runs.
+std::vector<bool> sides(const Comparison& c) {
+  std::vector<bool> all;
+  for (const ClaimResult& r : c.claims)
+    all.push_back(r.claim.once_in > 0 ? r.holds > 0 : 2 * r.holds > r.runs);
+  return all;
+}
+
+// What runs say, in few words.
+std::string outcome_of(const Comparison& c) {
+  std::string text;
+  for (const ClaimResult& r : c.claims)
+    text += fmt::format("{}\"{}\" holds in {} of {} runs", text.empty() ? "" : ", ",
+                        r.claim.statement, r.holds, r.runs);
+  return text.empty() ? c.headline : text;
+}
+
+bool decided(ValidationVerdict v) {
+  return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
+}
+
+// The same comparison at each end of what is assumed, beside that of the runs it is a variant of.
+// A value has these differences among its uncertainties already.
+void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Evidence& e,
+                       Comparison& c) {
+  for (const std::string& one : suite.experiments[what.experiment].assumes)
+    c.caveats.push_back(fmt::format("assumed, without a range: {}", one));
+  std::string changing;
+  for (const Evidence::Other& other : e.variants) {
+    if (!other.what->assumed || other.runs->finished().empty()) continue;
+    const auto with = [&](const RunGroup* base) {
+      Evidence alone;
+      alone.base = alone.numerics_base = base;
+      Comparison there;
+      compare_runs(what, alone, there);
+      return there;
+    };
+    const Comparison before = with(e.numerics_base), there = with(other.runs);
+    AssumptionResult r{other.what->name, static_cast<int>(other.runs->finished().size()),
+                       outcome_of(there), false};
+    r.changes =
+        sides(before) != sides(there) ||
+        (decided(before.verdict) && decided(there.verdict) && before.verdict != there.verdict);
+    if (r.changes) changing += fmt::format("{}\"{}\"", changing.empty() ? "" : ", ", r.name);
+    c.assumptions.push_back(r);
+  }
+  if (changing.empty()) return;
+  c.headline += fmt::format("; depends on what is assumed: changes with {}", changing);
+  if (what.kind == ComparisonKind::value || !decided(c.verdict)) return;
+  c.verdict = ValidationVerdict::not_enough_data;
+  c.would_decide = fmt::format("what is assumed, measured: {}", changing);
+}
+
+}  // namespace
+
+Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
+                   const Evidence& e) {
+  Comparison c;
+  c.name = what.name;
+  c.title = what.title;
+  c.note = what.note;
+  c.kind = what.kind;
+  c.experiment = suite.experiments[what.experiment].name;
+  c.parameter_set = parameters.name;
+  if (measures(what.kind)) {
+    c.measurement = what.measurement.sentence();
+    if (c.measurement.ends_with('.')) c.measurement.pop_back();
+    c.measurement += "; " + what.measurement.source;
+    c.measurement_status = to_string(what.measurement.status);
+    c.code_to_code = what.measurement.simulated;
+  }
+  c.runs = static_cast<int>(e.base->results.size());
+  c.finished = static_cast<int>(e.base->finished().size());
+  for (const JobResult& r : e.base->results)
+    if (r.status != JobStatus::finished)
+      c.caveats.push_back(fmt::format("a run is {}: {}", to_string(r.status), r.reason));
+  compare_runs(what, e, c);
+  if (measures(what.kind)) {
+    judge_assumptions(suite, what, e, c);
+    judge_independence(suite, what, e, c);
+    if (!what.not_comparable.empty()) {
+      c.verdict = ValidationVerdict::not_comparable;
+      c.headline += fmt::format("; not comparable: {}", what.not_comparable);
+      c.would_decide.clear();
+    }
+  }
+  if (c.code_to_code)
+    c.caveats.emplace_back(
+        "the number is another simulation's: a comparison of codes, which validates nothing");
   return c;
 }
 

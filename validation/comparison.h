@@ -20,7 +20,8 @@ enum class ValidationVerdict {
   consistent,
   inconsistent,
   not_enough_data,  // to say
-  not_independent,  // the parameters were calibrated to this very measurement
+  not_independent,  // inputs were chosen with these very data
+  not_comparable,   // for a reason that the suite gives
   information       // nothing to judge
 };
 const char* to_string(ValidationVerdict verdict);
@@ -58,6 +59,9 @@ struct Evidence {
     const RunGroup* runs = nullptr;
   };
   std::vector<Other> variants = {};
+  std::vector<const RunGroup*> timesteps = {};  // all that `timestep` is the finest of
+  // Calibrated records whose values the case has, whoever put them there.
+  std::vector<const MaterialRecord*> same_values = {};
 };
 
 // One part of the uncertainty of a difference, one standard deviation.
@@ -144,6 +148,14 @@ struct ChoiceResult {
   double error = 0;              // of their difference, one standard deviation; NaN: one seed
 };
 
+// What becomes of a verdict at an end of the range of an assumption.
+struct AssumptionResult {
+  std::string name;
+  int runs = 0;
+  std::string outcome;   // the headline there
+  bool changes = false;  // the verdict, or on which side of the rule a statement is
+};
+
 struct Comparison {
   std::string name, title, note, experiment, parameter_set;
   ComparisonKind kind = ComparisonKind::value;
@@ -152,8 +164,10 @@ struct Comparison {
   std::string would_decide;  // what would, where the verdict leaves it open
   std::string measurement;   // in words, with its source
   std::string measurement_status;
+  bool code_to_code = false;  // with a number of another simulation: no validation
   std::vector<std::string> caveats;
   int runs = 0, finished = 0;
+  std::vector<AssumptionResult> assumptions;
   std::optional<ValueComparison> value;
   std::vector<ClaimResult> claims;
   std::optional<DistributionResult> distribution;
@@ -164,6 +178,9 @@ struct Comparison {
   std::vector<ChoiceResult> choices;
   std::optional<CurveComparison> curve;
 };
+
+// "consistent", or "consistent (code-to-code)".
+std::string verdict_words(const Comparison& comparison);
 
 // Pure function of its arguments. Throws InputError for responses that runs do not have, or whose
 // unit is not the measurement's.

@@ -8,6 +8,7 @@
 
 #include "experiments/batch/operand.h"
 #include "validation/comparison_parts.h"
+#include "validation/convergence.h"
 #include "validation/noise.h"
 #include "validation/two_samples.h"
 
@@ -33,6 +34,32 @@ UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
                                       difference, c.error, c.seeds)};
   if (hidden) part.freedom = c.seeds - 1;
   return part;
+}
+
+// The finest of several time steps, by the order of convergence where there is one.
+UncertaintyPart timestep_part(const Evidence& e, const std::string& operand) {
+  if (e.timesteps.size() < 2)
+    return numerics_part("time step", e.timestep, *e.numerics_base, operand);
+  const RunGroup& medium = **(e.timesteps.end() - 2);
+  const Change first = change_between(*e.numerics_base, medium, operand);
+  const Change last = change_between(medium, *e.timestep, operand);
+  const Change all = change_between(*e.numerics_base, *e.timestep, operand);
+  if (e.timesteps.size() > 2 || first.seeds < 2 || last.seeds != first.seeds ||
+      all.seeds != first.seeds)
+    return numerics_part("time step", e.timestep, *e.numerics_base, operand);
+  const Convergence c = converge(
+      {first.before, first.after, all.after, medium.setting / e.timestep->setting, last.error});
+  return {"time step", c.uncertainty,
+          fmt::format("{} and {}: {}", words_on(medium), words_on(*e.timestep), c.how)};
+}
+
+// An end of the range of what is assumed: uniform up to there on either side.
+UncertaintyPart assumed_part(const Evidence::Other& other, const RunGroup& base,
+                             const std::string& operand) {
+  UncertaintyPart p = numerics_part(other.what->name, other.runs, base, operand);
+  if (p.value && std::isinf(p.freedom)) *p.value /= std::sqrt(3.0);
+  p.how += "; an assumption";
+  return p;
 }
 
 UncertaintyPart seeds_part(const SampleFacts& f) {
@@ -86,14 +113,6 @@ void add_simulation(const ValueComparison& v, const SampleFacts& draws, Noise& n
     const std::size_t index = noise.add({draws.deviation * draws.deviation, draws.count - 1.0});
     if (seeds) noise.terms.back() = {{index, 1}, {*seeds, -1}};
   }
-}
-
-bool calibrated_to(const MaterialRecord* material, const Measurement& m) {
-  if (material == nullptr || m.source.empty()) return false;
-  return std::ranges::any_of(material->provenance.measurements, [&](const UsedMeasurement& used) {
-    return used.value == m.value && used.unit == m.unit &&
-           used.source.find(m.source) != std::string::npos;
-  });
 }
 
 const UncertaintyPart& largest_part(const ValueComparison& v) {
@@ -179,13 +198,15 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
       e.input == nullptr ? SampleFacts{} : facts_of(defined(e.input->values(response)));
   const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
   v.parts = {seeds_part(v.simulation),
-             numerics_part("time step", e.timestep, *e.numerics_base, response),
+             timestep_part(e, response),
              numerics_part("stiffness", stiffest, *e.numerics_base, response),
              input_part(e, draws, v.simulation),
              {"experiment", m.standard_uncertainty(), m.sentence(), freedom_of(m)}};
   for (const Evidence::Other& other : e.variants)
     if (other.what->numerics)
       v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response));
+    else if (other.what->assumed)
+      v.parts.push_back(assumed_part(other, *e.numerics_base, response));
   v.difference = v.simulation.mean - v.measured;
   for (const UncertaintyPart& p : v.parts) {
     v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
@@ -203,18 +224,6 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
   if (const auto band = distribution_of(m)) v.area = area_metric(v.samples, *band);
   c.value = v;
   judge_value(what, c);
-  if (calibrated_to(e.material, m)) {
-    c.verdict = ValidationVerdict::not_independent;
-    c.headline += fmt::format(
-        "; but {} was calibrated to this measurement, which therefore cannot "
-        "validate it",
-        e.material->reference());
-    c.would_decide = "another measurement";
-  } else if (!what.made_to_match.empty()) {
-    c.verdict = ValidationVerdict::not_independent;
-    c.headline += fmt::format("; but {}: an input, which validates nothing", what.made_to_match);
-    c.would_decide.clear();
-  }
 }
 
 }  // namespace firn::comparison

@@ -162,9 +162,15 @@ Json comparison_json(const Comparison& c) {
             {"would_decide", c.would_decide},
             {"measurement", c.measurement},
             {"measurement_status", c.measurement_status},
+            {"code_to_code", c.code_to_code},
             {"caveats", c.caveats},
             {"runs", c.runs},
             {"finished", c.finished}};
+  for (const AssumptionResult& a : c.assumptions)
+    j["assumptions"].push_back({{"name", a.name},
+                                {"runs", a.runs},
+                                {"outcome", a.outcome},
+                                {"changes_the_verdict", a.changes}});
   if (c.value) j["value"] = value_json(*c.value);
   for (const ClaimResult& r : c.claims) j["claims"].push_back(claim_json(r));
   if (c.distribution) j["distribution"] = distribution_json(*c.distribution);
@@ -211,7 +217,7 @@ Json experiment_json(const Validation& v, std::size_t e) {
 std::string render_table(const Validation& v) {
   std::string text = fmt::format("{}\n\n", v.suite.title);
   for (const Comparison& c : v.comparisons) {
-    text += fmt::format("{:<24} {} [{}]\n    {}\n", to_string(c.verdict), c.title, c.parameter_set,
+    text += fmt::format("{:<24} {} [{}]\n    {}\n", verdict_words(c), c.title, c.parameter_set,
                         c.headline);
     for (const ClaimResult& r : c.claims)
       text += fmt::format("    {:<22} {} of {} runs: {}\n", to_string(r.verdict), r.holds, r.runs,
@@ -223,15 +229,22 @@ std::string render_table(const Validation& v) {
           "    {} with {}: {:.3g} instead of {:.3g} {} (difference +- {:.2g}, {} "
           "seeds)\n",
           r.response, r.choice, r.after, r.before, r.unit, r.error, r.seeds);
+    for (const AssumptionResult& a : c.assumptions)
+      text +=
+          fmt::format("    with {}{}: {}\n", a.name, a.changes ? " (it changes)" : "", a.outcome);
     if (!c.would_decide.empty()) text += fmt::format("    would decide: {}\n", c.would_decide);
     for (const std::string& caveat : c.caveats) text += fmt::format("    note: {}\n", caveat);
   }
   text += '\n';
-  for (const auto verdict :
-       {ValidationVerdict::consistent, ValidationVerdict::inconsistent,
-        ValidationVerdict::not_enough_data, ValidationVerdict::not_independent})
+  for (const auto verdict : {ValidationVerdict::consistent, ValidationVerdict::inconsistent,
+                             ValidationVerdict::not_enough_data, ValidationVerdict::not_independent,
+                             ValidationVerdict::not_comparable})
     if (v.count(verdict) > 0)
       text += fmt::format("{:>4} {}\n", v.count(verdict), to_string(verdict));
+  if (const auto codes = std::ranges::count(v.comparisons, true, &Comparison::code_to_code);
+      codes > 0)
+    text +=
+        fmt::format("{:>4} compared with another simulation (code-to-code), not counted\n", codes);
   return text;
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "experiments/batch/execution.h"
@@ -54,13 +56,42 @@ int read_seeds(const TomlTable& t, int fallback) {
   return count;
 }
 
+// One factor, or several of which each is the same part of the one before.
+std::vector<double> read_factors(const TomlTable& t) {
+  constexpr const char* key = "timestep";
+  constexpr double even = 1e-6;
+  std::vector<double> factors;
+  if (!t.has(key)) return factors;
+  if (!t.is_list(key)) {
+    factors = {t.number(key)};
+    if (factors[0] == 0) return {};
+  } else {
+    for (const std::string& text : t.value_texts(key)) {
+      double factor = 0;
+      const auto end = text.data() + text.size();
+      if (std::from_chars(text.data(), end, factor).ptr != end)
+        t.fail(key, fmt::format("has the entry {}; expected factors between 0 and 1", text));
+      factors.push_back(factor);
+    }
+    if (factors.empty()) t.fail(key, "is empty; expected factors, such as [0.5, 0.25]");
+  }
+  double before = 1;
+  for (const double f : factors) {
+    if (!(f > 0 && f < before))
+      t.fail(key, fmt::format("has the factor {} after {}; expected factors between 0 and 1, each "
+                              "smaller than the one before, such as 0.5",
+                              f, before));
+    if (std::abs(f / before - factors[0]) > even)
+      t.fail(key, fmt::format("has steps of different ratios; expected powers of {}", factors[0]));
+    before = f;
+  }
+  return factors;
+}
+
 Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
   t.allow({"timestep", "stiffness", "material", "seeds"});
   Refinement r;
-  r.timestep = t.number("timestep", 0);
-  if (r.timestep != 0 && !(r.timestep > 0 && r.timestep < 1))
-    t.fail("timestep",
-           fmt::format("is {}; expected a factor between 0 and 1, such as 0.5", r.timestep));
+  r.timesteps = read_factors(t);
   if (t.has("stiffness")) {
     r.stiffness = t.quantities("stiffness", dimension::pressure);
     r.material = t.string("material");
@@ -72,19 +103,23 @@ Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
 }
 
 Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, const Seeds& seeds) {
-  t.allow({"name", "set", "seeds", "numerics"});
+  t.allow({"name", "set", "seeds", "numerics", "assumed"});
   Variant v;
   v.name = fresh_name(t, others);
   v.set = read_set(t);
   if (v.set.empty())
     t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
   v.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
-  v.numerics = t.boolean("numerics", true);
+  v.assumed = t.boolean("assumed", false);
+  v.numerics = t.boolean("numerics", !v.assumed);
+  if (v.assumed && v.numerics)
+    t.fail("numerics", "does not go with `assumed`; expected one of the two");
   return v;
 }
 
 SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Seeds& of_suite) {
-  t.allow({"name", "case", "set", "seeds", "samples", "parameter_sets", "refine", "variants"});
+  t.allow({"name", "case", "set", "seeds", "samples", "parameter_sets", "refine", "variants",
+           "assumes"});
   SuiteExperiment e;
   e.name = fresh_name(t, suite.experiments);
   e.case_file = beside(suite, t.string("case"));
@@ -97,6 +132,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   seeds.count = read_seeds(t, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
   if (t.has("samples")) e.samples = t.integer("samples", 0);
+  e.assumes = t.strings("assumes");
   for (const std::string& name : t.strings("parameter_sets")) {
     if (std::ranges::find(suite.parameter_sets, name, &ParameterSet::name) ==
         suite.parameter_sets.end())
@@ -109,6 +145,22 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   for (const TomlTable& v : t.tables("variants"))
     e.variants.push_back(read_variant(v, e.variants, seeds));
   return e;
+}
+
+Chosen read_chosen(const TomlTable& t, const Suite& suite) {
+  t.allow({"what", "measurement", "experiments"});
+  Chosen c;
+  c.what = t.string("what");
+  if (c.what.empty()) t.fail("what", "is empty; expected what was chosen, in words");
+  c.with = read_measurement(beside(suite, t.string("measurement")));
+  c.experiments = t.strings("experiments");
+  for (const std::string& name : c.experiments)
+    if (std::ranges::find(suite.experiments, name, &SuiteExperiment::name) ==
+        suite.experiments.end())
+      t.fail("experiments",
+             fmt::format("\"{}\" is no experiment of this suite; expected names of [[experiments]]",
+                         name));
+  return c;
 }
 
 ComparisonKind read_kind(const TomlTable& t) {
@@ -144,7 +196,7 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
 
 SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "title", "note", "kind", "experiment", "measurement", "response", "responses",
-           "tolerance", "made_to_match", "expects", "real_modulus"});
+           "tolerance", "made_to_match", "not_comparable", "expects", "real_modulus"});
   SuiteComparison c;
   c.name = fresh_name(t, suite.comparisons);
   c.title = t.string("title", c.name);
@@ -165,6 +217,8 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   const bool damage = c.kind == ComparisonKind::damage;
   belongs("response", c.kind == ComparisonKind::value);
   belongs("made_to_match", c.kind == ComparisonKind::value);
+  belongs("not_comparable", measures(c.kind));
+  c.not_comparable = t.string("not_comparable", "");
   belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
   belongs("responses", damage || !measures(c.kind));
   belongs("expects", damage);
@@ -202,7 +256,8 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       break;
     case ComparisonKind::choices:
       read_operands(t, c);
-      if (found->refine.stiffness.empty() && found->refine.timestep == 0 && found->variants.empty())
+      if (found->refine.stiffness.empty() && found->refine.timesteps.empty() &&
+          found->variants.empty())
         t.fail("experiment", fmt::format("\"{}\" is simulated in one way only; expected refine or "
                                          "variants there",
                                          experiment));
@@ -235,6 +290,10 @@ bool SuiteExperiment::runs_with(const ParameterSet& set) const {
   return parameter_sets.empty() || std::ranges::count(parameter_sets, set.name) > 0;
 }
 
+bool Chosen::belongs_to(const SuiteExperiment& experiment) const {
+  return experiments.empty() || std::ranges::count(experiments, experiment.name) > 0;
+}
+
 bool measures(ComparisonKind kind) {
   return kind != ComparisonKind::softening && kind != ComparisonKind::choices;
 }
@@ -245,7 +304,7 @@ Suite read_suite(const std::string& file) {
   suite.text = read_input_file(file, "a suite file", input_limits::toml_bytes);
   TomlDocument document(suite.text, file);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"suite", "execution", "parameter_sets", "experiments", "comparisons"});
+  root.allow({"suite", "execution", "parameter_sets", "experiments", "chosen", "comparisons"});
   const TomlTable head = root.required_table("suite");
   head.allow({"name", "title", "note", "seeds", "first_seed", "threads"});
   suite.name = path_name(head);
@@ -259,6 +318,7 @@ Suite read_suite(const std::string& file) {
     suite.parameter_sets.push_back({"as the cases say", "", "", {}, 0});
   for (const TomlTable& t : root.tables("experiments"))
     suite.experiments.push_back(read_experiment(t, suite, seeds));
+  for (const TomlTable& t : root.tables("chosen")) suite.chosen.push_back(read_chosen(t, suite));
   for (const TomlTable& t : root.tables("comparisons"))
     suite.comparisons.push_back(read_comparison(t, suite));
   if (suite.comparisons.empty())

@@ -23,7 +23,7 @@ struct ParameterSet {
 
 // Runs of the first parameter set with finer numerics, to see what these do to the answers.
 struct Refinement {
-  double timestep = 0;            // times the case's own; 0: not looked at
+  std::vector<double> timesteps;  // times the case's own, descending; empty: not looked at
   std::vector<double> stiffness;  // Young's moduli of `material`, Pa
   std::string material;           // of the particles
   std::vector<std::uint64_t> seeds;
@@ -35,6 +35,9 @@ struct Variant {
   std::vector<Override> set;
   std::vector<std::uint64_t> seeds;
   bool numerics = true;  // what it changes is uncertainty; else only for comparisons of choices
+  // An end of the range of what is assumed, such as a dimension that no source gives: uncertainty
+  // of the input, and what a verdict depends on.
+  bool assumed = false;
 };
 
 struct SuiteExperiment {
@@ -45,7 +48,17 @@ struct SuiteExperiment {
   std::vector<Variant> variants = {};
   std::vector<std::string> parameter_sets = {};  // with these only; empty: with all
   std::optional<int> samples = {};               // draws in place of those of the parameter sets
+  std::vector<std::string> assumes = {};         // what is assumed without a range, in words
   bool runs_with(const ParameterSet& set) const;
+};
+
+// Inputs that were chosen with a measurement: a dimension, an outlet, a friction. What they were
+// chosen with cannot validate the experiments that have them.
+struct Chosen {
+  std::string what;
+  Measurement with;
+  std::vector<std::string> experiments;  // of the suite; empty: all
+  bool belongs_to(const SuiteExperiment& experiment) const;
 };
 
 enum class ComparisonKind {
@@ -67,9 +80,10 @@ struct SuiteComparison {
   std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
   // What difference would matter: of a value in its unit, of a curve as a share of its range.
   std::optional<double> tolerance;
-  bool expects_damage = true;      // what the experiment's authors say of it
-  double real_modulus = 0;         // Pa, for softening
-  std::string made_to_match = {};  // why the case has the measured value by itself; empty: not
+  bool expects_damage = true;       // what the experiment's authors say of it
+  double real_modulus = 0;          // Pa, for softening
+  std::string made_to_match = {};   // why the case has the measured value by itself; empty: not
+  std::string not_comparable = {};  // why nothing can be concluded; empty: something can
 };
 
 struct Suite {
@@ -78,6 +92,7 @@ struct Suite {
   int threads = 1;  // of each run
   std::vector<ParameterSet> parameter_sets;
   std::vector<SuiteExperiment> experiments;
+  std::vector<Chosen> chosen;
   std::vector<SuiteComparison> comparisons;
   Execution execution;
 };

@@ -370,6 +370,7 @@ Pearson pearson(const std::vector<std::vector<double>>& table) {
 SampleTest exchange_test(const std::vector<double>& a, const std::vector<double>& b) {
   assert(!a.empty() && !b.empty());
   std::vector<Entry> pooled;
+  pooled.reserve(a.size() + b.size());
   for (const double x : a) pooled.push_back({x, true});
   for (const double x : b) pooled.push_back({x, false});
   std::ranges::stable_sort(pooled, {}, &Entry::x);
@@ -444,6 +445,7 @@ std::optional<double> value_apart(const std::vector<double>& values, double sign
   std::vector<std::size_t> found = outliers(values, significance);
   if (std::ranges::all_of(values, [](double v) { return v > 0; })) {
     std::vector<double> logarithms;
+    logarithms.reserve(values.size());
     for (const double v : values) logarithms.push_back(std::log(v));
     const std::vector<std::size_t> as_well = outliers(logarithms, significance);
     std::erase_if(found, [&](std::size_t i) { return std::ranges::count(as_well, i) == 0; });

@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "experiments/batch/batch_folder.h"
 #include "experiments/interruption.h"
 #include "experiments/material_database.h"
 #include "experiments/output_file.h"
+#include "validation/provenance.h"
 
 namespace firn {
 namespace {
@@ -77,6 +79,7 @@ class Runner {
     const ParameterSet& set = suite_.parameter_sets[p];
     const Case base = read_case(experiment.case_file, overrides(experiment, set, 1, {}),
                                 {request(set, {}), options_.database});
+    find_same_values(e, p, base);
     add(e, p, Purpose::base, 0, experiment.seeds);
     if (const int samples = experiment.samples.value_or(set.samples);
         samples > 0 && !set.material.empty() && has_value(e)) {
@@ -97,13 +100,28 @@ class Runner {
                         suite_.source, experiment.name, refine.material));
       base_modulus_[e] = found->young_modulus;
     }
-    if (refine.timestep > 0)
-      add(e, p, Purpose::timestep, base.model.timestep * refine.timestep, refine.seeds);
+    for (const double factor : refine.timesteps)
+      add(e, p, Purpose::timestep, base.model.timestep * factor, refine.seeds);
     std::vector<double> moduli = refine.stiffness;
     std::ranges::sort(moduli);
     for (const double modulus : moduli) add(e, p, Purpose::stiffness, modulus, refine.seeds);
     for (std::size_t k = 0; k < experiment.variants.size(); ++k)
       add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
+  }
+
+  // Values without a record, or beside one, may be those of a calibrated one all the same.
+  void find_same_values(std::size_t e, std::size_t p, const Case& base) {
+    if (!calibrated_) {
+      calibrated_.emplace();
+      const MaterialDatabase database(material_database_file(options_.database));
+      for (const std::string& name : database.names())
+        for (StoredRecord& stored : database.history(name))
+          if (stored.record.kind == RecordKind::calibrated)
+            calibrated_->push_back(std::move(stored.record));
+    }
+    for (std::size_t k = 0; k < calibrated_->size(); ++k)
+      if (has_values_of((*calibrated_)[k], values_in_case((*calibrated_)[k], base.resolved)))
+        same_values_[{e, p}].push_back(k);
   }
 
   // What numerics do is looked at with the first parameter set of an experiment.
@@ -198,7 +216,10 @@ class Runner {
     for (const RunGroup& group : groups_) {
       if (group.experiment != experiment) continue;
       // These exist for the first parameter set only; what they show is taken over to the others.
-      if (group.purpose == Purpose::timestep) e.timestep = &group;
+      if (group.purpose == Purpose::timestep) {
+        e.timestep = &group;  // the finest comes last
+        e.timesteps.push_back(&group);
+      }
       if (group.purpose == Purpose::stiffness) e.stiffness.push_back(&group);
       if (group.purpose == Purpose::variant)
         e.variants.push_back({&suite_.experiments[experiment].variants[group.variant], &group});
@@ -211,6 +232,8 @@ class Runner {
     const auto modulus = base_modulus_.find(experiment);
     e.base_modulus = modulus == base_modulus_.end() ? 0 : modulus->second;
     if (records_[set]) e.material = &*records_[set];
+    if (const auto same = same_values_.find({experiment, set}); same != same_values_.end())
+      for (const std::size_t k : same->second) e.same_values.push_back(&(*calibrated_)[k]);
     return e;
   }
 
@@ -227,15 +250,18 @@ class Runner {
 
   const ValidationOptions& options_;
   Suite suite_;
-  std::vector<std::optional<MaterialRecord>> records_;  // by parameter set
-  std::map<std::size_t, double> base_modulus_;          // by experiment
+  std::vector<std::optional<MaterialRecord>> records_;     // by parameter set
+  std::optional<std::vector<MaterialRecord>> calibrated_;  // all that the database has
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> same_values_;
+  std::map<std::size_t, double> base_modulus_;  // by experiment
   std::vector<RunGroup> groups_;
 };
 
 }  // namespace
 
 int Validation::count(ValidationVerdict verdict) const {
-  return static_cast<int>(std::ranges::count(comparisons, verdict, &Comparison::verdict));
+  return static_cast<int>(std::ranges::count_if(
+      comparisons, [&](const Comparison& c) { return c.verdict == verdict && !c.code_to_code; }));
 }
 
 Validation validate(const ValidationOptions& options) {

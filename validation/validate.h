@@ -31,7 +31,7 @@ struct Validation {
   std::vector<Comparison> comparisons;  // by comparison of the suite, then by parameter set
   std::string directory, command;
   bool interrupted = false;
-  int count(ValidationVerdict verdict) const;
+  int count(ValidationVerdict verdict) const;  // without comparisons of codes
 };
 
 // Runs or goes on with the suite, and leaves results.json and runs.csv in the directory. Throws

@@ -4,8 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "experiments/material_database.h"
 #include "tests/cli/cases.h"
 #include "tests/cli/program.h"
+#include "tests/experiments/material_samples.h"
 
 namespace firn::cli {
 namespace {
@@ -16,7 +18,7 @@ using testing::HasSubstr;
 // Two boxes come to lie on a plane: their peak force is a number, that they are there a claim.
 constexpr const char* suite = R"([suite]
 name = "boxes"
-seeds = 5
+seeds = 6
 [[parameter_sets]]
 name = "as it is"
 [[parameter_sets]]
@@ -104,12 +106,13 @@ TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
   const json result = json::parse(o.out);
   ASSERT_EQ(result["comparisons"].size(), 6u);  // two for both sets, two for the first alone
   const json& value = result["comparisons"][0];
-  // The variant doubles the mass, and what it changes is taken for uncertainty.
-  EXPECT_EQ(value["verdict"], "consistent");
+  // The variant doubles the mass, and what it changes is taken for uncertainty: as much as is
+  // measured could hide in that.
+  EXPECT_EQ(value["verdict"], "not enough data to say");
   EXPECT_EQ(value["value"]["parts"][5]["name"], "heavier");
   EXPECT_NEAR(value["value"]["parts"][5]["value"], 2 * 916.7 * 8e-6, 1e-5);
   EXPECT_NEAR(value["value"]["simulated"], 2 * 916.7 * 8e-6, 1e-5);
-  EXPECT_EQ(value["value"]["runs"], 5);
+  EXPECT_EQ(value["value"]["runs"], 6);
   EXPECT_NEAR(value["value"]["measured"], 0.0147, 1e-12);
   EXPECT_EQ(value["value"]["parts"][1]["name"], "time step");
   EXPECT_NEAR(value["value"]["parts"][1]["value"], 0, 1e-12);
@@ -130,7 +133,7 @@ TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
   EXPECT_EQ(choices[3]["choice"], "heavier");
   EXPECT_EQ(choices[3]["seeds"], 2);
   EXPECT_NEAR(choices[3]["after"], 2 * choices[3]["before"].get<double>(), 1e-12);
-  EXPECT_EQ(result["experiments"][0]["runs"].size(), 15u);
+  EXPECT_EQ(result["experiments"][0]["runs"].size(), 17u);
   EXPECT_EQ(result, json::parse(read_text(folder.path() / "out/results.json")));
 
   const Outcome again =
@@ -172,7 +175,36 @@ TEST(ValidateCommand, RunsAnExperimentWithSomeSetsOnly) {
   for (const json& c : result["comparisons"]) EXPECT_EQ(c["parameter_set"], "printed");
   // Numerics are looked at with the set that there is.
   EXPECT_TRUE(result["comparisons"][0]["value"]["parts"][1]["value"].is_number());
-  EXPECT_EQ(result["experiments"][0]["runs"].size(), 10u);
+  EXPECT_EQ(result["experiments"][0]["runs"].size(), 11u);
+}
+
+// The values of a record that was calibrated to the very measurement, without the record.
+TEST(ValidateCommand, KnowsTheValuesOfARecordThatTheCaseHas) {
+  const Suite folder;
+  MaterialRecord record = test::calibrated_record("fitted");
+  record.materials = {"ice", "plastic"};
+  record.parameters = {
+      {"ice_ice", {"interactions.ice-ice.static_friction"}, 0.17, "1", 0.02, {}, ""},
+      {"ice_plastic", {"interactions.ice-plastic.static_friction"}, 0.33, "1", {}, {}, ""}};
+  record.family.reset();
+  record.provenance.cases.front().parameters = {"ice_ice", "ice_plastic"};
+  record.provenance.measurements = {{"m", "present_mass", 0.0147, 1e-4, "kg", "elsewhere"}};
+  MaterialDatabase((folder.path() / "m.db").string(), MaterialDatabase::Access::write)
+      .add({record});
+  const auto verdict = [&](const std::string& set) {
+    std::string text = suite;
+    const std::string at = "name = \"as it is\"\n";
+    folder.write("set.toml", text.replace(text.find(at), at.size(), at + set));
+    const Outcome o = folder.firn({"validate", "set.toml", "-o", "set", "--json", "--database",
+                                   "m.db", "--progress", "none"});
+    EXPECT_EQ(o.status, 0) << o.err;
+    return json::parse(o.out)["comparisons"][0]["verdict"].get<std::string>();
+  };
+  EXPECT_EQ(verdict(""), "not enough data to say");
+  EXPECT_EQ(verdict("set = { \"interactions.ice-ice.static_friction\" = 0.17, "
+                    "\"interactions.ice-plastic.static_friction\" = 0.329 }\n"),
+            "not independent");
+  EXPECT_EQ(verdict("material = \"fitted\"\n"), "not independent");
 }
 
 TEST(ValidateCommand, RefusesInOneLine) {
@@ -183,14 +215,26 @@ TEST(ValidateCommand, RefusesInOneLine) {
     EXPECT_THAT(o.err, HasSubstr(says));
     EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
   };
-  refused("seeds = 5", "seeds = 0", "changed.toml:3: suite.seeds");
-  refused("seeds = 5", "seds = 5", "seeds");
+  refused("seeds = 6", "seeds = 0", "changed.toml:3: suite.seeds");
+  refused("seeds = 6", "seds = 6", "seeds");
   refused("case = \"case.toml\"", "case = \"none.toml\"", "does not exist");
   refused("experiment = \"fall\"", "experiment = \"fly\"", "is no experiment of this suite");
   refused("kind = \"claims\"", "kind = \"value\"", "is qualitative");
   refused("measurement = \"mass.toml\"", "measurement = \"claims.toml\"", "is qualitative");
   refused("kind = \"value\"", "kind = \"values\"", "value");
-  refused("timestep = 0.5", "timestep = 2", "expected a factor between 0 and 1");
+  refused("timestep = 0.5", "timestep = 2", "expected factors between 0 and 1");
+  refused("timestep = 0.5", "timestep = [0.5, 0.3]", "expected powers of 0.5");
+  refused("timestep = 0.5", "timestep = [0.5, \"x\"]", "expected factors between 0 and 1");
+  refused("timestep = 0.5", "timestep = [0.5, 0.6]", "smaller than the one before");
+  refused("[[comparisons]]",
+          "[[chosen]]\nwhat = \"a\"\nmeasurement = \"none.toml\"\n[[comparisons]]", "none.toml");
+  refused("[[comparisons]]",
+          "[[chosen]]\nwhat = \"a\"\nmeasurement = \"mass.toml\"\nexperiments = [\"b\"]\n"
+          "[[comparisons]]",
+          "\"b\" is no experiment of this suite");
+  refused("seeds = 2\n", "seeds = 2\nassumed = true\nnumerics = true\n", "does not go with");
+  refused("responses = [\"present_mass\"]", "responses = [\"a\"]\nnot_comparable = \"b\"",
+          "does not go with");
   refused("material = \"ice\"", "material = \"snow\"", "is no material of the case");
   refused("material = \"paper-text\"", "material = \"paper-txt\"", "paper-txt");
   refused("material = \"paper-text\"", "material = \"paper-text\"\nsamples = 3", "has no family");

@@ -33,7 +33,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::require(!suite.parameter_sets.empty(), "a suite has parameters");
     for (const SuiteExperiment& e : suite.experiments) {
       fuzz::require(!e.seeds.empty(), "an experiment has runs");
-      fuzz::require(e.refine.timestep >= 0 && e.refine.timestep < 1, "a finer time step is finer");
+      for (const double factor : e.refine.timesteps)
+        fuzz::require(factor > 0 && factor < 1, "a finer time step is finer");
       for (const double modulus : e.refine.stiffness)
         fuzz::require(modulus > 0 && std::isfinite(modulus), "a modulus is above zero");
     }
