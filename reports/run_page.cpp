@@ -52,7 +52,10 @@ constexpr std::array kOthers = {
 std::vector<std::string> telling_names(const Case& c) {
   std::vector<std::string> names(kAngles.begin(), kAngles.end());
   names.emplace_back("_batches");
-  for (const Gate& gate : c.gates) names.push_back(gate.name + "_count");
+  for (const Gate& gate : c.gates) {
+    names.push_back(gate.name + "_count");
+    std::ranges::replace(names.back(), ' ', '_');
+  }
   names.insert(names.end(), kOthers.begin(), kOthers.end());
   return names;
 }
