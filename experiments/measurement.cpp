@@ -220,6 +220,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     m.data = read_measured_data(t.required_table("data"),
                                 std::filesystem::path(source).parent_path().string());
   }
+  if (!m.data && t.string("status") == "recorded")
+    t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
   m.response = m.data || !m.claims.empty() ? t.string("response", m.data ? m.data->response : "")
                                            : t.string("response");
   m.source = t.string("source");
@@ -227,8 +229,6 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.notes = t.string("notes", "");
   if (m.status == MeasurementStatus::qualitative) {
     const bool recorded = t.string("status") == "recorded";
-    if (recorded && !m.data)
-      t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
     if (recorded && !m.data->present)
       t.fail("data", fmt::format("{} does not exist; expected what was recorded", m.data->file));
     for (const char* key : {"value", "values", "repeats", "scatter", "reading"}) {

@@ -44,7 +44,7 @@ TEST_F(Materials, ListShowHistoryDiff) {
   EXPECT_THAT(firn({"materials", "add", "b.json"}).out, HasSubstr("mine@2"));
   const Outcome shown = firn({"materials", "show", "mine@1"});
   EXPECT_EQ(shown.status, 0);
-  EXPECT_THAT(shown.out, HasSubstr("0.1 +- 0.02"));
+  EXPECT_THAT(shown.out, HasSubstr("0.100 ± 0.020"));
   EXPECT_THAT(shown.out, HasSubstr("notebook 3, page 12"));
   EXPECT_THAT(firn({"materials", "history", "mine"}).out,
               HasSubstr("parameters.friction.value  0.1 -> 0.15  (x 1.5)"));

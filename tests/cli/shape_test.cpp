@@ -343,12 +343,14 @@ TEST(ShapeCommand, AnInwardMeshHoldsBodies) {
   ASSERT_EQ(o.status, 0) << o.err;
   const Recording recording((folder.path() / "bin.h5").string());
   double farthest = 0;
-  for (std::size_t f = 0; f < recording.frame_times().size(); ++f)
-    for (const double x : recording.frame(f).position[0]) {
+  for (std::size_t f = 0; f < recording.frame_times().size(); ++f) {
+    const Frame frame = recording.frame(f);
+    for (const double x : frame.position[0]) {
       EXPECT_GT(x, 0.009);
       EXPECT_LT(x, 0.051);
       farthest = std::max(farthest, x);
     }
+  }
   EXPECT_GT(farthest, 0.045);  // it came to a wall
 }
 
@@ -394,8 +396,7 @@ TEST(ShapeCommand, ImpossibleMachinePartsAreRefusedByFileLineAndKey) {
   const Outcome o = folder.firn({"shape", "case.toml"});
   EXPECT_EQ(o.status, 2);
   EXPECT_EQ(lines(o.err), 1U) << o.err;
-  EXPECT_THAT(o.err,
-              HasSubstr("case.toml:49: boundaries.auger.shaft_diameter: is 100 mm; expected"));
+  EXPECT_THAT(o.err, HasSubstr("case.toml:49: boundaries.cup.shaft_diameter: is 100 mm; expected"));
 }
 
 }  // namespace

@@ -86,7 +86,9 @@ TEST(Streams, TheProgressLineFitsTheTerminal) {
     }
     EXPECT_GT(bars, 0U) << text;
     EXPECT_LT(longest, columns) << text;
-    if (columns < 200) EXPECT_EQ(longest, columns - 1U) << "cut too early";
+    if (columns < 200) {
+      EXPECT_EQ(longest, columns - 1U) << "cut too early";
+    }
   }
 }
 

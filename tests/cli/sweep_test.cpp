@@ -132,7 +132,7 @@ TEST(SweepCommand, TellsTheExponentOverOneKeyThatIsANumber) {
       swept("three", "materials.ice.density", R"(["900 kg/m^3", "1.8 g/cm^3", "3600 kg/m^3"])");
   ASSERT_EQ(three.status, 0) << three.err;
   EXPECT_THAT(three.out, HasSubstr("as a power of x:"));
-  EXPECT_THAT(three.out, testing::ContainsRegex("present_mass +1\\.00 \\+- 0\\.0"));
+  EXPECT_THAT(three.out, testing::ContainsRegex("present_mass +1\\.00 ± 0\\.0"));
   const Outcome two = swept("two", "materials.ice.density", R"(["900 kg/m^3", "1800 kg/m^3"])");
   ASSERT_EQ(two.status, 0) << two.err;
   EXPECT_THAT(two.out, testing::ContainsRegex("present_mass +1\\.00 \\(two values"));
