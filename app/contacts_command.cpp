@@ -14,6 +14,7 @@
 #include "app/exit_status.h"
 #include "app/progress_meter.h"
 #include "experiments/interruption.h"
+#include "experiments/number_text.h"
 #include "experiments/output_file.h"
 #include "experiments/recording.h"
 #include "experiments/replay.h"
@@ -137,6 +138,27 @@ void check_combination(const Arguments& a) {
     throw InputError("--time: and --step were both given; expected one of them");
 }
 
+// Refuses particles that the results file knows to be gone or still to come, before minutes of
+// replay. One that comes or leaves within a step of the instant is left to the replay.
+void check_presence(const Arguments& a, const Source& source, const ContactChoice& choice,
+                    std::uint64_t step) {
+  if (!source.recorded || step == kEnd) return;
+  const Recording recording(a.file);
+  const std::vector<double> came = recording.insert_time(), left = recording.exit_time();
+  const double dt = source.c.model.timestep, time = static_cast<double>(step) * dt;
+  for (const int body : {choice.body, choice.other}) {
+    if (body < 0 || !is_particle(source.c.model, body)) continue;
+    const auto i = static_cast<std::size_t>(body);
+    const bool gone = left.at(i)<time - dt, to_come = came.at(i)> time + dt;
+    if (gone || to_come)
+      throw InputError(fmt::format(
+          "{} {}: is not there at {} s, it {} at {} s; expected a particle that is present, or "
+          "another --time",
+          a.pair.empty() ? "--particle" : "--pair", body, number_text(time, 6),
+          gone ? "has left" : "comes", number_text(gone ? left[i] : came[i], 6)));
+  }
+}
+
 // Runs the replay and tells how it was proved. True when `done` was reached; else interrupted.
 bool simulate(const Arguments& a, const Source& source, ReplayOptions options, const bool& done) {
   const double dt = source.c.model.timestep;
@@ -199,6 +221,7 @@ int audit_instant(const Arguments& a, const Source& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
   const std::uint64_t step = instant_step(a, source);
   const Outputs out = outputs_of(a.output, choice.body < 0, true);
+  check_presence(a, source, choice, step);
   std::optional<Instant> now;
   bool done = false;
   ReplayOptions options;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/number_text.h"
 #include "experiments/terminal.h"
 #include "experiments/units.h"
 
@@ -60,17 +61,17 @@ void ProgressMeter::show_bar(const Progress& p) {
   // Stages may end early, so the time to the latest end is an upper bound.
   const std::string left =
       rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left, " : "";
-  const std::string line = fmt::format("[{}{}] {:.3f} of {:g} s, {}{}", std::string(filled, '='),
-                                       std::string(width - filled, ' '), p.time, p.latest_end, left,
-                                       encode::terminal(stage_text(p)));
+  const std::string line = fmt::format(
+      "[{}{}] {:.3f} of {} s, {}{}", std::string(filled, '='), std::string(width - filled, ' '),
+      p.time, number_text(p.latest_end), left, encode::terminal(stage_text(p)));
   print(stderr, "\r\x1b[K" + fit_columns(line, columns));
   std::fflush(stderr);
   bar_visible_ = true;
 }
 
 void ProgressMeter::show_line(const Progress& p) const {
-  spdlog::info("{:.3f} of {:g} s, {}, {:.0f} steps/s, at most {} left", p.time, p.latest_end,
-               stage_text(p), rate_ / timestep_,
+  spdlog::info("{:.3f} of {} s, {}, {:.0f} steps/s, at most {} left", p.time,
+               number_text(p.latest_end), stage_text(p), rate_ / timestep_,
                rate_ > 0 ? duration_text((p.latest_end - p.time) / rate_) : "?");
 }
 

@@ -45,6 +45,9 @@ std::string for_page(std::string svg) {
   for (const std::string start_of_id : {"id='", "id=\"", "href='#", "url(#"})
     replace_all(svg, start_of_id, start_of_id + prefix);
   replace_all(svg, " font-family=\"Arial\"", "");
+  // Behind markers.
+  for (const std::string white : {"\"white\"", "'white'"})
+    replace_all(svg, white, "\"var(--ground)\"");
   name_color(svg, 3, "var(--ink)");
   name_color(svg, 4, "var(--faint)");
   name_color(svg, 5, "var(--line)");

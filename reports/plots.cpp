@@ -60,6 +60,13 @@ struct Ticks {
   }
 };
 
+// 1, 2 or 5 times a power of ten that divides a span into so many steps at most.
+double even_step(double span, double most) {
+  const double rough = span / most, power = std::pow(10, std::floor(std::log10(rough)));
+  const double factor = rough / power;
+  return power * (factor <= 1 ? 1 : factor <= 2 ? 2 : factor <= 5 ? 5 : 10);
+}
+
 // Of a log axis from low to high.
 Ticks log_ticks(double low, double high) {
   const double decades = std::log10(high / low);
@@ -83,8 +90,7 @@ Ticks log_ticks(double low, double high) {
     }
   if (labels > 2) return ticks;
   // Less than a factor of three: evenly spaced ones.
-  const double rough = (high - low) / 4, power = std::pow(10, std::floor(std::log10(rough)));
-  const double step = power * (rough < 1.5 * power ? 1 : rough < 3.5 * power ? 2 : 5);
+  const double step = even_step(high - low, 5);
   Ticks even;
   for (double k = std::ceil(low / step); k * step <= high * (1 + 1e-9) && even.items.size() < 20;
        ++k)
@@ -134,10 +140,32 @@ class Extent {
     return result;
   }
 
+  // At most seven labels on an x axis, so that they do not touch.
+  std::string script(char name) const {
+    const Axis ends = axis();
+    std::string text = axis_script(name, ends);
+    const double span = ends.high.value_or(high_) - ends.low.value_or(low_);
+    if (name == 'x' && !ends.log && !ends.whole && shown(ends, span) && span > 0)
+      text += fmt::format("set xtics {:.17g}\n", even_step(span, 6));
+    return text;
+  }
+
  private:
   Axis axis_;
   double low_ = kNone, high_ = kNone;
 };
+
+// Rows of the legend above a plot: short names stand side by side.
+int key_rows(const std::vector<Series>& series) {
+  constexpr std::size_t kShort = 16;
+  int named = 0;
+  std::size_t longest = 0;
+  for (const Series& s : series) {
+    named += s.name.empty() ? 0 : 1;
+    longest = std::max(longest, s.name.size());
+  }
+  return longest > kShort ? named : (named + 1) / 2;
+}
 
 std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Rule>& horizontal) {
   std::string script;
@@ -265,7 +293,7 @@ void see(const Series& s, Extent& x, Extent& y) {
 }  // namespace
 
 std::string draw(const XyPlot& plot) {
-  Drawing drawing(plot.width, plot.height);
+  Drawing drawing(plot.width, plot.height + 20 * std::max(0, key_rows(plot.series) - 1));
   std::vector<std::string> commands;
   bool any = false;
   Extent x(plot.x), y(plot.y);
@@ -280,8 +308,7 @@ std::string draw(const XyPlot& plot) {
   if (!any) return drawing.nothing(axis_title(plot.x), axis_title(plot.y));
   for (const Rule& r : plot.vertical) x.see(r.at);
   for (const Rule& r : plot.horizontal) y.see(r.at);
-  return drawing.svg(axis_script('x', x.axis()) + axis_script('y', y.axis()) +
-                     rules_script(plot.vertical, plot.horizontal) +
+  return drawing.svg(x.script('x') + y.script('y') + rules_script(plot.vertical, plot.horizontal) +
                      fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
 
@@ -326,7 +353,7 @@ std::string draw(const IntervalPlot& plot) {
         series_ink(series), dash(series), marker(series), encode::gnuplot(plot.names[k])));
   }
   return drawing.svg(
-      axis_script('x', extent.axis()) + rules_script(plot.vertical, {}) + labels +
+      extent.script('x') + rules_script(plot.vertical, {}) + labels +
       fmt::format("unset ytics\nset border 1\nset lmargin 2\nset yrange [{}:0]\nplot {}\n",
                   top + 0.3, fmt::join(commands, ", ")));
 }
@@ -401,9 +428,9 @@ std::string draw(const HistogramPlot& plot) {
   Extent x(plot.x);
   x.see({low, high});
   for (const Rule& r : plot.vertical) x.see(r.at);
-  return drawing.svg(
-      axis_script('x', x.axis()) + axis_script('y', {plot.y_label, "", false, 0, {}}) +
-      rules_script(plot.vertical, {}) + fmt::format("plot {}\n", fmt::join(commands, ", ")));
+  return drawing.svg(x.script('x') + axis_script('y', {plot.y_label, "", false, 0, {}}) +
+                     rules_script(plot.vertical, {}) +
+                     fmt::format("plot {}\n", fmt::join(commands, ", ")));
 }
 
 std::string draw(const HeatMap& map) {
@@ -513,7 +540,7 @@ std::string draw(const BarPlot& plot) {
   for (const BarSeries& s : plot.series) extent.see(s.values);
   return drawing.svg(axis_script('x', {plot.x_label, "", false, -0.6,
                                        static_cast<double>(plot.categories.size()) - 0.4}) +
-                     axis_script('y', extent.axis()) +
+                     extent.script('y') +
                      fmt::format("set xtics ({}) scale 0 {}\nplot {}\n", fmt::join(tics, ", "),
                                  slanted ? "rotate by -35 left" : "", fmt::join(commands, ", ")));
 }

@@ -21,16 +21,17 @@ namespace {
 
 using Bounds = Eigen::AlignedBox3d;
 
-constexpr std::array<Color, 10> kWallColors = {{{0.56f, 0.70f, 0.83f},
-                                                {0.85f, 0.66f, 0.45f},
-                                                {0.62f, 0.77f, 0.60f},
-                                                {0.78f, 0.58f, 0.68f},
-                                                {0.80f, 0.77f, 0.52f},
-                                                {0.58f, 0.62f, 0.72f},
-                                                {0.52f, 0.75f, 0.75f},
-                                                {0.86f, 0.60f, 0.56f},
-                                                {0.70f, 0.68f, 0.64f},
-                                                {0.68f, 0.64f, 0.82f}}};
+// Dull, so that the ice stands out.
+constexpr std::array<Color, 10> kWallColors = {{{0.63f, 0.70f, 0.76f},
+                                                {0.75f, 0.66f, 0.55f},
+                                                {0.64f, 0.72f, 0.63f},
+                                                {0.73f, 0.63f, 0.68f},
+                                                {0.75f, 0.73f, 0.61f},
+                                                {0.61f, 0.63f, 0.68f},
+                                                {0.60f, 0.71f, 0.71f},
+                                                {0.77f, 0.64f, 0.62f},
+                                                {0.69f, 0.68f, 0.66f},
+                                                {0.70f, 0.68f, 0.77f}}};
 
 Color wall_color(std::size_t wall) { return kWallColors[wall % kWallColors.size()]; }
 
@@ -154,7 +155,7 @@ Image draw_panel(const Scene& whole, const Panel& panel, const Bounds& bounds, i
 
 View overview(const Bounds& bounds) {
   const Vec3 middle = bounds.center();
-  const Vec3 eye = middle + 1.6 * bounds.diagonal().norm() * Vec3(0.55, 0.8, 0.6).normalized();
+  const Vec3 eye = middle + 1.6 * bounds.diagonal().norm() * Vec3(0.5, 0.7, 0.9).normalized();
   const View unit = View::perspective(eye, middle, Vec3::UnitZ(), 1, 1);
   double width = 0, height = 0;
   for (int k = 0; k < 8; ++k) {
@@ -179,8 +180,17 @@ std::string frame_script(const Frame2& f, double canvas_width, double canvas_hei
       1 - (f.top + f.height) / canvas_height);
 }
 
+// 1, 2 or 5 times a power of ten, not below `least`.
+double tick_step(double least) {
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= least) return factor * power;
+  return 10 * power;
+}
+
 std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& image,
                          const std::string& source) {
+  constexpr double kLabel = 52;  // pixels that the label of a tick needs
   const int right = panel.right_axis, up = panel.up_axis;
   const double step = 1e3 * bounds.sizes()[right] / image.width;  // mm a pixel
   const double left = 1e3 * bounds.min()[right], bottom = 1e3 * bounds.min()[up];
@@ -190,31 +200,85 @@ std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& 
       "set title '{}' offset 0,-0.6 textcolor rgb '#5b6673'\n"
       "set xlabel '{} / mm' offset 0,0.5\nset ylabel '{} / mm' offset 1,0\n"
       "set xrange [{:.4f}:{:.4f}]\nset yrange [{:.4f}:{:.4f}]\n"
+      "set xtics {:g}\nset ytics {:g}\n"
       "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage\n",
       panel.title, "xyz"[right], "xyz"[up], left, left + step * image.width, bottom,
-      bottom + step * image.height, source, left + step / 2, bottom + step / 2, step, step);
+      bottom + step * image.height, tick_step(kLabel * step), tick_step(kLabel * step), source,
+      left + step / 2, bottom + step / 2, step, step);
 }
 
-std::string legend_script(const ScenePicture& picture, double width, double height) {
-  std::string script;
-  double x = 20, y = height - 40;
-  for (std::size_t i = 0; i < picture.walls.size(); ++i) {
-    const std::string& name = picture.walls[i].name;
-    const double wide = 34 + 9.0 * static_cast<double>(name.size());
-    if (x + wide > width - 20) {
-      x = 20;
-      y += 20;
+struct LegendItem {
+  std::string name;
+  Color color;
+};
+
+// Every boundary, and the ice: by tag, of many tags the first and the last.
+std::vector<LegendItem> legend_items(const ScenePicture& picture) {
+  constexpr std::size_t kMostTags = 8;
+  std::vector<LegendItem> items;
+  for (std::size_t i = 0; i < picture.walls.size(); ++i)
+    items.push_back({picture.walls[i].name, wall_color(i)});
+  if (picture.particles.empty()) return items;
+  const std::set<int> known(picture.tags.begin(), picture.tags.end());
+  if (known.size() < 2) {
+    items.push_back({"bodies", ice(0)});
+    return items;
+  }
+  std::size_t rank = 0;
+  for (const int tag : known) {
+    const bool end = rank == 0 || rank + 1 == known.size();
+    if (end || known.size() <= kMostTags)
+      items.push_back({fmt::format("tag {}", tag),
+                       by_rank(static_cast<double>(rank) / static_cast<double>(known.size() - 1))});
+    ++rank;
+  }
+  return items;
+}
+
+struct Legend {
+  static constexpr double kRow = 20;  // pixels
+  struct Placed {
+    LegendItem item;
+    double x = 0;
+    int row = 0;
+  };
+  std::vector<Placed> placed;
+  int rows = 1;
+};
+
+Legend legend_of(const ScenePicture& picture) {
+  constexpr double kMargin = 20;
+  Legend legend;
+  double x = kMargin;
+  for (LegendItem& item : legend_items(picture)) {
+    const double wide = 34 + 9.0 * static_cast<double>(item.name.size());
+    if (x > kMargin && x + wide > picture.width - kMargin) {
+      x = kMargin;
+      ++legend.rows;
     }
-    const Color c = wall_color(i);
-    const auto byte = [](float v) { return static_cast<int>(std::lround(255 * v)); };
+    legend.placed.push_back({std::move(item), x, legend.rows - 1});
+    x += wide;
+  }
+  return legend;
+}
+
+std::string legend_script(const Legend& legend, double width, double height) {
+  std::string script;
+  int label = 100;
+  for (const Legend::Placed& p : legend.placed) {
+    const double y = height - Legend::kRow * (legend.rows - p.row);
+    const Color c = p.item.color;
+    const auto byte = [](float v) {
+      return static_cast<int>(std::lround(255 * std::clamp(v, 0.0f, 1.0f)));
+    };
     script += fmt::format(
         "set label {} '■ ' at screen {:.5f}, screen {:.5f} front font ',15' tc rgb "
         "'#{:02x}{:02x}{:02x}'\n"
         "set label {} {} at screen {:.5f}, screen {:.5f} front font ',13' tc rgb '#1d2733' "
         "noenhanced\n",
-        100 + 2 * i, x / width, 1 - y / height, byte(c.r), byte(c.g), byte(c.b), 101 + 2 * i,
-        encode::gnuplot(name), (x + 18) / width, 1 - y / height);
-    x += wide;
+        label, p.x / width, 1 - y / height, byte(c.r), byte(c.g), byte(c.b), label + 1,
+        encode::gnuplot(p.item.name), (p.x + 18) / width, 1 - y / height);
+    label += 2;
   }
   return script;
 }
@@ -231,9 +295,10 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   bounds.min().array() -= 0.02 * bounds.diagonal().norm();
   bounds.max().array() += 0.02 * bounds.diagonal().norm();
   const Scene scene = scene_of(picture, bounds);
+  const Legend legend = legend_of(picture);
 
   // Two columns: the overview over the plan, the sections beside them, all to one scale.
-  constexpr double kTitle = 78, kLegend = 60, kAxisX = 70, kAxisY = 62, kGap = 34;
+  constexpr double kTitle = 78, kAxisX = 70, kAxisY = 62, kGap = 34;
   const Vec3 size = bounds.sizes();
   const double scale =
       (picture.width - 2 * kAxisX - kGap) / (size.x() + std::max(size.x(), size.y()));
@@ -250,7 +315,8 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   frames[0].left = kAxisX, frames[0].top = lower;
   const Frame2 over{second, lower, picture.width - second,
                     std::max(frames[0].height, 0.8 * (picture.width - second))};
-  const double height = lower + over.height + kAxisY + kLegend, width = picture.width;
+  const double height = lower + over.height + kAxisY + 20 + Legend::kRow * legend.rows,
+               width = picture.width;
 
   std::future<Image> images[3];  // side by side: they take seconds
   for (std::size_t k = 0; k < 3; ++k) {
@@ -271,7 +337,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
                            "'#5b6673' noenhanced\n",
                            encode::gnuplot(picture.title), 1 - 28 / height,
                            encode::gnuplot(picture.subtitle), 1 - 58 / height) +
-                       legend_script(picture, width, height);
+                       legend_script(legend, width, height);
   for (std::size_t k = 0; k < 3; ++k) {
     const Image image = images[k].get();
     script += frame_script(frames[k], width, height) +

@@ -286,7 +286,7 @@ void knowledge_section(const Json& results, page::Page& page) {
 void numerics_section(const Json& results, page::Page& page) {
   page::Content& content = page.section("Numerics and convergence", "numerics");
   if (results.contains("refinement") && results.at("refinement").is_object())
-    content.paragraph(fmt::format("{} rounds of refinement; stopped: {}",
+    content.paragraph(fmt::format("rounds of refinement: {}; stopped: {}",
                                   page::number_text(number(results.at("refinement"), "rounds")),
                                   results.at("refinement").value("stopped", "")));
   page::Table table;
