@@ -109,7 +109,7 @@ struct UsedMeasurement {
   std::string name, response;
   double value = 0, uncertainty = 0;
   std::string unit;
-  std::string source;  // the publication, or who measured it
+  std::string source;           // the publication, or who measured it
   std::string experiment = {};  // as the measurement states it; empty: not stated
 };
 

@@ -13,7 +13,8 @@ namespace firn {
 std::string number_text(double value, int digits = 4);
 
 // A number to the second significant digit of its standard deviation: "11.4 ± 1.2",
-// "(1.234 ± 0.056)e-07". Six digits of one that is more exact. Without a positive, finite deviation as number_text().
+// "(1.234 ± 0.056)e-07". Six digits of one that is more exact. Without a positive, finite deviation
+// as number_text().
 std::string measured_text(double value, double standard_deviation);
 
 // TOML for people: numbers outside strings with the fewest digits that read back to the same value

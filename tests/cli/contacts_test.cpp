@@ -179,8 +179,7 @@ region_max = "0.1 0.1 0.3 m"
                   "--particle 2: is not there at 0.0");
   // The results file knows it before anything is simulated again.
   ASSERT_EQ(folder_.firn({"run", "fill.toml", "-o", "fill.h5", "-q"}).status, 0);
-  expect_one_line(contacts({"fill.h5", "--particle", "2", "--time", "20ms"}),
-                  "it comes at 0.0400");
+  expect_one_line(contacts({"fill.h5", "--particle", "2", "--time", "20ms"}), "it comes at 0.0400");
 }
 
 TEST_F(ContactsCommand, TracesOfTwoThreadCountsAreEqual) {

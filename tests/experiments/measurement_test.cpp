@@ -34,7 +34,8 @@ TEST(Measurement, DrainedAngleOfReposeShipsWithItsAssumptionsNamed) {
   EXPECT_EQ(m.status, MeasurementStatus::printed);
   EXPECT_EQ(m.scatter, ScatterKind::not_stated);
   EXPECT_NEAR(m.standard_uncertainty(), std::sqrt(2.0 * 2.0 / 7 + 0.6 * 0.6), 1e-12);
-  EXPECT_THAT(m.sentence(), HasSubstr("10.00 ± 0.97 deg (n = 7; standard deviation 2 deg, ASSUMED:"));
+  EXPECT_THAT(m.sentence(),
+              HasSubstr("10.00 ± 0.97 deg (n = 7; standard deviation 2 deg, ASSUMED:"));
 }
 
 TEST(Measurement, TakesAStandardDeviationAsItIs) {
