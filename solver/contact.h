@@ -147,56 +147,45 @@ struct FrictionStep {
 
 // What a uniform face holds of friction at once as a force f and a torsion m, in parts of what it
 // holds of either alone:
-//   f^2 + m^2 + c f^2 m^2 = 1,  c = kCoupledAtForce + kTurnOfCoupling m^2 / (f^2 + m^2)
-// The slopes at both ends are those of Coulomb's law integrated over a square: 12 r^2 / a^2 and
+//   f^2 + m^2 = g(t),  g = 1 - (0.757 - 0.794 t + 0.52 t^2) t (1 - t),  t = m^2 / (f^2 + m^2)
+// The slopes at both ends are those of Coulomb's law integrated over a square, 12 r^2 / a^2 and
 // 2 / (r <1/d>), with d the distance from the centre and r = <d> = 0.3826 a.
-inline constexpr double kCoupledAtForce = 0.757, kTurnOfCoupling = -0.274;
-
-// The coefficient c above, of squares of a force and a torsion.
-[[gnu::always_inline]] inline double friction_coupling(double f2, double m2) {
-  const double sum = f2 + m2;
-  return kCoupledAtForce + kTurnOfCoupling * (sum > 0 ? m2 / sum : 0.0);
+struct FrictionLimit {
+  double size;   // g
+  double slope;  // of g over t
+};
+[[gnu::always_inline]] inline FrictionLimit friction_limit(double t) {
+  const double p = 0.757 + t * (-0.794 + t * 0.52), q = t * (1 - t);
+  return {1 - p * q, -(-0.794 + 1.04 * t) * q - p * (1 - 2 * t)};
+}
+// The t of two squares.
+[[gnu::always_inline]] inline double part_of_torsion(double force2, double torsion2) {
+  const double sum = force2 + torsion2;
+  return torsion2 / (sum > 0 ? sum : 1.0);
 }
 
-// The factor that brings both straight to the limit.
-[[gnu::always_inline]] inline double scale_to_limit(double f2, double m2) {
-  const double sum = f2 + m2;
-  const double product = friction_coupling(f2, m2) * f2 * m2;
-  return std::sqrt(2 / (sum + std::sqrt(sum * sum + 4 * product)));
-}
-
-// Factors that bring a force and a torsion back to the limit; f2, m2: their squares in parts of the
-// limits. Both 1 within the limit. Beyond it, the point of the limit curve from which they lie
-// along its normal, as slip at the limit goes along the normal. By fixed-point iteration, within 2
-// % of the limit however far beyond they are, and exact for a small excess.
+// Factors that bring a trial back to the limit along its normal, as slip at the limit goes along
+// the normal. All four are squares, of forces and of torsions over the radius. The normal is that
+// at the state before: a limit that is slid on for some steps is met exactly. `excess`: the trial
+// over the limit in its direction, above 1.
 struct FrictionScale {
   double force, torsion;
 };
-[[gnu::always_inline]] inline FrictionScale friction_scale(double f2, double m2) {
-  const double straight = scale_to_limit(f2, m2);
-  const bool beyond = straight < 1;
-  double force = straight, torsion = straight;
-  for (int i = 0; i < 2; ++i) {
-    const double f = f2 * force * force, m = m2 * torsion * torsion, sum = f + m;
-    const double turning = sum > 0 ? m / sum : 0.0;
-    const double bend = kTurnOfCoupling * (1 - turning) * turning;
-    const double c = kCoupledAtForce + kTurnOfCoupling * turning;
-    // Half the gradient of f^2 + m^2 + c f^2 m^2 is (f along_f, m along_m).
-    const double along_f = 1 + (c - bend) * m, along_m = 1 + (c + bend) * f;
-    const double way = (f2 * force + m2 * torsion - sum) / (f * along_f + m * along_m);
-    const double to_f = 1 / (1 + way * along_f), to_m = 1 / (1 + way * along_m);
-    const double rest = scale_to_limit(f2 * to_f * to_f, m2 * to_m * to_m);
-    force = rest * to_f;
-    torsion = rest * to_m;
-  }
-  return {beyond ? force : 1.0, beyond ? torsion : 1.0};
-}
-
-// True if both are held by a limit of this square.
-[[gnu::always_inline]] inline bool friction_holds(double force2, double torsion2, double limit2) {
-  const double sum = force2 + torsion2;
-  const double product = friction_coupling(force2, torsion2) * force2 * torsion2;
-  return (sum <= limit2) & (sum * limit2 + product <= limit2 * limit2);
+[[gnu::always_inline]] inline FrictionScale friction_scale(double force2, double torsion2,
+                                                           double before_force2,
+                                                           double before_torsion2, double limit2,
+                                                           double excess) {
+  const bool has_before = before_force2 + before_torsion2 > 0;
+  const double t =
+      part_of_torsion(has_before ? before_force2 : force2, has_before ? before_torsion2 : torsion2);
+  const FrictionLimit at = friction_limit(t);
+  const double relative = at.slope / at.size, way = excess - 1;
+  const double force = 1 / (1 + way * (1 + t * relative));
+  const double torsion = 1 / (1 + way * (1 - (1 - t) * relative));
+  const double f2 = force2 * force * force, m2 = torsion2 * torsion * torsion, sum = f2 + m2;
+  const double back =
+      std::sqrt(limit2 * friction_limit(part_of_torsion(f2, m2)).size / (sum > 0 ? sum : 1.0));
+  return {back * force, back * torsion};
 }
 
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
@@ -211,20 +200,25 @@ struct FrictionScale {
   const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
   const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
   const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
-  const double size2 = square(trial), turn2 = free * lever * (free * lever);
+  const double force2 = square(trial), torsion2 = free * lever * (free * lever);
+  // What a cap must be to hold both.
+  const double needed2 =
+      (force2 + torsion2) / friction_limit(part_of_torsion(force2, torsion2)).size;
   const double static_cap = law.static_friction * normal_force;
   const double dynamic_cap = law.dynamic_friction * normal_force;
   const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
-  const bool held = friction_holds(size2, turn2, dynamic_cap * dynamic_cap);
-  const bool slips = !friction_holds(size2, turn2, static_cap * static_cap);
+  const bool held = needed2 <= dynamic_cap * dynamic_cap;
   double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
-  sliding = slips ? 1.0 : sliding;
-  const double cap = sliding > 0 ? dynamic_cap : static_cap;
-  const double part = cap > 0 ? 1 / cap : 0.0;
-  const FrictionScale scale = friction_scale(size2 * part * part, turn2 * part * part);
+  sliding = needed2 > static_cap * static_cap ? 1.0 : sliding;
+  const double cap = sliding > 0 ? dynamic_cap : static_cap, limit2 = cap * cap;
+  const bool beyond = needed2 > limit2;
+  const double twist = before.torsion * lever;
+  const FrictionScale scale =
+      friction_scale(force2, torsion2, square(before.tangential), twist * twist, limit2,
+                     std::sqrt(needed2 / (limit2 > 0 ? limit2 : 1.0)));
   FrictionStep out;
-  out.state.tangential = (cap > 0 ? scale.force : 0.0) * trial;
-  out.state.torsion = cap > 0 && torsion_radius > 0 ? scale.torsion * free : 0.0;
+  out.state.tangential = (beyond ? scale.force : 1.0) * trial;
+  out.state.torsion = torsion_radius > 0 ? (beyond ? scale.torsion : 1.0) * free : 0.0;
   out.state.sliding = bears ? sliding : 0.0;
   const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -
                       0.5 * (before.torsion + out.state.torsion) * way.turn;

@@ -265,10 +265,9 @@ std::vector<VerificationCase> incline_cases() {
        Tier::quick, spin_down},
       {"body.slide_and_spin", "A plate that slides and spins",
        "Coulomb friction of uniform pressure, integrated over the face at every step",
-       "Force f and torsion m, in parts of what the face holds of either alone, share the limit "
-       "f^2 + m^2 + c f^2 m^2 = 1, which has the slopes of a square at both ends. A plate of 2 : 1 "
-       "is "
-       "within 3 %, one of 5 : 1 within 12 %.",
+       "Force and torsion share one limit, which has the slopes of a square at both ends. A plate "
+       "of "
+       "2 : 1 is within 3 %, one of 5 : 1 within 12 %.",
        Tier::quick, slide_and_spin}};
 }
 
