@@ -179,7 +179,7 @@ struct FrictionScale {
   const double t =
       part_of_torsion(has_before ? before_force2 : force2, has_before ? before_torsion2 : torsion2);
   const FrictionLimit at = friction_limit(t);
-  const double relative = at.slope / at.size, way = excess - 1;
+  const double relative = at.slope / at.size, way = excess > 1 ? excess - 1 : 0.0;
   const double force = 1 / (1 + way * (1 + t * relative));
   const double torsion = 1 / (1 + way * (1 - (1 - t) * relative));
   const double f2 = force2 * force * force, m2 = torsion2 * torsion * torsion, sum = f2 + m2;
