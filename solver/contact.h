@@ -175,11 +175,12 @@ struct FrictionScale {
                                                            double before_force2,
                                                            double before_torsion2, double limit2,
                                                            double excess) {
-  const bool has_before = before_force2 + before_torsion2 > 0;
+  // With a little of the trial: from rest, its direction decides, and not that of a rounding error.
+  const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over);
   const double t =
-      part_of_torsion(has_before ? before_force2 : force2, has_before ? before_torsion2 : torsion2);
+      part_of_torsion(before_force2 + share * force2, before_torsion2 + share * torsion2);
   const FrictionLimit at = friction_limit(t);
-  const double relative = at.slope / at.size, way = excess > 1 ? excess - 1 : 0.0;
+  const double relative = at.slope / at.size, way = over - 1;
   const double force = 1 / (1 + way * (1 + t * relative));
   const double torsion = 1 / (1 + way * (1 - (1 - t) * relative));
   const double f2 = force2 * force * force, m2 = torsion2 * torsion * torsion, sum = f2 + m2;
