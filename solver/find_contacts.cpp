@@ -141,6 +141,11 @@ class Looker {
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
                   s_.rolling.data() + pair.first_patch,
                   s_.points.data()};
+    const BodyMotion &motion_a = s_.motion[pair.a], &motion_b = s_.motion[pair.b];
+    in.velocity = motion_a.velocity - motion_b.velocity -
+                  motion_b.spin.cross(motion_a.position - motion_b.position);
+    in.spin = motion_a.spin - motion_b.spin;
+    in.dt = model_.timestep;
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
     out.deep_births = build_patches(in, scratch_.patches, out.found);

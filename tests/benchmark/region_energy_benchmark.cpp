@@ -101,10 +101,9 @@ void points(benchmark::State& state) {
   std::vector<Patch> patches(kRegions);
   for (std::size_t i = 0; i < kRegions; ++i) {
     patches[i].point_count = count;
-    patches[i].share_of_area = 1.0 / count;
     for (std::size_t k = 0; k < count; ++k) {
       all[i * count + k].gap = -2e-5;
-      all[i * count + k].weight = 1;
+      all[i * count + k].share = 1.0 / count;
       all[i * count + k].offset = Vec3(0.01 * static_cast<double>(k), 0, 0);
     }
   }
