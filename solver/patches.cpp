@@ -252,9 +252,9 @@ bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
 }
 
 // How the bodies move against each other at a patch in this step.
-Approach approach_of(const PatchInput& in, const Patch& patch) {
-  const Vec3 velocity = in.velocity + in.spin.cross(patch.arm);
-  return approach(plain(patch.normal), plain(velocity), plain(in.spin), in.dt);
+Approach approach_of(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
+  return approach(plain(patch.normal), plain(velocity + in.spin.cross(patch.arm)), plain(in.spin),
+                  in.dt);
 }
 
 // m, overlap of a point before the approach of this step.
@@ -264,7 +264,7 @@ double overlap_before(const ContactPoint& point, const Approach& way) {
 
 // What a patch can hold of energy, over that of the whole stiffness at the shell.
 double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
-  const Approach way = approach_of(in, patch);
+  const Approach way = approach_of(in, patch, in.velocity);
   double sum = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i)
     sum += points[i].share * std::pow(overlap_before(points[i], way) / in.law.shell, 2);
@@ -283,8 +283,9 @@ double recoverable_energy(const PatchInput& in, const Patch& old) {
 }
 
 // J, work of the forces of the points over the approach of this step.
-double work_of_step(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
-  const Approach way = approach_of(in, patch);
+double work_of_step(const PatchInput& in, const Patch& patch, const ContactPoint* points,
+                    const Vec3& velocity) {
+  const Approach way = approach_of(in, patch, velocity);
   double work = 0;
   for (std::uint32_t k = 0; k < patch.point_count; ++k)
     work += points[k].force * (way.closing + dot(plain(points[k].offset), way.tilt));
@@ -316,15 +317,15 @@ void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
 // scaled where the loading line would be exceeded, and where points are on it: energy comes first.
 void load_points(const PatchInput& in, double energy, double force, Patch& patch,
                  ContactPoint* points, const PointMatch* matches) {
-  constexpr double kOnLine = 0.999;
   constexpr double kMostShare = 4;      // a stiffer point would need a shorter time step
   constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
   const PairLaw& law = in.law;
-  const Approach way = approach_of(in, patch);
+  const Approach way = approach_of(in, patch, in.velocity);
   const auto share = [&](std::uint32_t i) {
     return matches[i].share > 0 ? matches[i].share : points[i].share;
   };
   double nominal = 0, before = 0, first = 0, second = 0, most = 0, largest = 0;
+  double deepest = 0, step = 0;  // m, and how far that point has moved in this step
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double s = overlap_before(points[i], way), part = matches[i].part;
     nominal += points[i].share * s * s;
@@ -335,14 +336,20 @@ void load_points(const PatchInput& in, double energy, double force, Patch& patch
       most = std::max(most, part);
       largest = std::max(largest, share(i));
     }
+    if (s > deepest) {
+      deepest = s;
+      step = std::abs(way.closing + dot(plain(points[i].offset), way.tilt));
+    }
   }
   if (!(second > 0)) return;
   const double twice = 2 * energy * law.unloading_ratio / law.stiffness;
-  double factor = 1 / most;
-  if (most < kOnLine) factor = std::min(factor, twice * law.stiffness * first / (force * second));
+  double factor = std::min(1 / most, twice * law.stiffness * first / (force * second));
   const double wanted = twice / (factor * factor * second);
-  const double least = std::min(1.0, kLeastScale * nominal / before);
-  const double scale = std::clamp(wanted, least, std::max(least, kMostShare / largest));
+  // The energy of a contact that began in the last step or two is not known well.
+  const double range = 1 + deepest / (step + std::numeric_limits<double>::min());
+  const double least = std::clamp(kLeastScale * nominal / before, 1 / range, 1.0);
+  const double scale =
+      std::clamp(wanted, least, std::max(least, std::min(kMostShare / largest, range)));
   if (scale != wanted) factor = std::min(1 / most, std::sqrt(twice / (scale * second)));
   patch.normal_force = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
@@ -366,6 +373,7 @@ Vec3 turned_into_plane(const Vec3& t, const Vec3& normal) {
 // in proportion to what the parts can hold; a merge adds. Normal force and recoverable energy of a
 // pair are continuous.
 void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+  constexpr double kMostCorrection = 0.1;
   const auto points_of = [&](const Patch& p) { return out.points.data() + p.first_point; };
   const auto matches_of = [&](const Patch& p) { return scratch.matches.data() + p.first_point; };
   scratch.matches.assign(out.points.size(), PointMatch{});
@@ -386,7 +394,7 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
     }
     if (all <= 0) continue;
     const double energy = recoverable_energy(in, old);
-    const double work = work_of_step(in, old, in.old_points + old.first_point);
+    const double work = work_of_step(in, old, in.old_points + old.first_point, in.velocity_before);
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
       Patch& fresh = out.patches[i];
       if (!inherits(in, old, fresh)) continue;
@@ -413,9 +421,13 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
       scratch.shares.push_back(points_of(fresh)[k].share);
     const double force = fresh.normal_force;
     load_points(in, scratch.energy[i], force, fresh, points_of(fresh), matches_of(fresh));
-    // The first half of this step's work was done along the old normal at the old arms.
+    // The first half of this step's work was done along the old normal at the old arms. Of work
+    // on the loading line a part of 1 / unloading_ratio is recoverable.
+    const double taken =
+        0.5 * (scratch.work[i] - work_of_step(in, fresh, points_of(fresh), in.velocity));
+    const double most = kMostCorrection * scratch.energy[i];
     const double energy =
-        scratch.energy[i] + 0.5 * (scratch.work[i] - work_of_step(in, fresh, points_of(fresh)));
+        scratch.energy[i] + std::clamp(taken / in.law.unloading_ratio, -most, most);
     if (!(energy > 0)) continue;
     for (std::uint32_t k = 0; k < fresh.point_count; ++k)
       points_of(fresh)[k].share = scratch.shares[k];

@@ -25,9 +25,10 @@ struct PatchInput {
   const Vec3* old_rolling = nullptr;            // of them; and their point indices go into:
   const ContactPoint* old_points = nullptr;
   // Of a against b, world, as over the step that ends with these contacts.
-  Vec3 velocity = Vec3::Zero();  // m/s, of the material of both at the centre of a
-  Vec3 spin = Vec3::Zero();      // rad/s
-  double dt = 0;                 // s
+  Vec3 velocity = Vec3::Zero();         // m/s, of the material of both at the centre of a
+  Vec3 velocity_before = Vec3::Zero();  // the same, with the lever of b of before the step
+  Vec3 spin = Vec3::Zero();             // rad/s
+  double dt = 0;                        // s
 };
 
 // The point of an old patch that is nearest to a new point.
