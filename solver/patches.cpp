@@ -282,12 +282,12 @@ double recoverable_energy(const PatchInput& in, const Patch& old) {
   return energy;
 }
 
-// J, work of the forces of the points over the approach of this step.
-double work_of_step(const PatchInput& in, const Patch& patch, const ContactPoint* points,
-                    const Vec3& velocity) {
-  const Approach way = approach_of(in, patch, velocity);
+// J, work of the forces of an old patch over the approach of this step, at the arms of the step
+// before.
+double work_of_step(const PatchInput& in, const Patch& old, const ContactPoint* points) {
+  const Approach way = approach_of(in, old, in.velocity_before);
   double work = 0;
-  for (std::uint32_t k = 0; k < patch.point_count; ++k)
+  for (std::uint32_t k = 0; k < old.point_count; ++k)
     work += points[k].force * (way.closing + dot(plain(points[k].offset), way.tilt));
   return work;
 }
@@ -306,55 +306,68 @@ void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
       const double part = loading > q.force ? q.force / loading : 1.0;
       const bool stays = distance2 < in.law.same_place * in.law.same_place &&
                          q.force > kInContact && part > kLoaded;
-      matches[i] = {distance2, part, stays ? q.share : 0};
+      matches[i] = {distance2, part, stays ? q.share : 0, 0};
     }
   }
 }
 
-// Loads the points of a patch so that they store `energy` (J) and press with `force` (N). Both
-// are those before this step, so overlaps before the approach of this step count. Each point bears
-// the same part of its loading line as the point that it matches, times one factor. Shares are
-// scaled where the loading line would be exceeded, and where points are on it: energy comes first.
-void load_points(const PatchInput& in, double energy, double force, Patch& patch,
-                 ContactPoint* points, const PointMatch* matches) {
+// Loads the points of a patch so that they store `energy` (J) and press with `force` (N). Both are
+// those before this step, so the overlaps before the approach of this step count. Each point bears
+// the same part of its loading line as the point that it matches, times one factor. Where the
+// loading line would be exceeded, shares are scaled and the energy comes first. `work` (J): what
+// the old forces would do in this step.
+void load_points(const PatchInput& in, double energy, double force, double work, Patch& patch,
+                 ContactPoint* points, PointMatch* matches) {
   constexpr double kMostShare = 4;      // a stiffer point would need a shorter time step
   constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
+  constexpr double kMostCorrection = 0.1;
   const PairLaw& law = in.law;
   const Approach way = approach_of(in, patch, in.velocity);
-  const auto share = [&](std::uint32_t i) {
-    return matches[i].share > 0 ? matches[i].share : points[i].share;
-  };
-  double nominal = 0, before = 0, first = 0, second = 0, most = 0, largest = 0;
+  double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
   double deepest = 0, step = 0;  // m, and how far that point has moved in this step
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double s = overlap_before(points[i], way), part = matches[i].part;
-    nominal += points[i].share * s * s;
-    before += share(i) * s * s;
-    first += share(i) * s * part;
-    second += share(i) * s * s * part * part;
-    if (s > 0) {
-      most = std::max(most, part);
-      largest = std::max(largest, share(i));
-    }
-    if (s > deepest) {
-      deepest = s;
-      step = std::abs(way.closing + dot(plain(points[i].offset), way.tilt));
-    }
+    PointMatch& match = matches[i];
+    const double ds = way.closing + dot(plain(points[i].offset), way.tilt);
+    const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
+    match.overlap = s;
+    const double own = points[i].share;
+    if (match.share > 0) points[i].share = match.share;
+    if (!(s > 0)) continue;
+    const double bears = points[i].share * s * part;
+    nominal += own * s * s;
+    before += points[i].share * s * s;
+    first += bears;
+    second += bears * s * part;
+    done += bears * ds;
+    most = std::max(most, part);
+    largest = std::max(largest, points[i].share);
+    step = s > deepest ? std::abs(ds) : step;
+    deepest = std::max(deepest, s);
   }
   if (!(second > 0)) return;
-  const double twice = 2 * energy * law.unloading_ratio / law.stiffness;
-  double factor = std::min(1 / most, twice * law.stiffness * first / (force * second));
-  const double wanted = twice / (factor * factor * second);
   // The energy of a contact that began in the last step or two is not known well.
   const double range = 1 + deepest / (step + std::numeric_limits<double>::min());
   const double least = std::clamp(kLeastScale * nominal / before, 1 / range, 1.0);
-  const double scale =
-      std::clamp(wanted, least, std::max(least, std::min(kMostShare / largest, range)));
-  if (scale != wanted) factor = std::min(1 / most, std::sqrt(twice / (scale * second)));
+  const double limit = std::max(least, std::min(kMostShare / largest, range));
+  double factor = 0, scale = 0;
+  const auto solve = [&](double stored) {
+    const double twice = 2 * stored * law.unloading_ratio;
+    factor = std::min(1 / most, twice * first / (force * second));
+    const double wanted = twice / (factor * factor * law.stiffness * second);
+    scale = std::clamp(wanted, least, limit);
+    if (scale != wanted)
+      factor = std::min(1 / most, std::sqrt(twice / (scale * law.stiffness * second)));
+  };
+  solve(energy);
+  // The first half of this step's work was done along the old normal at the old arms. Of work on
+  // the loading line, a part of 1 / unloading_ratio is recoverable.
+  const double taken = 0.5 * (work - factor * scale * law.stiffness * done) / law.unloading_ratio;
+  solve(energy + std::clamp(taken, -kMostCorrection * energy, kMostCorrection * energy));
   patch.normal_force = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double s = overlap_before(points[i], way);
-    points[i].share = (s > 0 ? scale : 1.0) * share(i);
+    const double s = matches[i].overlap;
+    if (!(s > 0)) continue;
+    points[i].share *= scale;
     points[i].force = factor * matches[i].part * law.stiffness * points[i].share * s;
     patch.normal_force += points[i].force;
   }
@@ -373,7 +386,6 @@ Vec3 turned_into_plane(const Vec3& t, const Vec3& normal) {
 // in proportion to what the parts can hold; a merge adds. Normal force and recoverable energy of a
 // pair are continuous.
 void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
-  constexpr double kMostCorrection = 0.1;
   const auto points_of = [&](const Patch& p) { return out.points.data() + p.first_point; };
   const auto matches_of = [&](const Patch& p) { return scratch.matches.data() + p.first_point; };
   scratch.matches.assign(out.points.size(), PointMatch{});
@@ -388,17 +400,21 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
       }
       continue;
     }
+    // A lone patch takes all.
+    const auto size_of = [&](const Patch& fresh) {
+      return out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh));
+    };
     double all = 0;
     for (const Patch& fresh : out.patches) {
-      if (inherits(in, old, fresh)) all += capacity(in, fresh, points_of(fresh));
+      if (inherits(in, old, fresh)) all += size_of(fresh);
     }
     if (all <= 0) continue;
     const double energy = recoverable_energy(in, old);
-    const double work = work_of_step(in, old, in.old_points + old.first_point, in.velocity_before);
+    const double work = work_of_step(in, old, in.old_points + old.first_point);
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
       Patch& fresh = out.patches[i];
       if (!inherits(in, old, fresh)) continue;
-      const double f = capacity(in, fresh, points_of(fresh)) / all;
+      const double f = size_of(fresh) / all;
       match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
       scratch.energy[i] += f * energy;
       scratch.work[i] += f * work;
@@ -416,22 +432,8 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
   for (std::size_t i = 0; i < out.patches.size(); ++i) {
     Patch& fresh = out.patches[i];
     if (!(fresh.normal_force > 0)) continue;
-    scratch.shares.clear();
-    for (std::uint32_t k = 0; k < fresh.point_count; ++k)
-      scratch.shares.push_back(points_of(fresh)[k].share);
-    const double force = fresh.normal_force;
-    load_points(in, scratch.energy[i], force, fresh, points_of(fresh), matches_of(fresh));
-    // The first half of this step's work was done along the old normal at the old arms. Of work
-    // on the loading line a part of 1 / unloading_ratio is recoverable.
-    const double taken =
-        0.5 * (scratch.work[i] - work_of_step(in, fresh, points_of(fresh), in.velocity));
-    const double most = kMostCorrection * scratch.energy[i];
-    const double energy =
-        scratch.energy[i] + std::clamp(taken / in.law.unloading_ratio, -most, most);
-    if (!(energy > 0)) continue;
-    for (std::uint32_t k = 0; k < fresh.point_count; ++k)
-      points_of(fresh)[k].share = scratch.shares[k];
-    load_points(in, energy, force, fresh, points_of(fresh), matches_of(fresh));
+    load_points(in, scratch.energy[i], fresh.normal_force, scratch.work[i], fresh, points_of(fresh),
+                matches_of(fresh));
   }
 }
 

@@ -34,15 +34,15 @@ struct PatchInput {
 // The point of an old patch that is nearest to a new point.
 struct PointMatch {
   double distance2 = std::numeric_limits<double>::infinity();  // m^2
-  double part = 1;   // of the loading line K s that it bears
-  double share = 0;  // of the stiffness; 0: it is elsewhere, or bears next to nothing
+  double part = 1;     // of the loading line K s that it bears
+  double share = 0;    // of the stiffness; 0: it is elsewhere, or bears next to nothing
+  double overlap = 0;  // m, of the new point before the approach of this step
 };
 
 // Scratch memory that keeps its capacity from call to call.
 struct PatchScratch {
   std::vector<int> group;
   std::vector<PointMatch> matches;  // [points]
-  std::vector<double> shares;       // [points of a patch] as found
   std::vector<double> energy;       // J [patches], recoverable, from old patches
   std::vector<double> work;         // J [patches], of the old forces in this step
   std::vector<int> stack;
