@@ -36,6 +36,9 @@ constexpr std::size_t json_keys = 10'000;  // of one object
 constexpr std::size_t csv_rows = 1'000'000;
 constexpr std::size_t csv_fields = 1000;  // of one row
 
+// SQLite: a row, which may hold a resolved case.
+constexpr std::uintmax_t sqlite_row_bytes = 256 * kMiB;
+
 // Runs of a study, a sweep or a validation.
 constexpr std::int64_t batch_runs = 100'000;
 
