@@ -106,18 +106,19 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   return b;
 }
 
-std::int64_t Study::largest_total() const {
+int Study::largest_total() const {
   const auto each = static_cast<std::int64_t>(experiments.size());
-  if (budget.runs > 0 && direct == DirectSearch::none) return budget.runs * each;
   const std::int64_t per_point = budget.runs_per_point, rounds = budget.refine_rounds;
   const std::int64_t points = budget.design_points + rounds * budget.refine_points;
-  const std::int64_t seeds =
-      direct == DirectSearch::none
-          ? fixed_runs(budget, *this) + points * per_point
-          : direct_evaluations * per_point + budget.confirm_runs +
-                static_cast<std::int64_t>(compare.size()) * budget.compare_runs;
-  constexpr std::int64_t refused_anyway = 1'000'000'000'000;  // times all experiments: no overflow
-  return std::min(seeds, refused_anyway) * each;
+  std::int64_t seeds = budget.runs;
+  if (direct != DirectSearch::none)
+    seeds = direct_evaluations * per_point + budget.confirm_runs +
+            static_cast<std::int64_t>(compare.size()) * budget.compare_runs;
+  else if (seeds == 0)
+    seeds = fixed_runs(budget, *this) + points * per_point;
+  // No study has so many: read_study() refuses it.
+  constexpr std::int64_t most = input_limits::batch_runs + 1;
+  return static_cast<int>(std::min(most, std::min(most, seeds) * each));
 }
 
 }  // namespace firn

@@ -122,7 +122,7 @@ BatchFolder open_folder(const Study& study, const StudyOptions& options,
   o.slurm = study.execution.slurm;
   o.progress = progress_style(options);
   o.progress_name = "calibrate";
-  o.largest_total = static_cast<int>(study.largest_total());
+  o.largest_total = study.largest_total();
   o.interrupt = options.interrupt;
   o.replace_executor = options.replace_executor;
   return BatchFolder(o);

@@ -107,7 +107,7 @@ struct Study {
   std::vector<NumericsCheck> numerics;
   Execution execution;
 
-  std::int64_t largest_total() const;  // simulations at most
+  int largest_total() const;  // simulations at most
 };
 
 // Reads and checks a study. Throws InputError with one line
