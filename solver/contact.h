@@ -30,6 +30,7 @@ struct PairLaw {
   double shell = 0;              // m
   double refresh = 0;            // m of relative motion between two searches for contacts
   double merge = 0;              // m, points nearer than this are one
+  double same_place = 0;         // m
   double deep = 0;               // m, overlap at birth that counts as late detection
   double overlap_limit = 0;      // m
   double adhesion_force = 0;     // N, of a patch that touches as a whole
@@ -41,7 +42,7 @@ struct ContactPoint {
   Vec3 offset = Vec3::Zero();  // m, from the patch's reference point, world axes
   double gap = 0;              // m; negative: overlap
   double force = 0;            // N, normal, never attractive
-  double weight = 0;           // m^2, area it stands for
+  double share = 0;            // of the stiffness K of the pair
 };
 
 // Two lines of the processor's caches: a bed at rest does little but walk through these.
@@ -54,7 +55,7 @@ struct alignas(64) Patch {
   Vec3 tangential = Vec3::Zero();  // N, friction force on a
   double normal_force = 0;         // N
 
-  double share_of_area = 0;   // 1/m^2: a point's share of K is this times its weight
+  double area = 0;            // m^2, of the touching region
   std::uint64_t parts_a = 0;  // bit i: part i (mod 64) of a takes part
   std::uint64_t parts_b = 0;
   std::uint32_t first_point = 0;
@@ -63,11 +64,6 @@ struct alignas(64) Patch {
   std::uint8_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
 };
 static_assert(sizeof(Patch) == 128 && sizeof(ContactPoint) == 48);
-
-// The part of K that a point has.
-inline double share(const Patch& patch, const ContactPoint& point) {
-  return point.weight * patch.share_of_area;
-}
 
 // N, the least force of a point that has borne and still overlaps. It is the state "in contact" and
 // nothing a body feels: a point of exactly zero is one that touches for the first time.
@@ -120,7 +116,7 @@ inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, Contact
     const double ds = way.closing + dot(offset, way.tilt);
     if (!patch.fresh) p.gap -= ds;
     const double before = p.force;
-    const double k = law.stiffness * share(patch, p);
+    const double k = law.stiffness * p.share;
     p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
     out.force += p.force;
     out.offset_force = out.offset_force + p.force * offset;
@@ -260,20 +256,19 @@ inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& roll
 // points of the patch, the other one goes with the overlap as the stiffness does: what is felt
 // depends on the contact and not on the number of its points. Both are functions of the overlap
 // alone, so they have a potential, which is below zero.
-inline double sum_of_weights(const Patch& patch, const ContactPoint* points) {
+inline double sum_of_shares(const Patch& patch, const ContactPoint* points) {
   double sum = 0;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].weight;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].share;
   return sum;
 }
 struct Adhesion {
   double force, potential;  // N, J
 };
-// Of one point at this gap; `sum` is that of the weights.
-inline Adhesion adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint& point,
-                            double gap, double sum) {
+// Of one point at this gap; `sum` is that of the shares.
+inline Adhesion adhesion_of(const PairLaw& law, const ContactPoint& point, double gap, double sum) {
   const double overlap = std::max(0.0, -gap);
-  const double constant = overlap > 0 && sum > 0 ? law.adhesion_force * point.weight / sum : 0;
-  const double stiffness = law.adhesion_fraction * law.stiffness * share(patch, point);
+  const double constant = overlap > 0 && sum > 0 ? law.adhesion_force * point.share / sum : 0;
+  const double stiffness = law.adhesion_fraction * law.stiffness * point.share;
   return {constant + stiffness * overlap, -(constant + 0.5 * stiffness * overlap) * overlap};
 }
 // Of the whole patch after its points have been advanced: force, sum of force times offset, and the
@@ -282,15 +277,15 @@ inline Adhesion adhesion_of(const PairLaw& law, const Patch& patch, const Contac
 inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint* points,
                               const Approach& way) {
   NormalLoad out;
-  const double sum = sum_of_weights(patch, points);
+  const double sum = sum_of_shares(patch, points);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
     const double ds = way.closing + dot(offset, way.tilt);
-    const double force = adhesion_of(law, patch, p, p.gap, sum).force;
+    const double force = adhesion_of(law, p, p.gap, sum).force;
     out.force += force;
     out.offset_force = out.offset_force + force * offset;
-    out.work -= 0.5 * (adhesion_of(law, patch, p, p.gap + ds, sum).force + force) * ds;
+    out.work -= 0.5 * (adhesion_of(law, p, p.gap + ds, sum).force + force) * ds;
   }
   return out;
 }
@@ -303,7 +298,7 @@ inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const 
                                   const ContactPoint* points) {
   StoredEnergy e;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double ku = law.stiffness * share(patch, points[i]) * law.unloading_ratio;
+    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
     if (ku > 0) e.normal += 0.5 * points[i].force * points[i].force / ku;
   }
   const double kt = law.tangential_stiffness;
@@ -313,9 +308,9 @@ inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const 
     if (r > 0) e.friction += 0.5 * patch.torsion * patch.torsion / (kt * r * r);
   }
   if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
-    const double sum = sum_of_weights(patch, points);
+    const double sum = sum_of_shares(patch, points);
     for (std::uint32_t i = 0; i < patch.point_count; ++i)
-      e.normal += adhesion_of(law, patch, points[i], points[i].gap, sum).potential;
+      e.normal += adhesion_of(law, points[i], points[i].gap, sum).potential;
   }
   if (law.rolling_limit > 0) {
     e.friction += 0.5 * rolling.squaredNorm() / rolling_stiffness(law);

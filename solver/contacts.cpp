@@ -26,9 +26,10 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   c.unloading_ratio = law.unloading_ratio;
   c.gap = std::numeric_limits<double>::infinity();
   Vec3 offset_force = Vec3::Zero();
+  const double shares = sum_of_shares(patch, s.points.data() + patch.first_point);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = s.points[patch.first_point + i];
-    c.spots.push_back({c.place + p.offset, p.gap, share(patch, p), p.force, p.weight});
+    c.spots.push_back({c.place + p.offset, p.gap, p.share, p.force, patch.area * p.share / shares});
     c.gap = std::min(c.gap, p.gap);
     offset_force += p.force * p.offset;
   }

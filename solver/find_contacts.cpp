@@ -12,9 +12,7 @@ namespace firn {
 namespace {
 
 // The gap of two parts as of a query: how long they may be left alone, m.
-double slack(double gap, const PairLaw& law) {
-  return std::max({gap - law.shell, 0.5 * gap, law.refresh});
-}
+double slack(double gap, const PairLaw& law) { return std::max(gap - law.shell, law.refresh); }
 
 double deepest(const FoundPatches& found) {
   double gap = 0;
@@ -141,6 +139,13 @@ class Looker {
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
                   s_.rolling.data() + pair.first_patch,
                   s_.points.data()};
+    const BodyMotion &motion_a = s_.motion[pair.a], &motion_b = s_.motion[pair.b];
+    const Vec3 apart = motion_a.position - motion_b.position;
+    const Vec3 closing = motion_a.velocity - motion_b.velocity;
+    in.velocity = closing - motion_b.spin.cross(apart);
+    in.velocity_before = closing - motion_b.spin.cross(apart - model_.timestep * closing);
+    in.spin = motion_a.spin - motion_b.spin;
+    in.dt = model_.timestep;
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
     out.deep_births = build_patches(in, scratch_.patches, out.found);

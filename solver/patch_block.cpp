@@ -95,7 +95,6 @@ void PatchBlock::spread(int k) {
   spin_.spread(k, [&](int i) { return &motion_[i].spin; });
   apart_.spread(k, [&](int i) { return &motion_[i].apart; });
   for (int i = k; i < k + 4; ++i) {
-    share_[i] = patch_[i]->share_of_area;
     sliding_[i] = patch_[i]->sliding;
     ageing_[i] = 1 - patch_[i]->fresh;
   }
@@ -129,7 +128,7 @@ namespace {
 struct FourPoints {
   Four tilt_x, tilt_y, tilt_z, closing;  // of Approach
   Four stiffness, ratio, floor;          // of PairLaw
-  Four share, ageing;                    // see PatchBlock
+  Four ageing;                           // see PatchBlock
 };
 struct FourLoads {
   Four x, y, z, force;  // N m, force times offset; N
@@ -147,13 +146,13 @@ struct FourLoads {
     gaps[i] = &points[i]->gap;
     forces[i] = &points[i]->force;
   }
-  Four x, y, z, gap, before, weight;
+  Four x, y, z, gap, before, share;
   gather_four(
       0, [&](int i) { return &points[i]->offset; }, x, y, z, gap);
-  get_twos(forces, before, weight);
+  get_twos(forces, before, share);
   const Four ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
   gap -= in.ageing * ds;
-  const Four overlap = -gap, own = in.stiffness * (weight * in.share);
+  const Four overlap = -gap, own = in.stiffness * share;
   // normal_force()
   const Four pressed = own * overlap, loading = zero < pressed ? pressed : zero;
   const Four from = before > zero ? before : infinite;
@@ -176,7 +175,7 @@ void PatchBlock::press_other(int k, ContactPoint& p) {
   const Vec offset = plain(p.offset);
   const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
   p.gap -= ageing_[k] * ds;
-  const double before = p.force, own = spring_.x[k] * (p.weight * share_[k]);
+  const double before = p.force, own = spring_.x[k] * p.share;
   p.force = firn::normal_force(before, own, own * spring_.y[k], spring_.z[k], -p.gap, ds);
   const Vec offset_force = p.force * offset;
   pressed_.set(k, pressed_.vec(k) + offset_force, pressed_.w[k] + p.force);
@@ -220,7 +219,6 @@ void PatchBlock::press_first(int k, Four& deepest) {
   get(spring_.x + k, in.stiffness);
   get(spring_.y + k, in.ratio);
   get(spring_.z + k, in.floor);
-  get(share_ + k, in.share);
   get(ageing_ + k, in.ageing);
   press_four(points_ + k, in, load);
   deepest = deepest < load.overlap ? load.overlap : deepest;

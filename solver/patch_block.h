@@ -153,7 +153,6 @@ class PatchBlock {
   Columns slip_;     // and turn
   Columns pressed_;  // sum of force times offset, and normal force
   alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
-  alignas(32) double share_[room];   // of area, see Patch
   alignas(32) double ageing_[room];  // 1: gaps are to be advanced, 0: they are fresh
 };
 
@@ -165,6 +164,6 @@ static_assert(offsetof(PairLaw, floor) == offsetof(PairLaw, stiffness) + 2 * siz
                   offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
 static_assert(offsetof(ContactPoint, gap) == offsetof(ContactPoint, offset) + sizeof(Vec3) &&
               offsetof(ContactPoint, force) == offsetof(ContactPoint, gap) + sizeof(double) &&
-              offsetof(ContactPoint, weight) == offsetof(ContactPoint, force) + sizeof(double));
+              offsetof(ContactPoint, share) == offsetof(ContactPoint, force) + sizeof(double));
 
 }  // namespace firn

@@ -78,24 +78,24 @@ struct Moments {
 };
 
 // Adds a point, or merges it with a near one of the same patch: weights add, place and gap are
-// weighted means. Nothing is dropped.
+// weighted means. Nothing is dropped. Until the patch is complete, a point's share is its weight.
 void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3& place, double gap,
                double weight, double merge) {
   for (std::size_t i = first; i < points.size(); ++i) {
     ContactPoint& p = points[i];
     if ((p.offset - place).squaredNorm() < merge * merge) {
-      const double sum = p.weight + weight;
+      const double sum = p.share + weight;
       const double f = sum > 0 ? weight / sum : 0.5;
       p.offset += f * (place - p.offset);
       p.gap += f * (gap - p.gap);
-      p.weight = sum;
+      p.share = sum;
       return;
     }
   }
   ContactPoint p;
   p.offset = place;
   p.gap = gap;
-  p.weight = weight;
+  p.share = weight;
   points.push_back(p);
 }
 
@@ -221,13 +221,14 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   Vec3 center = Vec3::Zero();
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double d = shell - points[i].gap;
-    sum += points[i].weight * d;
-    square += points[i].weight * d * d;
-    center += points[i].weight * d * points[i].offset;
+    patch.area += points[i].share;
+    sum += points[i].share * d;
+    square += points[i].share * d * d;
+    center += points[i].share * d * points[i].offset;
   }
   center /= sum;
-  patch.share_of_area = square / (sum * sum);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    points[i].share *= square / (sum * sum);
     points[i].offset = in.rotation_a * (points[i].offset - center);
   }
   patch.normal = in.rotation_a * normal.normalized();
@@ -250,63 +251,125 @@ bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
   return in.neighbours_b.empty() || (dilated(old.parts_b, in.neighbours_b) & fresh.parts_b);
 }
 
-// Sum of weight times depth in the shell: the size by which a split shares what is carried.
-double patch_size(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
-  double s = 0;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    s += points[patch.first_point + i].weight * (in.law.shell - points[patch.first_point + i].gap);
-  }
-  return s;
+// How the bodies move against each other at a patch in this step.
+Approach approach_of(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
+  return approach(plain(patch.normal), plain(velocity + in.spin.cross(patch.arm)), plain(in.spin),
+                  in.dt);
 }
 
-// Gives each point of `fresh` the force density of the nearest point of the old patch, scaled so
-// that the patch carries `force` in all, and adds it to what the point has. Where the old patch had
-// no point, the new one takes no more than its overlap bears, and the others carry the rest: a face
-// that comes to touch by one edge would otherwise lose half of what that edge carried.
-void hand_down_normal(const PatchInput& in, const Patch& old, double force, const Patch& fresh,
-                      ContactPoint* points, PatchScratch& scratch) {
-  std::vector<double>& density = scratch.density;
-  density.assign(fresh.point_count, 0);
-  scratch.is_new.assign(fresh.point_count, 0);
-  const double same_place = 4 * in.law.merge;
-  double total = 0;
+// m, overlap of a point before the approach of this step.
+double overlap_before(const ContactPoint& point, const Approach& way) {
+  return std::max(0.0, -point.gap - way.closing - dot(plain(point.offset), way.tilt));
+}
+
+// What a patch can hold of energy, over that of the whole stiffness at the shell.
+double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
+  const Approach way = approach_of(in, patch, in.velocity);
+  double sum = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i)
+    sum += points[i].share * std::pow(overlap_before(points[i], way) / in.law.shell, 2);
+  return sum;
+}
+
+// J, recoverable from the springs of an old patch.
+double recoverable_energy(const PatchInput& in, const Patch& old) {
+  double energy = 0;
+  for (std::uint32_t k = 0; k < old.point_count; ++k) {
+    const ContactPoint& q = in.old_points[old.first_point + k];
+    const double unloading = in.law.stiffness * q.share * in.law.unloading_ratio;
+    if (unloading > 0) energy += 0.5 * q.force * q.force / unloading;
+  }
+  return energy;
+}
+
+// J, work of the forces of an old patch over the approach of this step, at the arms of the step
+// before.
+double work_of_step(const PatchInput& in, const Patch& old, const ContactPoint* points) {
+  const Approach way = approach_of(in, old, in.velocity_before);
+  double work = 0;
+  for (std::uint32_t k = 0; k < old.point_count; ++k)
+    work += points[k].force * (way.closing + dot(plain(points[k].offset), way.tilt));
+  return work;
+}
+
+// Records for each point of `fresh` the nearest point of `old`, unless a nearer one is recorded.
+void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
+                  const ContactPoint* points, PointMatch* matches) {
+  constexpr double kLoaded = 0.01;  // part of the loading line below which a share is given up
   for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
     const Vec3 place = fresh.arm + points[i].offset - old.arm;
-    double nearest = std::numeric_limits<double>::infinity();
-    std::uint32_t at = 0;
     for (std::uint32_t k = 0; k < old.point_count; ++k) {
       const ContactPoint& q = in.old_points[old.first_point + k];
-      const double d = (q.offset - place).squaredNorm();
-      at = d < nearest ? k : at;
-      nearest = std::min(d, nearest);
-    }
-    const ContactPoint& q = in.old_points[old.first_point + at];
-    density[i] = (q.weight > 0 ? q.force / q.weight : 0) * points[i].weight;
-    total += density[i];
-    scratch.is_new[i] = nearest > same_place * same_place;
-  }
-  if (total <= 0) {  // nearest ones were idle: share by depth instead
-    for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
-      density[i] = share(fresh, points[i]) * std::max(0.0, -points[i].gap);
-      total += density[i];
+      const double distance2 = (q.offset - place).squaredNorm();
+      if (distance2 >= matches[i].distance2) continue;
+      const double loading = in.law.stiffness * q.share * -q.gap;
+      const double part = loading > q.force ? q.force / loading : 1.0;
+      const bool stays = distance2 < in.law.same_place * in.law.same_place &&
+                         q.force > kInContact && part > kLoaded;
+      matches[i] = {distance2, part, stays ? q.share : 0, 0};
     }
   }
-  if (total <= 0) return;
-  double known = 0;
-  for (std::uint32_t i = 0; i < fresh.point_count; ++i) known += scratch.is_new[i] ? 0 : density[i];
-  double rest = force;
-  for (std::uint32_t i = 0; i < fresh.point_count && known > 0; ++i) {
-    if (!scratch.is_new[i]) continue;
-    const double bears = in.law.stiffness * share(fresh, points[i]) * std::max(0.0, -points[i].gap);
-    const double room = std::max(0.0, bears - points[i].force);
-    const double f = std::min(density[i] * force / total, room);
-    points[i].force += f;
-    rest -= f;
+}
+
+// Loads the points of a patch so that they store `energy` (J) and press with `force` (N). Both are
+// those before this step, so the overlaps before the approach of this step count. Each point bears
+// the same part of its loading line as the point that it matches, times one factor. Where the
+// loading line would be exceeded, shares are scaled and the energy comes first. `work` (J): what
+// the old forces would do in this step.
+void load_points(const PatchInput& in, double energy, double force, double work, Patch& patch,
+                 ContactPoint* points, PointMatch* matches) {
+  constexpr double kMostShare = 4;      // a stiffer point would need a shorter time step
+  constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
+  constexpr double kMostCorrection = 0.1;
+  const PairLaw& law = in.law;
+  const Approach way = approach_of(in, patch, in.velocity);
+  double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
+  double deepest = 0, step = 0;  // m, and how far that point has moved in this step
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    PointMatch& match = matches[i];
+    const double ds = way.closing + dot(plain(points[i].offset), way.tilt);
+    const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
+    match.overlap = s;
+    const double own = points[i].share;
+    if (match.share > 0) points[i].share = match.share;
+    if (!(s > 0)) continue;
+    const double bears = points[i].share * s * part;
+    nominal += own * s * s;
+    before += points[i].share * s * s;
+    first += bears;
+    second += bears * s * part;
+    done += bears * ds;
+    most = std::max(most, part);
+    largest = std::max(largest, points[i].share);
+    step = s > deepest ? std::abs(ds) : step;
+    deepest = std::max(deepest, s);
   }
-  // Not capped by the loading line here: the law does that once it has taken the step's approach.
-  const double sum = known > 0 ? known : total;
-  for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
-    if (known <= 0 || !scratch.is_new[i]) points[i].force += density[i] * rest / sum;
+  if (!(second > 0)) return;
+  // The energy of a contact that began in the last step or two is not known well.
+  const double range = 1 + deepest / (step + std::numeric_limits<double>::min());
+  const double least = std::clamp(kLeastScale * nominal / before, 1 / range, 1.0);
+  const double limit = std::max(least, std::min(kMostShare / largest, range));
+  double factor = 0, scale = 0;
+  const auto solve = [&](double stored) {
+    const double twice = 2 * stored * law.unloading_ratio;
+    factor = std::min(1 / most, twice * first / (force * second));
+    const double wanted = twice / (factor * factor * law.stiffness * second);
+    scale = std::clamp(wanted, least, limit);
+    if (scale != wanted)
+      factor = std::min(1 / most, std::sqrt(twice / (scale * law.stiffness * second)));
+  };
+  solve(energy);
+  // The first half of this step's work was done along the old normal at the old arms. Of work on
+  // the loading line, a part of 1 / unloading_ratio is recoverable.
+  const double taken = 0.5 * (work - factor * scale * law.stiffness * done) / law.unloading_ratio;
+  solve(energy + std::clamp(taken, -kMostCorrection * energy, kMostCorrection * energy));
+  patch.normal_force = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double s = matches[i].overlap;
+    if (!(s > 0)) continue;
+    points[i].share *= scale;
+    points[i].force = factor * matches[i].part * law.stiffness * points[i].share * s;
+    patch.normal_force += points[i].force;
   }
 }
 
@@ -319,28 +382,42 @@ Vec3 turned_into_plane(const Vec3& t, const Vec3& normal) {
   return rest > 0 ? Vec3(flat * (size / rest)) : Vec3(Vec3::Zero());
 }
 
-// Splits share what the old patch carried in proportion to their size; merges add.
-void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+// Transfers the state of the old patches to the new ones. A split shares what the old patch carries
+// in proportion to what the parts can hold; a merge adds. Normal force and recoverable energy of a
+// pair are continuous.
+void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+  const auto points_of = [&](const Patch& p) { return out.points.data() + p.first_point; };
+  const auto matches_of = [&](const Patch& p) { return scratch.matches.data() + p.first_point; };
+  scratch.matches.assign(out.points.size(), PointMatch{});
+  scratch.energy.assign(out.patches.size(), 0.0);
+  scratch.work.assign(out.patches.size(), 0.0);
   for (std::size_t o = 0; o < in.old_patches.size(); ++o) {
     const Patch& old = in.old_patches[o];
     if (old.normal_force <= 0) {
-      // Near but idle: its place is known, so a touch there is no late detection.
+      // Near but without load: its place is known, so a touch there is no late detection.
       for (std::size_t i = 0; i < out.patches.size(); ++i) {
         if (inherits(in, old, out.patches[i])) scratch.has_parent[i] = 1;
       }
       continue;
     }
+    // A lone patch takes all.
+    const auto size_of = [&](const Patch& fresh) {
+      return out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh));
+    };
     double all = 0;
     for (const Patch& fresh : out.patches) {
-      if (inherits(in, old, fresh)) all += patch_size(in, fresh, out.points.data());
+      if (inherits(in, old, fresh)) all += size_of(fresh);
     }
     if (all <= 0) continue;
+    const double energy = recoverable_energy(in, old);
+    const double work = work_of_step(in, old, in.old_points + old.first_point);
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
       Patch& fresh = out.patches[i];
       if (!inherits(in, old, fresh)) continue;
-      const double f = patch_size(in, fresh, out.points.data()) / all;
-      hand_down_normal(in, old, f * old.normal_force, fresh, out.points.data() + fresh.first_point,
-                       scratch);
+      const double f = size_of(fresh) / all;
+      match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
+      scratch.energy[i] += f * energy;
+      scratch.work[i] += f * work;
       fresh.normal_force += f * old.normal_force;
       fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
       out.rolling[i] += f * turned_into_plane(in.old_rolling[o], fresh.normal);
@@ -351,6 +428,12 @@ void hand_down(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
       fresh.sliding |= old.sliding;
       scratch.has_parent[i] = 1;
     }
+  }
+  for (std::size_t i = 0; i < out.patches.size(); ++i) {
+    Patch& fresh = out.patches[i];
+    if (!(fresh.normal_force > 0)) continue;
+    load_points(in, scratch.energy[i], fresh.normal_force, scratch.work[i], fresh, points_of(fresh),
+                matches_of(fresh));
   }
 }
 
@@ -363,7 +446,7 @@ int build_patches(const PatchInput& in, PatchScratch& scratch, FoundPatches& out
   for (int g = 0; g < groups; ++g) make_patch(in, scratch, g, out);
 
   scratch.has_parent.assign(out.patches.size(), 0);
-  hand_down(in, scratch, out);
+  transfer_history(in, scratch, out);
 
   int deep = 0;
   for (std::size_t i = 0; i < out.patches.size(); ++i) {

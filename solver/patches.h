@@ -1,6 +1,7 @@
 // From the manifolds of a body pair's parts to its patches, with the memory of the last ones.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,13 +24,27 @@ struct PatchInput {
   std::span<const Patch> old_patches;           // of the same pair
   const Vec3* old_rolling = nullptr;            // of them; and their point indices go into:
   const ContactPoint* old_points = nullptr;
+  // Of a against b, world, as over the step that ends with these contacts.
+  Vec3 velocity = Vec3::Zero();         // m/s, of the material of both at the centre of a
+  Vec3 velocity_before = Vec3::Zero();  // the same, with the lever of b of before the step
+  Vec3 spin = Vec3::Zero();             // rad/s
+  double dt = 0;                        // s
+};
+
+// The point of an old patch that is nearest to a new point.
+struct PointMatch {
+  double distance2 = std::numeric_limits<double>::infinity();  // m^2
+  double part = 1;     // of the loading line K s that it bears
+  double share = 0;    // of the stiffness; 0: it is elsewhere, or bears next to nothing
+  double overlap = 0;  // m, of the new point before the approach of this step
 };
 
 // Scratch memory that keeps its capacity from call to call.
 struct PatchScratch {
   std::vector<int> group;
-  std::vector<double> density;  // N, of each point of a patch
-  std::vector<char> is_new;     // [points] the old patch had none there
+  std::vector<PointMatch> matches;  // [points]
+  std::vector<double> energy;       // J [patches], recoverable, from old patches
+  std::vector<double> work;         // J [patches], of the old forces in this step
   std::vector<int> stack;
   std::vector<ManifoldPoint> hull;
   std::vector<char> has_parent;

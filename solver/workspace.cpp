@@ -20,7 +20,8 @@ PairLaw base_law(const Model& model, const Interaction& i, double stiffness, dou
   law.sliding_speed = i.sliding_speed;
   law.shell = std::min(model.numerics.contact_shell * rounding, model.numerics.shell_limit);
   law.refresh = model.numerics.refresh_fraction * law.shell;
-  law.merge = 0.5 * rounding;
+  law.merge = 0.01 * rounding;
+  law.same_place = 2 * rounding;
   law.deep = 0.01 * rounding;
   law.overlap_limit = model.numerics.overlap_limit * box_edge;
   law.adhesion_force = i.adhesion_force;

@@ -116,15 +116,13 @@ TEST(Adhesion, PullOffGrowsWithThePreload) {
   law.unloading_ratio = 1 / (kRestitution * kRestitution);
   law.floor = 0.01;
   law.adhesion_fraction = 0.5;
-  Patch patch;
-  patch.share_of_area = 1;
   ContactPoint point;
-  point.weight = 1;
+  point.share = 1;
   const double deepest = 1e-4, step = 1e-9, e2 = kRestitution * kRestitution;
   double force = kStiffness * deepest, most = 0;
   for (double s = deepest; s > 0; s -= step) {
     force = normal_force(force, kStiffness, kStiffness / e2, law.floor, s, -step);
-    most = std::max(most, adhesion_of(law, patch, point, -s, 1).force - force);
+    most = std::max(most, adhesion_of(law, point, -s, 1).force - force);
   }
   const double there = deepest * (1 - e2) / (1 - law.floor * e2);
   EXPECT_NEAR(most, (law.adhesion_fraction - law.floor) * kStiffness * there, 1e-3 * most);

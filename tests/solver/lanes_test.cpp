@@ -204,12 +204,11 @@ Contact any_contact(Dice& dice) {
   const Vec3 t = dice.vector(1);
   p.tangential = t - p.normal * p.normal.dot(t);
   p.point_count = static_cast<std::uint16_t>(dice(1, 7));
-  p.share_of_area = 1.0 / p.point_count;
   for (std::uint32_t i = 0; i < p.point_count; ++i) {
     ContactPoint point;
     point.offset = dice.vector(0.005);
     point.gap = dice(-2e-5, 1e-5);
-    point.weight = 1;
+    point.share = 1.0 / p.point_count;
     point.force = dice(-1, 1) > 0 && point.gap < 0 ? dice(0, 1) : 0;
     c.points.push_back(point);
   }

@@ -29,15 +29,21 @@ Solver on_incline(const Vec3& size, double degrees, const Interaction& law, doub
 const Vec3 kCube = Vec3::Constant(0.1);
 
 std::vector<Check> sliding() {
+  constexpr double kSpan = 0.25;  // s
   std::vector<Check> checks;
   const double rows[6][3] = {{20, 0.3, 0.589702}, {30, 0.5, 0.657145}, {45, 0.6, 2.774687},
                              {10, 0.0, 0},        {35, 0.1, 0},        {40, 0.7, 0}};
   for (const auto& [degrees, mu, published] : rows) {
     Solver solver = on_incline(kCube, degrees, scenes::law(mu, 0.5), 0);
+    // The block rocks on its springs, as nothing damps it: mean velocities of two spans.
+    const auto mean_velocity = [&solver] {
+      const double from = solver.particles().position[0].x(), begin = solver.time();
+      scenes::run(solver, kSpan);
+      return (solver.particles().position[0].x() - from) / (solver.time() - begin);
+    };
     scenes::run(solver, 0.2);
-    const double before = solver.particles().velocity[0].x();
-    scenes::run(solver, 0.5);
-    const double got = (solver.particles().velocity[0].x() - before) / 0.5;
+    const double before = mean_velocity();
+    const double got = (mean_velocity() - before) / kSpan;
     const double expected =
         kGravity * (std::sin(degrees * kDegree) - mu * std::cos(degrees * kDegree));
     const std::string scene = fmt::format("{} deg, mu = {}: ", degrees, mu);
@@ -115,7 +121,7 @@ std::vector<Check> stopping() {
     const double stop = solver.particles().position[0].x();
     const std::string scene = fmt::format("{} m/s, mu = {}: ", speed, mu);
     checks.push_back(
-        {scene + "way", stop, speed * speed / (2 * mu * kGravity), 1e-3, Bound::relative, "m"});
+        {scene + "way", stop, speed * speed / (2 * mu * kGravity), 2e-3, Bound::relative, "m"});
     // The block nods on its springs, which moves its centre of mass a little.
     checks.push_back({scene + "time", stopped, time, 1e-3, Bound::absolute, "s"});
     scenes::run(solver, 0.3);
@@ -254,7 +260,10 @@ std::vector<VerificationCase> incline_cases() {
        "friction angle creeps in the troughs; one that is leant over slowly does not.",
        Tier::quick, staying},
       {"body.stopping", "A sliding block comes to rest", "v^2 / (2 mu g) in v / (mu g)",
-       "What is left is the ring of the tangential spring, mu m g / K.", Tier::quick, stopping},
+       "What is left is the ring of the tangential spring, mu m g / K, and the block's rocking on "
+       "its normal "
+       "springs, which nothing damps.",
+       Tier::quick, stopping},
       {"body.static_and_dynamic", "Static and dynamic friction are two numbers",
        "g (sin t - mu_d cos t) once it slides; rest while tan t < mu_s", "", Tier::quick,
        static_and_dynamic},
