@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "experiments/input_limits.h"
 #include "experiments/units.h"
 
 namespace firn {
@@ -16,11 +17,11 @@ int part_of(int runs, double share, int least, int most) {
 }
 
 // Runs at the parameter sets that are asked for whatever the fit will say.
-int fixed_runs(const Budget& b, const Study& study) {
-  const int compared = static_cast<int>(study.compare.size());
-  const int checks = static_cast<int>(study.numerics.size());
+std::int64_t fixed_runs(const Budget& b, const Study& study) {
+  const auto compared = static_cast<std::int64_t>(study.compare.size());
+  const auto checks = static_cast<std::int64_t>(study.numerics.size());
   return b.centre_runs + compared * b.compare_runs + checks * b.numerics_runs + b.confirm_runs +
-         2 * b.anchor_runs;
+         std::int64_t{2} * b.anchor_runs;
 }
 
 // A tenth for the noise, a tenth to confirm the answer, some for the ends of the valley; of the
@@ -35,9 +36,16 @@ Budget divided(int runs, const Study& study) {
   b.compare_runs = runs < 30 ? 1 : 2;
   b.numerics_runs = 2;
   b.refine_points = part_of(runs, 0.055, 1, 4);
-  const int left = runs - fixed_runs(b, study);
+  const int left = static_cast<int>(runs - fixed_runs(b, study));
   b.design_points = std::max(d + 2, left / 3);  // two runs each: two thirds of what is left
   return b;
+}
+
+// A number of runs, points or rounds.
+int limited(const TomlTable& t, const char* key, int value) {
+  if (value > input_limits::batch_runs)
+    t.fail(key, fmt::format("is {}; expected at most {}", value, input_limits::batch_runs));
+  return value;
 }
 
 }  // namespace
@@ -49,12 +57,12 @@ Budget read_budget(const TomlTable& root, const Study& study) {
            "least_gain", "reuse"});
   const int experiments = static_cast<int>(study.experiments.size());
   const bool bounded = t.has("runs"), by_time = t.has("time");
-  const int runs = bounded ? t.integer("runs", 1) / experiments : 0;
+  const int runs = bounded ? limited(t, "runs", t.integer("runs", 1)) / experiments : 0;
   const Budget plan = bounded ? divided(runs, study) : Budget{};
   // A number of runs divides itself; whatever is said besides holds.
   const auto read = [&](const char* key, int least, int planned, std::optional<int> usual = {}) {
-    if (bounded) return t.integer(key, least, planned);
-    return usual ? t.integer(key, least, *usual) : t.integer(key, least);
+    if (bounded) return limited(t, key, t.integer(key, least, planned));
+    return limited(t, key, usual ? t.integer(key, least, *usual) : t.integer(key, least));
   };
   Budget b;
   b.runs = runs;
@@ -73,16 +81,18 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   if (!(b.least_gain >= 0 && b.least_gain < 1))
     t.fail("least_gain",
            fmt::format("is {}; expected a fraction of at least 0 and below 1", b.least_gain));
-  const int batch = b.refine_points * b.runs_per_point;
-  const int left = runs - fixed_runs(b, study) - b.design_points * b.runs_per_point;
+  const std::int64_t per_point = b.runs_per_point, batch = b.refine_points * per_point;
+  const std::int64_t left = runs - fixed_runs(b, study) - b.design_points * per_point;
   if (bounded && left < 0)
     t.fail("runs", fmt::format("{} are too few: noise, design, confirmation and what is compared "
                                "take {}; expected at least that",
                                runs * experiments, (runs - left) * experiments));
   constexpr int rounds_by_time = 50;
-  const int rounds = bounded && batch > 0 ? left / batch : by_time ? rounds_by_time : 1;
+  const int rounds = bounded && batch > 0 ? static_cast<int>(left / batch)
+                     : by_time            ? rounds_by_time
+                                          : 1;
   b.rounds_stated = t.has("refine_rounds");
-  b.refine_rounds = t.integer("refine_rounds", 0, rounds);
+  b.refine_rounds = limited(t, "refine_rounds", t.integer("refine_rounds", 0, rounds));
   // A linear trend has one coefficient more than there are parameters; one more point judges it.
   const int needed = static_cast<int>(study.parameters.size()) + 1;
   if (b.design_points < needed)
@@ -97,14 +107,18 @@ Budget read_budget(const TomlTable& root, const Study& study) {
 }
 
 int Study::largest_total() const {
-  if (budget.runs > 0 && direct == DirectSearch::none)
-    return budget.runs * static_cast<int>(experiments.size());
-  const int points = budget.design_points + budget.refine_rounds * budget.refine_points;
-  const int seeds = direct == DirectSearch::none
-                        ? fixed_runs(budget, *this) + points * budget.runs_per_point
-                        : direct_evaluations * budget.runs_per_point + budget.confirm_runs +
-                              static_cast<int>(compare.size()) * budget.compare_runs;
-  return seeds * static_cast<int>(experiments.size());
+  const auto each = static_cast<std::int64_t>(experiments.size());
+  const std::int64_t per_point = budget.runs_per_point, rounds = budget.refine_rounds;
+  const std::int64_t points = budget.design_points + rounds * budget.refine_points;
+  std::int64_t seeds = budget.runs;
+  if (direct != DirectSearch::none)
+    seeds = direct_evaluations * per_point + budget.confirm_runs +
+            static_cast<std::int64_t>(compare.size()) * budget.compare_runs;
+  else if (seeds == 0)
+    seeds = fixed_runs(budget, *this) + points * per_point;
+  // No study has so many: read_study() refuses it.
+  constexpr std::int64_t most = input_limits::batch_runs + 1;
+  return static_cast<int>(std::min(most, std::min(most, seeds) * each));
 }
 
 }  // namespace firn

@@ -384,6 +384,9 @@ Study read_study(const std::string& file) {
   if (root.has("direct")) read_direct(root, study);
   study.execution = read_execution(root);
   study.budget = read_budget(root, study);
+  if (study.largest_total() > input_limits::batch_runs)
+    root.fail("budget",
+              fmt::format("makes more than {} runs; expected fewer", input_limits::batch_runs));
   return study;
 }
 

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <set>
+#include <unordered_map>
+#include <utility>
 
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
@@ -57,21 +60,24 @@ std::vector<Couple> couples_of_source(const TomlTable& t, const Case& c) {
 
 // Pairs of [[particles]], by their numbers or by tags that one of them carries each.
 std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::string_view key) {
+  std::unordered_multimap<int, const Case::Placed*> bodies;
+  for (const Case::Placed& p : c.placed)
+    bodies.emplace(key == "tags" ? c.model.particles[index(p.particle)].tag : p.particle, &p);
   const auto find = [&](int number) {
-    std::vector<const Case::Placed*> found;
-    for (const Case::Placed& p : c.placed) {
-      const int has = key == "tags" ? c.model.particles[index(p.particle)].tag : p.particle;
-      if (has == number) found.push_back(&p);
-    }
-    if (found.size() != 1)
+    const std::size_t count = bodies.count(number);
+    if (count != 1)
       t.fail(key, fmt::format("{} is {} of {} bodies; expected that of exactly one under "
                               "[[particles]]",
-                              number, key == "tags" ? "the tag" : "the number", found.size()));
-    return standing(c.model, found[0]->particle, found[0]->position, found[0]->orientation);
+                              number, key == "tags" ? "the tag" : "the number", count));
+    const Case::Placed& p = *bodies.find(number)->second;
+    return standing(c.model, p.particle, p.position, p.orientation);
   };
   std::vector<Couple> couples;
+  std::set<std::pair<int, int>> joined;
   for (const auto& [a, b] : t.integer_pairs(key)) {
     if (a == b) t.fail(key, fmt::format("joins {} with itself; expected two bodies", a));
+    if (!joined.insert(std::minmax(a, b)).second)
+      t.fail(key, fmt::format("joins {} and {} twice; expected each pair once", a, b));
     couples.push_back({find(a), find(b)});
   }
   return couples;

@@ -84,10 +84,11 @@ std::string read_input_file(const std::string& file, std::string_view wanted, st
   constexpr std::size_t kBlock = 1 << 16;
   std::string bytes;
   // One byte more than stated shows the end. Files of /proc state a size of 0.
-  std::size_t wanted_bytes = static_cast<std::size_t>(descriptor.size()) + 1;
+  const std::size_t stated = static_cast<std::size_t>(descriptor.size());
+  const std::size_t expected = stated == 0 ? kBlock : stated + 1;
   std::size_t used = 0;
   while (true) {
-    bytes.resize(used + std::max(wanted_bytes - std::min(wanted_bytes, used), kBlock));
+    bytes.resize(used < expected ? expected : used + kBlock);
     const ssize_t got = ::read(descriptor.number(), &bytes[used], bytes.size() - used);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0)

@@ -22,6 +22,8 @@ constexpr int toml_depth = 32;                  // arrays and inline tables insi
 constexpr std::size_t toml_tables = 200'000;    // of one file, in all
 constexpr std::size_t list_tables = 10'000;     // of one list, such as [[stages]]
 constexpr std::size_t placed_tables = 100'000;  // [[particles]]
+constexpr std::size_t bonded_pairs = 100'000;   // of one list of pairs or tags
+constexpr int included_files = 100;             // by one file, and by those that it includes
 constexpr std::size_t materials = 200;
 constexpr std::size_t shapes = 2000;
 constexpr std::size_t interactions = 20'000;
@@ -33,5 +35,11 @@ constexpr std::size_t json_keys = 10'000;  // of one object
 // CSV.
 constexpr std::size_t csv_rows = 1'000'000;
 constexpr std::size_t csv_fields = 1000;  // of one row
+
+// SQLite: a row, which may hold a resolved case.
+constexpr std::uintmax_t sqlite_row_bytes = 256 * kMiB;
+
+// Runs of a study, a sweep or a validation.
+constexpr std::int64_t batch_runs = 100'000;
 
 }  // namespace firn::input_limits

@@ -20,8 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Step i brings a file from schema version i to i + 1. Steps are never changed, only added.
-constexpr const char* steps[] = {
-    R"(
+const std::string first_step = std::string(R"(
 PRAGMA application_id = 1179210308;  -- "FIRD"
 CREATE TABLE records (
   name TEXT NOT NULL,
@@ -29,15 +28,8 @@ CREATE TABLE records (
   sha256 TEXT NOT NULL,  -- of json
   json TEXT NOT NULL,    -- the whole record, in its canonical spelling
   PRIMARY KEY (name, version)) WITHOUT ROWID;
-CREATE TRIGGER records_are_written_once BEFORE INSERT ON records  -- OR REPLACE would not be stopped
-  WHEN EXISTS (SELECT 1 FROM records WHERE name = NEW.name AND version = NEW.version)
-  BEGIN SELECT RAISE(ABORT, 'a record is never changed; add a version that supersedes it'); END;
-CREATE TRIGGER records_stay_as_they_are BEFORE UPDATE ON records
-  BEGIN SELECT RAISE(ABORT, 'a record is never changed; add a version that supersedes it'); END;
-CREATE TRIGGER records_stay BEFORE DELETE ON records
-  BEGIN SELECT RAISE(ABORT, 'a record is never removed'); END;
-)",
-};
+)") + std::string(sqlite::record_triggers);
+const char* const steps[] = {first_step.c_str()};
 constexpr std::int64_t application_id = 1179210308;
 
 std::int64_t number(sqlite::File& db, const char* sql) {

@@ -119,12 +119,35 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
   }
 }
 
-// A view or a virtual table in place of a table could compute without end. Throws RunError.
+// Views, virtual tables, triggers and computed columns of others could compute without end, or
+// change what is written. Throws RunError.
 void File::refuse_foreign_schema() {
   Statement found(
-      *this, "SELECT name FROM sqlite_master WHERE type = 'view' OR sql LIKE 'CREATE VIRTUAL%'");
-  if (found.next())
-    throw RunError(fmt::format("{}: has the view or virtual table \"{}\"", name_, found.text(0)));
+      *this,
+      "SELECT type, name, sql FROM sqlite_master WHERE "
+      "NOT (type = 'table' AND sql LIKE 'CREATE TABLE %') AND NOT (type = 'index' AND "
+      "(sql IS NULL OR sql LIKE 'CREATE INDEX %' OR sql LIKE 'CREATE UNIQUE INDEX %'))");
+  while (found.next()) {
+    const std::string type = found.text(0), sql = found.text(2);
+    if (type == "trigger" && record_triggers.find(sql) != record_triggers.npos) continue;
+    throw RunError(
+        fmt::format("{}: has the {} \"{}\", which Firn does not make", name_, type, found.text(1)));
+  }
+  Statement computed(*this,
+                     "SELECT m.name, x.name FROM sqlite_master m, pragma_table_xinfo(m.name) x "
+                     "WHERE m.type = 'table' AND x.hidden IN (2, 3)");
+  if (computed.next())
+    throw RunError(fmt::format("{}: has the computed column \"{}.{}\", which Firn does not make",
+                               name_, computed.text(0), computed.text(1)));
+}
+
+// What the schema of a file could do is switched off, whatever it says of itself.
+void File::harden() {
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(db_, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_drop_modules(db_, nullptr);
+  sqlite3_limit(db_, SQLITE_LIMIT_LENGTH, static_cast<int>(input_limits::sqlite_row_bytes));
 }
 
 // Several may do this to a new file at once, and SQLite does not wait here by itself.
@@ -141,7 +164,10 @@ void File::use_log(int patience) {
 void File::open(const std::string& uri, int flags) {
   remember_open_errors();
   open_error = 0;
-  if (sqlite3_open_v2(uri.c_str(), &db_, flags | SQLITE_OPEN_URI, nullptr) == SQLITE_OK) return;
+  if (sqlite3_open_v2(uri.c_str(), &db_, flags | SQLITE_OPEN_URI, nullptr) == SQLITE_OK) {
+    harden();
+    return;
+  }
   sqlite3_close(db_);
   db_ = nullptr;
   if (is_refused_by_device()) throw WriteError(name_, open_error);
@@ -164,6 +190,9 @@ void File::fail(const std::string& what) const {
   if (kind == SQLITE_READONLY && ::access(name_.c_str(), W_OK) != 0 && errno == EROFS)
     throw WriteError(name_, EROFS);
   if (kind == SQLITE_CANTOPEN && is_refused_by_device()) throw WriteError(name_, open_error);
+  if (kind == SQLITE_TOOBIG)
+    throw InputError(fmt::format("{}: holds more than {} bytes in one row; expected fewer", name_,
+                                 input_limits::sqlite_row_bytes));
   if (kind == SQLITE_FULL) throw WriteError(name_, ENOSPC);
   if (kind == SQLITE_IOERR && !reading) throw WriteError(name_, system_error(db_, last));
   throw RunError(fmt::format("{}: {}: {}", name_, what, sqlite3_errmsg(db_)));

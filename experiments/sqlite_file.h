@@ -4,11 +4,24 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace firn::sqlite {
+
+// The only triggers that a database may have: those of material records. Never changed, only added
+// to.
+inline constexpr std::string_view record_triggers =
+    R"(CREATE TRIGGER records_are_written_once BEFORE INSERT ON records  -- OR REPLACE would not be stopped
+  WHEN EXISTS (SELECT 1 FROM records WHERE name = NEW.name AND version = NEW.version)
+  BEGIN SELECT RAISE(ABORT, 'a record is never changed; add a version that supersedes it'); END;
+CREATE TRIGGER records_stay_as_they_are BEFORE UPDATE ON records
+  BEGIN SELECT RAISE(ABORT, 'a record is never changed; add a version that supersedes it'); END;
+CREATE TRIGGER records_stay BEFORE DELETE ON records
+  BEGIN SELECT RAISE(ABORT, 'a record is never removed'); END;
+)";
 
 // An open database file. Errors are RunError `FILE: what: SQLite's word for it`, and WriteError
 // where the system refused a write.
@@ -34,6 +47,7 @@ class File {
   void open(const std::string& uri, int flags);
   void use_log(int patience);
   void refuse_foreign_schema();
+  void harden();
 
   std::string name_;
   sqlite3* db_ = nullptr;

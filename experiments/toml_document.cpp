@@ -207,9 +207,9 @@ std::string read_included(const std::filesystem::path& file, const std::string& 
   }
 }
 
-// `by`: FILE:LINE for messages; `depth` ends circles.
+// `by`: FILE:LINE for messages; `depth` ends circles; `files`: how many were included so far.
 void include_files(toml::table& table, const std::filesystem::path& directory,
-                   const std::string& source, int depth) {
+                   const std::string& source, int depth, int& files) {
   constexpr int kDeepest = 8;
   toml::node* names = table.get("include");
   if (names == nullptr) return;
@@ -232,9 +232,12 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
   table.erase("include");
   // The last one goes before the others, as what is nearer to the file that asks.
   for (auto one = list.end(); one-- != list.begin();) {
+    if (++files > input_limits::included_files)
+      throw InputError(fmt::format("{}: include: makes more than {} files in all; expected fewer",
+                                   by, input_limits::included_files));
     const std::filesystem::path name = *one->value<std::string>(), file = directory / name;
     toml::table included = parse(read_included(file, by), file.string());
-    include_files(included, file.parent_path(), file.string(), depth + 1);
+    include_files(included, file.parent_path(), file.string(), depth + 1, files);
     lead_files(included, name.parent_path());
     join(table, std::move(included));
   }
@@ -244,7 +247,8 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
 
 void TomlDocument::include(const std::string& directory) {
   directory_ = directory;
-  include_files(root_, directory, source_, 1);
+  int files = 0;
+  include_files(root_, directory, source_, 1, files);
 }
 
 std::string TomlDocument::named(const std::string& path) const {

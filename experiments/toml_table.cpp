@@ -267,6 +267,9 @@ std::vector<std::array<int, 2>> TomlTable::integer_pairs(std::string_view key) c
   constexpr const char* kWanted = "pairs of whole numbers, [[0, 1], [1, 2]]";
   const toml::array* list = require(key).as_array();
   if (!list) fail(key, fmt::format("is {}; expected {}", describe(require(key)), kWanted));
+  if (list->size() > input_limits::bonded_pairs)
+    fail(key, fmt::format("has {} entries; expected at most {}", list->size(),
+                          input_limits::bonded_pairs));
   std::vector<std::array<int, 2>> pairs;
   for (const toml::node& element : *list) {
     const toml::array* pair = element.as_array();
@@ -382,6 +385,8 @@ bool share_a_part(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
+  constexpr std::size_t kLongest = 64;  // bytes; of longer words the beginning counts
+  word = word.substr(0, kLongest);
   return *std::ranges::min_element(candidates, {}, [&](std::string_view candidate) {
     const int distance = edit_distance(word, candidate);
     const bool typo = distance <= std::max(1, static_cast<int>(word.size()) / 3);

@@ -7,9 +7,12 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
+
+#include "experiments/input_file.h"
 
 namespace firn {
 namespace {
@@ -125,22 +128,34 @@ bool is_symbol_character(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) || static_cast<unsigned char>(c) >= 0x80;
 }
 
-std::string nearest_symbols(std::string_view text) {
-  std::vector<std::pair<int, std::string>> candidates;
+// Units that refusals suggest.
+std::vector<std::string> symbols_to_suggest() {
+  std::vector<std::string> all;
   for (const Symbol& s : kSymbols) {
-    candidates.emplace_back(edit_distance(text, s.text), s.text);
+    all.emplace_back(s.text);
     if (!s.prefixes) continue;
     for (const auto& [prefix, factor] : kPrefixes) {
       // Rare prefixes would crowd out the units that people mean.
       if (std::string_view("GMkcmu").find(prefix) == std::string_view::npos) continue;
-      const std::string whole = std::string(prefix) + std::string(s.text);
-      candidates.emplace_back(edit_distance(text, whole), whole);
+      all.push_back(std::string(prefix) + std::string(s.text));
     }
   }
-  std::ranges::stable_sort(candidates, {}, &std::pair<int, std::string>::first);
-  std::vector<std::string> best;
-  for (std::size_t i = 0; i < 3; ++i) best.push_back(candidates[i].second);
-  return comma_list(best);
+  return all;
+}
+
+std::string nearest_symbols(std::string_view text) {
+  static const std::vector<std::string> symbols = symbols_to_suggest();
+  struct Candidate {
+    int distance = std::numeric_limits<int>::max();
+    std::string_view symbol;
+  };
+  std::array<Candidate, 3> best;  // nearest first; of equal ones that of the table's order
+  for (const std::string& symbol : symbols) {
+    Candidate candidate{edit_distance(text, symbol), symbol};
+    for (Candidate& b : best)
+      if (candidate.distance < b.distance) std::swap(candidate, b);
+  }
+  return fmt::format("{}, {}, {}", best[0].symbol, best[1].symbol, best[2].symbol);
 }
 
 Unit find_symbol(std::string_view text) {
@@ -155,6 +170,9 @@ Unit find_symbol(std::string_view text) {
       }
     }
   }
+  constexpr std::size_t kLongestTypo = 16;  // bytes; no unit is like a longer one
+  if (text.size() > kLongestTypo)
+    throw InputError(fmt::format("unknown unit \"{}\"", shortened(text)));
   throw InputError(fmt::format("unknown unit \"{}\" (nearest: {})", text, nearest_symbols(text)));
 }
 
@@ -175,7 +193,7 @@ class UnitParser {
   static constexpr int kLargestExponent = 99;
 
   [[noreturn]] void fail() const {
-    throw InputError(fmt::format("cannot read \"{}\" as a unit", text_));
+    throw InputError(fmt::format("cannot read \"{}\" as a unit", shortened(text_)));
   }
 
   char next() {  // past spaces; 0 at the end
@@ -241,54 +259,67 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
+// What is expected, made into text for refusals only.
+struct Wanted {
+  Dimension dimension;
+  int components = 1;
+
+  std::string text() const { return example(dimension, components); }
+};
+
 // Takes a number off the front of `text`.
-double take_number(std::string_view& text, std::string_view whole, const std::string& wanted) {
+double take_number(std::string_view& text, std::string_view whole, const Wanted& wanted) {
   text = trim(text);
   std::string_view digits = text;
   if (digits.starts_with('+')) digits.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error == std::errc::result_out_of_range || (error == std::errc() && !std::isfinite(value))) {
-    throw InputError(fmt::format("\"{}\" is not finite; expected {}", whole, wanted));
+    throw InputError(
+        fmt::format("\"{}\" is not finite; expected {}", shortened(whole), wanted.text()));
   }
   if (error != std::errc()) {
-    throw InputError(fmt::format("cannot read \"{}\"; expected {}", whole, wanted));
+    throw InputError(
+        fmt::format("cannot read \"{}\"; expected {}", shortened(whole), wanted.text()));
   }
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return value;
 }
 
 // What is left behind the numbers must be a unit of the dimension; returns its factor.
-double take_unit(std::string_view text, std::string_view whole, const Dimension& expected,
-                 const std::string& wanted) {
+double take_unit(std::string_view text, std::string_view whole, const Wanted& wanted) {
   text = trim(text);
   if (text.empty()) {
-    if (expected == dimension::none) return 1;
-    throw InputError(fmt::format("\"{}\" has no unit; expected {}", whole, wanted));
+    if (wanted.dimension == dimension::none) return 1;
+    throw InputError(
+        fmt::format("\"{}\" has no unit; expected {}", shortened(whole), wanted.text()));
   }
   if (std::string_view("+-.0123456789").find(text.front()) != std::string_view::npos &&
       !text.starts_with("1/")) {
-    throw InputError(fmt::format("\"{}\" has too many numbers; expected {}", whole, wanted));
+    throw InputError(
+        fmt::format("\"{}\" has too many numbers; expected {}", shortened(whole), wanted.text()));
   }
   Unit unit;
   try {
     unit = parse_unit(text);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("\"{}\": {}; expected {}", whole, error.what(), wanted));
-  }
-  if (unit.dimension != expected) {
     throw InputError(
-        fmt::format("\"{}\" is {}; expected {}", whole, dimension_name(unit.dimension), wanted));
+        fmt::format("\"{}\": {}; expected {}", shortened(whole), error.what(), wanted.text()));
+  }
+  if (unit.dimension != wanted.dimension) {
+    throw InputError(fmt::format("\"{}\" is {}; expected {}", shortened(whole),
+                                 dimension_name(unit.dimension), wanted.text()));
   }
   return unit.factor;
 }
 
-double checked(double value, std::string_view whole, const Dimension& d,
-               const std::string& wanted) {
+double checked(double value, std::string_view whole, const Wanted& wanted) {
   if (!std::isfinite(value))
-    throw InputError(fmt::format("\"{}\" is not finite; expected {}", whole, wanted));
+    throw InputError(
+        fmt::format("\"{}\" is not finite; expected {}", shortened(whole), wanted.text()));
+  const Dimension& d = wanted.dimension;
   if (const double largest = usable_range(d).largest; std::abs(value) > largest)
-    throw InputError(fmt::format("\"{}\" is beyond {}; expected {} up to it", whole,
+    throw InputError(fmt::format("\"{}\" is beyond {}; expected {} up to it", shortened(whole),
                                  si_text(largest, d), dimension_name(d)));
   return value;
 }
@@ -326,19 +357,19 @@ Dimension Dimension::power(int exponent) const {
 Unit parse_unit(std::string_view text) { return UnitParser(text).parse(); }
 
 double parse_quantity(std::string_view text, const Dimension& expected) {
-  const std::string wanted = example(expected);
+  const Wanted wanted{expected};
   std::string_view rest = text;
   const double number = take_number(rest, text, wanted);
-  return checked(number * take_unit(rest, text, expected, wanted), text, expected, wanted);
+  return checked(number * take_unit(rest, text, wanted), text, wanted);
 }
 
 Vec3 parse_vector(std::string_view text, const Dimension& expected) {
-  const std::string wanted = example(expected, 3);
+  const Wanted wanted{expected, 3};
   std::string_view rest = text;
   Vec3 v;
   for (int i = 0; i < 3; ++i) v[i] = take_number(rest, text, wanted);
-  v *= take_unit(rest, text, expected, wanted);
-  for (int i = 0; i < 3; ++i) checked(v[i], text, expected, wanted);
+  v *= take_unit(rest, text, wanted);
+  for (int i = 0; i < 3; ++i) checked(v[i], text, wanted);
   return v;
 }
 
@@ -368,7 +399,7 @@ int edit_distance(std::string_view a, std::string_view b) {
   constexpr int kStep = 2;
   const auto substitution = [](char x, char y) {
     if (x == y) return 0;
-    const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c; };
     return lower(x) == lower(y) ? kStep / 2 : kStep;
   };
   std::vector<int> row(b.size() + 1);

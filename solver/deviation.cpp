@@ -320,7 +320,11 @@ class Union {
   std::vector<Vec3> points_;  // of the faces
 };
 
+#ifdef FIRN_FUZZ
+constexpr double kSpacing = 1.0 / 6;  // the same code in a hundredth of the time
+#else
 constexpr double kSpacing = 1.0 / 60;  // of samples, over the box diagonal
+#endif
 
 }  // namespace
 

@@ -117,6 +117,10 @@ Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, con
   return v;
 }
 
+[[noreturn]] void too_many_runs(const TomlTable& t, std::string_view key) {
+  t.fail(key, fmt::format("make more than {} runs; expected fewer", input_limits::batch_runs));
+}
+
 SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Seeds& of_suite) {
   t.allow({"name", "case", "set", "seeds", "samples", "parameter_sets", "refine", "variants",
            "assumes"});
@@ -142,9 +146,24 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
     e.parameter_sets.push_back(name);
   }
   if (t.has("refine")) e.refine = read_refinement(t.required_table("refine"), seeds);
-  for (const TomlTable& v : t.tables("variants"))
+  std::size_t of_variants = 0;
+  for (const TomlTable& v : t.tables("variants")) {
     e.variants.push_back(read_variant(v, e.variants, seeds));
+    of_variants += e.variants.back().seeds.size();
+    if (of_variants > input_limits::batch_runs) too_many_runs(t, "variants");
+  }
   return e;
+}
+
+// Runs of an experiment, but for those that a family's samples take the place of.
+std::size_t runs_of(const SuiteExperiment& e, const Suite& suite) {
+  std::size_t runs =
+      (e.refine.timesteps.size() + e.refine.stiffness.size()) * e.refine.seeds.size();
+  for (const Variant& v : e.variants) runs += v.seeds.size();
+  for (const ParameterSet& set : suite.parameter_sets)
+    if (e.runs_with(set))
+      runs += e.seeds.size() + static_cast<std::size_t>(e.samples.value_or(set.samples));
+  return runs;
 }
 
 Chosen read_chosen(const TomlTable& t, const Suite& suite) {
@@ -316,8 +335,12 @@ Suite read_suite(const std::string& file) {
     suite.parameter_sets.push_back(read_parameter_set(t, suite));
   if (suite.parameter_sets.empty())
     suite.parameter_sets.push_back({"as the cases say", "", "", {}, 0});
-  for (const TomlTable& t : root.tables("experiments"))
+  std::size_t runs = 0;
+  for (const TomlTable& t : root.tables("experiments")) {
     suite.experiments.push_back(read_experiment(t, suite, seeds));
+    runs += runs_of(suite.experiments.back(), suite);
+    if (runs > input_limits::batch_runs) too_many_runs(root, "experiments");
+  }
   for (const TomlTable& t : root.tables("chosen")) suite.chosen.push_back(read_chosen(t, suite));
   for (const TomlTable& t : root.tables("comparisons"))
     suite.comparisons.push_back(read_comparison(t, suite));

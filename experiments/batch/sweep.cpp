@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t most_runs = 100000;
+constexpr std::size_t most_runs = input_limits::batch_runs;
 
 SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
   t.allow({"name", "keys", "values"});

@@ -193,6 +193,59 @@ TEST_F(Limits, ListsAreNotEndless) {
   EXPECT_THAT(refusal({"run", "many.toml"}), HasSubstr("expected at most 200"));
 }
 
+TEST_F(Limits, IncludesDoNotMultiply) {
+  // 40 files that include the next one 40 times each: 40^8 files.
+  for (int level = 1; level < 8; ++level) {
+    std::string list;
+    for (int i = 0; i < 40; ++i) list += "\"level" + std::to_string(level + 1) + ".toml\",";
+    folder_.write("level" + std::to_string(level) + ".toml", "include = [" + list + "]\n");
+  }
+  folder_.write("level8.toml", "");
+  EXPECT_THAT(refusal({"run", "level1.toml"}), HasSubstr("more than 100 files"));
+}
+
+TEST_F(Limits, PairsOfBondsAreNotEndless) {
+  const auto with_pairs = [&](const std::string& pairs) {
+    std::string text = hostile::rich_case;
+    const std::string old = "[[0, 1]]";
+    text.replace(text.find(old), old.size(), pairs);
+    folder_.write("bonded.toml", text);
+    return refusal({"run", "bonded.toml"});
+  };
+  EXPECT_THAT(with_pairs("[[0, 1], [1, 0]]"), HasSubstr("pairs: joins 1 and 0 twice"));
+  std::string many = "[";
+  for (int i = 0; i < 300000; ++i) many += "[0,1],";
+  EXPECT_THAT(with_pairs(many + "]"), HasSubstr("has 300000 entries; expected at most 100000"));
+}
+
+// The plan of a batch takes memory for each run.
+TEST_F(Limits, BatchesAreNotEndless) {
+  const auto changed = [&](std::string text, const std::string& old, const std::string& by,
+                           const char* command) {
+    text.replace(text.find(old), old.size(), by);
+    folder_.write("many.toml", text);
+    return refusal({command, "many.toml", "--progress", "none"});
+  };
+  for (const char* key : {"centre_runs = 3", "design_points = 4", "runs_per_point = 1",
+                          "refine_rounds = 0", "refine_points = 1", "confirm_runs = 2"}) {
+    const std::string old = key, name = old.substr(0, old.find(' '));
+    EXPECT_THAT(changed(hostile::study_file, old, name + " = 1000000000", "calibrate"),
+                HasSubstr("budget." + name + ": is 1000000000; expected at most 100000"));
+  }
+  // Two numbers that fit, and their product does not.
+  EXPECT_THAT(changed(hostile::study_file, "design_points = 4\nruns_per_point = 1",
+                      "design_points = 90000\nruns_per_point = 90000", "calibrate"),
+              HasSubstr("budget: makes more than 100000 runs"));
+  EXPECT_THAT(changed(hostile::sweep_file, "[[vary]]", "seeds = 60000\n[[vary]]", "sweep"),
+              HasSubstr("more than 100000 runs"));
+  std::string variants = "seeds = 1\n";
+  for (int i = 0; i < 200; ++i)
+    variants += "[[experiments.variants]]\nname = \"v" + std::to_string(i) +
+                "\"\nset = { \"case.seed\" = 3 }\nseeds = 9000\n";
+  EXPECT_THAT(changed(hostile::suite_file, "seeds = 1\n", variants, "validate"),
+              HasSubstr("variants: make more than 100000 runs"));
+}
+
 TEST_F(Limits, JsonIsNeitherDeepNorWide) {
   const std::string deep = std::string(1000000, '[');
   std::string objects, keys = "{";

@@ -320,6 +320,36 @@ TEST(SqliteFile, MigrationsAreTakenInOrderOnceByWhoeverComesFirst) {
   EXPECT_THAT(refusal([&] { sqlite::migrate(file, first); }), HasSubstr("of a newer Firn"));
 }
 
+// What a schema can do by itself: compute without end, or change what is written.
+TEST(SqliteFile, OnlyTablesIndicesAndItsOwnTriggersAreTaken) {
+  const std::pair<const char*, const char*> schemas[] = {
+      {"CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END", "the trigger \"t\""},
+      {"CREATE TRIGGER records_stay AFTER INSERT ON runs BEGIN SELECT (WITH RECURSIVE c(x) AS "
+       "(SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c); END",
+       "the trigger \"records_stay\""},
+      {"CREATE VIEW v AS SELECT 1", "the view \"v\""},
+      {"ALTER TABLE runs ADD COLUMN z GENERATED ALWAYS AS (hex(zeroblob(9)))",
+       "the computed column \"runs.z\""}};
+  for (const auto& [sql, said] : schemas) {
+    const ScratchFolder folder("schema");
+    {
+      sqlite::File made(folder / "m.db", sqlite::File::Access::write);
+      made.execute("CREATE TABLE runs (x)");
+      made.execute(sql);
+    }
+    for (const auto access : {sqlite::File::Access::read, sqlite::File::Access::write})
+      EXPECT_THAT(refusal([&] { sqlite::File(folder / "m.db", access); }),
+                  HasSubstr(std::string("has ") + said + ", which Firn does not make"));
+  }
+}
+
+TEST(SqliteFile, LongRowsAreRefused) {
+  const ScratchFolder folder("long");
+  sqlite::File file(folder / "m.db", sqlite::File::Access::write);
+  EXPECT_THAT(refusal([&] { sqlite::Statement(file, "SELECT zeroblob(300000000)").next(); }),
+              HasSubstr("holds more than 268435456 bytes in one row"));
+}
+
 TEST(SqliteFile, AMigrationThatFailsLeavesTheFileAsItWas) {
   const ScratchFolder folder("failing");
   const char* const steps[] = {"CREATE TABLE t (a)", "CREATE TABLE u (a); no SQL at all"};

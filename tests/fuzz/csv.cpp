@@ -1,8 +1,9 @@
 // CSV files: the ways of motions, and the numbers behind measurements, each kind as its reader
 // takes it.
 #include <cmath>
+#include <deque>
 
-#include "experiments/measurement.h"
+#include "experiments/measured_data.h"
 #include "experiments/motion_csv.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -10,19 +11,7 @@ namespace {
 
 using namespace firn;
 
-constexpr const char* kHead = R"(name = "m"
-status = "qualitative"
-statement = "s"
-source = "s"
-[[claims]]
-statement = "s"
-larger = "a"
-than = "b"
-because = "s"
-[data]
-file = "data.csv"
-)";
-// Columns as the corpus has them.
+// [data] of measurements, with columns as the corpus has them.
 constexpr const char* kKinds[] = {
     "kind = \"values\"\nresponse = \"r\"\nunit = \"mm\"\ncolumn = \"way\"\n",
     "kind = \"classes\"\nresponse = \"r\"\nclasses = \"class\"\ncounts = \"count\"\n",
@@ -31,6 +20,16 @@ constexpr const char* kKinds[] = {
     "kind = \"curve\"\nresponse = \"r\"\nx = \"time\"\nx_unit = \"s\"\ny = \"way\"\nunit = \"m\"\n"
     "repeat = \"class\"\n"};
 
+// Parsed once: the input is the CSV file beside them.
+struct Kinds {
+  Kinds() {
+    for (const char* kind : kKinds)
+      documents.emplace_back("file = \"data.csv\"\n" + std::string(kind), "measurement.toml");
+  }
+  fuzz::Folder folder;
+  std::deque<TomlDocument> documents;
+};
+
 void require_finite(const std::vector<double>& values, const char* what) {
   for (const double v : values) fuzz::require(std::isfinite(v), what);
 }
@@ -38,8 +37,8 @@ void require_finite(const std::vector<double>& values, const char* what) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const fuzz::Folder folder;
-  const std::string file = folder.put("data.csv", fuzz::text_of(data, size));
+  static Kinds kinds;
+  const std::string file = kinds.folder.put("data.csv", fuzz::text_of(data, size));
   fuzz::accepts([&] {
     const MotionCsv m = read_motion_csv(file, "time", "way", dimension::length);
     fuzz::require(m.times.size() == m.ways.size() && m.times.size() == m.lines.size(),
@@ -47,10 +46,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require_finite(m.times, "times are finite");
     require_finite(m.ways, "ways are finite");
   });
-  for (const char* kind : kKinds) {
-    const std::string measurement = folder.put("measurement.toml", std::string(kHead) + kind);
+  for (TomlDocument& document : kinds.documents) {
     fuzz::accepts([&] {
-      const MeasuredData d = read_measurement(measurement).data.value();
+      const MeasuredData d = read_measured_data(TomlTable::root(document), kinds.folder.path("."));
       fuzz::require(d.present, "a file that is there is read");
       require_finite(d.values, "values are finite");
       require_finite(d.samples, "samples are finite");

@@ -2,6 +2,7 @@
 // InputError (a RunError, where a run is concerned) with one line. Anything else ends the program.
 #pragma once
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cstddef>
@@ -9,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -22,15 +22,16 @@ namespace firn::fuzz {
   std::abort();
 }
 
-inline void require(bool kept, const std::string& promise) {
-  if (!kept) broken(promise);
+// Not a std::string: one made for each promise that is kept would take most of the time.
+inline void require(bool kept, std::string_view promise) {
+  if (!kept) broken(std::string(promise));
 }
 
 // A sentence that a terminal shows on one line.
-inline void require_one_line(const std::string& message) {
+inline void require_one_line(std::string_view message) {
   require(!message.empty(), "a message says something");
   for (const unsigned char c : message) {
-    require(c >= ' ' && c != 0x7f, "a message is one line: " + message);
+    if (c < ' ' || c == 0x7f) broken("a message is one line: " + std::string(message));
   }
 }
 
@@ -73,9 +74,12 @@ class Folder {
 
   std::string path(const std::string& name) const { return (path_ / name).string(); }
   std::string put(const std::string& name, std::string_view bytes) const {
-    std::ofstream(path(name), std::ios::binary)
-        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return path(name);
+    std::string file = path(name);
+    const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    const bool written =
+        fd >= 0 && ::write(fd, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+    require(written && ::close(fd) == 0, "a scratch file can be written");
+    return file;
   }
 
  private:

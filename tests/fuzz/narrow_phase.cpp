@@ -92,7 +92,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const ConvexPart sa = testing::scaled(a, scale), sb = testing::scaled(b, scale);
     pose.translation *= scale;
     const testing::CollideVerdict verdict = testing::judge(sa, sb, pose);
-    fuzz::require(verdict.sound(), verdict.sentence());
+    if (!verdict.sound()) fuzz::broken(verdict.sentence());
   });
   return 0;
 }

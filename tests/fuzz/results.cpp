@@ -3,6 +3,7 @@
 // damaged file, which writes to it.
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <iterator>
 #include <vector>
 
