@@ -130,6 +130,10 @@ class ProgramIdentity : public testing::Test {
   void append(const std::string& name, const std::string& text) const {
     std::ofstream(path(name), std::ios::app) << text;
   }
+  void rewrite(const std::string& name, const std::regex& what, const std::string& by) const {
+    const std::string text = std::regex_replace(read_text(path(name)), what, by);
+    std::ofstream(path(name)) << text;
+  }
 
  private:
   void copy(const fs::path& file) const {
@@ -154,26 +158,74 @@ TEST_F(ProgramIdentity, ChangesWithEveryFolder) {
   std::set<std::string> seen = {identity()};
   for (const auto& [folder, names] : by_folder) {
     for (const std::string& name : {names.front(), names.back()}) {
-      append(name, "// one more line\n");
+      append(name, "int one_more;\n");
       EXPECT_TRUE(seen.insert(identity()).second) << name << " plays no part";
     }
   }
 }
 
+// All files of the solver move, and all sources and the build include them from there.
 TEST_F(ProgramIdentity, IsKeptByAMove) {
   const std::string before = identity();
-  fs::create_directories(path("solver/contact/law"));
   for (const std::string& name : sources("solver")) {
-    if (fs::path(name).parent_path() == "solver")
-      fs::rename(path(name), path("solver/contact/law/" + fs::path(name).filename().string()));
+    const fs::path to = path("solver/elsewhere/" + name.substr(name.find('/') + 1));
+    fs::create_directories(to.parent_path());
+    fs::rename(path(name), to);
   }
+  static const std::regex include("(#include \")solver/");
+  static const std::regex header("(#include \")firn/");
+  static const std::regex source("([ (])([a-z0-9_/]+\\.cpp)");
+  for (const char* library : {"solver", "experiments"}) {
+    for (const std::string& name : sources(library)) {
+      rewrite(name, include, "$1solver/elsewhere/");
+      rewrite(name, header, "$1solver/elsewhere/include/firn/");
+    }
+  }
+  rewrite("solver/CMakeLists.txt", source, "$1elsewhere/$2");
+  rewrite("solver/CMakeLists.txt", std::regex("/include\\)"), "/elsewhere/include)");
   EXPECT_EQ(identity(), before);
+}
+
+TEST_F(ProgramIdentity, IgnoresCommentsAndLayout) {
+  const std::string before = identity();
+  append(sources("solver").front(), "\n\n// one more line\n\n  // and another\n");
+  EXPECT_EQ(identity(), before);
+}
+
+// Code behind a string with two slashes is no comment.
+TEST_F(ProgramIdentity, ChangesWithCodeBehindSlashes) {
+  append(sources("solver").front(), "const char* a = \" // \"; int b = 1;\n");
+  const std::string before = identity();
+  rewrite(sources("solver").front(), std::regex("int b = 1"), "int b = 2");
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ProgramIdentity, ChangesWithAnInclude) {
+  const std::string before = identity();
+  std::string other;
+  for (const std::string& name : sources("solver"))
+    if (name.ends_with(".h")) other = name;
+  append(sources("solver").front(), "#include \"" + other + "\"\n");
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ProgramIdentity, ChangesWithOptionsOfTheCompiler) {
+  const std::string before = identity();
+  append("solver/CMakeLists.txt", "target_compile_options(firn_solver PRIVATE -ffast-math)\n");
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ProgramIdentity, RefusesAnIncludeThatIsMissed) {
+  append(sources("solver").front(), "#include \"solver/not_there.h\"\n");
+  const CommandOutcome outcome = run();
+  EXPECT_NE(outcome.status, 0);
+  EXPECT_NE(outcome.text.find("solver/not_there.h"), std::string::npos) << outcome.text;
 }
 
 TEST_F(ProgramIdentity, IgnoresHowRunsAreStarted) {
   const std::string before = identity();
   ASSERT_FALSE(sources("experiments/batch").empty());
-  append(sources("experiments/batch").front(), "// one more line\n");
+  append(sources("experiments/batch").front(), "int one_more;\n");
   EXPECT_EQ(identity(), before);
 }
 
