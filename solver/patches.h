@@ -4,7 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "solver/state.h"
+#include "solver/collide.h"
+#include "solver/contact.h"
 
 namespace firn {
 
@@ -23,6 +24,18 @@ struct PatchInput {
   std::span<const Patch> old_patches;           // of the same pair
   const Vec3* old_rolling = nullptr;            // of them; and their point indices go into:
   const ContactPoint* old_points = nullptr;
+};
+
+// A pair's patches and points as found at one refresh, before they are stored.
+struct FoundPatches {
+  std::vector<Patch> patches;
+  std::vector<Vec3> rolling;  // [patches]
+  std::vector<ContactPoint> points;
+  void clear() {
+    patches.clear();
+    rolling.clear();
+    points.clear();
+  }
 };
 
 // Scratch memory that keeps its capacity from call to call.
