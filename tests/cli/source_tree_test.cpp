@@ -270,7 +270,10 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
   static const std::regex closes(R"(^\}\s*// namespace.*)");
   static const std::regex type(
       R"(^(?:struct|class|union|enum|enum class)\s+(?:alignas\([^)]*\)\s*)?(\w+)\s*(?:final\s*)?(?::[^:;]*)?\{.*)");
+  // An alias may be repeated, but not with another meaning.
+  static const std::regex alias(R"(^using\s+(\w+)\s*(?:__attribute__.*)?=\s*(.*))");
   std::map<std::string, fs::path> defined;
+  std::map<std::string, std::string> meaning;
   for (const std::string& library : libraries) {
     for (const fs::path& file : files_below(source_dir / library, {".h", ".cpp"})) {
       std::vector<std::string> spaces;
@@ -287,6 +290,13 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
           name += match[1];
           const auto [known, first] = defined.emplace(name, file);
           EXPECT_TRUE(first) << name << " is defined in " << file << " and in " << known->second;
+        } else if (std::regex_match(line, match, alias)) {
+          std::string name;
+          for (const std::string& space : spaces) name += space + "::";
+          name += match[1];
+          const auto [known, first] = meaning.emplace(name, match[2]);
+          EXPECT_EQ(known->second, match[2]) << name << " in " << file;
+          EXPECT_FALSE(defined.contains(name)) << name << " in " << file;
         }
       }
     }
@@ -294,12 +304,32 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
   EXPECT_GT(defined.size(), 300u);
 }
 
+// What is shipped beside the program: cases, studies, suites, measurements and material records.
+TEST(SourceTree, ShippedFilesAreInstalled) {
+  const auto names_below = [](const fs::path& folder) {
+    std::multiset<std::string> names;
+    for (const fs::path& file : files_below(folder, {".toml", ".json"}))
+      if (file.string().find("/cases/templates/") == std::string::npos)
+        names.insert(file.filename().string());
+    return names;
+  };
+  std::multiset<std::string> shipped;
+  for (const char* folder : {"experiments", "cases", "data"})
+    if (fs::exists(source_dir / folder)) shipped.merge(names_below(source_dir / folder));
+  const test::ScratchFolder prefix("install");
+  const CommandOutcome outcome = run_shell(
+      "'" FIRN_CMAKE "' --install '" FIRN_BINARY_DIR "' --prefix '" + prefix.path().string() + "'");
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  EXPECT_EQ(names_below(prefix.path() / "share/firn"), shipped);
+  EXPECT_GT(shipped.size(), 50u);
+}
+
 // Links of the pages, and paths of files in code style, name files that exist.
 TEST(SourceTree, DocumentationNamesFilesThatExist) {
   static const std::regex link(R"(\]\(([^)\s#]+)[^)\s]*\))");
   static const std::regex outside(R"(^[a-z]+:.*)");
   static const std::regex path(
-      R"(`((?:solver|experiments|calibrate|validation|reports|app|tests|docs|scripts|cmake)/[\w./-]+\.\w+)`)");
+      R"(`((?:solver|experiments|calibrate|validation|reports|app|tests|docs|scripts|cmake|cases|data|tools)/[\w./-]+\.\w+)`)");
   std::vector<fs::path> pages = {source_dir / "README.md", source_dir / "CHANGELOG.md"};
   for (const fs::path& file : files_below(source_dir / "docs", {".md"})) pages.push_back(file);
   int count = 0;
