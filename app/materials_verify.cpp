@@ -23,10 +23,12 @@ namespace fs = std::filesystem;
 RecordCheck check_file(const std::string& record, const RawData& data) {
   RecordCheck check{record, fmt::format("{} {}", data.what, data.file), Finding::holds, ""};
   std::error_code error;
-  if (!fs::is_regular_file(data.file, error)) {
+  const std::string file =
+      fs::is_regular_file(data.file, error) ? data.file : moved_file(data.file);
+  if (file.empty()) {
     check.finding = Finding::unknown;
     check.detail = "is not here";
-  } else if (sha256(read_input_file(data.file, "raw data", input_limits::raw_data_bytes)) !=
+  } else if (sha256(read_input_file(file, "raw data", input_limits::raw_data_bytes)) !=
              data.sha256) {
     check.finding = Finding::fails;
     check.detail = "is another file now: its hash differs";

@@ -10,7 +10,7 @@
 #include "calibrate/identify.h"
 #include "calibrate/outliers.h"
 #include "calibrate/sensitivity.h"
-#include "calibrate/study.h"
+#include "calibrate/study_verdict.h"
 
 namespace firn {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/small_samples.h"
+
 namespace firn {
 namespace {
 
@@ -13,13 +15,6 @@ constexpr double many = 0.1;             // of all runs
 constexpr std::size_t few = 2;           // that never are many
 constexpr std::size_t neighbours = 5;
 constexpr double rounding = 1e-6;  // of the spread of the response over the ranges
-
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  if (x.size() % 2 == 1) return *middle;
-  return 0.5 * *middle + 0.5 * *std::max_element(x.begin(), middle);
-}
 
 struct Place {
   std::size_t point;

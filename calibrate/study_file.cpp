@@ -9,10 +9,10 @@
 
 #include "calibrate/budget.h"
 #include "experiments/bench_tests.h"
-#include "experiments/case_materials.h"
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
 #include "experiments/measurement.h"
+#include "experiments/toml_names.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "experiments/heap_slope.h"
+#include "experiments/small_samples.h"
 
 namespace firn {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "experiments/case_schedule.h"
 #include "experiments/case_shapes.h"
-#include "solver/collide.h"
+#include "solver/distance.h"
 
 namespace firn {
 namespace {
@@ -168,10 +168,8 @@ BeamLaw read_law(const TomlTable& root, const TomlTable& t, const Material& mate
 double distance_to(const Shape& shape, const Vec3& point) {
   double least = std::numeric_limits<double>::infinity();
   const ConvexPart there = sphere_part(point, 0);
-  for (const ConvexPart& part : shape.parts) {
-    GjkCache cold;
-    least = std::min(least, core_distance(part, there, Pose{}, cold) - part.radius);
-  }
+  for (const ConvexPart& part : shape.parts)
+    least = std::min(least, core_distance(part, there, Pose{}) - part.radius);
   return std::max(0.0, least);
 }
 

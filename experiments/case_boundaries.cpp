@@ -9,6 +9,7 @@
 #include "experiments/case_materials.h"
 #include "experiments/case_shapes.h"
 #include "experiments/machine/read_part.h"
+#include "experiments/toml_names.h"
 
 namespace firn {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "experiments/case_materials.h"
 #include "experiments/motion_csv.h"
+#include "experiments/toml_names.h"
 #include "solver/mesh.h"
 #include "solver/mesh_conflicts.h"
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "experiments/accelerometer.h"
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
-#include "experiments/case_materials.h"
+#include "experiments/channel_filter.h"
+#include "experiments/toml_names.h"
 
 namespace firn {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
-#include "experiments/case_materials.h"
 #include "experiments/case_shapes.h"
-#include "experiments/placement.h"
+#include "experiments/random_stream.h"
+#include "experiments/toml_names.h"
 
 namespace firn {
 namespace {

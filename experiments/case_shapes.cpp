@@ -8,6 +8,7 @@
 #include <map>
 
 #include "experiments/case_materials.h"
+#include "experiments/toml_names.h"
 
 namespace firn {
 namespace {

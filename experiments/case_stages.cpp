@@ -9,7 +9,7 @@
 
 #include "experiments/case_boundaries.h"
 #include "experiments/case_frames.h"
-#include "experiments/case_materials.h"
+#include "experiments/toml_names.h"
 
 namespace firn {
 namespace {

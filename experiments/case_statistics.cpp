@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "experiments/case_boundaries.h"
-#include "solver/triangle_index.h"
+#include "solver/mesh.h"
 
 namespace firn {
 namespace {

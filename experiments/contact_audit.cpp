@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "experiments/output_file.h"
+#include "experiments/small_samples.h"
 #include "experiments/text_encoding.h"
 
 namespace firn {
@@ -20,12 +21,6 @@ const Shape& shape_of(const Model& model, int particle) {
 }
 
 // The smallest of the sorted values that `share` of them do not exceed; 0 of none.
-double quantile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return 0;
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-  return sorted[std::max<std::size_t>(rank, 1) - 1];
-}
-
 Contact turned(Contact c) {
   std::swap(c.a, c.b);
   std::swap(c.moment_a, c.moment_b);
@@ -203,12 +198,12 @@ ContactSummary summary_of(const Solver& solver, std::size_t listed) {
   std::sort(forces.begin(), forces.end());
   std::sort(overlaps.begin(), overlaps.end());
   for (double f : forces) s.force_mean += f / static_cast<double>(forces.size());
-  s.force_median = quantile(forces, 0.5);
-  s.force_p99 = quantile(forces, 0.99);
-  s.force_largest = quantile(forces, 1);
-  s.overlap_median = quantile(overlaps, 0.5);
-  s.overlap_p99 = quantile(overlaps, 0.99);
-  s.overlap_largest = quantile(overlaps, 1);
+  s.force_median = quantile(forces, 0.5, 0);
+  s.force_p99 = quantile(forces, 0.99, 0);
+  s.force_largest = quantile(forces, 1, 0);
+  s.overlap_median = quantile(overlaps, 0.5, 0);
+  s.overlap_p99 = quantile(overlaps, 0.99, 0);
+  s.overlap_largest = quantile(overlaps, 1, 0);
   const auto top = [&](auto value) {
     std::stable_sort(bearing.begin(), bearing.end(),
                      [&](const Contact& x, const Contact& y) { return value(x) > value(y); });

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/accelerometer.h"
+#include "experiments/channel_filter.h"
 #include "experiments/recording.h"
 
 namespace firn {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "experiments/heap_slope.h"
+#include "experiments/small_samples.h"
 
 namespace firn {
 namespace {

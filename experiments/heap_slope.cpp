@@ -8,6 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "experiments/small_samples.h"
+
 namespace firn {
 namespace {
 
@@ -69,13 +71,6 @@ double one_particle_angle(const FitWindow& window, double depth, double volume) 
 }
 
 }  // namespace
-
-double standard_deviation(const std::vector<double>& values) {
-  double mean = 0, sum = 0;
-  for (double v : values) mean += v / static_cast<double>(values.size());
-  for (double v : values) sum += (v - mean) * (v - mean);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
 
 FitWindow fit_window(const DrainedRepose& setup, double particle_size) {
   const double ledge = (setup.box.x() - setup.door_width) / 2;

@@ -72,7 +72,4 @@ HeapSurface closed_surface(const std::vector<PlacedMesh>& particles, double x_fr
 bool spans_opening(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
                    double particle_size);
 
-// Of a sample (n - 1); of at least two values.
-double standard_deviation(const std::vector<double>& values);
-
 }  // namespace firn

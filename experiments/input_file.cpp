@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "solver/types.h"
 
@@ -36,6 +37,17 @@ void record_input_file(const std::string& file) {
   if (record != nullptr) record->files_.try_emplace(file, stamp_of(file));
 }
 
+std::string moved_file(const std::string& file) {
+  constexpr std::string_view kOld = "experiments/", kRecords = "materials/";
+  const std::size_t at = file.rfind(kOld);
+  if (at == std::string::npos || (at > 0 && file[at - 1] != '/')) return {};
+  const std::string name = file.substr(at + kOld.size());
+  const std::string moved =
+      file.substr(0, at) + (name.starts_with(kRecords) ? "data/" : "cases/") + name;
+  std::error_code error;
+  return std::filesystem::is_regular_file(moved, error) ? moved : std::string();
+}
+
 namespace {
 
 class Descriptor {
@@ -47,7 +59,12 @@ class Descriptor {
       if (number_ >= 0) ::close(number_);
       throw InputError(fmt::format("{}: {}; expected {}", shortened(file), what, wanted));
     };
-    if (number_ < 0) refuse(fmt::format("cannot be opened: {}", std::strerror(errno)));
+    if (number_ < 0) {
+      const int error = errno;
+      const std::string moved = error == ENOENT ? moved_file(file) : std::string();
+      if (!moved.empty()) refuse(fmt::format("has moved to {}", shortened(moved)));
+      refuse(fmt::format("cannot be opened: {}", std::strerror(error)));
+    }
     if (::fstat(number_, &status_) != 0)
       refuse(fmt::format("cannot be read: {}", std::strerror(errno)));
     if (S_ISDIR(status_.st_mode)) refuse("is a folder");

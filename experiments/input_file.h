@@ -36,6 +36,9 @@ class InputFileRecord {
   std::map<std::string, FileStamp> files_;
 };
 
+// Where a shipped file is that earlier versions had below experiments/; empty when there is none.
+std::string moved_file(const std::string& file);
+
 // Throws InputError `FILE: what is wrong; expected WANTED` unless the file can be read and is a
 // regular one: no folder, device, pipe or socket. Does not block.
 void require_regular_file(const std::string& file, std::string_view wanted);

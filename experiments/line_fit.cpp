@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cstddef>
 
+#include "experiments/small_samples.h"
+
 namespace firn {
 
 Line least_squares_line(std::span<const double> x, std::span<const double> y) {
@@ -36,14 +38,6 @@ Line theil_sen_line(std::span<const double> x, std::span<const double> y) {
   std::vector<double> intercepts(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) intercepts[i] = y[i] - slope * x[i];
   return {slope, median(std::move(intercepts))};
-}
-
-double median(std::vector<double> values) {
-  assert(!values.empty());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 }  // namespace firn

@@ -18,7 +18,4 @@ Line least_squares_line(std::span<const double> x, std::span<const double> y);
 // goes with it. Up to 29 % of the points may be anything.
 Line theil_sen_line(std::span<const double> x, std::span<const double> y);
 
-// Middle of the values (mean of the two middle ones); of at least one.
-double median(std::vector<double> values);
-
 }  // namespace firn

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "experiments/placement.h"
-#include "solver/gjk.h"
+#include "solver/distance.h"
 #include "solver/solver.h"
 
 namespace firn {
@@ -45,11 +45,6 @@ int carrier(const Case& c, int boundary) {
   while (frame >= 0 && !moves(c, frame)) frame = c.model.frames[index(frame)].parent;
   return frame;
 }
-
-struct Overlap {
-  double depth = 0;           // m
-  Vec3 place = Vec3::Zero();  // m, world
-};
 
 struct Path {
   std::vector<std::pair<int, Motion>> boundaries, frames;  // started at its beginning
@@ -132,7 +127,7 @@ class BoundaryPairs {
            c_.model.boundaries[index(b)].kind == Boundary::Kind::plane;
   }
 
-  std::optional<Overlap> overlap_of(const PairToWatch& pair, const Pose& b_in_a) const {
+  std::optional<PartOverlap> overlap_of(const PairToWatch& pair, const Pose& b_in_a) const {
     const Boundary &a = c_.model.boundaries[index(pair.a)], &b = c_.model.boundaries[index(pair.b)];
     if (a.kind == Boundary::Kind::plane) return below_plane(b, b_in_a);
     const Mat3 back = b_in_a.rotation.transpose();
@@ -157,39 +152,26 @@ class BoundaryPairs {
         const ConvexPart& other = b.parts[k];
         if (far(of_b.parts[k], center, part) || far(of_a.parts[i], b_in_a * other.center, other))
           continue;
-        if (const auto overlap = overlap_of(part, other, b_in_a)) return overlap;
+        if (const auto overlap = part_overlap(part, other, b_in_a, kTouch)) return overlap;
       }
     }
     return std::nullopt;
   }
 
-  static std::optional<Overlap> overlap_of(const ConvexPart& a, const ConvexPart& b,
-                                           const Pose& b_in_a) {
-    GjkCache cold;
-    const double swept = a.radius + b.radius;
-    const double apart = core_distance(a, b, b_in_a, cold);
-    if (apart > swept - kTouch && apart > 0) return std::nullopt;
-    if (apart > 0) return Overlap{swept - apart, a.center};
-    const CoreContact contact = penetration(a, b, b_in_a);
-    const double depth = swept - contact.distance;
-    if (depth < kTouch) return std::nullopt;
-    return Overlap{depth, contact.point_a};
-  }
-
   // Of a solid placed in the axes of a plane.
-  static std::optional<Overlap> below_plane(const Boundary& solid, const Pose& pose) {
-    std::optional<Overlap> deepest;
+  static std::optional<PartOverlap> below_plane(const Boundary& solid, const Pose& pose) {
+    std::optional<PartOverlap> deepest;
     for (const ConvexPart& part : solid.parts) {
       for (int k = 0; k < part.vertex_count; ++k) {
         const Vec3 p = pose * part.vertex(k);
         const double depth = part.radius - p.z();
-        if (depth > kTouch && (!deepest || depth > deepest->depth)) deepest = Overlap{depth, p};
+        if (depth > kTouch && (!deepest || depth > deepest->depth)) deepest = PartOverlap{depth, p};
       }
     }
     return deepest;
   }
 
-  [[noreturn]] void refuse(const PairToWatch& pair, const Overlap& overlap, const Pose& a,
+  [[noreturn]] void refuse(const PairToWatch& pair, const PartOverlap& overlap, const Pose& a,
                            const std::string& when) const {
     // The later of the two: what it runs into was there.
     const int b = pair.b;

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "experiments/accelerometer.h"
+#include "experiments/channel_filter.h"
 #include "experiments/csv_rows.h"
 
 namespace firn {

@@ -1,7 +1,6 @@
 // Random placement of the bodies of a fill.
 #pragma once
 
-#include <random>
 #include <string>
 #include <vector>
 
@@ -12,18 +11,6 @@ namespace firn {
 
 // The state that a case starts from: frames that stand elsewhere than drawn, particles placed.
 void place_start(Solver& solver, const Case& c);
-
-// Random numbers of one batch: a stream of its own for each (seed, fill, batch), so that a run can
-// go on from a checkpoint without carrying any state of a generator.
-class RandomStream {
- public:
-  RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t batch);
-  double uniform();         // [0, 1), 53 random bits
-  Quat uniform_rotation();  // Shoemake, Graphics Gems III (1992), III.6
-
- private:
-  std::mt19937_64 engine_;
-};
 
 // Inserts waiting particles [first, first + count) of fill `index` of the case, all of one shape,
 // by random sequential addition: the orientation first, uniform over all rotations; then the

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/small_samples.h"
 #include "experiments/statistics_tables.h"
 #include "experiments/version.h"
 
@@ -74,12 +75,6 @@ void add_boundary(Row& row, const BoundaryState& b, double interval) {
 }
 
 // The smallest of the sorted values that `share` of them do not exceed; NaN of none.
-double quantile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return kNaN;
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-  return sorted[std::max<std::size_t>(rank, 1) - 1];
-}
-
 }  // namespace
 
 std::vector<Column> result_columns(const Model& model) {
@@ -143,7 +138,7 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   row.add(h.largest_overlap);
   std::vector<double> overlaps = solver.contact_overlaps();
   std::sort(overlaps.begin(), overlaps.end());
-  for (double share : {1.0, 0.99, 0.5}) row.add(quantile(overlaps, share));
+  for (double share : {1.0, 0.99, 0.5}) row.add(quantile(overlaps, share, kNaN));
   for (double value : {h.energy_rise, static_cast<double>(h.deep_births),
                        static_cast<double>(h.patches), static_cast<double>(h.points)})
     row.add(value);

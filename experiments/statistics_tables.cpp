@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solver/triangle_index.h"
+#include "solver/mesh.h"
 
 namespace firn {
 namespace {

@@ -1,6 +1,6 @@
 // Text of the user inside another language: one function for each. A result has no effect in its
 // language other than to stand for the text. Every function accepts any bytes. Names of folders
-// are not encoded: path_name() of case_materials.h refuses those that are none.
+// are not encoded: path_name() of toml_names.h refuses those that are none.
 #pragma once
 
 #include <string>

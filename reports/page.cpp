@@ -12,7 +12,7 @@
 #include "experiments/sha256.h"
 #include "experiments/text_encoding.h"
 #include "reports/assets.h"
-#include "reports/pose_tracks.h"
+#include "reports/data_encoding.h"
 #include "solver/types.h"
 
 namespace firn::page {

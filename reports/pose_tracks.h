@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "solver/types.h"
@@ -35,9 +34,5 @@ struct PackedTracks {
   std::vector<std::uint8_t> bytes;               // [2 * 7 * bodies * frames]
 };
 PackedTracks pack(const PoseTracks& tracks);
-
-// zlib's format (RFC 1950), which browsers inflate by themselves. Throws RunError out of memory.
-std::vector<std::uint8_t> deflated(const std::vector<std::uint8_t>& bytes);
-std::string base64(const std::vector<std::uint8_t>& bytes);  // RFC 4648, padded
 
 }  // namespace firn

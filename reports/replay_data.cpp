@@ -7,6 +7,7 @@
 
 #include "experiments/text_encoding.h"
 #include "reports/assets.h"
+#include "reports/data_encoding.h"
 #include "reports/simplify_mesh.h"
 
 namespace firn::replay {

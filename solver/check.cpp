@@ -1,6 +1,7 @@
 // Energy accounts, and the checks that stop a run which went wrong.
 #include <fmt/format.h>
 
+#include "solver/bonds.h"
 #include "solver/workspace.h"
 
 namespace firn {

@@ -1,7 +1,7 @@
 // Vectors, quaternions and rotations of Lanes::size bodies side by side, by component.
 #pragma once
 
-#include "solver/integrate.h"
+#include "solver/vec.h"
 
 namespace firn {
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "solver/solver.h"
 #include "solver/workspace.h"
 
 namespace firn {

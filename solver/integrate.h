@@ -1,7 +1,7 @@
 // Rigid-body motion: equations (1) and (2) in full.
 #pragma once
 
-#include "solver/state.h"
+#include "solver/vec.h"
 
 namespace firn {
 
@@ -14,47 +14,6 @@ struct RigidBody {
 // Kicks one body by half a step: velocity by F / m, angular momentum (body axes) by torque.
 void half_kick(const RigidBody& body, const Vec3& force, const Vec3& torque, const Vec3& gravity,
                double dt, const Mat3& rotation, Vec3& velocity, Vec3& angular_momentum);
-
-// Eight numbers side by side, as two registers of four (AVX2): operations on both overlap, which
-// hides the latency of the long chain of turns below. Always inline: sources compiled with and
-// without AVX would pass them differently.
-struct Lanes {
-  static constexpr int size = 8;
-  Four low, high;
-
-  Lanes() = default;
-  explicit Lanes(double all) : low{all, all, all, all}, high(low) {}
-  [[gnu::always_inline]] Lanes(const Four& l, const Four& h) : low(l), high(h) {}
-  double operator[](int i) const { return i < 4 ? low[i] : high[i - 4]; }
-  void set(int i, double value) {
-    if (i < 4)
-      low[i] = value;
-    else
-      high[i - 4] = value;
-  }
-
-  [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
-    return {a.low + b.low, a.high + b.high};
-  }
-  [[gnu::always_inline]] friend Lanes operator-(const Lanes& a, const Lanes& b) {
-    return {a.low - b.low, a.high - b.high};
-  }
-  [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
-    return {a.low * b.low, a.high * b.high};
-  }
-  [[gnu::always_inline]] friend Lanes root(const Lanes& a) {
-    Lanes out = a;
-    root(out.low);
-    root(out.high);
-    return out;
-  }
-  [[gnu::always_inline]] friend Lanes operator*(double a, const Lanes& b) {
-    return {a * b.low, a * b.high};
-  }
-  [[gnu::always_inline]] friend Lanes operator-(double a, const Lanes& b) {
-    return {a - b.low, a - b.high};
-  }
-};
 
 // Rotations of several bodies side by side; bit for bit what rotate_free() gives for each.
 struct FreeRotations {

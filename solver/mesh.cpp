@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <unordered_map>
 
 namespace firn {
@@ -193,6 +194,39 @@ TriangleMesh weld(const TriangleMesh& mesh, double tolerance) {
     }
   }
   return result;
+}
+
+Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  const Vec3& a = mesh.vertices[t[0]];
+  return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+}
+
+TriangleMesh refined(const TriangleMesh& mesh, double edge) {
+  TriangleMesh out;
+  out.vertices = mesh.vertices;
+  std::map<std::pair<int, int>, int> middles;
+  const auto length = [&](int a, int b) { return (out.vertices[b] - out.vertices[a]).norm(); };
+  // The longest edge is cut first, the one of lower vertices among equals: both of its triangles
+  // cut it there.
+  const auto cut = [&](auto&& self, int a, int b, int c) -> void {
+    const double bc = length(b, c), ca = length(c, a), ab = length(a, b);
+    const double longest = std::max({ab, bc, ca});
+    if (longest <= edge) {
+      out.triangles.push_back({a, b, c});
+      return;
+    }
+    if (ab < longest) return bc == longest ? self(self, b, c, a) : self(self, c, a, b);
+    const auto [middle, is_new] =
+        middles.try_emplace(std::minmax(a, b), static_cast<int>(out.vertices.size()));
+    const Vec3 between = 0.5 * (out.vertices[a] + out.vertices[b]);
+    if (is_new) out.vertices.push_back(between);
+    const int m = middle->second;
+    self(self, a, m, c);
+    self(self, m, b, c);
+  };
+  for (const auto& [a, b, c] : mesh.triangles) cut(cut, a, b, c);
+  return out;
 }
 
 }  // namespace firn

@@ -44,4 +44,11 @@ std::array<Vec3, 2> bounding_box(const TriangleMesh& mesh);
 // Merges vertices nearer than `tolerance` (m); triangles that collapse are dropped.
 TriangleMesh weld(const TriangleMesh& mesh, double tolerance);
 
+// Outward, as long as twice the triangle's area: m^2.
+Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle);
+
+// The same surface in triangles whose edges are no longer than `edge` (m): each longer one is cut
+// at its middle, in both triangles that share it. The triangles of one stay together, in its order.
+TriangleMesh refined(const TriangleMesh& mesh, double edge);
+
 }  // namespace firn

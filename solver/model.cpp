@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "solver/bonds.h"
+#include "solver/bond_checks.h"
 #include "solver/free_body.h"
 
 namespace firn {

@@ -2,6 +2,7 @@
 // and rotate_free() do, in the same order of operations.
 #include <algorithm>
 
+#include "solver/bonds.h"
 #include "solver/columns.h"
 #include "solver/fetch.h"
 #include "solver/workspace.h"

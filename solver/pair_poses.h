@@ -2,6 +2,7 @@
 #pragma once
 
 #include "solver/columns.h"
+#include "solver/state.h"
 
 namespace firn {
 

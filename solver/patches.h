@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "solver/state.h"
+#include "solver/collide.h"
+#include "solver/contact.h"
 
 namespace firn {
 
@@ -37,6 +38,18 @@ struct PointMatch {
   double part = 1;     // of the loading line K s that it bears
   double share = 0;    // of the stiffness; 0: it is elsewhere, or bears next to nothing
   double overlap = 0;  // m, of the new point before the approach of this step
+};
+
+// A pair's patches and points as found at one refresh, before they are stored.
+struct FoundPatches {
+  std::vector<Patch> patches;
+  std::vector<Vec3> rolling;  // [patches]
+  std::vector<ContactPoint> points;
+  void clear() {
+    patches.clear();
+    rolling.clear();
+    points.clear();
+  }
 };
 
 // Scratch memory that keeps its capacity from call to call.

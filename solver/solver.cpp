@@ -6,6 +6,7 @@
 #include <chrono>
 #include <utility>
 
+#include "solver/bonds.h"
 #include "solver/contacts.h"
 #include "solver/gjk.h"
 #include "solver/kernels.h"

@@ -8,105 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "solver/body_state.h"
+#include "solver/diagnostics.h"
 #include "solver/model.h"
 
 namespace firn {
-
-enum class Presence : std::uint8_t { waiting, present, left };
-
-// What a user may read of the particles at the end of a step. Arrays have one entry a particle, in
-// order of the ids, particles that wait or have left included.
-struct ParticleState {
-  std::vector<Presence> presence;
-  std::vector<Vec3> position;             // m, centre of mass, world
-  std::vector<Quat> orientation;          // body (principal) axes -> world
-  std::vector<Vec3> velocity;             // m/s, world
-  std::vector<Vec3> angular_velocity;     // rad/s, world
-  std::vector<double> peak_normal_force;  // N, largest patch force over all steps so far
-};
-
-struct BoundaryState {
-  Vec3 position = Vec3::Zero();          // m, of its origin, world
-  Quat orientation = Quat::Identity();   // boundary axes -> world
-  Vec3 velocity = Vec3::Zero();          // m/s, of the origin
-  Vec3 angular_velocity = Vec3::Zero();  // rad/s
-  bool present = true;
-  // Since the last take_boundary_loads():
-  Vec3 impulse = Vec3::Zero();          // N s, on the boundary
-  Vec3 angular_impulse = Vec3::Zero();  // N m s, about the moving origin
-  double peak_normal_force = 0;         // N, largest single patch
-};
-
-// Where a motion frame stands before the first step, other than as drawn.
-struct FrameStart {
-  int frame = 0;
-  // World. Of a free frame the coordinates say it, and the orientation of one that turns freely.
-  Vec3 position = Vec3::Zero();  // m, of its origin
-  Quat orientation = Quat::Identity();
-  std::vector<double> coordinates, rates;  // of a free one's axes: m or rad, m/s or rad/s
-  Vec3 spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
-};
-
-// A motion frame, at the end of a step.
-struct FrameState {
-  Vec3 position = Vec3::Zero();          // m, of its origin, world
-  Quat orientation = Quat::Identity();   // its axes -> world
-  Vec3 velocity = Vec3::Zero();          // m/s, of the origin
-  Vec3 angular_velocity = Vec3::Zero();  // rad/s
-  bool driven = false;                   // a drive acted in the last step
-  Vec3 free_spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
-  // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
-  Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
-  struct Axis {
-    double coordinate = 0, rate = 0;  // m or rad, m/s or rad/s
-    double drive_impulse = 0, stop_impulse = 0;
-  };
-  std::vector<Axis> axes;  // of a free one
-};
-
-// What has become of a bond.
-struct BondRecord {
-  BondMode mode = BondMode::whole;
-  double time = 0;            // s, when it broke or parted
-  double stress = 0;          // Pa, that broke it
-  Vec3 place = Vec3::Zero();  // m, of its middle then, world
-};
-
-// What a bond bears at the end of a step; zero unless it is whole and both particles are there.
-struct BondState {
-  bool acts = false;
-  Vec3 middle = Vec3::Zero();           // m, world
-  Quat orientation = Quat::Identity();  // beam axes -> world
-  BeamForces forces;                    // elastic ones
-  BeamStress stress;
-  BeamLoad load;  // as the last step has put it on the bodies, damping included
-};
-
-struct Energy {  // J
-  double kinetic = 0;
-  double gravitational = 0;      // relative to the world's origin
-  double elastic = 0;            // recoverable part of the contact springs, and of bonds
-  double dissipated_normal = 0;  // since the start, by restitution
-  double dissipated_friction = 0;
-  double dissipated_walls = 0;  // the part of both that was lost against boundaries
-  double dissipated_bonds = 0;  // since the start, by damping of bonds and when they break
-  double boundary_work = 0;     // done by moving boundaries on the particles since the start
-  double removed = 0;           // mechanical energy carried away by removals, less that inserted
-};
-
-// Health of the run: what a user should see when an answer looks odd.
-struct Health {
-  double largest_overlap = 0;  // m, over all steps
-  int largest_overlap_particle = -1;
-  std::uint64_t deep_births = 0;  // patches first seen already deeper than 1 % of the sweep radii
-  double energy_rise = 0;         // J, sum of unexplained rises
-  std::uint64_t rebuilds = 0;     // of the neighbour list
-  std::uint64_t queries = 0;      // narrow-phase queries of part pairs
-  std::uint64_t refreshes = 0;    // of body pairs with patches
-  std::uint64_t patches = 0;      // now
-  std::uint64_t points = 0;       // now
-  std::uint64_t pairs = 0;        // in the neighbour list now
-};
 
 // One contact point of a patch, as the force law sees it.
 struct ContactSpot {
@@ -141,17 +47,6 @@ struct Contact {
   Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its centre of mass
   Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its centre of mass (origin)
   std::vector<ContactSpot> spots;
-};
-
-// Hashes of the state's arrays in groups, so that two runs that part can be told what parted first.
-struct GroupHash {
-  const char* group;
-  std::uint64_t hash;
-};
-
-struct PhaseTime {
-  const char* name;
-  double seconds;
 };
 
 // The instructions that a solver made now would use: "baseline", or "avx2" where build and

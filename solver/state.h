@@ -6,10 +6,11 @@
 
 #include <vector>
 
+#include "solver/body_state.h"
 #include "solver/collide.h"
 #include "solver/contact.h"
+#include "solver/diagnostics.h"
 #include "solver/large_array.h"
-#include "solver/solver.h"
 #include "solver/statistics_state.h"
 
 namespace firn {
@@ -143,17 +144,5 @@ inline std::int64_t points_of(const Pair& pair, const State& s) {
     points += s.patches[pair.first_patch + k].point_count;
   return points;
 }
-
-// A pair's patches and points as found at one refresh, before they are stored.
-struct FoundPatches {
-  std::vector<Patch> patches;
-  std::vector<Vec3> rolling;  // [patches]
-  std::vector<ContactPoint> points;
-  void clear() {
-    patches.clear();
-    rolling.clear();
-    points.clear();
-  }
-};
 
 }  // namespace firn

@@ -86,6 +86,47 @@ using FourBits = std::int64_t __attribute__((vector_size(32)));
 #endif
 }
 
+// Eight numbers side by side, as two registers of four (AVX2): operations on both overlap, which
+// hides the latency of a long chain of them. Always inline: sources compiled with and
+// without AVX would pass them differently.
+struct Lanes {
+  static constexpr int size = 8;
+  Four low, high;
+
+  Lanes() = default;
+  explicit Lanes(double all) : low{all, all, all, all}, high(low) {}
+  [[gnu::always_inline]] Lanes(const Four& l, const Four& h) : low(l), high(h) {}
+  double operator[](int i) const { return i < 4 ? low[i] : high[i - 4]; }
+  void set(int i, double value) {
+    if (i < 4)
+      low[i] = value;
+    else
+      high[i - 4] = value;
+  }
+
+  [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes root(const Lanes& a) {
+    Lanes out = a;
+    root(out.low);
+    root(out.high);
+    return out;
+  }
+  [[gnu::always_inline]] friend Lanes operator*(double a, const Lanes& b) {
+    return {a * b.low, a * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(double a, const Lanes& b) {
+    return {a - b.low, a - b.high};
+  }
+};
+
 inline Vec plain(const Quad& a) { return {a.x, a.y, a.z}; }
 
 inline Vec plain(const Vec3& a) { return {a.x(), a.y(), a.z()}; }

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "solver/bonds.h"
 #include "solver/broadphase.h"
 #include "solver/integrate.h"
 #include "solver/list_arrays.h"
@@ -113,6 +113,24 @@ inline ActivePair active_pair(const PairRange& range, const State& s, std::uint3
 struct LoadLists {
   LargeArray<std::uint32_t> first;  // [particles + 1] into:
   LargeArray<std::uint32_t> loads;  // into Workspace::loads
+};
+
+// The six dampers of a bond.
+struct BeamDampers {
+  Vec6 constants;  // N s/m and N m s/rad
+  Mat6 implicit;   // (1 + dt/2 mobility constants)^-1
+};
+
+struct BondWorkspace {
+  explicit BondWorkspace(const Model& model);
+
+  std::vector<BeamSprings> stiffness;  // [bonds]
+  std::vector<BeamDampers> dampers;    // [bonds]
+  // The bonds of particle i are ends[first[i]] ... ends[first[i + 1] - 1], ascending: twice the
+  // number of the bond, and 1 more for its end b.
+  std::vector<std::uint32_t> first;  // [particles + 1]
+  std::vector<std::uint32_t> ends;   // [2 * bonds]
+  std::vector<double> lost;          // [bonds] J, in the present step
 };
 
 struct Workspace {

@@ -9,9 +9,9 @@
 
 #include "experiments/batch/execution.h"
 #include "experiments/batch/operand.h"
-#include "experiments/case_materials.h"
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
+#include "experiments/toml_names.h"
 #include "experiments/toml_reader.h"
 
 namespace firn {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "experiments/small_samples.h"
 #include "solver/types.h"
 
 namespace firn {
@@ -31,13 +32,6 @@ const Response& find(const Operand& operand, const std::vector<Response>& respon
   for (const Response& r : responses) names.push_back(r.name);
   throw InputError(fmt::format("\"{}\" is no response of the case; expected one of {}",
                                operand.response, fmt::join(names, ", ")));
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
 }  // namespace

@@ -13,12 +13,12 @@
 
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/operand.h"
-#include "experiments/case_materials.h"
 #include "experiments/csv_file.h"
 #include "experiments/input_file.h"
 #include "experiments/input_limits.h"
 #include "experiments/interruption.h"
 #include "experiments/text_encoding.h"
+#include "experiments/toml_names.h"
 #include "experiments/toml_reader.h"
 #include "experiments/units.h"
 

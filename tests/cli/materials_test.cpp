@@ -93,6 +93,20 @@ TEST_F(Materials, MistakesAreOneLineAndStatus2) {
   EXPECT_THAT(firn({"materials", "add", "bad.json"}).err, HasSubstr("bad.json:3: JSON"));
 }
 
+// Records name files as they were called when the data were taken.
+TEST_F(Materials, VerifyFindsShippedFilesThatHaveMoved) {
+  std::filesystem::create_directories(folder.path() / "cases/heap");
+  folder.write("cases/heap/data.csv", "1,2,3\n");
+  std::string text = draft(0.1);
+  text.insert(text.find("\"source\": \"notebook"),
+              "\"raw_data\": [{\"what\": \"readings\", \"file\": \"experiments/heap/data.csv\", "
+              "\"sha256\": "
+              "\"d42d0ac86dcdfc6b8639b85cd5fe0e5ff3e5be69fc4e4ac2e5b4b8c4e5bd3c10\"}], ");
+  folder.write("a.json", text);
+  ASSERT_EQ(firn({"materials", "add", "a.json"}).status, 0);
+  EXPECT_THAT(firn({"materials", "verify", "mine"}).out, HasSubstr("hash differs"));
+}
+
 TEST_F(Materials, VerifySeesDamage) {
   folder.write("data.csv", "1,2,3\n");
   std::string text = draft(0.1);

@@ -130,6 +130,10 @@ class ProgramIdentity : public testing::Test {
   void append(const std::string& name, const std::string& text) const {
     std::ofstream(path(name), std::ios::app) << text;
   }
+  void rewrite(const std::string& name, const std::regex& what, const std::string& by) const {
+    const std::string text = std::regex_replace(read_text(path(name)), what, by);
+    std::ofstream(path(name)) << text;
+  }
 
  private:
   void copy(const fs::path& file) const {
@@ -141,7 +145,7 @@ class ProgramIdentity : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-// Every folder of the two libraries that decide numbers takes part, in its first and last file.
+// Every folder of the two libraries that decide numbers takes part.
 TEST_F(ProgramIdentity, ChangesWithEveryFolder) {
   std::map<fs::path, std::vector<std::string>> by_folder;
   for (const char* library : {"solver", "experiments"}) {
@@ -153,27 +157,73 @@ TEST_F(ProgramIdentity, ChangesWithEveryFolder) {
   ASSERT_GE(by_folder.size(), 3u);
   std::set<std::string> seen = {identity()};
   for (const auto& [folder, names] : by_folder) {
-    for (const std::string& name : {names.front(), names.back()}) {
-      append(name, "// one more line\n");
-      EXPECT_TRUE(seen.insert(identity()).second) << name << " plays no part";
-    }
+    append(names.back(), "int one_more;\n");
+    EXPECT_TRUE(seen.insert(identity()).second) << names.back() << " plays no part";
   }
 }
 
+// All files of the solver move, and all sources and the build include them from there.
 TEST_F(ProgramIdentity, IsKeptByAMove) {
   const std::string before = identity();
-  fs::create_directories(path("solver/contact/law"));
   for (const std::string& name : sources("solver")) {
-    if (fs::path(name).parent_path() == "solver")
-      fs::rename(path(name), path("solver/contact/law/" + fs::path(name).filename().string()));
+    const fs::path to = path("solver/elsewhere/" + name.substr(name.find('/') + 1));
+    fs::create_directories(to.parent_path());
+    fs::rename(path(name), to);
   }
+  static const std::regex include("(#include \")solver/");
+  static const std::regex header("(#include \")firn/");
+  static const std::regex source("([ (])([a-z0-9_/]+\\.cpp)");
+  for (const char* library : {"solver", "experiments"}) {
+    for (const std::string& name : sources(library)) {
+      rewrite(name, include, "$1solver/elsewhere/");
+      rewrite(name, header, "$1solver/elsewhere/include/firn/");
+    }
+  }
+  rewrite("solver/CMakeLists.txt", source, "$1elsewhere/$2");
+  rewrite("solver/CMakeLists.txt", std::regex("/include\\)"), "/elsewhere/include)");
   EXPECT_EQ(identity(), before);
+}
+
+TEST_F(ProgramIdentity, IgnoresCommentsAndLayout) {
+  const std::string before = identity();
+  append(sources("solver").front(), "\n\n// one more line\n\n  // and another\n");
+  EXPECT_EQ(identity(), before);
+}
+
+// Code behind a string with two slashes is no comment.
+TEST_F(ProgramIdentity, ChangesWithCodeBehindSlashes) {
+  append(sources("solver").front(), "const char* a = \" // \"; int b = 1;\n");
+  const std::string before = identity();
+  rewrite(sources("solver").front(), std::regex("int b = 1"), "int b = 2");
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ProgramIdentity, ChangesWithAnInclude) {
+  const std::string before = identity();
+  std::string other;
+  for (const std::string& name : sources("solver"))
+    if (name.ends_with(".h")) other = name;
+  append(sources("solver").front(), "#include \"" + other + "\"\n");
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ProgramIdentity, ChangesWithOptionsOfTheCompiler) {
+  const std::string before = identity();
+  append("solver/CMakeLists.txt", "target_compile_options(firn_solver PRIVATE -ffast-math)\n");
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ProgramIdentity, RefusesAnIncludeThatIsMissed) {
+  append(sources("solver").front(), "#include \"solver/not_there.h\"\n");
+  const CommandOutcome outcome = run();
+  EXPECT_NE(outcome.status, 0);
+  EXPECT_NE(outcome.text.find("solver/not_there.h"), std::string::npos) << outcome.text;
 }
 
 TEST_F(ProgramIdentity, IgnoresHowRunsAreStarted) {
   const std::string before = identity();
   ASSERT_FALSE(sources("experiments/batch").empty());
-  append(sources("experiments/batch").front(), "// one more line\n");
+  append(sources("experiments/batch").front(), "int one_more;\n");
   EXPECT_EQ(identity(), before);
 }
 
@@ -218,7 +268,10 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
   static const std::regex closes(R"(^\}\s*// namespace.*)");
   static const std::regex type(
       R"(^(?:struct|class|union|enum|enum class)\s+(?:alignas\([^)]*\)\s*)?(\w+)\s*(?:final\s*)?(?::[^:;]*)?\{.*)");
+  // An alias may be repeated, but not with another meaning.
+  static const std::regex alias(R"(^using\s+(\w+)\s*(?:__attribute__.*)?=\s*(.*))");
   std::map<std::string, fs::path> defined;
+  std::map<std::string, std::string> meaning;
   for (const std::string& library : libraries) {
     for (const fs::path& file : files_below(source_dir / library, {".h", ".cpp"})) {
       std::vector<std::string> spaces;
@@ -235,6 +288,13 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
           name += match[1];
           const auto [known, first] = defined.emplace(name, file);
           EXPECT_TRUE(first) << name << " is defined in " << file << " and in " << known->second;
+        } else if (std::regex_match(line, match, alias)) {
+          std::string name;
+          for (const std::string& space : spaces) name += space + "::";
+          name += match[1];
+          const auto [known, first] = meaning.emplace(name, match[2]);
+          EXPECT_EQ(known->second, match[2]) << name << " in " << file;
+          EXPECT_FALSE(defined.contains(name)) << name << " in " << file;
         }
       }
     }
@@ -242,12 +302,32 @@ TEST(SourceTree, EveryTypeIsDefinedOnce) {
   EXPECT_GT(defined.size(), 300u);
 }
 
+// What is shipped beside the program: cases, studies, suites, measurements and material records.
+TEST(SourceTree, ShippedFilesAreInstalled) {
+  const auto names_below = [](const fs::path& folder) {
+    std::multiset<std::string> names;
+    for (const fs::path& file : files_below(folder, {".toml", ".json"}))
+      if (file.string().find("/cases/templates/") == std::string::npos)
+        names.insert(file.filename().string());
+    return names;
+  };
+  std::multiset<std::string> shipped;
+  for (const char* folder : {"experiments", "cases", "data"})
+    if (fs::exists(source_dir / folder)) shipped.merge(names_below(source_dir / folder));
+  const test::ScratchFolder prefix("install");
+  const CommandOutcome outcome = run_shell(
+      "'" FIRN_CMAKE "' --install '" FIRN_BINARY_DIR "' --prefix '" + prefix.path().string() + "'");
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  EXPECT_EQ(names_below(prefix.path() / "share/firn"), shipped);
+  EXPECT_GT(shipped.size(), 50u);
+}
+
 // Links of the pages, and paths of files in code style, name files that exist.
 TEST(SourceTree, DocumentationNamesFilesThatExist) {
   static const std::regex link(R"(\]\(([^)\s#]+)[^)\s]*\))");
   static const std::regex outside(R"(^[a-z]+:.*)");
   static const std::regex path(
-      R"(`((?:solver|experiments|calibrate|validation|reports|app|tests|docs|scripts|cmake)/[\w./-]+\.\w+)`)");
+      R"(`((?:solver|experiments|calibrate|validation|reports|app|tests|docs|scripts|cmake|cases|data|tools)/[\w./-]+\.\w+)`)");
   std::vector<fs::path> pages = {source_dir / "README.md", source_dir / "CHANGELOG.md"};
   for (const fs::path& file : files_below(source_dir / "docs", {".md"})) pages.push_back(file);
   int count = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "experiments/channel_filter.h"
 #include "tests/experiments/results_folder.h"
 
 namespace firn {

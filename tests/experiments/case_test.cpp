@@ -777,5 +777,18 @@ TEST(CaseFile, MissingFileIsNamed) {
   }
 }
 
+TEST(CaseFile, OldPathOfAShippedFileNamesTheNewOne) {
+  const test::ScratchFolder folder("moved");
+  std::filesystem::create_directories(folder.path() / "cases/slope");
+  std::ofstream(folder / "cases/slope/case.toml") << "[case]\n";
+  try {
+    read_case(folder / "experiments/slope/case.toml");
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.what(), (folder / "experiments/slope/case.toml") + ": has moved to " +
+                                (folder / "cases/slope/case.toml") + "; expected a case file");
+  }
+}
+
 }  // namespace
 }  // namespace firn

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "experiments/small_samples.h"
+
 namespace firn {
 namespace {
 

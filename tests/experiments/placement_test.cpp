@@ -6,6 +6,8 @@
 #include <cmath>
 #include <ctime>
 
+#include "experiments/random_stream.h"
+
 namespace firn {
 namespace {
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "reports/data_encoding.h"
+
 namespace firn {
 namespace {
 
