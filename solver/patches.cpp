@@ -321,19 +321,23 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   constexpr double kMostShare = 4;      // a stiffer point would need a shorter time step
   constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
   constexpr double kMostCorrection = 0.1;
+  constexpr double kMostChange = 1.25;  // of a share towards the nominal one
   const PairLaw& law = in.law;
   const Approach way = approach_of(in, patch, in.velocity);
   double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
+  double change_from = 0, change_to = 0;
   double deepest = 0, step = 0;  // m, and how far that point has moved in this step
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     PointMatch& match = matches[i];
     const double ds = way.closing + dot(plain(points[i].offset), way.tilt);
     const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
     match.overlap = s;
-    const double own = points[i].share;
-    if (match.share > 0) points[i].share = match.share;
+    const double own = points[i].share, old = match.share > 0 ? match.share : own;
+    points[i].share = std::clamp(own, old / kMostChange, old * kMostChange);
     if (!(s > 0)) continue;
     const double bears = points[i].share * s * part;
+    change_from += old * s * part;
+    change_to += std::sqrt(old * points[i].share) * s * part;
     nominal += own * s * s;
     before += points[i].share * s * s;
     first += bears;
@@ -345,6 +349,7 @@ void load_points(const PatchInput& in, double energy, double force, double work,
     deepest = std::max(deepest, s);
   }
   if (!(second > 0)) return;
+  force *= change_to / change_from;  // a share changes at constant energy
   // The energy of a contact that began in the last step or two is not known well.
   const double range = 1 + deepest / (step + std::numeric_limits<double>::min());
   const double least = std::clamp(kLeastScale * nominal / before, 1 / range, 1.0);
