@@ -7,11 +7,14 @@
 #include <charconv>
 #include <cmath>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 namespace firn {
 namespace {
 
-// The library takes what it cannot read for 0, so vertices and faces are looked at first.
+// The library takes what it cannot read for 0, and exponents beyond its own for anything, so
+// vertices are read here and faces are looked at first.
 class LineCheck {
  public:
   LineCheck(const std::string& file, std::size_t most) : file_(file), most_(most) {}
@@ -22,7 +25,8 @@ class LineCheck {
     std::string word;
     words >> word;
     if (word == "v") {
-      for (int k = 0; k < 3; ++k) number(words);
+      Vec3& v = coordinates_.emplace_back();
+      for (int k = 0; k < 3; ++k) v[k] = number(words);
       ++vertices_;
     } else if (word == "f") {
       std::size_t corners = 0;
@@ -38,8 +42,10 @@ class LineCheck {
     }
   }
 
+  std::vector<Vec3> coordinates() && { return std::move(coordinates_); }
+
  private:
-  void number(std::istringstream& words) {
+  double number(std::istringstream& words) {
     std::string word;
     words >> word;
     double value = 0;
@@ -47,6 +53,7 @@ class LineCheck {
     if (word.empty() || error != std::errc() || end != word.data() + word.size() ||
         !std::isfinite(value))
       fail(fmt::format("\"{}\" is no coordinate; expected \"v X Y Z\"", word));
+    return value;
   }
   // "7", "7/1/2", "-1": the last one so far.
   void vertex(const std::string& word) {
@@ -67,6 +74,7 @@ class LineCheck {
   std::string file_;
   std::size_t most_, triangles_ = 0;
   long line_ = 0, vertices_ = 0;
+  std::vector<Vec3> coordinates_;
 };
 
 }  // namespace
@@ -81,13 +89,17 @@ TriangleMesh read_obj(const std::string& file, const std::string& bytes, std::si
   config.vertex_color = false;
   if (!reader.ParseFromString(bytes, "", config))
     throw InputError(fmt::format("{}: is no OBJ file: {}", file, reader.Error()));
-  const std::vector<double>& v = reader.GetAttrib().vertices;
   TriangleMesh mesh;
-  for (std::size_t i = 0; i + 2 < v.size(); i += 3)
-    mesh.vertices.emplace_back(v[i], v[i + 1], v[i + 2]);
+  mesh.vertices = std::move(lines).coordinates();
+  // The library may take blanks and ends of lines otherwise than the check of the lines does.
+  if (const std::size_t taken = reader.GetAttrib().vertices.size() / 3;
+      taken != mesh.vertices.size())
+    throw InputError(
+        fmt::format("{}: has {} or {} vertices, by how blanks are taken; expected spaces "
+                    "and line feeds",
+                    file, mesh.vertices.size(), taken));
   for (const tinyobj::shape_t& shape : reader.GetShapes()) {
     const std::vector<tinyobj::index_t>& corners = shape.mesh.indices;
-    // The library may take blanks otherwise than the check of the lines does.
     for (const tinyobj::index_t& c : corners) {
       if (c.vertex_index < 0 || static_cast<std::size_t>(c.vertex_index) >= mesh.vertices.size())
         throw InputError(fmt::format("{}: a face has vertex {} of {}; expected one that is there",

@@ -65,6 +65,19 @@ TEST_F(ObjFile, GivesASoundSolidInMetres) {
   EXPECT_NEAR(mass_properties(mesh).volume, 6e-9, 1e-18);
 }
 
+// The library multiplies digits by powers of ten that overflow.
+TEST_F(ObjFile, ReadsNumbersOfAnyLength) {
+  const std::string tenth = "0." + std::string(400, '0') + "1e400";
+  const TriangleMesh mesh = read("v " + tenth + " 0 0E30040780\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_DOUBLE_EQ(mesh.vertices[0].x(), 0.1e-3);
+  EXPECT_EQ(mesh.vertices[0].z(), 0);
+}
+
+TEST_F(ObjFile, RefusesVerticesThatDependOnBlanks) {
+  EXPECT_THAT(error_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nv\f1 1 1\nf 1 2 3\n"),
+              HasSubstr("has 4 or 3 vertices"));
+}
+
 TEST_F(ObjFile, SaysOnWhichLineWhatIsWrong) {
   EXPECT_EQ(error_of("v 0 0 0\nv 1 zero 0\n"),
             "x.OBJ:2: \"zero\" is no coordinate; expected \"v X Y Z\"");
