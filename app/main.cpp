@@ -14,15 +14,15 @@
 #include <string>
 #include <string_view>
 
-#include "app/commands.h"
-#include "app/exit_status.h"
-#include "experiments/hdf5_file.h"
-#include "experiments/interruption.h"
-#include "experiments/output_file.h"
-#include "experiments/results_guard.h"
-#include "experiments/terminal.h"
-#include "experiments/version.h"
-#include "solver/types.h"
+#include "app/commands/commands.h"
+#include "app/support/exit_status.h"
+#include "experiments/results/results_guard.h"
+#include "experiments/storage/hdf5_file.h"
+#include "experiments/storage/version.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/output_file.h"
+#include "experiments/system/terminal.h"
+#include "firn/math.h"
 
 namespace firn {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/design.h"
+#include "calibrate/numerics/experimental_design.h"
 
 namespace firn {
 namespace {

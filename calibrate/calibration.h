@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/answer.h"
-#include "calibrate/campaign.h"
-#include "calibrate/study_file.h"
+#include "calibrate/output/calibration_result.h"
+#include "calibrate/study/study_file.h"
+#include "calibrate/study/study_runs.h"
 #include "experiments/batch/progress.h"
 
 namespace firn {

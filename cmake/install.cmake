@@ -1,14 +1,15 @@
 # cmake --install, and packages by cpack -G DEB.
 include(GNUInstallDirs)
 install(TARGETS firn RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-# Where experiments/mesh_repair.cpp looks for it.
+# Where experiments/meshes/mesh_repair.cpp looks for it.
 install(TARGETS firn-repair-mesh RUNTIME DESTINATION libexec/firn)
 install(FILES LICENSE README.md CHANGELOG.md SECURITY.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
 install(FILES scripts/bash-completion DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME firn)
 # Shipped cases, to be copied and run.
-install(DIRECTORY experiments/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/experiments
-  FILES_MATCHING PATTERN "*.toml" PATTERN "*.json" PATTERN "README.md" PATTERN "batch" EXCLUDE)
+install(DIRECTORY cases/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/cases
+  FILES_MATCHING PATTERN "*.toml" PATTERN "README.md" PATTERN "templates" EXCLUDE)
+install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/data FILES_MATCHING PATTERN "*.json")
 # Manual pages from the help texts, where help2man is there (scripts/packages.txt, [package]).
 find_program(HELP2MAN help2man)
 if(HELP2MAN)

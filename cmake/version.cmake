@@ -1,5 +1,5 @@
 # firn_version: a library of three strings: the project's version, the commit it is built from, and the
-# identity of what decides the numbers of a run (experiments/version.h).
+# identity of what decides the numbers of a run (experiments/storage/version.h).
 set(version_source ${PROJECT_BINARY_DIR}/generated/version.cpp)
 set(build_facts ${PROJECT_BINARY_DIR}/generated/build_facts.txt)
 string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)

@@ -12,7 +12,9 @@ endif()
 # a file that moves keeps the identity. Of an #include, the code of the included file counts.
 file(GLOB_RECURSE sources ${SOURCE_DIR}/solver/*.cpp ${SOURCE_DIR}/solver/*.h
   ${SOURCE_DIR}/experiments/*.cpp ${SOURCE_DIR}/experiments/*.h)
-list(FILTER sources EXCLUDE REGEX "/experiments/batch/")
+# Neither do processes, and what evaluates the responses of finished runs.
+list(FILTER sources EXCLUDE REGEX
+  "/experiments/(batch/|system/process[.]|responses/response_expression[.]|analysis/power_law[.])")
 list(LENGTH sources count)
 if(count LESS 100)
   message(FATAL_ERROR "write_version.cmake found ${count} sources under ${SOURCE_DIR}, expected at least 100: "
@@ -58,7 +60,7 @@ string(APPEND program " ${hashes}")
 string(SHA256 program "${program}")
 string(SUBSTRING ${program} 0 16 program)
 
-set(text "#include \"experiments/version.h\"
+set(text "#include \"experiments/storage/version.h\"
 
 namespace firn {
 

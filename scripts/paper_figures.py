@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Figures 4 to 12 of the paper, in this simulation: stills and plots from the runs of experiments/validation.toml.
+"""Figures 4 to 12 of the paper, in this simulation: stills and plots from the runs of cases/validation.toml.
 
 usage: scripts/paper_figures.py VALIDATION_FOLDER OUTPUT_FOLDER [--set NAME] [--seed N]
 
@@ -111,7 +111,7 @@ def main():
 
         # 4: the cube, as it lies on a table.
         cube = work / "cube.h5"
-        run(FIRN, "run", ROOT / "experiments/icemaker/platen_test.toml", "--set", "case.duration=20 ms", "-o", cube)
+        run(FIRN, "run", ROOT / "cases/icemaker/platen_test.toml", "--set", "case.duration=20 ms", "-o", cube)
         f.still("figure-04-cube", cube, size=(600, 400), t=0, hide="upper platen,lower platen", colour="batch",
                 view="-1.2,0.7,0.14,0,0,0.01")
 
@@ -121,7 +121,7 @@ def main():
         # 6: arm and ejector over a cycle, as angles and as pictures.
         harvest = runs.file("harvest")
         short = work / "cycle.h5"
-        run(FIRN, "run", ROOT / "experiments/icemaker/harvest.toml", "--set", "case.duration=4 s", "-o", short)
+        run(FIRN, "run", ROOT / "cases/icemaker/harvest.toml", "--set", "case.duration=4 s", "-o", short)
         f.plot("figure-06-angles", f.page(short)[1], "moving-parts")
         for letter, t in (("a", 18.0), ("b", 19.5)):
             f.still(f"figure-06{letter}-harvest", harvest, t=t, hide="cover,chute,container,guard", colour="batch", view=BUCKET)

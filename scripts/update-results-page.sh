@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Brings the table of docs/results.md up to date with experiments/results_schema.cpp.
+# Brings the table of docs/results.md up to date with experiments/results/results_schema.cpp.
 # Usage: scripts/update-results-page.sh [FIRN]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -1,4 +1,4 @@
-#include "solver/solver.h"
+#include "firn/solver.h"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,12 @@
 #include <chrono>
 #include <utility>
 
-#include "solver/bonds.h"
-#include "solver/contacts.h"
-#include "solver/gjk.h"
-#include "solver/kernels.h"
-#include "solver/snapshot.h"
-#include "solver/workspace.h"
+#include "solver/collision/gjk.h"
+#include "solver/state/snapshot.h"
+#include "solver/state/workspace.h"
+#include "solver/step/bond_forces.h"
+#include "solver/step/contact_info.h"
+#include "solver/step/kernels.h"
 
 namespace firn {
 

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "experiments/batch/batch_folder.h"
-#include "experiments/interruption.h"
-#include "experiments/material_database.h"
-#include "experiments/output_file.h"
-#include "validation/provenance.h"
+#include "experiments/material_records/material_database.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/output_file.h"
+#include "validation/comparison/data_provenance.h"
 
 namespace firn {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/executor.h"
-#include "validation/comparison.h"
+#include "experiments/batch/execution/executor.h"
+#include "validation/comparison/comparison.h"
 
 namespace firn {
 

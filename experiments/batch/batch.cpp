@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "experiments/interruption.h"
-#include "experiments/version.h"
+#include "experiments/storage/version.h"
+#include "experiments/system/interruption.h"
 
 namespace firn {
 namespace {

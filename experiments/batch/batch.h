@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/executor.h"
-#include "experiments/batch/journal.h"
+#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/journal/journal.h"
+#include "experiments/batch/journal/run_cache.h"
 #include "experiments/batch/progress.h"
-#include "experiments/batch/run_store.h"
 
 namespace firn {
 

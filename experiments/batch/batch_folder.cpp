@@ -11,9 +11,9 @@
 #include <fstream>
 #include <thread>
 
-#include "experiments/batch/slurm_executor.h"
-#include "experiments/output_file.h"
-#include "experiments/sha256.h"
+#include "experiments/batch/slurm/slurm_executor.h"
+#include "experiments/storage/sha256.h"
+#include "experiments/system/output_file.h"
 
 namespace firn {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "experiments/batch/batch.h"
-#include "experiments/batch/execution.h"
-#include "experiments/output_file.h"
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/system/output_file.h"
 
 namespace firn {
 

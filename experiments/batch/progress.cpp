@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "experiments/batch/execution.h"
-#include "experiments/terminal.h"
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/system/terminal.h"
 
 namespace firn {
 namespace {

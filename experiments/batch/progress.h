@@ -5,7 +5,7 @@
 #include <chrono>
 #include <string>
 
-#include "experiments/batch/journal.h"
+#include "experiments/batch/journal/journal.h"
 
 namespace firn {
 

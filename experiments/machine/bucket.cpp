@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/machine/checks.h"
+#include "experiments/machine/dimension_checks.h"
 #include "experiments/machine/parts.h"
 
 namespace firn {

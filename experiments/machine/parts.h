@@ -5,8 +5,8 @@
 
 #include <numbers>
 
-#include "experiments/machine/solid.h"
-#include "solver/shape.h"
+#include "experiments/machine/swept_solid.h"
+#include "firn/shape.h"
 
 namespace firn {
 

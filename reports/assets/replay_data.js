@@ -1,4 +1,4 @@
-// Reads a replay's data: see reports/pose_tracks.h for the packing.
+// Reads a replay's data: see reports/replay/pose_tracks.h for the packing.
 'use strict';
 const FirnReplayData = (() => {
   const CHANNELS = 7, ABSENT = -32768, MICRO = 1e-6;

@@ -1,7 +1,7 @@
 // Beds of many sizes in the same state, for measurements: one bed, laid next to itself.
 #pragma once
 
-#include "validation/verification/scenes.h"
+#include "validation/verification/fixtures/scenes.h"
 
 namespace firn::beds {
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "solver/gjk.h"
-#include "tests/solver/collide_referee.h"
+#include "solver/collision/gjk.h"
+#include "tests/solver/collision/brute_force_distance.h"
 
 namespace firn {
 namespace {

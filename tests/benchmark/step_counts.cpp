@@ -10,8 +10,8 @@
 #include <fstream>
 #include <iostream>
 
-#include "solver/triangle_index.h"
-#include "validation/verification/scenes.h"
+#include "solver/geometry/nearest_triangle.h"
+#include "validation/verification/fixtures/scenes.h"
 
 namespace firn {
 namespace {

@@ -23,7 +23,7 @@ trap 'rm -rf "$work"' EXIT
 
 echo "seed,threads,wall_s,simulated_s,timestep_s,steps,us_per_particle_step,peak_memory_MB,file_MB,responses"
 for seed in "$@"; do
-  taskset -c "$cores" "$firn" run "$root/experiments/drained_repose/case.toml" --seed "$seed" \
+  taskset -c "$cores" "$firn" run "$root/cases/drained_repose/case.toml" --seed "$seed" \
     --threads "$threads" -o "$work/run.h5" --json >"$work/run.json" 2>"$work/log" &
   program=$!
   peak=0

@@ -6,10 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calibrate/goodness.h"
-#include "calibrate/noise.h"
-#include "calibrate/random.h"
-#include "tests/calibrate/fake_experiment.h"
+#include "calibrate/inference/goodness_of_fit.h"
+#include "calibrate/numerics/noise_model.h"
+#include "calibrate/numerics/random.h"
+#include "tests/support/fake_experiment.h"
 
 namespace firn {
 namespace {

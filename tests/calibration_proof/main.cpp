@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/design.h"
+#include "calibrate/numerics/experimental_design.h"
 #include "tests/calibration_proof/problems.h"
 
 namespace firn::proof {

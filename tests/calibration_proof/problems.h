@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/calibrate/fake_experiment.h"
+#include "tests/support/fake_experiment.h"
 
 namespace firn::proof {
 

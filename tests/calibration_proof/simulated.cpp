@@ -11,10 +11,10 @@
 #include <random>
 
 #include "calibrate/calibration.h"
-#include "calibrate/campaign.h"
-#include "experiments/small_samples.h"
-#include "experiments/version.h"
-#include "tests/calibrate/fake_experiment.h"
+#include "calibrate/study/study_runs.h"
+#include "experiments/analysis/sample_statistics.h"
+#include "experiments/storage/version.h"
+#include "tests/support/fake_experiment.h"
 
 namespace firn::proof {
 namespace {
@@ -80,7 +80,7 @@ const std::vector<SimulatedProblem>& simulated_problems() {
        6,
        false},
       {"full size",
-       "experiments/drained_repose/case.toml",
+       "cases/drained_repose/case.toml",
        {full_ice, wall},
        {{"angle_of_repose", "deg", 0.6,
          3}},  // 3 deg: of the full study, docs/drained-repose-answer.md

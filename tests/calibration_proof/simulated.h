@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/executor.h"
-#include "experiments/batch/run_store.h"
+#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/journal/run_cache.h"
 
 namespace firn::proof {
 

@@ -1,5 +1,5 @@
 // Case files: any text. What is accepted resolves to a text that is the same case.
-#include "experiments/case.h"
+#include "experiments/case/case.h"
 
 #include "tests/fuzz/case_promises.h"
 

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "experiments/case.h"
-#include "experiments/mesh_file.h"
-#include "solver/mesh.h"
+#include "experiments/case/case.h"
+#include "experiments/meshes/mesh_file.h"
+#include "firn/mesh.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace firn::fuzz {

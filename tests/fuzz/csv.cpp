@@ -3,8 +3,8 @@
 #include <cmath>
 #include <deque>
 
-#include "experiments/measured_data.h"
-#include "experiments/motion_csv.h"
+#include "experiments/case_reader/model/motion_csv.h"
+#include "experiments/measurements/measured_data.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "solver/types.h"
+#include "firn/math.h"
 
 namespace firn::fuzz {
 

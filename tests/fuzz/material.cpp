@@ -2,7 +2,7 @@
 // be sampled wherever it has a family.
 #include <cmath>
 
-#include "experiments/material_json.h"
+#include "experiments/material_records/material_json.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

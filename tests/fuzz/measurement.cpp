@@ -1,5 +1,5 @@
 // Measurement files. What is accepted has a finite value and an uncertainty that is none below 0.
-#include "experiments/measurement.h"
+#include "experiments/measurements/measurement.h"
 
 #include <cmath>
 

@@ -1,10 +1,10 @@
 // Mesh files, and the shapes made of those that are small: mass properties, decomposition, parts.
 #include <cmath>
 
-#include "experiments/boundary_mesh.h"
-#include "experiments/mesh_file.h"
-#include "solver/mesh_conflicts.h"
-#include "solver/shape.h"
+#include "experiments/meshes/mesh_file.h"
+#include "experiments/meshes/wall_solids.h"
+#include "firn/mesh_conflicts.h"
+#include "firn/shape.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

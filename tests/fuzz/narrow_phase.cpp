@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "tests/fuzz/fuzz_target.h"
-#include "tests/solver/collide_promises.h"
+#include "tests/solver/collision/narrowphase_properties.h"
 
 namespace {
 

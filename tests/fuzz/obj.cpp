@@ -1,5 +1,5 @@
 // Wavefront OBJ files.
-#include "experiments/obj_file.h"
+#include "experiments/meshes/obj_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

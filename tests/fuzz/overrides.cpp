@@ -1,7 +1,7 @@
 // --set: every line of the input is one KEY=VALUE over a fixed case.
 #include <sstream>
 
-#include "experiments/case.h"
+#include "experiments/case/case.h"
 #include "tests/fuzz/case_promises.h"
 
 namespace {

@@ -7,9 +7,9 @@
 #include <iterator>
 #include <vector>
 
-#include "experiments/export.h"
-#include "experiments/recording.h"
-#include "experiments/run.h"
+#include "experiments/export/export.h"
+#include "experiments/results/results_file.h"
+#include "experiments/run/run.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

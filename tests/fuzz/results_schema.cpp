@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "tests/fuzz/fuzz_target.h"
-#include "tests/results_mutations.h"
-#include "tests/results_readers.h"
+#include "tests/support/results_mutations.h"
+#include "tests/support/results_readers.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Study files, beside a case and a measurement that exist.
 #include <cmath>
 
-#include "calibrate/study_file.h"
+#include "calibrate/study/study_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {
@@ -11,7 +11,7 @@ class StudyFolder : public firn::fuzz::Folder {
  public:
   StudyFolder() {
     namespace fs = std::filesystem;
-    const fs::path shipped = fs::path(FIRN_SOURCE_DIR) / "experiments";
+    const fs::path shipped = fs::path(FIRN_SOURCE_DIR) / "cases";
     fs::create_directories(path("drained_repose"));
     fs::create_directories(path("measurements"));
     fs::copy_file(shipped / "drained_repose" / "case.toml", path("drained_repose/case.toml"));

@@ -1,9 +1,9 @@
 // Suite files of validations, beside a case and measurements that exist.
 #include <cmath>
 
-#include "experiments/batch/operand.h"
+#include "experiments/responses/response_expression.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "validation/suite_file.h"
+#include "validation/suite/suite_file.h"
 
 namespace {
 
@@ -12,7 +12,7 @@ class SuiteFolder : public firn::fuzz::Folder {
  public:
   SuiteFolder() {
     namespace fs = std::filesystem;
-    const fs::path shipped = fs::path(FIRN_SOURCE_DIR) / "experiments";
+    const fs::path shipped = fs::path(FIRN_SOURCE_DIR) / "cases";
     fs::create_directories(path("measurements"));
     fs::copy_file(shipped / "bounce" / "case.toml", path("case.toml"));
     for (const char* name :

@@ -1,5 +1,5 @@
 // Sweep files, beside a case that exists.
-#include "experiments/batch/sweep.h"
+#include "experiments/batch/sweep/sweep.h"
 
 #include "tests/fuzz/fuzz_target.h"
 
@@ -9,8 +9,7 @@ class SweepFolder : public firn::fuzz::Folder {
  public:
   SweepFolder() {
     namespace fs = std::filesystem;
-    fs::copy_file(fs::path(FIRN_SOURCE_DIR) / "experiments" / "bounce" / "case.toml",
-                  path("case.toml"));
+    fs::copy_file(fs::path(FIRN_SOURCE_DIR) / "cases" / "bounce" / "case.toml", path("case.toml"));
   }
 };
 

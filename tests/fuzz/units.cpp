@@ -1,6 +1,6 @@
 // Quantities with units, each read as what its unit says it is and as something else. What is
 // accepted is finite, and its text in SI reads back to the same bits.
-#include "experiments/units.h"
+#include "experiments/text/units.h"
 
 #include <cmath>
 #include <cstdlib>

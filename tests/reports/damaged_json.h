@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/types.h"
+#include "firn/math.h"
 
 namespace firn::test {
 

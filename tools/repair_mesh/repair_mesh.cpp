@@ -3,7 +3,7 @@
 // firn-repair-mesh FILE: repairs a mesh with admesh (https://github.com/admesh/admesh).
 //
 // A program of its own because admesh is under the GNU General Public License, and Firn is not.
-// experiments/mesh_repair.cpp starts it.
+// experiments/meshes/mesh_repair.cpp starts it.
 //
 // FILE: 9 floats (x, y, z of three corners, one unit throughout) for each facet, in the byte order
 // of the machine. Standard output: 7 integers of 32 bits (degenerate, edges without a neighbor

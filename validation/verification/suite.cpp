@@ -12,7 +12,7 @@
 #include <numeric>
 #include <set>
 
-#include "solver/types.h"
+#include "firn/math.h"
 
 namespace firn::verification {
 

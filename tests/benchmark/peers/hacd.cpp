@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <ctime>
 
-#include "solver/shape_makers.h"
-#include "validation/verification/solids.h"
+#include "solver/shapes/shape_builder.h"
+#include "validation/verification/fixtures/solids.h"
 
 namespace firn {
 namespace {

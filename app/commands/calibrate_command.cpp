@@ -1,0 +1,213 @@
+// firn calibrate: parameters from measurements.
+#include <fmt/core.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/support/batch_options.h"
+#include "app/support/exit_status.h"
+#include "app/support/report_page.h"
+#include "calibrate/calibrate.h"
+#include "experiments/batch/batch_folder.h"
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/batch/slurm/slurm_executor.h"
+#include "experiments/material_records/material_database.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/terminal.h"
+#include "experiments/text/units.h"
+#include "reports/documents/study_answer.h"
+#include "reports/rendering/heap_picture.h"
+
+namespace firn {
+namespace {
+
+// The heap of a run at the answer, beside the results. A study of another experiment has none.
+void draw_example(const StudySummary& summary) {
+  if (summary.example_run.empty()) return;
+  try {
+    const Recording recording(summary.example_run);
+    if (!recording.read_case().drained_repose) return;
+    const std::string picture =
+        (std::filesystem::path(summary.directory) / "drained_heap.png").string();
+    with_kept_runs(summary.directory,
+                   [&] { draw_heap(recording, recording.frame_times().size() - 1, picture); });
+  } catch (const OutputRefused& e) {
+    throw WriteError(summary.directory, e.error);
+  } catch (const InputError& e) {
+    print_lines(stderr, "firn: no picture of the heap: {}\n", e.what());
+  }
+}
+
+struct Arguments {
+  StudyOptions options;
+  BatchArguments batch;
+  std::string time_limit, memory_limit;
+  std::vector<std::string> scope;  // of a record that is saved
+  std::string database;
+};
+
+template <class Parse>
+double parsed(const char* option, const std::string& text, Parse parse) {
+  try {
+    return text.empty() ? 0 : parse(text);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", option, e.what()));
+  }
+}
+
+double positive_time(const std::string& text) {
+  const double time = parse_quantity(text, dimension::time);
+  if (!(time > 0)) throw InputError(fmt::format("\"{}\" is not above 0; expected a time", text));
+  return time;
+}
+
+// Who answers for a record when the user does not say: the name of the account.
+std::string account_name() {
+  const passwd* account = getpwuid(getuid());
+  return account == nullptr ? std::string("unknown") : std::string(account->pw_name);
+}
+
+// "temperature=-10 to -5 C"
+ScopeLimit parse_scope(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == text.npos || equals == 0 || equals + 1 == text.size())
+    throw InputError(fmt::format(
+        "--scope {}: is no limit; expected NAME=TEXT, such as \"temperature=-10 to -5 C\"", text));
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+void require_printable(const char* option, const std::string& text) {
+  if (const std::string found = encode::first_control(text); !found.empty())
+    throw InputError(
+        fmt::format("{}: has the character {}; expected printable text", option, found));
+}
+
+// Whether the record could be written, before hours of work. Nothing when none is wanted.
+std::unique_ptr<MaterialDatabase> open_database(const Arguments& a, StudyOptions& options) {
+  if (options.save.name.empty()) return nullptr;
+  if (options.save.author.empty()) options.save.author = account_name();
+  for (const std::string& text : a.scope) options.save.scope.push_back(parse_scope(text));
+  for (const std::string& text : a.scope) require_printable("--scope", text);
+  require_printable("--author", options.save.author);
+  require_printable("--remark", options.save.remark);
+  auto database = std::make_unique<MaterialDatabase>(material_database_file(a.database),
+                                                     MaterialDatabase::Access::write);
+  database->require_free(options.save.name);
+  return database;
+}
+
+void save(const MaterialRecord& record, MaterialDatabase& database) {
+  const StoredRecord stored = database.add({record}).front();
+  print_lines(stderr, "saved as material {} in {}\n", stored.record.reference(), database.file());
+  if (record.provenance.program_commit.find("-dirty") != std::string::npos)
+    print_lines(
+        stderr,
+        "firn: runs were made by a program built from changed sources ({}): nobody else can "
+        "repeat this record; commit, build and save again\n",
+        record.provenance.program_commit);
+}
+
+// The answer and where the report is, one line each.
+std::string conclusion(const std::string& json, const std::string& page) {
+  std::vector<page::Fact> facts = study_answer(Json::parse(json));
+  if (!page.empty()) facts.push_back({"Report", page});
+  std::string text;
+  for (const page::Fact& fact : facts)
+    text += fmt::format("{:<13} {}\n", fact.name + ":", fact.value);
+  return text;
+}
+
+int run_study(const Arguments& a) {
+  StudyOptions options = a.options;
+  options.directory = a.batch.directory;
+  options.jobs = a.batch.jobs;
+  options.resume = a.batch.resume;
+  options.executor = a.batch.executor;
+  options.store = a.batch.store_file();
+  options.time_limit = parsed("--time-limit", a.time_limit, positive_time);
+  options.memory_limit = parsed("--memory-limit", a.memory_limit, parse_memory);
+  options.json_progress = a.batch.progress == "json";
+  options.show_progress = a.batch.progress != "none";
+  options.interrupt = &interruption::requested();
+  const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
+  const StudySummary summary = calibrate(options);
+  if (summary.record) save(*summary.record, *database);
+  draw_example(summary);
+  const bool ended = summary.verdict != StudyVerdict::interrupted;
+  const std::string page = ended ? write_folder_page(summary.directory) : "";
+  if (a.batch.json) {
+    print_lines(stdout, "{}\n", summary.json);
+  } else {
+    print_lines(stdout, "{}\n{}\n{}", summary.table, summary.headline,
+                ended ? conclusion(summary.json, page) : "");
+    print_lines(stderr, "Everything about this study is in {}\n", summary.directory);
+  }
+  if (!summary.not_saved.empty()) {
+    print_lines(stderr, "firn: {}\n", summary.not_saved);
+    return ExitStatus::failed;
+  }
+  return summary.exit_status();
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  StudyOptions* options = &a->options;
+  CLI::App* command = app.add_subcommand("calibrate", "Fit parameters of a case to measurements");
+  command
+      ->add_option("STUDY.toml", options->study_file,
+                   "The study: case, parameters, targets, budget")
+      ->required()
+      ->type_name("");
+  add_batch_options(*command, a->batch, "study");
+  command
+      ->add_option("--time-limit", a->time_limit,
+                   "Wall time of one run, e.g. \"10 min\"; in place of the study's")
+      ->type_name("TIME");
+  command
+      ->add_option("--memory-limit", a->memory_limit,
+                   "Main memory of one run, e.g. \"2 GiB\"; in place of the study's")
+      ->type_name("SIZE");
+  CLI::Option* save_option =
+      command
+          ->add_option("--save", options->save.name,
+                       "Keep the answer as the next version of this material record")
+          ->type_name("NAME");
+  command
+      ->add_option("--author", options->save.author, "Who answers for it; the account by default")
+      ->needs(save_option)
+      ->type_name("TEXT");
+  command
+      ->add_option("--scope", a->scope,
+                   "Where it holds, such as \"temperature=-10 to -5 C\" (may be repeated)")
+      ->needs(save_option)
+      ->allow_extra_args(false)
+      ->type_name("NAME=TEXT");
+  command->add_option("--remark", options->save.remark, "What else is to be known of it")
+      ->needs(save_option)
+      ->type_name("TEXT");
+  command->add_option("--database", a->database, "File of material records; docs/materials.md")
+      ->needs(save_option)
+      ->type_name("FILE");
+  command->callback([a, &status] { status = run_study(*a); });
+}
+
+void add_slurm_task_command(CLI::App& app, int& status) {
+  auto list = std::make_shared<std::string>();
+  auto index = std::make_shared<int>(0);
+  CLI::App* command = app.add_subcommand("slurm-task",
+                                         "One run of a study on a node of a cluster; "
+                                         "firn calibrate --executor slurm calls it");
+  command->group("");  // nothing that people would type
+  command->add_option("LIST", *list)->required()->type_name("");
+  command->add_option("INDEX", *index)->required()->type_name("");
+  command->callback([list, index, &status] {
+    status = run_slurm_task(*list, *index, &interruption::requested());
+  });
+}
+
+}  // namespace firn

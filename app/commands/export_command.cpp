@@ -1,0 +1,107 @@
+// firn export: a results file for ParaView, for spreadsheets and as a picture.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/support/exit_status.h"
+#include "experiments/export/export.h"
+#include "experiments/system/terminal.h"
+#include "experiments/text/units.h"
+#include "reports/rendering/heap_picture.h"
+#include "reports/rendering/scene_picture.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string file;
+  std::string format;
+  std::string folder;
+  std::string time;
+  VtkOptions vtk;
+};
+
+double instant(const std::string& text) {
+  try {
+    return parse_quantity(text, dimension::time);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("--time: {}", e.what()));
+  }
+}
+
+int export_picture(const Recording& recording, const Arguments& a) {
+  const std::size_t frames = recording.frame_times().size();
+  if (frames == 0)
+    throw InputError(a.file + ": holds no frame to draw; expected a run that has begun");
+  const std::string file =
+      a.folder.empty() ? fs::path(a.file).replace_extension(".png").string() : a.folder;
+  std::size_t frame = frames - 1;
+  if (!a.time.empty()) {
+    const double time = instant(a.time);
+    const std::vector<double> times = recording.frame_times();
+    frame = static_cast<std::size_t>(
+        std::ranges::min_element(times, {}, [&](double t) { return std::abs(t - time); }) -
+        times.begin());
+  }
+  if (recording.read_case().drained_repose)
+    draw_heap(recording, frame, file);
+  else
+    draw_scene(recording, frame, file);
+  print_lines(stderr, "drawn in {}\n", file);
+  return ExitStatus::done;
+}
+
+int export_file(const Arguments& a) {
+  const Recording recording(a.file);
+  if (a.format == "png") return export_picture(recording, a);
+  const std::string folder =
+      a.folder.empty() ? fs::path(a.file).replace_extension().string() + "-" + a.format : a.folder;
+  if (a.format == "csv") {
+    export_csv(recording, folder);
+  } else {
+    export_vtk(recording, folder, a.vtk);
+  }
+  print_lines(stderr, "exported to {}\n", folder);
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "export", "Write a results file for ParaView, for spreadsheets or as a picture");
+  command->add_option("RUN.h5", a->file, "Results file of `firn run`")->required()->type_name("");
+  command
+      ->add_option("--to", a->format,
+                   "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView;\n"
+                   "csv: particles, frames, series and responses as tables; both also the\n"
+                   "statistics of contacts that the case keeps;\n"
+                   "png: a picture of the drained heap, or of the whole scene, bodies\n"
+                   "coloured by their tags")
+      ->check(CLI::IsMember({"vtk", "csv", "png"}))
+      ->required();
+  command
+      ->add_option("-o,--output", a->folder,
+                   "Folder for the files, made if need be; by default the\nresults file's name "
+                   "with -vtk or -csv. png: the picture's file")
+      ->type_name("PATH");
+  command->add_option("--time", a->time, "png: the frame nearest to it; by default the last")
+      ->type_name("TIME");
+  command->add_option("--every", a->vtk.every, "vtk: only every Nth frame")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N")
+      ->capture_default_str();
+  command->add_flag(
+      "--parts", a->vtk.contact_parts,
+      "vtk: instead of the meshes, the convex parts that touch,\nwithout their rounding");
+  command->callback([a, &status] { status = export_file(*a); });
+}
+
+}  // namespace firn

@@ -1,0 +1,97 @@
+// firn hashes: where two traces of runs part.
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/output/response_output.h"
+#include "app/support/exit_status.h"
+#include "experiments/inspection/state_trace.h"
+#include "experiments/system/terminal.h"
+#include "experiments/text/units.h"
+
+namespace firn {
+namespace {
+
+struct Arguments {
+  std::string first, second;
+  std::size_t listed = 10;
+  bool json = false;
+};
+
+Json difference_json(const Arguments& a, const TraceDifference& d) {
+  Json document = {{"first", a.first},
+                   {"second", a.second},
+                   {"equal", d.equal},
+                   {"same_case", d.same_case},
+                   {"steps_compared", d.steps_compared},
+                   {"only_in_first", d.only_first},
+                   {"only_in_second", d.only_second},
+                   {"last_equal_step", d.any_equal ? Json(d.last_equal) : Json()}};
+  if (!d.equal) {
+    document["first_difference"] = {
+        {"step", d.step},
+        {"time", d.time},
+        {"groups", d.groups},
+        {"numbers", d.has_numbers ? Json(d.numbers) : Json()},
+        {"number_count", d.has_numbers ? Json(d.number_count) : Json()}};
+  }
+  return document;
+}
+
+void tell(const Arguments& a, const TraceDifference& d) {
+  if (!d.same_case) print_lines(stdout, "the traces are of different cases\n");
+  if (d.equal) {
+    print_lines(stdout, "equal: {} steps, the last one {}\n", d.steps_compared, d.last_equal);
+  } else {
+    print_lines(stdout, "first difference at step {} ({:.9g} s), in {}\n", d.step, d.time,
+                comma_list(d.groups));
+    if (d.any_equal)
+      print_lines(stdout, "equal up to step {} ({} steps compared)\n", d.last_equal,
+                  d.steps_compared - 1);
+    if (d.any_equal && d.last_equal + 1 < d.step)
+      print_lines(stdout, "steps {} ... {} are in neither trace or in one alone\n",
+                  d.last_equal + 1, d.step - 1);
+    for (const std::string& sentence : d.numbers) print_lines(stdout, "  {}\n", sentence);
+    if (d.number_count > d.numbers.size())
+      print_lines(stdout, "  and {} more numbers\n", d.number_count - d.numbers.size());
+    if (d.has_numbers && d.number_count == 0)
+      print_lines(
+          stdout,
+          "  no body, patch or point differs: it is in what the solver keeps beside them\n");
+    if (!d.has_numbers)
+      print_lines(stdout, "which numbers: run both again with --trace-numbers {}\n", d.step);
+  }
+  if (d.equal && d.only_first + d.only_second > 0)
+    print_lines(stdout, "not compared: {} steps only in {}, {} only in {}\n", d.only_first, a.first,
+                d.only_second, a.second);
+}
+
+int compare(const Arguments& a) {
+  const TraceDifference d = compare_traces(a.first, a.second, a.listed);
+  if (a.json)
+    print_json(difference_json(a, d));
+  else
+    tell(a, d);
+  return d.equal ? ExitStatus::done : ExitStatus::failed;
+}
+
+}  // namespace
+
+void add_hashes_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("hashes", "Find the first step at which two traced runs differ");
+  command->add_option("FIRST", a->first, "Trace of `firn run --trace-hashes`")
+      ->required()
+      ->type_name("");
+  command->add_option("SECOND", a->second, "The other one")->required()->type_name("");
+  command->add_option("--top", a->listed, "List at most so many numbers that differ")
+      ->type_name("N")
+      ->capture_default_str();
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->footer("Leaves with status 0 when they are equal, 1 when they differ.");
+  command->callback([a, &status] { status = compare(*a); });
+}
+
+}  // namespace firn

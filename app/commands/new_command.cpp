@@ -1,0 +1,121 @@
+// firn new: a folder with a case, a study or a validation that runs, to start from.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/output/response_output.h"
+#include "app/support/embedded_templates.h"
+#include "app/support/exit_status.h"
+#include "experiments/system/output_file.h"
+#include "experiments/system/terminal.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string name, from;
+  bool list = false, json = false;
+};
+
+// Template -> file -> text.
+std::map<std::string, std::map<std::string, std::string_view>> templates() {
+  std::map<std::string, std::map<std::string, std::string_view>> all;
+  for (const auto& [path, text] : embedded_templates()) {
+    const std::size_t slash = path.find('/');
+    all[std::string(path.substr(0, slash))][std::string(path.substr(slash + 1))] = text;
+  }
+  return all;
+}
+
+// The first sentences of its README: what stands between the title and the first command.
+std::string description_of(const std::map<std::string, std::string_view>& files) {
+  const std::string_view readme = files.at("README.md");
+  const std::size_t from = readme.find("\n\n") + 2;
+  std::string text(readme.substr(from, readme.find("\n\n", from) - from));
+  for (char& c : text)
+    if (c == '\n') c = ' ';
+  return text;
+}
+
+// The commands of its README, one a line.
+std::string commands_of(const std::map<std::string, std::string_view>& files) {
+  const std::string_view readme = files.at("README.md");
+  const std::size_t from = readme.find("```\n") + 4;
+  return std::string(readme.substr(from, readme.find("```", from) - from));
+}
+
+int list_templates(const Arguments& a) {
+  if (a.json) {
+    Json list = Json::array();
+    for (const auto& [name, files] : templates())
+      list.push_back({{"name", name}, {"description", description_of(files)}});
+    print_json(list);
+    return ExitStatus::done;
+  }
+  for (const auto& [name, files] : templates())
+    print_lines(stdout, "{:<16}{}\n", name, description_of(files));
+  return ExitStatus::done;
+}
+
+// Throws InputError when the folder cannot be the place of a new one.
+void require_free(const fs::path& folder) {
+  std::error_code error;
+  const fs::file_status status = fs::symlink_status(folder, error);
+  if (!fs::exists(status)) return;
+  if (!fs::is_directory(status) || !fs::is_empty(folder, error) || error)
+    throw InputError(
+        fmt::format("{}: exists; expected the name of a new or an empty folder", folder.string()));
+}
+
+int create(const Arguments& a) {
+  const auto all = templates();
+  std::vector<std::string> names;
+  for (const auto& [name, files] : all) names.push_back(name);
+  const auto chosen = all.find(a.from);
+  if (chosen == all.end())
+    throw InputError(
+        fmt::format("--from: {}; expected one of {}",
+                    a.from.empty() ? "is missing" : fmt::format("\"{}\" is no template", a.from),
+                    fmt::join(names, ", ")));
+  if (a.name.empty()) throw InputError("NAME: is missing; expected the name of a new folder");
+  const fs::path folder = a.name;
+  require_free(folder);
+  make_output_folder(folder.string());
+  for (const auto& [file, text] : chosen->second) write_file((folder / file).string(), text);
+  if (a.json) {
+    Json files = Json::array();
+    for (const auto& [file, text] : chosen->second) files.push_back((folder / file).string());
+    print_json({{"folder", folder.string()}, {"template", a.from}, {"files", files}});
+    return ExitStatus::done;
+  }
+  print_lines(stdout, "{}\n", folder.string());
+  print_lines(stderr,
+              "firn: made {} from \"{}\"; README.md says what to edit first. Try:\ncd {}\n{}",
+              folder.string(), a.from, folder.string(), commands_of(chosen->second));
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_new_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "new", "Make a folder with a case, a study or a validation that runs, to start from");
+  command->add_option("NAME", a->name, "The folder; must be new or empty")->type_name("");
+  command->add_option("--from", a->from, "The template")->type_name("TEMPLATE");
+  command->add_flag("--list", a->list, "List the templates");
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  std::string footer = "Templates:\n";
+  for (const auto& [name, files] : templates())
+    footer += fmt::format("  {:<16}{}\n", name, description_of(files));
+  command->footer(footer);
+  command->callback([a, &status] { status = a->list ? list_templates(*a) : create(*a); });
+}
+
+}  // namespace firn

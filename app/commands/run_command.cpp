@@ -1,0 +1,354 @@
+// firn run: simulate one case, or go on with one.
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "app/commands/commands.h"
+#include "app/output/progress_bar.h"
+#include "app/output/response_output.h"
+#include "app/output/shape_output.h"
+#include "app/support/default_threads.h"
+#include "app/support/exit_status.h"
+#include "experiments/inspection/run_health.h"
+#include "experiments/inspection/state_trace.h"
+#include "experiments/results/results_file.h"
+#include "experiments/run/run.h"
+#include "experiments/storage/version.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/terminal.h"
+#include "experiments/system/text_encoding.h"
+#include "experiments/text/number_text.h"
+#include "experiments/text/units.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string case_file;
+  std::string output;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;  // 0: not given
+  std::vector<std::string> settings;
+  MaterialRequest materials;
+  std::string resume_file;
+  TraceOptions trace;
+  std::string trace_numbers;
+  std::vector<std::string> requirements;
+  bool json = false;
+  bool verbose = false;
+  bool quiet = false;
+};
+
+// "crescent (mass-matched)": what the case says that a shape is.
+std::string kind_text(const toml::table& resolved, const std::string& shape) {
+  const auto table = resolved["shapes"][shape];
+  const std::string kind = table["kind"].value_or("shape");
+  const std::string variant = table["variant"].value_or("");
+  return variant.empty() ? kind : fmt::format("{} ({})", kind, variant);
+}
+
+// runs/<case name>-seed<N>.h5
+std::string default_output(const Case& c) {
+  const std::string name = encode::file_name(c.name);
+  return fmt::format("runs/{}-seed{}.h5", name.empty() ? "case" : name, c.seed);
+}
+
+// Which values of the case came from a record, and which of the record's it did not take.
+void tell_materials(const Case& c, const toml::table& resolved) {
+  for (const AppliedMaterial& m : c.material_records) {
+    std::vector<std::string> sets;
+    for (const std::string& key : m.sets) {
+      const toml::node_view value = resolved.at_path(key);
+      sets.push_back(value.is_string() ? fmt::format("{} = {}", key, value.value_or(""))
+                                       : fmt::format("{} = {}", key, value.value_or(0.0)));
+    }
+    spdlog::info("material {}{}{} sets {}", m.record, m.selection.empty() ? "" : ", ", m.selection,
+                 sets.empty() ? "nothing" : comma_list(sets));
+    if (!m.kept.empty()) spdlog::info("  the case goes before it in {}", comma_list(m.kept));
+    if (!m.unused.empty()) spdlog::info("  the case has no place for {}", comma_list(m.unused));
+  }
+}
+
+void tell_facts(const Case& c, const std::string& results_file) {
+  spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
+  if (!c.start.empty()) spdlog::info("starts from {}", c.start);
+  const toml::table resolved = toml::parse(c.resolved);
+  tell_materials(c, resolved);
+  for (std::size_t i = 0; i < c.model.shapes.size(); ++i) {
+    const Shape& shape = c.model.shapes[i];
+    const auto count = std::count_if(
+        c.model.particles.begin(), c.model.particles.end(),
+        [&](const Particle& particle) { return particle.shape == static_cast<int>(i); });
+    spdlog::info("{} x {}: {}, {}", count, shape.name, kind_text(resolved, shape.name),
+                 shape_line(shape));
+    const std::string warning = deviation_warning(shape);
+    if (!warning.empty()) spdlog::warn("{}", warning);
+  }
+  spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
+  if (c.steps_taken > 0 && c.steps_taken < kAccurateSteps) {
+    spdlog::warn(
+        "time step: {:.3g} steps in the shortest quarter period are {}; expected at most {:.4g} s",
+        c.steps_taken,
+        c.steps_taken < kStableSteps ? "not stable"
+                                     : "stable, but restitution is off by more than 1 %",
+        c.model.timestep * c.steps_taken / kAccurateSteps);
+  }
+  spdlog::info("results in {}", results_file);
+}
+
+// Largest overlap as a fraction of the smallest edge of that particle's bounding box.
+double relative_overlap(const Case& c, const Health& health) {
+  if (health.largest_overlap_particle < 0) return 0;
+  const Particle& particle =
+      c.model.particles.at(static_cast<std::size_t>(health.largest_overlap_particle));
+  const Shape& shape = c.model.shapes.at(static_cast<std::size_t>(particle.shape));
+  return health.largest_overlap / shape.box.minCoeff();
+}
+
+// What the results file says of the contacts' health; empty when they are good, or nothing ran.
+std::string warning_of_run(const std::string& results_file, const RunSummary& summary) {
+  if (summary.steps == 0) return {};
+  try {
+    const Recording recording(results_file);
+    std::string warning = health_warning(contact_health(recording, recording.read_case()));
+    if (const auto account = energy_account(recording))
+      if (const std::string energy = energy_warning(*account); !energy.empty())
+        warning += (warning.empty() ? "" : "; ") + energy;
+    return warning;
+  } catch (const InputError&) {
+    return {};  // a file that a full disk cut short; the summary says so
+  }
+}
+
+Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
+                  const std::vector<Verdict>& verdicts, const std::string& warning) {
+  Json document = {{"case", c.name},
+                   {"results_file", file},
+                   {"status", to_string(s.status)},
+                   {"reason", s.reason},
+                   {"seed", c.seed},
+                   {"timestep", c.model.timestep},
+                   {"particles", c.model.particles.size()},
+                   {"simulated", s.simulated},
+                   {"wall", s.wall},
+                   {"steps", s.steps},
+                   {"responses", responses_json(s.responses)}};
+  if (!verdicts.empty()) document["requirements"] = verdicts_json(verdicts);
+  if (!c.material_records.empty()) {
+    Json& records = document["material_records"] = Json::array();
+    for (const AppliedMaterial& m : c.material_records)
+      records.push_back({{"record", m.record},
+                         {"selection", m.selection},
+                         {"sha256", m.sha256},
+                         {"sets", m.sets}});
+  }
+  document["energy"] = energy_json(s.energy);
+  document["health"] = {{"largest_overlap", s.health.largest_overlap},
+                        {"largest_overlap_relative", relative_overlap(c, s.health)},
+                        {"largest_overlap_particle", s.health.largest_overlap_particle},
+                        {"deep_births", s.health.deep_births},
+                        {"energy_rise", s.health.energy_rise},
+                        {"warning", warning}};
+  document["profile"] = profile_json(s.profile);
+  document["firn_version"] = firn_version();
+  document["git_commit"] = firn_git_commit();
+  return document;
+}
+
+void tell_summary(const Case& c, const RunSummary& s) {
+  if (!s.write_failed) spdlog::info("{} at t = {:.4g} s", s.reason, s.simulated);
+  if (s.steps == 0) return;  // nothing was simulated: it was finished already
+  spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
+  spdlog::info(
+      "health: largest overlap {} mm ({} % of the thickness), {} deep births, "
+      "unexplained energy {} J",
+      number_text(s.health.largest_overlap * 1e3, 3),
+      number_text(100 * relative_overlap(c, s.health), 2), s.health.deep_births,
+      number_text(s.health.energy_rise, 3));
+  spdlog::info("energy: {} J kinetic, {} J elastic, {} J lost in impacts, {} J in friction{}",
+               number_text(s.energy.kinetic), number_text(s.energy.elastic),
+               number_text(s.energy.dissipated_normal), number_text(s.energy.dissipated_friction),
+               c.model.bonds.empty()
+                   ? ""
+                   : fmt::format(", {} J in bonds", number_text(s.energy.dissipated_bonds)));
+  spdlog::debug("instructions: {}; time by phase of the step:\n{}", instruction_set(),
+                profile_table(s.profile));
+}
+
+int exit_status(const RunSummary& summary, const std::string& file,
+                const std::vector<Verdict>& verdicts) {
+  switch (summary.status) {
+    case RunStatus::finished:
+      return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
+    case RunStatus::interrupted:
+      print_lines(stderr, "firn: interrupted at t = {:.4g} s; go on with: firn run --resume {}\n",
+                  summary.simulated, file);
+      return ExitStatus::interrupted;
+    case RunStatus::failed:
+      print_lines(stderr, "firn: {}{}\n",
+                  summary.write_failed ? "" : "the run failed: ", summary.reason);
+      return ExitStatus::failed;
+  }
+  return ExitStatus::failed;
+}
+
+void check_combination(const Arguments& a) {
+  if (a.case_file.empty() && a.resume_file.empty()) {
+    throw InputError("run: no case; expected CASE.toml or --resume RUN.h5");
+  }
+  const bool changed = !a.case_file.empty() || !a.output.empty() || a.seed || !a.settings.empty() ||
+                       !a.materials.records.empty();
+  if (!a.resume_file.empty() && changed) {
+    throw InputError(
+        "--resume: goes on with the case in the results file; expected no CASE.toml, --output, "
+        "--seed, --set or --material beside it");
+  }
+}
+
+// "1200" or "1200:1210"
+TraceOptions trace_options(const Arguments& a) {
+  TraceOptions trace = a.trace;
+  if (a.trace_numbers.empty()) return trace;
+  const char* text = a.trace_numbers.c_str();
+  const char* end = text + a.trace_numbers.size();
+  auto [stop, error] = std::from_chars(text, end, trace.numbers_from);
+  trace.numbers_to = trace.numbers_from;
+  if (error == std::errc() && stop != end && *stop == ':') {
+    const auto second = std::from_chars(stop + 1, end, trace.numbers_to);
+    stop = second.ptr;
+    error = second.ec;
+  }
+  if (error != std::errc() || stop != end || trace.numbers_to < trace.numbers_from)
+    throw InputError(fmt::format(
+        "--trace-numbers {}: is no range of steps; expected STEP or FROM:TO", a.trace_numbers));
+  return trace;
+}
+
+Case read_case_to_run(const Arguments& a) {
+  if (!a.resume_file.empty()) return Recording(a.resume_file).read_case();
+  std::vector<Override> overrides;
+  for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
+  if (a.seed) overrides.emplace_back("case.seed", std::to_string(*a.seed));
+  return read_case(a.case_file, overrides, a.materials);
+}
+
+int run_case(const Arguments& a) {
+  check_combination(a);
+  if (a.verbose) spdlog::set_level(spdlog::level::debug);
+  if (a.quiet) spdlog::set_level(spdlog::level::warn);
+  std::vector<Requirement> requirements;
+  for (const std::string& text : a.requirements) requirements.push_back(parse_requirement(text));
+  const TraceOptions traced = trace_options(a);
+  const Case c = read_case_to_run(a);
+
+  RunOptions options;
+  options.threads = a.threads > 0 ? a.threads : default_threads();
+  options.interrupt = &interruption::requested();
+  ProgressMeter meter(c.model.timestep);
+  if (!a.quiet) options.progress = [&](const Progress& progress) { meter.show(progress); };
+  const bool resuming = !a.resume_file.empty();
+  options.results_file = resuming ? a.resume_file : a.output.empty() ? default_output(c) : a.output;
+  make_output_folder(fs::path(options.results_file).parent_path().string());
+  tell_facts(c, options.results_file);
+  std::optional<TraceWriter> trace;
+  if (!a.trace.file.empty()) {
+    trace.emplace(c, traced);
+    options.each_step = [&](const Solver& solver, bool last) { trace->see(solver, last); };
+  }
+  const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
+  meter.finish();
+  if (trace) trace->close();
+  if (!summary.kept_earlier.empty()) {
+    spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
+  }
+  tell_summary(c, summary);
+  const std::string warning = warning_of_run(options.results_file, summary);
+  if (!warning.empty()) spdlog::warn("{}", warning);
+
+  std::vector<Verdict> verdicts;
+  if (summary.status == RunStatus::finished) verdicts = judge(requirements, summary.responses);
+  if (a.json) {
+    print_json(summary_json(c, options.results_file, summary, verdicts, warning));
+  } else {
+    print_lines(stdout, "{}{}", responses_table(summary.responses), verdicts_table(verdicts));
+  }
+  return exit_status(summary, options.results_file, verdicts);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("run", "Simulate one case and measure its responses");
+  command->add_option("CASE.toml", a->case_file, "Case file; docs/case-files.md lists its keys")
+      ->type_name("");
+  command
+      ->add_option("-o,--output", a->output,
+                   "Results file; runs/<case name>-seed<N>.h5 by default.\n"
+                   "Earlier results of that name become RUN.1.h5, RUN.2.h5, ...")
+      ->type_name("RUN.h5");
+  command->add_option("--seed", a->seed, "Seed of all random choices; overrides case.seed")
+      ->type_name("N");
+  command
+      ->add_option("--threads", a->threads,
+                   fmt::format("{} by default; the results do not depend on it", default_threads()))
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  command
+      ->add_option("--set", a->settings,
+                   "Override a value of the case by its TOML path, e.g.\n"
+                   "interactions.ice-ice.static_friction=0.2 (may be repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--material", a->materials.records,
+                   "Values of a material record over those of the case: NAME[@VERSION],\n"
+                   "with #3 a sample of its family (may be repeated; --set goes before it)")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--database", a->materials.database,
+                   "File of material records; docs/materials.md")
+      ->type_name("FILE");
+  command
+      ->add_option("--resume", a->resume_file,
+                   "Go on from the last checkpoint in a results file,\nas if never stopped")
+      ->type_name("RUN.h5");
+  CLI::Option* trace =
+      command
+          ->add_option("--trace-hashes", a->trace.file,
+                       "Write a line of hashes of the state each step, for `firn hashes`")
+          ->type_name("FILE");
+  command->add_option("--trace-every", a->trace.every, "A line only every N steps")
+      ->check(CLI::Range(1, 1000000000))
+      ->needs(trace)
+      ->type_name("N");
+  command
+      ->add_option("--trace-numbers", a->trace_numbers,
+                   "Write the state itself, too, at these steps: bodies, patches, points")
+      ->needs(trace)
+      ->type_name("STEP|FROM:TO");
+  command->add_option("--require", a->requirements, requirement_help)
+      ->type_name("\"RESPONSE<=VALUE\"")
+      ->allow_extra_args(false);
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->add_flag("-v,--verbose", a->verbose, "Tell where the time went, too");
+  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");
+  command->footer(
+      "Ctrl-C saves the state and leaves with status 130; --resume goes on from there.");
+  command->callback([a, &status] { status = run_case(*a); });
+}
+
+}  // namespace firn

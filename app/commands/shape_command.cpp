@@ -1,0 +1,307 @@
+// firn shape: facts of a mesh file, or of every shape and boundary of a case.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/output/boundary_output.h"
+#include "app/output/shape_output.h"
+#include "app/support/exit_status.h"
+#include "experiments/case/case.h"
+#include "experiments/meshes/mesh_file.h"
+#include "experiments/meshes/mesh_repair.h"
+#include "experiments/meshes/wall_solids.h"
+#include "experiments/system/terminal.h"
+#include "experiments/text/toml_document.h"
+#include "experiments/text/units.h"
+#include "reports/rendering/scene_picture.h"
+
+namespace firn {
+namespace {
+
+struct Arguments {
+  std::string file;
+  std::string length_unit = "mm";
+  std::string density = "916.7 kg/m^3";
+  std::string young_modulus = "0.01 GPa";
+  std::string rounding;
+  int max_parts = ShapeOptions{}.max_parts;
+  std::vector<std::string> settings;
+  std::string picture;
+  std::string repaired;
+  bool as_boundary = false;
+  std::string boundary;  // of a case: its name; of a mesh file: empty
+  std::string thickness;
+  bool any_size = false;
+  bool json = false;
+};
+
+double option_quantity(const char* option, const std::string& text, const Dimension& dimension) {
+  try {
+    return parse_quantity(text, dimension);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", option, e.what()));
+  }
+}
+
+bool is_case(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return extension == ".toml";
+}
+
+Json repair_json(const MeshRepair& r) {
+  return {{"needed", r.needed()},       {"hopeless", r.hopeless()},
+          {"degenerate", r.degenerate}, {"disconnected_edges", r.disconnected_edges},
+          {"joined", r.joined},         {"removed", r.removed},
+          {"added", r.added},           {"reversed", r.reversed},
+          {"parts", r.parts},           {"left", defects_json(r.left, find_conflicts(r.mesh))}};
+}
+
+std::string repair_rows(const MeshRepair& r) {
+  return fmt::format("  {:<22}{}\n  {:<22}{}\n  {:<22}{}\n", "disconnected edges",
+                     r.disconnected_edges, "pieces", r.parts, "repair", r.sentence());
+}
+
+// An unsound mesh still has facts worth telling: which defects, what would mend them, and where it
+// lies.
+int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
+                 const MeshConflicts& conflicts, const MeshRepair& repair) {
+  const auto [low, high] = bounding_box(mesh);
+  if (a.json) {
+    print_json({{"file", a.file},
+                {"triangles", mesh.triangles.size()},
+                {"vertices", mesh.vertices.size()},
+                {"sound", false},
+                {"defects", defects_json(defects, conflicts)},
+                {"repair", repair_json(repair)}});
+  } else {
+    print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{}\n{}", a.file, "triangles",
+                mesh.triangles.size(), "bounding box", mm_text(high - low), repair_rows(repair));
+  }
+  if (!find_conflicts(repair.mesh).none()) {
+    print_lines(stderr,
+                "firn: {}: {}; expected surfaces that do not cross and no solid inside another "
+                "one\n",
+                a.file, defects_text(defects, conflicts));
+    return ExitStatus::bad_input;
+  }
+  if (repair.hopeless() || a.repaired.empty()) {
+    print_lines(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
+                defects_text(defects, conflicts),
+                repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
+                                  : std::string("--repaired FILE.stl writes it repaired"));
+    return ExitStatus::bad_input;
+  }
+  write_stl(a.repaired, repair.mesh,
+            option_quantity("--length-unit", "1 " + a.length_unit, dimension::length));
+  print_lines(stderr, "repaired in {}\n", a.repaired);
+  return ExitStatus::done;
+}
+
+// A mesh file as a boundary: it may be open.
+int tell_boundary_mesh(const Arguments& a) {
+  if (!a.boundary.empty())
+    throw InputError(fmt::format(
+        "--boundary {}: {} is a mesh file; expected --boundary alone, or a case file (*.toml)",
+        a.boundary, a.file));
+  if (!a.repaired.empty())
+    throw InputError("--repaired: closes a mesh; expected it without --boundary");
+  const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
+  const double thickness =
+      option_quantity("--thickness", a.thickness.empty() ? "2 mm" : a.thickness, dimension::length);
+  if (!(thickness > 0))
+    throw InputError(
+        fmt::format("--thickness: is \"{}\"; expected a length above zero", a.thickness));
+  const MeshLimits limits = a.any_size ? of_any_size(kBoundaryMesh) : kBoundaryMesh;
+  Boundary b;
+  b.name = std::filesystem::path(a.file).stem().string();
+  b.kind = Boundary::Kind::solid;
+  b.mesh = read_mesh_file(a.file, unit, limits).mesh;
+  try {
+    b.parts = boundary_parts(b.mesh, thickness);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", a.file, e.what()));
+  }
+  const BoundaryFacts facts = facts_of(b, "mesh", 0);
+  if (a.json) {
+    Json json = boundary_json(facts);
+    json["file"] = a.file;
+    print_json(json);
+  } else {
+    print_lines(stdout, "{} (lengths in {})\n{}", a.file, a.length_unit, boundary_table(facts));
+  }
+  if (!a.picture.empty()) {
+    ScenePicture picture;
+    picture.title = b.name;
+    picture.walls.push_back({b.name, {&b.mesh, {Mat3::Identity(), Vec3::Zero()}}});
+    draw_scene(picture, a.picture);
+    print_lines(stderr, "drawn in {}\n", a.picture);
+  }
+  return ExitStatus::done;
+}
+
+int tell_mesh(const Arguments& a) {
+  if (!a.thickness.empty())
+    throw InputError("--thickness: is that of a boundary; expected --boundary as well");
+  if (!a.picture.empty()) {
+    throw InputError(
+        "--picture: draws the scene of a case, or a boundary; expected a case file (*.toml), or "
+        "--boundary");
+  }
+  const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
+  ShapeOptions options;
+  options.name = std::filesystem::path(a.file).stem().string();
+  options.density = option_quantity("--density", a.density, dimension::density);
+  options.young_modulus = option_quantity("--young-modulus", a.young_modulus, dimension::pressure);
+  if (!a.rounding.empty()) {
+    options.rounding = option_quantity("--rounding", a.rounding, dimension::length);
+  }
+  options.max_parts = a.max_parts;
+  const MeshLimits limits = a.any_size ? of_any_size(kParticleMesh) : kParticleMesh;
+  const TriangleMesh mesh = read_mesh_file(a.file, unit, limits).mesh;
+  const MeshDefects defects = inspect(mesh);
+  const MeshRepair repair = firn::repair(read_triangles(a.file, unit, limits));
+  const MeshConflicts conflicts = find_conflicts(mesh);
+  if (!defects.sound() || !conflicts.none())
+    return tell_unsound(a, mesh, defects, conflicts, repair);
+  if (!a.repaired.empty())
+    throw InputError(fmt::format("--repaired: {} has nothing to repair", a.file));
+  const Shape shape = make_mesh(mesh, options);
+  if (a.json) {
+    Json document = shape_json(shape);
+    document["file"] = a.file;
+    document["density"] = options.density;
+    document["repair"] = repair_json(repair);
+    print_json(document);
+  } else {
+    print_lines(stdout, "{} (lengths in {}, {}, {})\n{}{}", a.file, a.length_unit, a.density,
+                a.young_modulus, shape_table(shape), repair_rows(repair));
+  }
+  return ExitStatus::done;
+}
+
+// One boundary of a case.
+int tell_boundary(const Arguments& a, const Case& c, const std::vector<BoundaryFacts>& walls) {
+  const auto wall = std::ranges::find(walls, a.boundary, &BoundaryFacts::name);
+  if (wall == walls.end()) {
+    std::vector<std::string_view> names;
+    for (const BoundaryFacts& w : walls) names.push_back(w.name);
+    throw InputError(
+        names.empty() ? fmt::format("--boundary {}: {} has no boundaries", a.boundary, a.file)
+        : a.boundary.empty()
+            ? fmt::format("--boundary: names no boundary of {}; expected one of {}", a.file,
+                          comma_list(names))
+            : fmt::format("--boundary {}: unknown boundary of {}; the nearest known one is \"{}\"",
+                          a.boundary, a.file, nearest(a.boundary, names)));
+  }
+  if (a.json)
+    print_json(boundary_json(*wall));
+  else
+    print_lines(stdout, "{}\n{}", wall->name, boundary_table(*wall));
+  if (!a.picture.empty()) {
+    if (wall->triangles == 0)
+      throw InputError(fmt::format(
+          "--picture: boundary \"{}\" is a half-space without a mesh; expected another one",
+          wall->name));
+    draw_boundary(c, wall->name, a.picture);
+    print_lines(stderr, "drawn in {}\n", a.picture);
+  }
+  return ExitStatus::done;
+}
+
+int tell_case(const Arguments& a) {
+  std::vector<Override> overrides;
+  for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
+  const Case c = read_case(a.file, overrides);
+  std::vector<BoundaryFacts> walls = boundary_facts(c);
+  if (!a.thickness.empty())
+    throw InputError("--thickness: stands in the case; expected a mesh file");
+  if (a.as_boundary) return tell_boundary(a, c, walls);
+  if (a.json) {
+    Json shapes = Json::array(), boundaries = Json::array();
+    for (const Shape& shape : c.model.shapes) shapes.push_back(shape_json(shape));
+    for (const BoundaryFacts& wall : walls) boundaries.push_back(boundary_json(wall));
+    print_json(
+        {{"file", a.file}, {"case", c.name}, {"shapes", shapes}, {"boundaries", boundaries}});
+  } else {
+    for (const Shape& shape : c.model.shapes)
+      print_lines(stdout, "{}\n{}", shape.name, shape_table(shape));
+    for (const BoundaryFacts& wall : walls)
+      print_lines(stdout, "{}\n{}", wall.name, boundary_table(wall));
+  }
+  if (!a.picture.empty()) {
+    draw_scene(c, a.picture);
+    print_lines(stderr, "drawn in {}\n", a.picture);
+  }
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_shape_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("shape", "Tell the facts of a mesh, or of a case's shapes and boundaries");
+  command->add_option("FILE", a->file, "A mesh, STL or OBJ (*.obj), or a case file (*.toml)")
+      ->required()
+      ->type_name("");
+  command->add_option("--length-unit", a->length_unit, "Of a mesh file, which names none")
+      ->type_name("UNIT")
+      ->capture_default_str();
+  command->add_option("--density", a->density, "Of a mesh file's body")
+      ->type_name("QUANTITY")
+      ->capture_default_str();
+  command->add_option("--young-modulus", a->young_modulus, "Of a mesh file's body")
+      ->type_name("QUANTITY")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--rounding", a->rounding,
+          "Radius of edges and corners of a mesh file's body;\nby default up to 2 % of its "
+          "smallest box edge")
+      ->type_name("LENGTH");
+  command->add_option("--max-parts", a->max_parts, "Convex parts of a mesh file's body, at most")
+      ->check(CLI::Range(1, 64))
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--repaired", a->repaired,
+                   "Write a mesh that has defects, and can be repaired, without them")
+      ->type_name("FILE.stl");
+  command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--picture", a->picture,
+          "Draw the case's boundaries and placed bodies, or the --boundary: an overview,\nfrom "
+          "above, and two sections. FILE.png or FILE.svg")
+      ->type_name("FILE");
+  CLI::Option* boundary = command->add_option(
+      "--boundary", a->boundary,
+      "Of a case: this boundary alone, facts and picture. Of a mesh file, without a "
+      "name:\nas a boundary, which may be open");
+  boundary->expected(0, 1)->type_name("NAME");
+  command
+      ->add_option("--thickness", a->thickness,
+                   "Of the walls of a mesh file as a boundary; 2 mm by default")
+      ->type_name("LENGTH");
+  command->add_flag("--any-size", a->any_size,
+                    "Accept a mesh file's body below 1 um or above 100 m");
+  command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
+  command->footer(
+      "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");
+  command->callback([a, boundary, &status] {
+    a->as_boundary = boundary->count() > 0;
+    status = is_case(a->file) ? tell_case(*a)
+             : a->as_boundary ? tell_boundary_mesh(*a)
+                              : tell_mesh(*a);
+  });
+}
+
+}  // namespace firn

@@ -1,0 +1,67 @@
+// firn sweep: one case over values of its keys and over seeds.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/support/batch_options.h"
+#include "app/support/exit_status.h"
+#include "app/support/report_page.h"
+#include "experiments/batch/sweep/sweep.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/terminal.h"
+
+namespace firn {
+namespace {
+
+struct Arguments {
+  BatchArguments batch;
+  std::string sweep_file;
+};
+
+int run_sweep(const Arguments& a) {
+  SweepOptions options;
+  options.sweep_file = a.sweep_file;
+  options.directory = a.batch.directory;
+  options.jobs = a.batch.jobs;
+  options.resume = a.batch.resume;
+  options.executor = a.batch.executor;
+  options.store = a.batch.store_file();
+  options.json_progress = a.batch.progress == "json";
+  options.show_progress = a.batch.progress != "none";
+  options.interrupt = &interruption::requested();
+  const SweepResult r = sweep(options);
+  if (r.interrupted) {
+    print_lines(stderr,
+                "firn: interrupted; everything finished is kept in {}: the same command goes on "
+                "from there\n",
+                r.directory);
+    return ExitStatus::interrupted;
+  }
+  const std::string page = write_folder_page(r.directory);
+  print_lines(stdout, "{}{}", a.batch.json ? render_json(r) : render_table(r),
+              a.batch.json ? "\n" : "");
+  if (!a.batch.json)
+    print_lines(stderr, "Every run is in {}/runs.csv{}\n", r.directory,
+                page.empty() ? "" : "; to be read: " + page);
+  const bool any = std::ranges::any_of(
+      r.runs, [](const SweepRun& run) { return run.result.status == JobStatus::finished; });
+  return any ? ExitStatus::done : ExitStatus::failed;
+}
+
+}  // namespace
+
+void add_sweep_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("sweep", "Run one case over values of its keys and over seeds");
+  command
+      ->add_option("SWEEP.toml", a->sweep_file, "The sweep: case, what is varied, responses, seeds")
+      ->required()
+      ->type_name("");
+  add_batch_options(*command, a->batch, "sweep");
+  command->callback([a, &status] { status = run_sweep(*a); });
+}
+
+}  // namespace firn

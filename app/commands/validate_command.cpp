@@ -1,0 +1,89 @@
+// firn validate: simulation against experiment.
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/support/batch_options.h"
+#include "app/support/exit_status.h"
+#include "app/support/report_page.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/terminal.h"
+#include "validation/validate.h"
+
+namespace firn {
+namespace {
+
+struct Arguments {
+  ValidationOptions options;
+  BatchArguments batch;
+  std::string require;
+};
+
+// Whether the verdicts are what --require asks for.
+bool requirement_met(const Arguments& a, const Validation& v) {
+  if (a.require.empty()) return true;
+  const int wrong = v.count(ValidationVerdict::inconsistent);
+  const int open = v.count(ValidationVerdict::not_enough_data);
+  return wrong == 0 && (a.require == "none-inconsistent" || open == 0);
+}
+
+int run_suite(const Arguments& a) {
+  ValidationOptions options = a.options;
+  namespace fs = std::filesystem;
+  options.directory = a.batch.directory;
+  options.jobs = a.batch.jobs;
+  options.resume = a.batch.resume;
+  options.executor = a.batch.executor;
+  options.store = a.batch.store_file();
+  options.json_progress = a.batch.progress == "json";
+  options.show_progress = a.batch.progress != "none";
+  options.interrupt = &interruption::requested();
+  const Validation v = validate(options);
+  if (v.interrupted) {
+    print_lines(stderr,
+                "firn: interrupted; everything finished is kept in {}: the same command goes on "
+                "from there\n",
+                v.directory);
+    return ExitStatus::interrupted;
+  }
+  const std::string page = write_folder_page(v.directory);
+  print_lines(stdout, "{}{}", a.batch.json ? render_json(v) : render_table(v),
+              a.batch.json ? "\n" : "");
+  if (!a.batch.json)
+    print_lines(stderr, "Everything about this validation is in {}{}\n", v.directory,
+                page.empty() ? "" : "; to be read: " + page);
+  return requirement_met(a, v) ? ExitStatus::done : ExitStatus::requirement_missed;
+}
+
+}  // namespace
+
+void add_validate_command(CLI::App& app, int& status) {
+  auto a = std::make_shared<Arguments>();
+  ValidationOptions* options = &a->options;
+  CLI::App* command = app.add_subcommand(
+      "validate", "Compare simulations with experiments, with both uncertainties, and judge");
+  command
+      ->add_option("SUITE.toml", options->suite_file,
+                   "The suite: parameter sets, experiments, comparisons")
+      ->required()
+      ->type_name("");
+  command
+      ->add_option("--material", options->material,
+                   "A material record in place of the suite's parameter sets")
+      ->type_name("NAME[@VERSION]");
+  command
+      ->add_option("--database", options->database, "File of material records; docs/materials.md")
+      ->type_name("FILE");
+  command
+      ->add_option("--require", a->require,
+                   "Leave with status 3 unless no verdict is \"inconsistent\", or all are "
+                   "\"consistent\"")
+      ->check(CLI::IsMember({"none-inconsistent", "all-consistent"}))
+      ->type_name("RULE");
+  add_batch_options(*command, a->batch, "validation");
+  command->callback([a, &status] { status = run_suite(*a); });
+}
+
+}  // namespace firn

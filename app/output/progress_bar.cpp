@@ -1,0 +1,78 @@
+#include "app/output/progress_bar.h"
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/system/terminal.h"
+#include "experiments/text/number_text.h"
+#include "experiments/text/units.h"
+
+namespace firn {
+namespace {
+
+constexpr double line_interval = 10;   // s between plain lines
+constexpr double smoothing_time = 20;  // s, memory of the rate
+constexpr int bar_width = 24, narrow_bar_width = 10;
+constexpr std::size_t narrow = 90;  // columns; below, the text needs the room
+
+}  // namespace
+
+ProgressMeter::ProgressMeter(double timestep)
+    : timestep_(timestep), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressMeter::~ProgressMeter() { finish(); }
+
+void ProgressMeter::show(const Progress& progress) {
+  update_rate(progress);
+  if (terminal_) {
+    show_bar(progress);
+  } else if (progress.wall - last_line_ >= line_interval) {
+    last_line_ = progress.wall;
+    show_line(progress);
+  }
+}
+
+void ProgressMeter::finish() {
+  if (bar_visible_) print(stderr, "\r\x1b[K");
+  bar_visible_ = false;
+}
+
+void ProgressMeter::update_rate(const Progress& p) {
+  const double wall = p.wall - last_wall_;
+  if (!first_ && wall > 0) {
+    const double now = (p.time - last_time_) / wall;
+    const double weight = rate_ > 0 ? 1 - std::exp(-wall / smoothing_time) : 1;
+    rate_ += weight * (now - rate_);
+  }
+  first_ = false;
+  last_time_ = p.time;
+  last_wall_ = p.wall;
+}
+
+void ProgressMeter::show_bar(const Progress& p) {
+  const std::size_t columns = terminal_columns();
+  const int width = columns < narrow ? narrow_bar_width : bar_width;
+  const double part = p.latest_end > 0 ? std::clamp(p.time / p.latest_end, 0.0, 1.0) : 0;
+  const int filled = static_cast<int>(part * width);
+  // Stages may end early, so the time to the latest end is an upper bound.
+  const std::string left =
+      rate_ > 0 ? "at most " + duration_text((p.latest_end - p.time) / rate_) + " left, " : "";
+  const std::string line = fmt::format(
+      "[{}{}] {:.3f} of {} s, {}{}", std::string(filled, '='), std::string(width - filled, ' '),
+      p.time, number_text(p.latest_end), left, encode::terminal(stage_text(p)));
+  print(stderr, "\r\x1b[K" + fit_columns(line, columns));
+  std::fflush(stderr);
+  bar_visible_ = true;
+}
+
+void ProgressMeter::show_line(const Progress& p) const {
+  spdlog::info("{:.3f} of {} s, {}, {:.0f} steps/s, at most {} left", p.time,
+               number_text(p.latest_end), stage_text(p), rate_ / timestep_,
+               rate_ > 0 ? duration_text((p.latest_end - p.time) / rate_) : "?");
+}
+
+}  // namespace firn

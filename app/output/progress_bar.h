@@ -1,0 +1,35 @@
+// Shows how a run gets on: a bar on a terminal, a plain line now and then elsewhere.
+#pragma once
+
+#include "experiments/run/run.h"
+
+namespace firn {
+
+class ProgressMeter {
+ public:
+  // timestep: s, to tell the rate of steps.
+  explicit ProgressMeter(double timestep);
+  ~ProgressMeter();
+  ProgressMeter(const ProgressMeter&) = delete;
+  ProgressMeter& operator=(const ProgressMeter&) = delete;
+
+  void show(const Progress& progress);
+  void finish();  // leaves the terminal's line clean
+
+ private:
+  // Simulated seconds per wall second, smoothed over the last while.
+  void update_rate(const Progress& progress);
+  void show_bar(const Progress& progress);
+  void show_line(const Progress& progress) const;
+
+  double timestep_;
+  bool terminal_;
+  bool bar_visible_ = false;
+  bool first_ = true;
+  double last_time_ = 0;  // s, simulated
+  double last_wall_ = 0;  // s
+  double last_line_ = 0;  // s, wall time of the last plain line
+  double rate_ = 0;
+};
+
+}  // namespace firn

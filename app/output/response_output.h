@@ -1,0 +1,38 @@
+// What the program prints of a run: tables for people, JSON for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/support/requirement.h"
+#include "experiments/results/response.h"
+#include "firn/solver.h"
+
+namespace firn {
+
+using Json = nlohmann::ordered_json;
+
+// Name, value +- one standard deviation, unit and method, one response a line.
+std::string responses_table(const std::vector<Response>& responses);
+// name -> { value, uncertainty, unit, method, method_version }; a scalar's value is a number, any
+// other response's an array; an unknown uncertainty and an undefined value are null.
+Json responses_json(const std::vector<Response>& responses);
+
+// One line a verdict.
+std::string verdicts_table(const std::vector<Verdict>& verdicts);
+Json verdicts_json(const std::vector<Verdict>& verdicts);
+
+// Wall time by phase of the step, in order of appearance.
+std::string profile_table(const std::vector<PhaseTime>& profile);
+Json profile_json(const std::vector<PhaseTime>& profile);
+
+Json energy_json(const Energy& energy);
+
+// A number with four significant digits and a length in mm, for people.
+std::string mm_text(const Vec3& size);  // "61.0 x 20.6 x 13.7 mm"
+
+// Prints to standard output; the only JSON document there.
+void print_json(const Json& document);
+
+}  // namespace firn

@@ -1,0 +1,50 @@
+#include "app/support/batch_options.h"
+
+#include <filesystem>
+
+namespace firn {
+
+std::string BatchArguments::store_file() const {
+  namespace fs = std::filesystem;
+  if (no_store) return "";
+  if (!store.empty()) return store;
+  if (directory.empty()) return (fs::path("runs") / "store.db").string();
+  fs::path folder = fs::absolute(directory).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  return (folder.parent_path() / "store.db").string();
+}
+
+void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& what) {
+  command
+      .add_option("-o,--output", a.directory,
+                  "Folder for its journal, runs and results; runs/<" + what + " name> by default")
+      ->type_name("DIR");
+  command.add_option("--jobs", a.jobs, "Simulations side by side; one per core by default")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  command
+      .add_option("--executor", a.executor,
+                  "Who simulates: this machine, or the cluster it belongs to")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->capture_default_str();
+  CLI::Option* store =
+      command
+          .add_option("--store", a.store,
+                      "Outcomes shared with other studies, validations and sweeps; store.db beside "
+                      "the folder by default")
+          ->type_name("FILE");
+  command.add_flag("--no-store", a.no_store, "Share no outcomes with others")->excludes(store);
+  command.add_flag("--resume", a.resume,
+                   "Insist on going on: fail when the folder does not hold this " + what +
+                       ". Without it a " + what +
+                       " goes on too where its folder has finished runs");
+  command
+      .add_option("--progress", a.progress,
+                  "On standard error: a bar for people, a JSON object a line for each event, or "
+                  "nothing")
+      ->check(CLI::IsMember({"people", "json", "none"}))
+      ->capture_default_str();
+  command.add_flag("--json", a.json, "Print JSON on standard output and nothing else");
+}
+
+}  // namespace firn

@@ -1,0 +1,192 @@
+#include "app/support/record_verification.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "experiments/run/run.h"
+#include "experiments/storage/sha256.h"
+#include "experiments/storage/version.h"
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/system/temporary_folder.h"
+#include "experiments/system/terminal.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+RecordCheck check_file(const std::string& record, const RawData& data) {
+  RecordCheck check{record, fmt::format("{} {}", data.what, data.file), Finding::holds, ""};
+  std::error_code error;
+  const std::string file =
+      fs::is_regular_file(data.file, error) ? data.file : moved_file(data.file);
+  if (file.empty()) {
+    check.finding = Finding::unknown;
+    check.detail = "is not here";
+  } else if (sha256(read_input_file(file, "raw data", input_limits::raw_data_bytes)) !=
+             data.sha256) {
+    check.finding = Finding::fails;
+    check.detail = "is another file now: its hash differs";
+  }
+  return check;
+}
+
+std::vector<Override> overrides_of(const MaterialRecord& r, const Anchor& anchor,
+                                   const SimulatedCase& simulated, std::uint64_t seed) {
+  std::vector<Override> overrides = {{"case.seed", std::to_string(seed)}};
+  for (std::size_t i = 0; i < anchor.values.size(); ++i) {
+    const MaterialParameter& p = r.parameters[r.index(r.family->axes[i].parameter)];
+    if (std::ranges::find(simulated.parameters, p.name) == simulated.parameters.end()) continue;
+    for (const std::string& key : p.keys)
+      overrides.emplace_back(key, toml_value(anchor.values[i], p.unit));
+  }
+  return overrides;
+}
+
+// 99 % of Student's distribution with this many degrees of freedom, both sides. Between two
+// tabulated ones the smaller number, whose bound is wider.
+double student_99(std::size_t degrees_of_freedom) {
+  constexpr std::pair<std::size_t, double> table[] = {
+      {1, 63.657}, {2, 9.925}, {3, 5.841},  {4, 4.604},  {5, 4.032},  {6, 3.707},  {7, 3.499},
+      {8, 3.355},  {9, 3.250}, {10, 3.169}, {15, 2.947}, {20, 2.845}, {30, 2.750}, {60, 2.660}};
+  double value = table[0].second;
+  for (const auto& [freedom, quantile] : table)
+    if (freedom <= degrees_of_freedom) value = quantile;
+  return value;
+}
+
+double mean(const std::vector<double>& x) {
+  double sum = 0;
+  for (const double v : x) sum += v;
+  return sum / static_cast<double>(x.size());
+}
+
+double standard_deviation(const std::vector<double>& x) {
+  double squares = 0;
+  for (const double v : x) squares += (v - mean(x)) * (v - mean(x));
+  return std::sqrt(squares / static_cast<double>(x.size() - 1));
+}
+
+// One response over the runs of an anchor.
+struct Replayed {
+  std::vector<double> recorded;  // of the runs that were repeated
+  std::vector<double> all;       // of every recorded run
+  std::vector<double> now;
+};
+
+void judge(const Replayed& r, bool same_program, RecordCheck& check) {
+  if (r.now == r.recorded) {
+    check.detail = fmt::format("the same bits in {} runs", r.now.size());
+    return;
+  }
+  if (r.now.size() != r.recorded.size()) {
+    check.finding = Finding::fails;
+    check.detail = fmt::format("{} of {} runs still give it", r.now.size(), r.recorded.size());
+    return;
+  }
+  check.detail = fmt::format("recorded {:.6g}, now {:.6g} (mean of {} runs)", mean(r.recorded),
+                             mean(r.now), r.now.size());
+  if (same_program) {
+    check.finding = Finding::fails;
+    check.detail += "; expected the same bits of the same program";
+  } else if (r.all.size() < 2) {
+    check.finding = Finding::unknown;
+    check.detail += "; one recorded run has no scatter to judge by";
+  } else {
+    // Chaos makes of another program's run another member of the same population.
+    const double bound =
+        student_99(r.all.size() - 1) * standard_deviation(r.all) *
+        std::sqrt(1 / static_cast<double>(r.now.size()) + 1 / static_cast<double>(r.all.size()));
+    if (!(std::abs(mean(r.now) - mean(r.all)) <= bound)) check.finding = Finding::fails;
+    check.detail += fmt::format("; the recorded scatter allows {:.2g}", bound);
+  }
+}
+
+std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
+                               const SimulatedCase& simulated, std::uint64_t seed, int threads) {
+  const TemporaryFolder scratch("replay");
+  const Case c = read_case_text(simulated.text, r.reference() + ": case", ".",
+                                overrides_of(r, anchor, simulated, seed));
+  RunOptions options;
+  options.results_file = scratch.file("run.h5");
+  options.threads = threads;
+  print_lines(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), anchor.name,
+              simulated.experiment.empty() ? "" : ", ", simulated.experiment, seed);
+  const RunSummary summary = run(c, options);
+  if (summary.status != RunStatus::finished)
+    throw RunError(
+        fmt::format("the replay of {} with seed {}: {}", r.reference(), seed, summary.reason));
+  return summary.responses;
+}
+
+// By response, behind the name of its experiment where it has one.
+std::map<std::string, Replayed> replay(const MaterialRecord& r, const Anchor& anchor,
+                                       const SimulatedCase& simulated,
+                                       const RecordReplayOptions& options) {
+  std::map<std::string, Replayed> all;
+  int repeated = 0;
+  for (const AnchorRun& recorded : anchor.runs) {
+    if (recorded.experiment != simulated.experiment) continue;
+    const auto entry = [&](const std::string& name) -> Replayed& {
+      return all[simulated.experiment.empty() ? name : simulated.experiment + ": " + name];
+    };
+    for (const MaterialResponse& response : recorded.responses)
+      entry(response.name).all.push_back(response.value);
+    if (options.runs > 0 && repeated == options.runs) continue;
+    ++repeated;
+    const auto now = simulate(r, anchor, simulated, recorded.seed, options.threads);
+    for (const MaterialResponse& response : recorded.responses) {
+      entry(response.name).recorded.push_back(response.value);
+      const auto again = std::ranges::find(now, response.name, &Response::name);
+      if (again != now.end() && again->value.size() == 1)
+        entry(response.name).now.push_back(again->value[0]);
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
+                                        const MaterialChoice& choice) {
+  const std::vector<std::string> names = database.names();
+  if (std::ranges::find(names, choice.name) == names.end())
+    database.find(choice.name);  // says which is nearest
+  std::vector<RecordCheck> checks;
+  const std::vector<std::string> faults = database.faults(choice.name);
+  for (const std::string& fault : faults)
+    checks.push_back({choice.name, "content", Finding::fails, fault});
+  if (!faults.empty()) return checks;
+  checks.push_back({choice.name, "content", Finding::holds, "every version has its hash"});
+  const StoredRecord stored = database.find(choice.name, choice.version);
+  for (const RawData& data : stored.record.provenance.raw_data)
+    checks.push_back(check_file(stored.record.reference(), data));
+  return checks;
+}
+
+std::vector<RecordCheck> replay_record(const StoredRecord& stored,
+                                       const RecordReplayOptions& options) {
+  const MaterialRecord& r = stored.record;
+  if (!r.family || r.provenance.cases.empty())
+    return {{r.reference(), "replay", Finding::unknown, "rests on no simulation"}};
+  const bool same_program = r.provenance.program == firn_program();
+  std::vector<RecordCheck> checks;
+  for (const Anchor& anchor : r.family->anchors) {
+    for (const SimulatedCase& simulated : r.provenance.cases) {
+      for (const auto& [response, replayed] : replay(r, anchor, simulated, options)) {
+        RecordCheck check{r.reference(), fmt::format("replay of #{}: {}", anchor.name, response),
+                          Finding::holds, ""};
+        judge(replayed, same_program, check);
+        checks.push_back(check);
+      }
+    }
+  }
+  return checks;
+}
+
+}  // namespace firn

@@ -1,0 +1,36 @@
+// Whether records are what they say: hashes, raw data, and their simulations run again.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/material_records/material_database.h"
+
+namespace firn {
+
+enum class Finding { holds, fails, unknown };  // unknown: a file that is not here, no scatter known
+
+struct RecordCheck {
+  std::string record, what;
+  Finding finding = Finding::holds;
+  std::string detail;
+};
+
+// Of every version of a name: content against hash, hash against the next version's. Of the record
+// that is asked for (the newest unless a version is given): raw data against their hashes.
+std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
+                                        const MaterialChoice& choice);
+
+struct RecordReplayOptions {
+  int threads = 1;
+  int runs = 0;  // at most, of each anchor in each experiment; 0: all
+};
+
+// Simulates the anchors of a record again with the recorded seeds. By the same program, as
+// firn_program() tells, responses are the same bits; by another one, the mean of each is that of
+// the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation
+// fails.
+std::vector<RecordCheck> replay_record(const StoredRecord& stored,
+                                       const RecordReplayOptions& options);
+
+}  // namespace firn

@@ -1,0 +1,64 @@
+#include "app/support/report_page.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "experiments/batch/batch_folder.h"
+#include "experiments/system/output_file.h"
+#include "experiments/system/terminal.h"
+#include "firn/math.h"
+#include "reports/documents/run_page.h"
+#include "reports/documents/study_page.h"
+#include "reports/documents/sweep_page.h"
+#include "reports/html/json_values.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_run(const fs::path& path) { return path.extension() == ".h5"; }
+
+// results.json of the folder, or the file itself.
+fs::path results_json(const std::string& path) {
+  std::error_code unreadable;  // as a name that is too long
+  return fs::is_directory(path, unreadable) ? fs::path(path) / "results.json" : fs::path(path);
+}
+
+}  // namespace
+
+page::Page report_page(const std::string& path, const ValidationPageOptions& options) {
+  if (is_run(path)) return run_page(path);
+  const fs::path source = results_json(path);
+  std::error_code unreadable;
+  if (!fs::exists(source, unreadable))
+    throw InputError(fmt::format(
+        "{}: does not exist; expected RUN.h5, the folder of a study, a validation or a sweep, "
+        "or its results.json",
+        source.string()));
+  const Json json = read_results_json(source.string());
+  if (json.is_object() && json.value("kind", Json()) == "sweep") return sweep_page(source.string());
+  const bool study = json.is_object() && json.contains("study");
+  return study ? study_page(source.string()) : validation_page(source.string(), options);
+}
+
+std::string write_folder_page(const std::string& folder) {
+  const std::string page = default_report_file(folder).string();
+  try {
+    with_kept_runs(folder, [&] { report_page(folder, {}).write(page); });
+    return page;
+  } catch (const OutputRefused& e) {
+    throw WriteError(page, e.error);
+  } catch (const InputError& e) {  // the results stand all the same
+    print_lines(stderr, "firn: no page: {}\n", e.what());
+    return "";
+  }
+}
+
+fs::path default_report_file(const std::string& path) {
+  return is_run(path) ? fs::path(path).replace_extension(".html")
+                      : results_json(path).parent_path() / "report.html";
+}
+
+}  // namespace firn

@@ -1,0 +1,180 @@
+#include "calibrate/calibrate.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "calibrate/calibration.h"
+#include "calibrate/direct_search.h"
+#include "calibrate/output/calibration_result.h"
+#include "calibrate/output/result_to_record.h"
+#include "experiments/batch/batch_folder.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/output_file.h"
+#include "experiments/system/terminal.h"
+#include "experiments/system/text_encoding.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, Answer& a) {
+  for (const JournalRun& run : runs) {
+    a.other_version += run.program != campaign.program();
+    if (!campaign.asked_for(run.key)) continue;
+    ++a.runs;
+    a.finished += run.status == "finished";
+    a.arched += run.status == "arched";
+    a.failed += run.status == "failed";
+    a.crashed += run.status == "crashed";
+    a.timed_out += run.status == "timed out";
+    a.out_of_memory += run.status == "out of memory";
+    if (cut_short(run.result.status))
+      a.cut_short.push_back(
+          fmt::format("{} seed {}: {}", run.label.parameters, run.label.seed, run.result.reason));
+    a.wall += run.result.wall;
+  }
+}
+
+StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
+                       const Campaign& campaign, const std::string& directory, bool plot) {
+  journal.require_in_place();
+  const std::vector<JournalRun> runs = journal.runs();
+  count_runs(runs, campaign, answer);
+  StudySummary s;
+  s.verdict = answer.verdict;
+  s.headline = answer.headline;
+  s.table = render_table(study, answer);
+  s.json = render_json(study, answer);
+  s.directory = directory;
+  const fs::path folder(directory);
+  for (const JournalRun& run : runs) {
+    // It may lie with another study, or this folder may have been moved since.
+    for (const fs::path& results :
+         {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
+      std::error_code unreadable;  // as a name that is too long
+      if (run.label.phase == "confirm" && campaign.asked_for(run.key) &&
+          fs::exists(results, unreadable))
+        s.example_run = results.string();
+    }
+  }
+  write_own_file(folder / "results.json", s.json + "\n");
+  write_own_file(folder / "runs.csv", render_runs_csv(study, runs));
+  if (answer.posterior)
+    write_own_file(folder / "posterior.csv", render_posterior_csv(study, answer));
+  write_own_file(folder / "report.md",
+                 fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
+                             encode::markdown(s.headline), encode::markdown_block(s.table)));
+  journal.require_in_place();
+  if (!plot || !answer.knowledge) return s;
+  if (const std::string trouble = plot_fitted_response(study, answer, directory); !trouble.empty())
+    print_lines(stderr, "firn: no plot of the fitted response: {}\n", trouble);
+  return s;
+}
+
+}  // namespace
+
+const char* to_string(StudyVerdict verdict) {
+  switch (verdict) {
+    case StudyVerdict::calibrated:
+      return "calibrated";
+    case StudyVerdict::undetermined:
+      return "undetermined";
+    case StudyVerdict::unconfirmed:
+      return "unconfirmed";
+    case StudyVerdict::out_of_reach:
+      return "out of reach";
+    case StudyVerdict::prior_conflict:
+      return "prior conflict";
+    case StudyVerdict::searched:
+      return "searched";
+    case StudyVerdict::too_few_runs:
+      return "too few runs";
+    case StudyVerdict::interrupted:
+      return "interrupted";
+  }
+  return "";
+}
+
+int StudySummary::exit_status() const {
+  if (verdict == StudyVerdict::interrupted) return 130;
+  return verdict == StudyVerdict::too_few_runs ? 1 : 0;
+}
+
+namespace {
+
+ProgressStyle progress_style(const StudyOptions& options) {
+  if (!options.show_progress) return ProgressStyle::none;
+  return options.json_progress ? ProgressStyle::json : ProgressStyle::people;
+}
+
+BatchFolder open_folder(const Study& study, const StudyOptions& options,
+                        const std::string& directory) {
+  BatchFolderOptions o;
+  o.directory = directory;
+  o.identity = study_identity(study.text, study.source);
+  o.must_exist = options.resume;
+  o.executor = options.executor;
+  o.program = options.program;
+  o.jobs = options.jobs;
+  o.store = options.store;
+  o.slurm = study.execution.slurm;
+  o.progress = progress_style(options);
+  o.progress_name = "calibrate";
+  o.largest_total = study.largest_total();
+  o.interrupt = options.interrupt;
+  o.replace_executor = options.replace_executor;
+  return BatchFolder(o);
+}
+
+StudySummary carry_out(Study& study, const StudyOptions& options, const std::string& directory) {
+  if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
+  if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
+  if (!options.save.name.empty()) require_material(study);
+  BatchFolder batch = open_folder(study, options, directory);
+  const interruption::Advice advice(fmt::format(
+      "everything finished is kept in {}: the same command goes on from there", directory));
+  Campaign campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
+                    batch.runs(), options.interrupt);
+  Answer answer;
+  try {
+    answer = study.direct == DirectSearch::none
+                 ? Calibration(study, campaign, batch.progress()).answer()
+                 : direct_search(study, campaign, batch.progress());
+  } catch (const BatchInterrupted&) {
+    StudySummary s;
+    s.headline = fmt::format(
+        "interrupted; everything finished is kept in {}: the same command goes "
+        "on from there",
+        directory);
+    s.json = R"({"verdict": "interrupted"})";
+    s.directory = directory;
+    return s;
+  }
+  batch.progress().done();
+  StudySummary summary =
+      summarize(study, answer, batch.journal(), campaign, directory, options.plot);
+  if (!options.save.name.empty()) {
+    try {
+      std::vector<JournalRun> used = batch.journal().runs();
+      std::erase_if(used, [&](const JournalRun& run) { return !campaign.asked_for(run.key); });
+      summary.record =
+          material_record(study, answer, used, batch.executor(), directory, options.save);
+    } catch (const InputError& e) {  // the study is worth telling all the same
+      summary.not_saved = e.what();
+    }
+  }
+  return summary;
+}
+
+}  // namespace
+
+StudySummary calibrate(const StudyOptions& options) {
+  Study study = read_study(options.study_file);
+  const std::string directory =
+      options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
+  return with_kept_runs(directory, [&] { return carry_out(study, options, directory); });
+}
+
+}  // namespace firn

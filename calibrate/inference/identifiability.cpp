@@ -1,0 +1,193 @@
+#include "calibrate/inference/identifiability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calibrate/numerics/experimental_design.h"
+
+namespace firn {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A uniform range has this standard deviation; a direction is identified when the data alone do
+// better than that.
+const double uniform_sd = 1 / std::sqrt(12.0);
+constexpr int valley_members = 5;
+constexpr std::size_t candidates = 400;
+constexpr double keep_apart = 0.15;  // unit cube
+
+VarianceSplit split_variance(const Target& t, const Prediction& p, Against against) {
+  const double measurement = t.uncertainty * t.uncertainty;
+  if (against == Against::measurement) return {measurement, 0, 0};
+  return {measurement, p.noise_variance, p.variance - p.noise_variance};
+}
+
+double value_at(const Study& study, const Combination& c, const VectorXd& u) {
+  double value = 0;
+  for (Index i = 0; i < u.size(); ++i) {
+    const Parameter& p = study.parameters[static_cast<std::size_t>(i)];
+    const double x = p.from_unit(u[i]);
+    value += c.coefficients[i] * (p.logarithmic ? std::log(x) : x);
+  }
+  return value;
+}
+
+// The model is so uncertain at u that it counts beside a measurement.
+bool unsure(const Study& study, const std::vector<Surrogate>& models, const VectorXd& u) {
+  constexpr double counts = 0.3;
+  for (std::size_t k = 0; k < models.size(); ++k)
+    if (std::sqrt(models[k].predict(u).variance) > counts * study.targets[k].uncertainty)
+      return true;
+  return false;
+}
+
+}  // namespace
+
+std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
+                                      const VectorXd& u, Against against) {
+  const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
+  MatrixXd jacobian(targets, d);
+  std::vector<VarianceSplit> splits;
+  for (Index k = 0; k < targets; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const Prediction p = knowledge.targets[i].surrogate.best.predict_with_gradients(u);
+    splits.push_back(split_variance(study.targets[i], p, against));
+    jacobian.row(k) = p.mean_gradient.transpose() / std::sqrt(splits.back().total());
+  }
+  const Eigen::JacobiSVD<MatrixXd> svd(jacobian, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  std::vector<Combination> all;
+  for (Index j = 0; j < d; ++j) {
+    Combination c;
+    c.direction = svd.matrixV().col(j);
+    c.singular_value = j < svd.singularValues().size() ? svd.singularValues()[j] : 0;
+    c.identified = c.singular_value * uniform_sd > 1;
+    // From the unit cube to the parameters or their logarithms, at unit length.
+    c.coefficients = c.direction;
+    for (Index i = 0; i < d; ++i)
+      c.coefficients[i] /= study.parameters[static_cast<std::size_t>(i)].width();
+    Index largest = 0;
+    c.coefficients.cwiseAbs().maxCoeff(&largest);
+    const double norm = (c.coefficients[largest] < 0 ? -1 : 1) * c.coefficients.norm();
+    c.coefficients /= norm;
+    c.direction *= norm < 0 ? -1 : 1;
+    c.value = value_at(study, c, u);
+    c.sd = c.singular_value > 0 ? 1 / (c.singular_value * std::abs(norm))
+                                : std::numeric_limits<double>::infinity();
+    if (c.identified)
+      for (Index k = 0; k < targets; ++k) {
+        // Each target's share in this direction, times where its variance comes from.
+        const VarianceSplit& s = splits[static_cast<std::size_t>(k)];
+        const double share = c.sd * c.sd * svd.matrixU()(k, j) * svd.matrixU()(k, j) / s.total();
+        c.split.measurement += share * s.measurement;
+        c.split.seeds += share * s.seeds;
+        c.split.surrogate += share * s.surrogate;
+      }
+    all.push_back(std::move(c));
+  }
+  return all;
+}
+
+void spread_over(const Posterior& posterior, const Study& study, std::vector<Combination>& all) {
+  for (Combination& c : all) {
+    double squares = 0;
+    std::vector<double> distances;
+    for (std::size_t s = 0; s < posterior.u.size(); ++s) {
+      distances.push_back(std::abs(value_at(study, c, posterior.u[s]) - c.value));
+      squares += posterior.weight[s] * distances.back() * distances.back();
+    }
+    c.spread = std::sqrt(squares);
+    c.distance_95 = weighted_quantile(distances, posterior.weight, 0.95);
+    if (!c.bends()) continue;
+    // The ends of a bent valley are far off, and hold little of the posterior.
+    for (std::size_t s = 0; s < distances.size(); ++s)
+      if (posterior.cost[s] <= posterior.cost_95)
+        c.distance_95 = std::max(c.distance_95, distances[s]);
+  }
+}
+
+double possible_gain(const Study& study, const Knowledge& knowledge, const Posterior& posterior,
+                     const VectorXd& u) {
+  const auto now = combinations(study, knowledge, u);
+  const auto then = combinations(study, knowledge, u, Against::measurement);
+  for (std::size_t j = 0; j < now.size(); ++j)
+    if (then[j].identified && !now[j].identified) return 1;
+  double gain = 0;
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    double variance = 0;
+    for (std::size_t s = 0; s < posterior.u.size(); ++s)
+      variance += posterior.weight[s] *
+                  knowledge.targets[k].surrogate.best.predict(posterior.u[s]).variance;
+    const double measurement = study.targets[k].uncertainty;
+    gain = std::max(gain, 1 - measurement / std::hypot(measurement, std::sqrt(variance)));
+  }
+  return gain;
+}
+
+std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
+                                 const Posterior& posterior) {
+  const Index d = posterior.longest.size();
+  std::vector<double> along(posterior.u.size());
+  for (std::size_t s = 0; s < along.size(); ++s) along[s] = posterior.longest.dot(posterior.u[s]);
+  std::vector<ValleyMember> members;
+  for (int m = 0; m < valley_members; ++m) {
+    const double q = 0.05 + 0.9 * m / (valley_members - 1);
+    const double place = weighted_quantile(along, posterior.weight, q);
+    // The best answer on the plane across the valley at this place, the plane made soft.
+    const auto f = [&](const VectorXd& u) {
+      return misfit.cost(u) + std::pow((posterior.longest.dot(u) - place) / 0.01, 2);
+    };
+    std::size_t start = 0;
+    for (std::size_t s = 1; s < along.size(); ++s)
+      if (std::abs(along[s] - place) < 0.02 &&
+          (std::abs(along[start] - place) >= 0.02 || posterior.weight[s] > posterior.weight[start]))
+        start = s;
+    const Minimum best =
+        minimize_locally(f, VectorXd::Zero(d), VectorXd::Ones(d), posterior.u[start], 0.02, 400);
+    members.push_back({best.x, tidy_values(study.parameters, best.x)});
+  }
+  return members;
+}
+
+std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
+                                       const Posterior& posterior, const VectorXd& answer,
+                                       FirstPoint first, std::vector<VectorXd> taken, int count,
+                                       int seeds) {
+  const std::vector<VectorXd> pool = resampled(posterior, candidates);
+  std::vector<Surrogate> believed;
+  for (const ResponseModel& m : knowledge.targets) believed.push_back(m.surrogate.best);
+  std::vector<VectorXd> chosen;
+  for (int i = 0; i < count; ++i) {
+    const bool answer_first =
+        i == 0 && (first == FirstPoint::answer || unsure(study, believed, answer));
+    const VectorXd* best = answer_first ? &answer : nullptr;
+    double most = best != nullptr ? std::numeric_limits<double>::infinity() : -1;
+    for (const VectorXd& u : pool) {
+      double score = 0;
+      for (std::size_t k = 0; k < believed.size(); ++k)
+        score += believed[k].predict(u).variance / std::pow(study.targets[k].uncertainty, 2);
+      score *= std::pow(1 - knowledge.arch_probability(u), 2);
+      score *= 1 - knowledge.cut_short_probability(u);  // costs as much and tells nothing
+      // A polynomial's variance hardly knows where the points are: keep them apart ourselves.
+      for (const VectorXd& t : taken)
+        score *= 1 - std::exp(-0.5 * (u - t).squaredNorm() / (keep_apart * keep_apart));
+      if (score > most) {
+        most = score;
+        best = &u;
+      }
+    }
+    chosen.push_back(*best);
+    taken.push_back(*best);
+    for (std::size_t k = 0; k < believed.size(); ++k) {
+      const double level = believed[k].predict(*best).mean;
+      const double noise = knowledge.targets[k].noise.at(level);
+      believed[k] = believed[k].with_believed_point(*best, noise * noise / seeds);
+    }
+  }
+  return chosen;
+}
+
+}  // namespace firn

@@ -1,0 +1,93 @@
+#include "calibrate/inference/measurement_planning.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr std::size_t hypotheses = 1024;  // each is the truth once
+
+// Gauss-Hermite nodes for the scatter of the outcome itself: standard deviations and weights.
+constexpr std::array<std::array<double, 2>, 3> scatter = {
+    {{0, 2.0 / 3}, {-1.7320508075688772, 1.0 / 6}, {1.7320508075688772, 1.0 / 6}}};
+
+double log_normal_density(double y, double mean, double variance) {
+  return -0.5 * ((y - mean) * (y - mean) / variance + std::log(2 * M_PI * variance));
+}
+
+// Of the values x with these weights (not normalised).
+double weighted_sd(const std::vector<double>& x, const std::vector<double>& weight) {
+  double w = 0, mean = 0, squares = 0;
+  for (std::size_t s = 0; s < x.size(); ++s) {
+    w += weight[s];
+    mean += weight[s] * x[s];
+  }
+  mean /= w;
+  for (std::size_t s = 0; s < x.size(); ++s) squares += weight[s] * (x[s] - mean) * (x[s] - mean);
+  return std::sqrt(squares / w);
+}
+
+void judge(const Surrogate& model, const std::vector<VectorXd>& believed, const VectorXd& longest,
+           Advice& a) {
+  std::vector<double> mean, variance, along;
+  for (const VectorXd& u : believed) {
+    const Prediction p = model.predict(u);
+    mean.push_back(p.mean);
+    variance.push_back(p.variance + a.uncertainty * a.uncertainty);
+    along.push_back(longest.dot(u));
+  }
+  const double before = weighted_sd(along, std::vector<double>(along.size(), 1.0));
+  double nats = 0, after = 0;
+  std::vector<double> likelihood(believed.size());
+  for (std::size_t t = 0; t < believed.size(); ++t)
+    for (const auto& [z, part] : scatter) {
+      const double y = mean[t] + z * std::sqrt(variance[t]);
+      double evidence = 0;
+      for (std::size_t s = 0; s < believed.size(); ++s) {
+        likelihood[s] = std::exp(log_normal_density(y, mean[s], variance[s]));
+        evidence += likelihood[s] / static_cast<double>(believed.size());
+      }
+      const double share = part / static_cast<double>(believed.size());
+      nats += share * (log_normal_density(y, mean[t], variance[t]) - std::log(evidence));
+      after += share * weighted_sd(along, likelihood);
+    }
+  a.information = std::max(0.0, nats) / std::log(2.0);
+  a.longest_left = before > 0 ? after / before : 1;
+}
+
+}  // namespace
+
+std::vector<Advice> what_to_measure_next(const Study& study, const Knowledge& knowledge,
+                                         const Posterior& posterior) {
+  const std::vector<VectorXd> believed = resampled(posterior, hypotheses);
+  std::vector<Advice> all;
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    const Target& t = study.targets[k];
+    all.push_back({t.response, true, t.uncertainty, t.unit, t.effort, 0, 1});
+    judge(knowledge.targets[k].surrogate.best, believed, posterior.longest, all.back());
+  }
+  for (const Observed& o : study.observed) {
+    if (o.uncertainty == 0) continue;
+    for (const ResponseModel& m : knowledge.observed)
+      if (m.response.label == o.response.label) {
+        all.push_back({o.response, false, o.uncertainty, o.unit, o.effort, 0, 1});
+        judge(m.surrogate.best, believed, posterior.longest, all.back());
+      }
+  }
+  const bool efforts =
+      std::all_of(all.begin(), all.end(), [](const Advice& a) { return a.effort > 0; });
+  // What is known already may be measured better and leave the valley as long as it was: the cut of
+  // the valley counts, by halvings.
+  const auto worth = [&](const Advice& a) {
+    return -std::log2(a.longest_left) / (efforts ? a.effort : 1);
+  };
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const Advice& a, const Advice& b) { return worth(a) > worth(b); });
+  return all;
+}
+
+}  // namespace firn

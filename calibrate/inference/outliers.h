@@ -1,0 +1,27 @@
+// Runs whose response has nothing to do with that of other seeds at the same parameters.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibrate/study/study_runs.h"
+
+namespace firn {
+
+struct OutlierRun {
+  ResponseId response;
+  std::size_t point = 0, seed = 0;  // indices
+  double value = 0, others = 0;     // median of the other seeds there
+};
+
+// Points with one or two runs that disagree with each other, or with the points around them, by so
+// much that more seeds must tell which is wrong. At most `most`, the worst first.
+std::vector<std::size_t> suspect_points(const Study& study, const std::vector<Point>& points,
+                                        std::size_t most);
+
+// Runs at points with three or more that are farther from the median of the others than any noise
+// explains. None of a response where they are many: that is its scatter. Marks them in the points,
+// which give no value of them from then on.
+std::vector<OutlierRun> mark_outliers(const Study& study, std::vector<Point>& points);
+
+}  // namespace firn

@@ -1,0 +1,320 @@
+#include "calibrate/inference/posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "calibrate/numerics/experimental_design.h"
+#include "calibrate/numerics/random.h"
+
+namespace firn {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int cloud_size = 4096;
+constexpr int moves = 6;  // Metropolis steps of every sample at each temperature
+constexpr int profile_points = 25;
+constexpr double wilks_95 = 3.841;  // quantile of chi squared with one degree of freedom
+
+VectorXd normal_vector(std::mt19937_64& random, Index d) {
+  VectorXd v(d);
+  for (Index i = 0; i < d; ++i)  // Box and Muller
+    v[i] = std::sqrt(-2 * std::log(uniform(random))) * std::cos(2 * M_PI * uniform(random));
+  return v;
+}
+
+double effective(const std::vector<double>& weight) {
+  double sum = 0, squares = 0;
+  for (const double w : weight) {
+    sum += w;
+    squares += w * w;
+  }
+  return sum * sum / squares;
+}
+
+// exp(-(to - from) / 2 * cost), the largest being 1.
+std::vector<double> tempered_weights(const std::vector<double>& cost, double step) {
+  const double least = *std::min_element(cost.begin(), cost.end());
+  std::vector<double> weight;
+  weight.reserve(cost.size());
+  for (const double c : cost) weight.push_back(std::exp(-0.5 * step * (c - least)));
+  return weight;
+}
+
+// The longest step of the temperature after which half of the cloud still counts.
+double longest_step(const std::vector<double>& cost, double left) {
+  const double enough = 0.5 * static_cast<double>(cost.size());
+  if (effective(tempered_weights(cost, left)) >= enough) return left;
+  double low = 0, high = left;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (effective(tempered_weights(cost, middle)) >= enough ? low : high) = middle;
+  }
+  return low > 0 ? low : high;
+}
+
+MatrixXd covariance(const std::vector<VectorXd>& u, const std::vector<double>& weight) {
+  const Index d = u.front().size();
+  VectorXd mean = VectorXd::Zero(d);
+  MatrixXd c = MatrixXd::Zero(d, d);
+  for (std::size_t s = 0; s < u.size(); ++s) mean += weight[s] * u[s];
+  for (std::size_t s = 0; s < u.size(); ++s)
+    c += weight[s] * (u[s] - mean) * (u[s] - mean).transpose();
+  return c;
+}
+
+class Cloud {
+ public:
+  Cloud(const std::function<double(const VectorXd&)>& density_cost, int dimensions)
+      : cost_of_(density_cost), random_(20061) {
+    for (int i = 0; i < cloud_size; ++i) {
+      u.push_back(quasi_random_point(static_cast<std::uint64_t>(i), dimensions));
+      cost.push_back(cost_of_(u.back()));
+    }
+  }
+
+  // As many samples of each as its weight says; equal weights afterwards.
+  void resample(const std::vector<double>& weight) {
+    const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
+    std::vector<VectorXd> chosen;
+    std::vector<double> its_cost;
+    double reached = 0;
+    for (std::size_t s = 0; s < u.size(); ++s) {
+      reached += weight[s] / sum * static_cast<double>(u.size());
+      while (static_cast<double>(chosen.size()) + 0.5 < reached) {
+        chosen.push_back(u[s]);
+        its_cost.push_back(cost[s]);
+      }
+    }
+    while (chosen.size() < u.size()) {  // what rounding left
+      chosen.push_back(chosen.back());
+      its_cost.push_back(its_cost.back());
+    }
+    u = std::move(chosen);
+    cost = std::move(its_cost);
+  }
+
+  // Metropolis steps under exp(-temperature / 2 * cost) inside the cube.
+  void move(double temperature) {
+    const Index d = u.front().size();
+    const std::vector<double> equal(u.size(), 1.0 / static_cast<double>(u.size()));
+    MatrixXd c = covariance(u, equal);
+    c.diagonal().array() += 1e-12;
+    const MatrixXd factor = c.llt().matrixL();
+    double length = 2.38 / std::sqrt(static_cast<double>(d));
+    for (int m = 0; m < moves; ++m) {
+      int accepted = 0;
+      for (std::size_t s = 0; s < u.size(); ++s) {
+        const VectorXd v = u[s] + length * (factor * normal_vector(random_, d));
+        const double chance = uniform(random_);
+        if (v.minCoeff() < 0 || v.maxCoeff() > 1) continue;
+        const double there = cost_of_(v);
+        if (!(0.5 * temperature * (there - cost[s]) < -std::log(chance))) continue;
+        u[s] = v;
+        cost[s] = there;
+        ++accepted;
+      }
+      // A bent valley wants shorter steps than a Gaussian of its covariance.
+      const double rate = accepted / static_cast<double>(u.size());
+      length *= std::exp(std::clamp(rate - 0.25, -0.5, 0.5));
+    }
+  }
+
+  std::vector<VectorXd> u;
+  std::vector<double> cost;
+
+ private:
+  const std::function<double(const VectorXd&)>& cost_of_;
+  std::mt19937_64 random_;
+};
+
+// Standard deviation of what was believed of a parameter before any run.
+double prior_sd(const Parameter& p) {
+  const auto sd = p.prior_sd_unit();
+  if (!sd) return 1 / std::sqrt(12.0);
+  constexpr int cells = 1000;
+  double w0 = 0, w1 = 0, w2 = 0;
+  for (int i = 0; i < cells; ++i) {
+    const double x = (i + 0.5) / cells, z = (x - p.prior_mean_unit()) / *sd;
+    const double w = std::exp(-0.5 * z * z);
+    w0 += w;
+    w1 += w * x;
+    w2 += w * x * x;
+  }
+  return std::sqrt(w2 / w0 - (w1 / w0) * (w1 / w0));
+}
+
+Marginal marginal(const Parameter& parameter, const Posterior& p, Index i) {
+  Marginal m;
+  std::vector<double> x(p.u.size());
+  for (std::size_t s = 0; s < x.size(); ++s) {
+    x[s] = p.u[s][i];
+    m.mean += p.weight[s] * x[s];
+  }
+  for (std::size_t s = 0; s < x.size(); ++s)
+    m.sd += p.weight[s] * (x[s] - m.mean) * (x[s] - m.mean);
+  m.sd = std::sqrt(m.sd);
+  // An end of the range may be the truth when samples there are no worse than a profile allows; a
+  // central interval would never hold it.
+  constexpr double end = 0.02;
+  double least = p.cost.front(), at_low = std::numeric_limits<double>::infinity(), at_high = at_low;
+  for (std::size_t s = 0; s < x.size(); ++s) {
+    least = std::min(least, p.cost[s]);
+    if (x[s] < end) at_low = std::min(at_low, p.cost[s]);
+    if (x[s] > 1 - end) at_high = std::min(at_high, p.cost[s]);
+  }
+  m.at_min = at_low - least <= wilks_95;
+  m.at_max = at_high - least <= wilks_95;
+  const double low = m.at_min ? 0 : weighted_quantile(x, p.weight, m.at_max ? 0.05 : 0.025);
+  const double high = m.at_max ? 1 : weighted_quantile(x, p.weight, m.at_min ? 0.95 : 0.975);
+  m.low = m.at_min ? parameter.min : parameter.from_unit(low);
+  m.median = parameter.from_unit(weighted_quantile(x, p.weight, 0.5));
+  m.high = m.at_max ? parameter.max : parameter.from_unit(high);
+  m.width_ratio = m.sd / prior_sd(parameter);
+  return m;
+}
+
+// The least cost with parameter i held, found from `start`; the others end up in it.
+double least_with(const Misfit& misfit, Index i, double held, VectorXd& start) {
+  const Index d = start.size();
+  start[i] = held;
+  if (d == 1) return misfit.cost(start);
+  const auto whole = [&](const VectorXd& others) {
+    VectorXd u(d);
+    u << others.head(i), held, others.tail(d - 1 - i);
+    return u;
+  };
+  VectorXd others(d - 1);
+  others << start.head(i), start.tail(d - 1 - i);
+  const Minimum m =
+      minimize_locally([&](const VectorXd& v) { return misfit.cost(whole(v)); },
+                       VectorXd::Zero(d - 1), VectorXd::Ones(d - 1), others, 0.1, 200);
+  start = whole(m.x);
+  return m.value;
+}
+
+// Where a profile crosses `level` on its way from point k to the side `step`, own unit.
+double crossing(const Parameter& parameter, const Profile& p, std::size_t k, int step,
+                double level) {
+  const auto last = static_cast<std::size_t>(step < 0 ? 0 : profile_points - 1);
+  while (k != last) {
+    const std::size_t next = step < 0 ? k - 1 : k + 1;
+    if (p.cost[next] > level) {
+      const double part = (level - p.cost[k]) / (p.cost[next] - p.cost[k]);
+      return parameter.from_unit(p.u[k] + part * (p.u[next] - p.u[k]));
+    }
+    k = next;
+  }
+  return parameter.from_unit(p.u[last]);
+}
+
+}  // namespace
+
+double weighted_quantile(const std::vector<double>& x, const std::vector<double>& weight,
+                         double q) {
+  std::vector<std::size_t> order(x.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return x[a] < x[b]; });
+  double sum = 0;
+  for (const std::size_t i : order) {
+    sum += weight[i];
+    if (sum >= q) return x[i];
+  }
+  return x[order.back()];
+}
+
+double Posterior::denser_than(double place_cost) const {
+  double sum = 0;
+  for (std::size_t s = 0; s < cost.size(); ++s)
+    if (cost[s] < place_cost) sum += weight[s];
+  return sum;
+}
+
+Posterior sample_density(const std::function<double(const VectorXd&)>& cost, int dimensions) {
+  Cloud cloud(cost, dimensions);
+  double temperature = 0;
+  std::vector<double> weight;
+  while (true) {
+    const double step = longest_step(cloud.cost, 1 - temperature);
+    weight = tempered_weights(cloud.cost, step);
+    if (temperature + step >= 1) break;
+    temperature += step;
+    cloud.resample(weight);
+    cloud.move(temperature);
+  }
+  Posterior p;
+  const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
+  for (double& w : weight) w /= sum;
+  p.effective_samples = effective(weight);
+  p.u = std::move(cloud.u);
+  p.cost = std::move(cloud.cost);
+  p.weight = std::move(weight);
+  p.cost_95 = weighted_quantile(p.cost, p.weight, 0.95);
+  return p;
+}
+
+Posterior sample_posterior(const Study& study, const Misfit& misfit) {
+  const Index d = static_cast<Index>(study.parameters.size());
+  Posterior p =
+      sample_density([&](const VectorXd& u) { return misfit.cost(u); }, static_cast<int>(d));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance(p.u, p.weight));
+  p.longest = eigen.eigenvectors().col(d - 1);
+  if (p.longest[0] < 0) p.longest *= -1;
+  for (Index i = 0; i < d; ++i)
+    p.marginals.push_back(marginal(study.parameters[static_cast<std::size_t>(i)], p, i));
+  return p;
+}
+
+std::vector<VectorXd> resampled(const Posterior& p, std::size_t count) {
+  std::vector<VectorXd> chosen;
+  double sum = 0;
+  for (std::size_t s = 0; s < p.u.size(); ++s) {
+    sum += p.weight[s];
+    while (chosen.size() < count &&
+           sum > (static_cast<double>(chosen.size()) + 0.5) / static_cast<double>(count))
+      chosen.push_back(p.u[s]);
+  }
+  return chosen;
+}
+
+std::vector<Profile> profile_likelihoods(const Study& study, const Misfit& misfit,
+                                         const Posterior& posterior) {
+  const Index d = static_cast<Index>(study.parameters.size());
+  std::vector<Profile> all;
+  for (Index i = 0; i < d; ++i) {
+    Profile p;
+    for (int k = 0; k < profile_points; ++k) {
+      const double held = static_cast<double>(k) / (profile_points - 1);
+      // From the sample nearest in cost, a step along the range counting like one sd of the data.
+      std::size_t nearest = 0;
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t s = 0; s < posterior.u.size(); ++s) {
+        const double far = (posterior.u[s][i] - held) * profile_points;
+        if (const double c = posterior.cost[s] + far * far; c < least) {
+          least = c;
+          nearest = s;
+        }
+      }
+      VectorXd start = posterior.u[nearest];
+      p.u.push_back(held);
+      p.cost.push_back(least_with(misfit, i, held, start));
+    }
+    const auto lowest = std::min_element(p.cost.begin(), p.cost.end());
+    const auto k = static_cast<std::size_t>(lowest - p.cost.begin());
+    const double floor =
+        std::min(*lowest, *std::min_element(posterior.cost.begin(), posterior.cost.end()));
+    for (double& c : p.cost) c -= floor;
+    const Parameter& parameter = study.parameters[static_cast<std::size_t>(i)];
+    p.low = crossing(parameter, p, k, -1, wilks_95);
+    p.high = crossing(parameter, p, k, 1, wilks_95);
+    all.push_back(std::move(p));
+  }
+  return all;
+}
+
+}  // namespace firn

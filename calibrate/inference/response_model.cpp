@@ -1,0 +1,256 @@
+#include "calibrate/inference/response_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double pull_sd = 1;             // of the weak pull, in ranges
+constexpr double share_reach = 0.15;      // width of the smoothing, unit cube
+constexpr double share_prior_runs = 0.5;  // runs that end otherwise, believed everywhere
+constexpr int search_evaluations = 600;
+
+double log_likelihood(const std::vector<Sample>& samples, bool relative, double sd) {
+  double sum = 0;
+  for (const Sample& s : samples) {
+    if (s.count < 2) continue;
+    const double variance = std::pow(sd * (relative ? s.mean : 1), 2);
+    sum -= 0.5 * ((s.count - 1) * std::log(variance) + s.sum_of_squares / variance);
+  }
+  return sum;
+}
+
+double pooled_sd(const std::vector<Sample>& samples, bool relative, int degrees_of_freedom) {
+  double sum = 0;
+  for (const Sample& s : samples)
+    if (s.count >= 2) sum += s.sum_of_squares / (relative ? s.mean * s.mean : 1);
+  return std::sqrt(sum / degrees_of_freedom);
+}
+
+bool inside(const VectorXd& u) { return u.minCoeff() >= -1e-9 && u.maxCoeff() <= 1 + 1e-9; }
+
+// Points with several seeds tell of the noise by their scatter; others by how far the model, fitted
+// to all others, is from them, as far as that is noise.
+std::vector<NoiseSite> noise_sites(const ResponseModel& m, const SurrogateData& data) {
+  const VectorXd z = m.surrogate.best.leave_one_out_z();
+  std::vector<NoiseSite> sites;
+  for (Index i = 0; i < data.y.size(); ++i) {
+    const Sample& s = m.samples[static_cast<std::size_t>(i)];
+    const double pooled = std::pow(m.noise.at(s.mean), 2);
+    if (!(pooled > 0)) continue;
+    const VectorXd u = data.u.row(i).transpose();
+    if (s.count >= 2) {
+      sites.push_back({u, s.sum_of_squares / pooled, s.count - 1.0});
+    } else {
+      const double share = pooled / (pooled + m.surrogate.best.predict(u).variance);
+      sites.push_back({u, share * z[i] * z[i], share});
+    }
+  }
+  return sites;
+}
+
+std::optional<ResponseModel> model_response(const ResponseId& response,
+                                            const std::vector<Point>& points) {
+  std::vector<const Point*> used;
+  std::vector<Sample> samples, all;
+  std::string unit;
+  for (const Point& p : points) {
+    const Sample s = sample(p.finished(response));
+    if (s.count == 0) continue;
+    all.push_back(s);  // a point outside the ranges still tells of the noise
+    if (!inside(p.u)) continue;
+    used.push_back(&p);
+    samples.push_back(s);
+    unit = p.unit(response);
+  }
+  const auto noise = pool_noise(all);
+  const Index d = points.empty() ? 0 : points.front().u.size(), n = static_cast<Index>(used.size());
+  if (!noise || n < d + 2) return std::nullopt;
+  SurrogateData data{MatrixXd(n, d), VectorXd(n), VectorXd(n), 0};
+  for (Index i = 0; i < n; ++i) {
+    const Sample& s = samples[static_cast<std::size_t>(i)];
+    data.u.row(i) = used[static_cast<std::size_t>(i)]->u.transpose();
+    data.y[i] = s.mean;
+    data.noise_variance[i] = std::pow(noise->at(s.mean), 2) / s.count;
+  }
+  data.noise_freedom = noise->degrees_of_freedom;
+  ResponseModel m{
+      response,          unit, *noise, choose_surrogate(data), samples, data.y.minCoeff(),
+      data.y.maxCoeff(), 0};
+  m.noise_sites = noise_sites(m, data);
+  m.local_noise = LocalNoise(m.noise_sites);
+  if (!m.local_noise.uniform()) {
+    for (Index i = 0; i < n; ++i)
+      data.noise_variance[i] *= m.local_noise.factor(data.u.row(i).transpose());
+    m.surrogate = choose_surrogate(data);
+  }
+  m.largest_leave_one_out_z = m.surrogate.best.leave_one_out_z().cwiseAbs().maxCoeff();
+  return m;
+}
+
+}  // namespace
+
+bool ResponseModel::explains_its_runs() const {
+  const double points = static_cast<double>(samples.size());
+  return points * std::erfc(largest_leave_one_out_z / std::sqrt(2.0)) > 0.01;
+}
+
+double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }
+
+std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {
+  NoiseModel constant;
+  bool positive = true;
+  for (const Sample& s : samples)
+    if (s.count >= 2) {
+      constant.degrees_of_freedom += s.count - 1;
+      positive = positive && s.mean > 0;
+    }
+  if (constant.degrees_of_freedom == 0) return std::nullopt;
+  constant.sd = pooled_sd(samples, false, constant.degrees_of_freedom);
+  if (!positive || constant.sd == 0) return constant;
+  NoiseModel relative = constant;
+  relative.relative = true;
+  relative.sd = pooled_sd(samples, true, constant.degrees_of_freedom);
+  return log_likelihood(samples, true, relative.sd) > log_likelihood(samples, false, constant.sd)
+             ? relative
+             : constant;
+}
+
+OutcomeShare::OutcomeShare(const std::vector<Point>& points, std::size_t experiment,
+                           const std::vector<JobStatus>& counted,
+                           const std::vector<JobStatus>& among) {
+  for (const Point& p : points) {
+    u_.push_back(p.u);
+    counted_.push_back(0);
+    for (const JobStatus status : counted) counted_.back() += p.count(status, experiment);
+    runs_.push_back(counted_.back());
+    for (const JobStatus status : among) runs_.back() += p.count(status, experiment);
+    any_ = any_ || counted_.back() > 0;
+  }
+}
+
+double OutcomeShare::at(const VectorXd& u) const {
+  if (!any_) return 0;
+  double counted = 0, runs = share_prior_runs;
+  for (std::size_t i = 0; i < u_.size(); ++i) {
+    const double w = std::exp(-0.5 * (u - u_[i]).squaredNorm() / (share_reach * share_reach));
+    counted += w * counted_[i];
+    runs += w * runs_[i];
+  }
+  return counted / runs;
+}
+
+namespace {
+
+double any_of(const std::vector<OutcomeShare>& shares, const VectorXd& u) {
+  double none = 1;
+  for (const OutcomeShare& share : shares) none *= 1 - share.at(u);
+  return 1 - none;
+}
+
+}  // namespace
+
+double Knowledge::arch_probability(const VectorXd& u) const { return any_of(arched, u); }
+double Knowledge::cut_short_probability(const VectorXd& u) const { return any_of(cut_short, u); }
+
+std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& points) {
+  using enum JobStatus;
+  Knowledge k;
+  for (std::size_t e = 0; e < study.experiments.size(); ++e) {
+    k.arched.emplace_back(points, e, std::vector{JobStatus::arched}, std::vector{finished});
+    k.cut_short.emplace_back(points, e, std::vector{failed, crashed, timed_out, out_of_memory},
+                             std::vector{finished, JobStatus::arched});
+  }
+  for (const Target& t : study.targets) {
+    auto m = model_response(t.response, points);
+    if (!m) return std::nullopt;
+    k.targets.push_back(std::move(*m));
+  }
+  for (const Observed& o : study.observed)
+    if (auto m = model_response(o.response, points)) k.observed.push_back(std::move(*m));
+  return k;
+}
+
+double Misfit::cost(const VectorXd& u) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < study_.targets.size(); ++k) {
+    const Target& t = study_.targets[k];
+    const Prediction p = knowledge_.targets[k].surrogate.best.predict(u);
+    const double v = t.uncertainty * t.uncertainty + p.variance;
+    sum += (p.mean - t.value) * (p.mean - t.value) / v + std::log(v);
+  }
+  for (Index i = 0; i < dimensions(); ++i) {
+    const Parameter& p = study_.parameters[static_cast<std::size_t>(i)];
+    if (const auto sd = p.prior_sd_unit()) sum += std::pow((u[i] - p.prior_mean_unit()) / *sd, 2);
+  }
+  return sum - 2 * std::log(1 - knowledge_.arch_probability(u));
+}
+
+double Misfit::picking_cost(const VectorXd& u) const {
+  return cost(u) + (u.array() - 0.5).square().sum() / (pull_sd * pull_sd);
+}
+
+VectorXd Misfit::z(const VectorXd& u) const {
+  VectorXd z(static_cast<Index>(study_.targets.size()));
+  for (Index k = 0; k < z.size(); ++k) {
+    const Target& t = study_.targets[static_cast<std::size_t>(k)];
+    const Prediction p = knowledge_.targets[static_cast<std::size_t>(k)].surrogate.best.predict(u);
+    z[k] = (p.mean - t.value) / std::sqrt(t.uncertainty * t.uncertainty + p.variance);
+  }
+  return z;
+}
+
+LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
+  const Index targets = static_cast<Index>(study_.targets.size()), d = dimensions();
+  VectorXd sd(targets);
+  for (Index k = 0; k < targets; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    sd[k] = std::hypot(study_.targets[i].uncertainty,
+                       std::sqrt(knowledge_.targets[i].surrogate.best.predict(frozen).variance));
+  }
+  LeastSquaresProblem problem;
+  problem.residuals = static_cast<int>(targets + 2 * d);
+  problem.lower = VectorXd::Zero(d);
+  problem.upper = VectorXd::Ones(d);
+  problem.evaluate = [this, sd, targets, d](const VectorXd& u, VectorXd& r, MatrixXd* jacobian) {
+    r.setZero();
+    if (jacobian != nullptr) jacobian->setZero();
+    for (Index k = 0; k < targets; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const Prediction p = knowledge_.targets[i].surrogate.best.predict_with_gradients(u);
+      r[k] = (p.mean - study_.targets[i].value) / sd[k];
+      if (jacobian != nullptr) jacobian->row(k) = p.mean_gradient.transpose() / sd[k];
+    }
+    for (Index i = 0; i < d; ++i) {
+      const Parameter& p = study_.parameters[static_cast<std::size_t>(i)];
+      if (const auto prior = p.prior_sd_unit()) {
+        r[targets + i] = (u[i] - p.prior_mean_unit()) / *prior;
+        if (jacobian != nullptr) (*jacobian)(targets + i, i) = 1 / *prior;
+      }
+      r[targets + d + i] = (u[i] - 0.5) / pull_sd;
+      if (jacobian != nullptr) (*jacobian)(targets + d + i, i) = 1 / pull_sd;
+    }
+    return true;
+  };
+  return problem;
+}
+
+Minimum Misfit::best() const {
+  const VectorXd zero = VectorXd::Zero(dimensions()), one = VectorXd::Ones(dimensions());
+  const auto f = [this](const VectorXd& u) { return picking_cost(u); };
+  Minimum m = minimize(f, zero, one, search_evaluations);
+  // Least squares sees no ln V and no arching: its answer counts only where it is no worse.
+  const LeastSquaresFit fit = least_squares(residuals(m.x), m.x);
+  if (const double value = fit.x.allFinite() ? picking_cost(fit.x) : m.value; value < m.value) {
+    m.x = fit.x;
+    m.value = value;
+  }
+  return m;
+}
+
+}  // namespace firn

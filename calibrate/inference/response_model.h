@@ -1,0 +1,100 @@
+// What the runs say: how noisy each response is, how it depends on the parameters, and how well any
+// set of parameters meets the measurements.
+#pragma once
+
+#include <Eigen/Dense>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/numerics/noise_model.h"
+#include "calibrate/numerics/optimize.h"
+#include "calibrate/numerics/surrogate.h"
+#include "calibrate/study/study_runs.h"
+#include "experiments/analysis/sample_statistics.h"
+
+namespace firn {
+
+// Standard deviation of one run about the mean over seeds, pooled over all points that have
+// several.
+struct NoiseModel {
+  bool relative = false;  // sd is a fraction of the response, else in its unit
+  double sd = 0;
+  int degrees_of_freedom = 0;
+  double at(double level) const;
+};
+// The better of a constant and a relative spread by likelihood. Nothing without two runs anywhere.
+std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples);
+
+struct ResponseModel {
+  ResponseId response;
+  std::string unit;
+  NoiseModel noise;
+  SurrogateChoice surrogate;
+  std::vector<Sample> samples;     // one per point of the fit
+  double lowest = 0, highest = 0;  // means of the points
+  double largest_leave_one_out_z = 0;
+  std::vector<NoiseSite> noise_sites = {};  // relative to `noise`
+  LocalNoise local_noise = {};              // of these sites
+  // Whether the largest leave-one-out error is one that chance gives more often than once in a
+  // hundred models. If not, what the model says of its uncertainty is not to be relied on.
+  bool explains_its_runs() const;
+};
+
+// Share of an experiment's runs near a point that ended in one way: a smoothed count.
+class OutcomeShare {
+ public:
+  // Of `counted` among those that ended so or as one of `among`.
+  OutcomeShare(const std::vector<Point>& points, std::size_t experiment,
+               const std::vector<JobStatus>& counted, const std::vector<JobStatus>& among);
+  bool any() const { return any_; }
+  double at(const Eigen::VectorXd& u) const;
+
+ private:
+  std::vector<Eigen::VectorXd> u_;
+  std::vector<double> counted_, runs_;
+  bool any_ = false;
+};
+
+// Everything learned from the runs so far.
+struct Knowledge {
+  std::vector<ResponseModel> targets;   // in order of Study::targets
+  std::vector<ResponseModel> observed;  // those of Study::observed that could be modelled
+  // By experiment. A flow that arches is evidence: the experiment's did not. A run that failed or
+  // was cut short by a limit is none: its response is unknown, whatever it would have been.
+  std::vector<OutcomeShare> arched, cut_short;
+
+  double arch_probability(const Eigen::VectorXd& u) const;  // in any experiment
+  double cut_short_probability(const Eigen::VectorXd& u) const;
+};
+// Points outside the ranges are left out. Nothing when the finished runs of a target are too few.
+std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& points);
+
+// How far a set of parameters is from the measurements.
+class Misfit {
+ public:
+  Misfit(const Study& study, const Knowledge& knowledge) : study_(study), knowledge_(knowledge) {}
+
+  // Minus twice the logarithm of the posterior density up to a constant: for each target
+  // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors,
+  // plus the chance that the flow arches, which the experiment did not do.
+  double cost(const Eigen::VectorXd& u) const;
+  // The same with a weak pull to the middle of the ranges, which chooses among equals and nothing
+  // else: one range away costs as much as one standard deviation of a target.
+  double picking_cost(const Eigen::VectorXd& u) const;
+  // Whitened residuals (m - y) / sqrt(V) of the targets, then the prior blocks, then the pull; V as
+  // it is at `frozen`.
+  LeastSquaresProblem residuals(const Eigen::VectorXd& frozen) const;
+  // (m - y) / sqrt(V) of each target.
+  Eigen::VectorXd z(const Eigen::VectorXd& u) const;
+  // The global minimum of picking_cost: NLopt, then Ceres where it improves on it.
+  Minimum best() const;
+
+ private:
+  Eigen::Index dimensions() const { return static_cast<Eigen::Index>(study_.parameters.size()); }
+
+  const Study& study_;
+  const Knowledge& knowledge_;
+};
+
+}  // namespace firn

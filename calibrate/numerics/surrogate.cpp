@@ -1,0 +1,374 @@
+#include "calibrate/numerics/surrogate.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <random>
+
+#include "calibrate/numerics/optimize.h"
+#include "calibrate/numerics/random.h"
+
+namespace firn {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Standard deviations believed of the trend's coefficients, in units of the spread of the data,
+// for coordinates that run from -1 to 1.
+constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
+// Where departure and length are looked for and what is thought of them beforehand: a tenth of the
+// spread, and shapes as wide as most of the range. Keeps a handful of points from choosing wonders.
+constexpr double departure_guess = 0.1, departure_spread = 1.2;  // of ln(sd)
+constexpr double length_guess = 0.8, length_spread = 0.6;        // of ln(length)
+constexpr double least_departure = 1e-4, most_departure = 3, most_noise = 10;
+constexpr double least_length = 0.1, most_length = 5;
+constexpr double jitter = 1e-10;
+// Members of the mixture, and the walk that finds them: sweeps over all hyperparameters between two
+// members, and the longest step in a logarithm.
+constexpr int members = 8, sweeps = 25;
+constexpr double longest_step = 1.2;
+
+// Matern 5/2 correlation as a function of the scaled distance, and its derivative over r^2 / 2.
+ArrayXd matern(const ArrayXd& r) {
+  const ArrayXd a = std::sqrt(5.0) * r;
+  return (1 + a + a.square() / 3) * (-a).exp();
+}
+ArrayXd matern_slope(const ArrayXd& r) {
+  const ArrayXd a = std::sqrt(5.0) * r;
+  return -5.0 / 3 * (1 + a) * (-a).exp();
+}
+
+// Length of each row of `apart` with its columns in units of `lengths`.
+ArrayXd scaled_norms(const MatrixXd& apart, const VectorXd& lengths) {
+  return (apart * lengths.cwiseInverse().asDiagonal()).rowwise().norm();
+}
+
+double log_normal_penalty(double log_value, double guess, double spread) {
+  const double d = (log_value - std::log(guess)) / spread;
+  return 0.5 * d * d;
+}
+
+}  // namespace
+
+std::string SurrogateForm::describe() const {
+  std::string s = quadratic ? "quadratic trend" : "linear trend";
+  s += matern ? " with a Gaussian process" : " with lack of fit";
+  if (logarithm) s += ", of the logarithm";
+  return s;
+}
+
+Surrogate::Surrogate(const SurrogateData& data, const SurrogateForm& form)
+    : data_(data), form_(form) {
+  const Index n = data_.y.size(), d = data_.u.cols();
+  assert(n >= 2 && data_.u.rows() == n && data_.noise_variance.size() == n);
+  VectorXd t(n);
+  for (Index i = 0; i < n; ++i) t[i] = transform(data_.y[i]);
+  shift_ = t.mean();
+  const double spread = std::sqrt((t.array() - shift_).square().sum() / double(n - 1));
+  scale_ = spread > 0 ? spread : 1;
+  z_ = (t.array() - shift_) / scale_;
+  z_noise_ = data_.noise_variance / (scale_ * scale_);
+  if (form_.logarithm) z_noise_ = z_noise_.array() / data_.y.array().square();
+  h_.resize(n, basis(VectorXd::Zero(d)).size());
+  for (Index i = 0; i < n; ++i) h_.row(i) = basis(data_.u.row(i).transpose()).transpose();
+  belief_ = VectorXd::Constant(h_.cols(), curvature_belief * curvature_belief);
+  belief_.head(d + 1).setConstant(slope_belief * slope_belief);
+  belief_[0] = level_belief * level_belief;
+  fit();
+}
+
+double Surrogate::transform(double y) const {
+  assert(!form_.logarithm || y > 0);
+  return form_.logarithm ? std::log(y) : y;
+}
+
+double Surrogate::departure_sd() const {
+  return std::sqrt(most_likely_.departure_variance) * scale_;
+}
+
+const VectorXd& Surrogate::lengths() const { return most_likely_.lengths; }
+
+VectorXd Surrogate::basis(const VectorXd& u) const {
+  const Index d = u.size();
+  const VectorXd x = 2 * u.array() - 1;
+  VectorXd h(form_.quadratic ? 1 + d + d * (d + 1) / 2 : 1 + d);
+  h[0] = 1;
+  h.segment(1, d) = x;
+  if (form_.quadratic)
+    for (Index i = 0, k = 1 + d; i < d; ++i)
+      for (Index j = i; j < d; ++j) h[k++] = x[i] * x[j];
+  return h;
+}
+
+MatrixXd Surrogate::basis_gradient(const VectorXd& u) const {
+  const Index d = u.size();
+  const VectorXd x = 2 * u.array() - 1;
+  MatrixXd g = MatrixXd::Zero(h_.cols(), d);
+  for (Index i = 0; i < d; ++i) g(1 + i, i) = 2;
+  if (form_.quadratic)
+    for (Index i = 0, k = 1 + d; i < d; ++i)
+      for (Index j = i; j < d; ++j, ++k) {
+        g(k, i) += 2 * x[j];
+        g(k, j) += 2 * x[i];
+      }
+  return g;
+}
+
+Surrogate::Member Surrogate::member(const VectorXd& p) const {
+  Member m;
+  m.departure_variance = std::exp(2 * p[0]);
+  m.lengths = p.segment(1, form_.matern ? data_.u.cols() : 0).array().exp();
+  if (data_.noise_freedom > 0) m.noise_factor = std::exp(2 * p[p.size() - 1]);
+  return m;
+}
+
+Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
+  const Index n = z_.size();
+  MatrixXd k = h_ * belief_.asDiagonal() * h_.transpose();
+  // Independent departures share nothing between places.
+  if (form_.matern)
+    for (Index i = 1; i < n; ++i) {
+      const MatrixXd apart = data_.u.topRows(i).rowwise() - data_.u.row(i);
+      k.row(i).head(i) +=
+          m.departure_variance * matern(scaled_norms(apart, m.lengths)).matrix().transpose();
+    }
+  k.diagonal().array() += m.departure_variance + m.noise_factor * z_noise_.array() + jitter;
+  return Eigen::LDLT<MatrixXd>(k);  // sees the lower triangle alone
+}
+
+void Surrogate::factorize(Member& m) const {
+  const Index n = z_.size();
+  m.covariance = covariance(m);
+  m.weights = m.covariance->solve(z_);
+  m.precision = m.covariance->solve(MatrixXd::Identity(n, n)).diagonal();
+}
+
+// Minus the logarithm of likelihood times belief, for the logarithms of departure sd, lengths and,
+// unless it is known, noise sd over the stated one.
+double Surrogate::objective(const VectorXd& p) const {
+  double penalty = log_normal_penalty(p[0], departure_guess, departure_spread);
+  const Member m = member(p);
+  for (Index i = 0; i < m.lengths.size(); ++i)
+    penalty += log_normal_penalty(p[1 + i], length_guess, length_spread);
+  // Scaled inverse chi squared: what a variance may be that was estimated so.
+  penalty += 0.5 * data_.noise_freedom * (std::log(m.noise_factor) + 1 / m.noise_factor);
+  const auto factors = covariance(m);
+  return 0.5 * z_.dot(factors.solve(z_)) + 0.5 * factors.vectorD().array().log().sum() + penalty;
+}
+
+void Surrogate::fit() {
+  const Index lengths = form_.matern ? data_.u.cols() : 0;
+  const Index count = 1 + lengths + (data_.noise_freedom > 0 ? 1 : 0);
+  VectorXd lower(count), upper(count);
+  lower.setConstant(-std::log(most_noise));
+  upper.setConstant(std::log(most_noise));
+  lower[0] = std::log(least_departure);
+  upper[0] = std::log(most_departure);
+  lower.segment(1, lengths).setConstant(std::log(least_length));
+  upper.segment(1, lengths).setConstant(std::log(most_length));
+  const Minimum best = minimize([this](const VectorXd& p) { return objective(p); }, lower, upper,
+                                60 * static_cast<int>(count));
+  // Nothing but NaN: data that no form explains, such as values from 1e-300 to 1e300.
+  const VectorXd start = best.x.size() == count ? best.x : VectorXd((lower + upper) / 2);
+  most_likely_ = member(start);
+  // Metropolis's walk through the posterior, one hyperparameter at a time.
+  std::mt19937_64 random(5489);
+  VectorXd p = start;
+  double here = objective(p);
+  for (int i = 1; i <= members * sweeps; ++i) {
+    for (Index k = 0; k < count; ++k) {
+      VectorXd next = p;
+      next[k] += longest_step * (2 * uniform(random) - 1);
+      const double chance = uniform(random);
+      if (next[k] < lower[k] || next[k] > upper[k]) continue;
+      const double there = objective(next);
+      if (!(there - here < -std::log(chance))) continue;
+      p = next;
+      here = there;
+    }
+    if (i % sweeps != 0) continue;
+    members_.push_back(member(p));
+    factorize(members_.back());
+  }
+  // Where its own points, left out, contradict the form by more than it believes, it believes less.
+  inflation_ = std::max(1.0, leave_one_out_z().squaredNorm() / double(z_.size()));
+}
+
+Prediction Surrogate::predict(const VectorXd& u, bool gradients) const {
+  Prediction p = predict_alone(u, gradients);
+  if (!companion_) return p;
+  const Prediction q = companion_->predict(u, gradients);
+  const double b = companion_share_, a = 1 - b, apart = p.mean - q.mean;
+  if (gradients) {
+    p.variance_gradient = a * p.variance_gradient + b * q.variance_gradient +
+                          2 * a * b * apart * (p.mean_gradient - q.mean_gradient);
+    p.mean_gradient = a * p.mean_gradient + b * q.mean_gradient;
+  }
+  p.mean = a * p.mean + b * q.mean;
+  p.variance = a * p.variance + b * q.variance + a * b * apart * apart;
+  p.noise_variance = a * p.noise_variance + b * q.noise_variance;
+  return p;
+}
+
+Surrogate Surrogate::mixed_with(const Surrogate& other, double share) const {
+  Surrogate s = *this;
+  s.companion_ = std::make_shared<const Surrogate>(other);
+  s.companion_share_ = share;
+  return s;
+}
+
+Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients) const {
+  const Index d = u.size();
+  const double share = 1 / static_cast<double>(members_.size());
+  const VectorXd h = basis(u), bh = belief_.asDiagonal() * h, trend = h_ * bh;
+  const MatrixXd apart = (-data_.u).rowwise() + u.transpose();
+  MatrixXd dh, trend_gradient;  // [points, parameters]
+  if (gradients) {
+    dh = basis_gradient(u);
+    trend_gradient = h_ * (belief_.asDiagonal() * dh);
+  }
+  // Moments of the mixture, standardised: of each member's mean and square, and its variance.
+  double mean = 0, square = 0, variance = 0, noise = 0;
+  VectorXd mean_gradient = VectorXd::Zero(d), square_gradient = VectorXd::Zero(d),
+           variance_gradient = VectorXd::Zero(d);
+  for (const Member& m : members_) {
+    VectorXd k = trend;
+    ArrayXd r;
+    if (form_.matern) {
+      r = scaled_norms(apart, m.lengths);
+      k.array() += m.departure_variance * matern(r);
+    }
+    // The half solution squared, not k . w: it loses no digits to the wide belief in the trend.
+    VectorXd half = m.covariance->transpositionsP() * k;
+    m.covariance->matrixL().solveInPlace(half);
+    VectorXd w = half.cwiseQuotient(m.covariance->vectorD());
+    const double explained = half.dot(w);
+    m.covariance->matrixU().solveInPlace(w);
+    w = m.covariance->transpositionsP().transpose() * w;
+    const double its_mean = k.dot(m.weights);
+    mean += share * its_mean;
+    square += share * its_mean * its_mean;
+    variance += share * std::max(0.0, h.dot(bh) + m.departure_variance - explained);
+    noise += share * m.noise_factor * w.cwiseAbs2().dot(z_noise_);
+    if (!gradients) continue;
+    MatrixXd dk = trend_gradient;
+    if (form_.matern)
+      dk += (m.departure_variance * matern_slope(r)).matrix().asDiagonal() * apart *
+            m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
+    const VectorXd its_gradient = dk.transpose() * m.weights;
+    mean_gradient += share * its_gradient;
+    square_gradient += share * 2 * its_mean * its_gradient;
+    variance_gradient += share * 2 * (dh.transpose() * bh - dk.transpose() * w);
+  }
+  // What members disagree by is uncertain as well.
+  variance = inflation_ * (variance + std::max(0.0, square - mean * mean));
+  variance_gradient = inflation_ * (variance_gradient + square_gradient - 2 * mean * mean_gradient);
+
+  Prediction p;
+  const double t = shift_ + scale_ * mean, s2 = scale_ * scale_;
+  p.mean = form_.logarithm ? std::exp(t) : t;
+  // dy/dt of the transformation carries spread and slope back to the response.
+  const double f = form_.logarithm ? p.mean : 1;
+  p.variance = f * f * s2 * variance;
+  p.noise_variance = f * f * s2 * std::min(variance, noise);
+  if (!gradients) return p;
+  p.mean_gradient = f * scale_ * mean_gradient;
+  p.variance_gradient = f * f * s2 * variance_gradient;
+  if (form_.logarithm) p.variance_gradient += 2 * p.variance / f * p.mean_gradient;
+  return p;
+}
+
+// The members' hyperparameters were drawn with this point in sight: without it, they are believed
+// the less, the better they explain it (importance sampling; Gelfand, Dey and Chang 1992).
+Surrogate::LeftOut Surrogate::left_out(Index point) const {
+  double sum = 0, error = 0, square = 0;
+  for (const Member& m : members_) {
+    const double variance = 1 / m.precision[point], e = m.weights[point] * variance;
+    const double belief = std::sqrt(variance) * std::exp(0.5 * e * e / variance);
+    sum += belief;
+    error += belief * e;
+    square += belief * (e * e + variance);
+  }
+  error /= sum;
+  return {error, square / sum - error * error,
+          std::log(static_cast<double>(members_.size()) / sum)};
+}
+
+VectorXd Surrogate::leave_one_out_z() const {
+  VectorXd z(z_.size());
+  for (Index i = 0; i < z.size(); ++i) {
+    const LeftOut l = left_out(i);
+    z[i] = l.error / std::sqrt(l.variance);
+  }
+  return z;
+}
+
+double Surrogate::leave_one_out_score() const {
+  double score = 0;
+  for (Index i = 0; i < z_.size(); ++i) {
+    score += left_out(i).log_density - std::log(scale_);
+    if (form_.logarithm) score -= std::log(data_.y[i]);
+  }
+  return score;
+}
+
+Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_variance) const {
+  Surrogate s = *this;
+  const Index n = z_.size();
+  const double y = predict(u).mean;
+  s.data_.u.conservativeResize(n + 1, Eigen::NoChange);
+  s.data_.u.row(n) = u.transpose();
+  s.data_.y.conservativeResize(n + 1);
+  s.data_.y[n] = y;
+  s.data_.noise_variance.conservativeResize(n + 1);
+  s.data_.noise_variance[n] = noise_variance;
+  s.z_.conservativeResize(n + 1);
+  s.z_[n] = (transform(y) - shift_) / scale_;
+  s.z_noise_.conservativeResize(n + 1);
+  s.z_noise_[n] = noise_variance / (scale_ * scale_) / (form_.logarithm ? y * y : 1);
+  s.h_.conservativeResize(n + 1, Eigen::NoChange);
+  s.h_.row(n) = basis(u).transpose();
+  for (Member& m : s.members_) s.factorize(m);
+  if (companion_)
+    s.companion_ =
+        std::make_shared<const Surrogate>(companion_->with_believed_point(u, noise_variance));
+  return s;
+}
+
+SurrogateChoice choose_surrogate(const SurrogateData& data) {
+  // A process with a length for each parameter asks for more points than a polynomial.
+  const bool enough_for_matern = data.y.size() >= 3 * data.u.cols() + 1;
+  constexpr double least_of_logarithm = 1e-30;  // the square of one below it may vanish
+  const bool positive = data.y.minCoeff() > least_of_logarithm;
+  std::vector<Surrogate> candidates;
+  for (const bool logarithm : {false, true}) {
+    if (logarithm && !positive) continue;
+    candidates.emplace_back(data, SurrogateForm{false, false, logarithm});
+    candidates.emplace_back(data, SurrogateForm{true, false, logarithm});
+    if (enough_for_matern) candidates.emplace_back(data, SurrogateForm{false, true, logarithm});
+  }
+  // Half a unit of log density is nothing between models: the earlier, simpler one stays.
+  constexpr double near_tie = 0.5;
+  const auto pick = [&](auto&& allowed) {
+    const Surrogate* best = nullptr;
+    for (const Surrogate& s : candidates)
+      if (allowed(s.form()) &&
+          (best == nullptr || s.leave_one_out_score() > best->leave_one_out_score() + near_tie))
+        best = &s;
+    return best;
+  };
+  const Surrogate* best = pick([](const SurrogateForm&) { return true; });
+  const Surrogate* other = pick([&](const SurrogateForm& f) {
+    return f.matern != best->form().matern || f.quadratic != best->form().quadratic;
+  });
+  // Weights by predictive density (pseudo Bayesian model averaging).
+  constexpr double negligible = 0.02;
+  const double share =
+      1 / (1 + std::exp(best->leave_one_out_score() - other->leave_one_out_score()));
+  return {share > negligible ? best->mixed_with(*other, share) : *best, *other};
+}
+
+}  // namespace firn

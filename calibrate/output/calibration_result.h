@@ -1,0 +1,117 @@
+// What a study found, as plain data; tables, JSON and plots are made from it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/inference/goodness_of_fit.h"
+#include "calibrate/inference/identifiability.h"
+#include "calibrate/inference/measurement_planning.h"
+#include "calibrate/inference/outliers.h"
+#include "calibrate/numerics/sobol_indices.h"
+#include "calibrate/output/study_verdict.h"
+
+namespace firn {
+
+// What fresh seeds, or all seeds of a point, give of one response.
+struct Observation {
+  std::string response, unit;
+  Sample sample;
+  double standard_error = 0;  // of the mean, by the pooled noise and this sample together
+};
+
+// A parameter set with the surrogate's word and, where it was simulated, the simulation's.
+struct CheckedSet {
+  std::string name;
+  std::vector<double> values;
+  std::vector<Prediction> predicted;  // of the targets
+  std::vector<Observation> observed;  // targets, then observed responses; empty: not run
+  // Share of the posterior that is denser than here: above 0.95, the set lies outside the 95 %
+  // region. Of compare sets within the ranges.
+  std::optional<double> denser;
+  int finished = 0, arched = 0, failed = 0, cut_short = 0;
+  bool run() const { return finished + arched + failed + cut_short > 0; }
+};
+
+// Other numerics at the middle of the ranges against the case's own.
+struct NumericsOutcome {
+  std::string name;
+  struct Shift {
+    std::string response, unit;
+    double value = 0;           // mean there minus mean at the middle
+    double standard_error = 0;  // of that difference
+  };
+  std::vector<Shift> shifts;  // of targets and observed responses that have values
+};
+
+// Whose doing the variation of a response over the ranges is.
+struct Sensitivity {
+  std::string response;
+  SobolIndices indices;
+  double noise_share = 0;  // variance of one run between seeds over that of the response
+};
+
+// A direct search on the simulations.
+struct DirectOutcome {
+  int evaluations = 0;
+  // Root mean square of (simulated - target) / uncertainty over the targets: as the search saw it
+  // at its best evaluation, and by fresh seeds.
+  double claimed = 0, fresh = 0;
+};
+
+struct ReachedRange {              // of one target
+  double lowest = 0, highest = 0;  // of the surrogate over the ranges
+  bool bracketed = false;          // simulated means lie on both sides of the target
+  bool reachable = false;          // within two standard deviations somewhere
+};
+
+struct Answer {
+  StudyVerdict verdict = StudyVerdict::too_few_runs;
+  std::string headline;
+  std::vector<CheckedSet> compare;
+  std::vector<Point> points;           // of the fit: all but those with other numerics
+  std::optional<Knowledge> knowledge;  // the rest is empty without it
+  std::vector<ReachedRange> reach;     // in order of the targets
+  CheckedSet best;                     // confirmed by fresh seeds, where the verdict allows
+  std::vector<double> cross_check;     // targets: the other surrogate's prediction there
+  std::vector<VarianceSplit> split;    // targets: of the variance that the fit used there
+  std::vector<Combination> combinations;
+  std::optional<Posterior> posterior;
+  std::vector<CheckedSet> valley;  // empty when every direction is identified
+  std::vector<NumericsOutcome> numerics;
+  std::vector<Sensitivity> sensitivity;    // targets, then observed responses
+  std::vector<Profile> profiles;           // in order of the parameters
+  std::vector<Advice> advice;              // best first
+  int rounds = 0;                          // of refinement
+  std::string stopped;                     // why refinement ended, a sentence
+  int reused = 0;                          // runs of other studies with which it began
+  int budget_runs = 0, budget_left = 0;    // of Budget::runs, all experiments together
+  std::string left_because;                // why some are left, a sentence
+  std::optional<Goodness> goodness;        // of all targets together, and of the priors
+  std::optional<Goodness> without_priors;  // where there are priors
+  std::vector<OutlierRun> outliers;        // of `points`: left out
+  std::vector<std::string> cautions;       // what limits the verdict, a clause each
+  double cut_short_share = 0;              // of runs near the answer that failed or met a limit
+  std::optional<DirectOutcome> direct;
+  int runs = 0, finished = 0, arched = 0, failed = 0, crashed = 0, timed_out = 0, out_of_memory = 0;
+  std::vector<std::string> cut_short;  // where: a sentence for each run that a limit stopped
+  int other_version = 0;               // runs in the journal that another program made: not used
+  double wall = 0;                     // s, of all runs together
+};
+
+// Rendering: result_table.cpp, result_json.cpp.
+std::string combination_text(const Study& study, const Combination& combination);
+std::string render_table(const Study& study, const Answer& answer);
+std::string render_json(const Study& study, const Answer& answer);
+// All samples of the posterior (there must be one): parameters in their units, weights that add up
+// to 1, and the logarithm of the density over the unit cube up to a constant.
+std::string render_posterior_csv(const Study& study, const Answer& answer);
+std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
+
+// Fitted response of the first target (there must be a fit) over the parameters, as
+// fitted_response.png and .svg: result_plot.cpp. Empty when both were drawn, else why not.
+std::string plot_fitted_response(const Study& study, const Answer& answer,
+                                 const std::string& directory);
+
+}  // namespace firn

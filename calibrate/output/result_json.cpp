@@ -1,0 +1,303 @@
+// The answer for programs.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibrate/output/calibration_result.h"
+#include "calibrate/output/text_format.h"
+#include "experiments/storage/version.h"
+#include "experiments/system/text_encoding.h"
+
+namespace firn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json named_values(const Study& study, const std::vector<double>& values) {
+  Json j = Json::object();
+  for (std::size_t i = 0; i < values.size(); ++i) j[study.parameters[i].name] = values[i];
+  return j;
+}
+
+Json split_json(const VarianceSplit& s) {
+  return {{"measurement", std::sqrt(s.measurement)},
+          {"seed_noise", std::sqrt(s.seeds)},
+          {"surrogate", std::sqrt(s.surrogate)}};
+}
+
+Json checked_json(const Study& study, const CheckedSet& set) {
+  Json j = {{"name", set.name}, {"parameters", named_values(study, set.values)}};
+  for (std::size_t k = 0; k < set.predicted.size(); ++k)
+    j["fit"][study.targets[k].response.label] = {
+        {"value", set.predicted[k].mean},
+        {"uncertainty", std::sqrt(set.predicted[k].variance)},
+        {"unit", study.targets[k].unit}};
+  if (set.denser) {
+    j["posterior_denser_than_here"] = *set.denser;
+    j["inside_95_region"] = *set.denser <= 0.95;
+  }
+  if (!set.run()) return j;
+  j["runs"] = {{"finished", set.finished},
+               {"arched", set.arched},
+               {"failed", set.failed},
+               {"cut_short", set.cut_short}};
+  for (const Observation& o : set.observed)
+    j["simulated"][o.response] = {{"value", o.sample.count > 0 ? number(o.sample.mean) : nullptr},
+                                  {"standard_error", number(o.standard_error)},
+                                  {"sd_over_seeds", number(o.sample.sd())},
+                                  {"seeds", o.sample.count},
+                                  {"unit", o.unit}};
+  return j;
+}
+
+Json model_json(const ResponseModel& m) {
+  Json lengths = Json::array();
+  for (const double length : m.surrogate.best.lengths()) lengths.push_back(length);
+  return {{"response", m.response.label},
+          {"unit", m.unit},
+          {"surrogate", m.surrogate.best.form().describe()},
+          {"departure_sd", m.surrogate.best.departure_sd()},
+          {"lengths", lengths},
+          {"cross_check", m.surrogate.other.form().describe()},
+          {"points", m.samples.size()},
+          {"largest_leave_one_out_z", m.largest_leave_one_out_z},
+          {"explains_its_runs", m.explains_its_runs()},
+          {"seed_noise",
+           {{"sd", m.noise.sd},
+            {"relative", m.noise.relative},
+            {"degrees_of_freedom", m.noise.degrees_of_freedom},
+            {"uniform", m.local_noise.uniform()}}}};
+}
+
+Json parameters_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    Json j = {{"name", p.name},
+              {"keys", p.keys},
+              {"min", p.min},
+              {"max", p.max},
+              {"unit", p.unit.empty() ? "1" : p.unit},
+              {"scale", p.logarithmic ? "log" : "linear"}};
+    if (p.prior_mean) j["prior"] = {{"mean", *p.prior_mean}, {"sd", *p.prior_sd}};
+    if (a.posterior) {
+      const Marginal& m = a.posterior->marginals[i];
+      j["median"] = m.median;
+      j["interval_95"] = {m.low, m.high};
+      j["width_ratio"] = m.width_ratio;
+      j["at_min"] = m.at_min;
+      j["at_max"] = m.at_max;
+    }
+    if (i < a.profiles.size()) {
+      const Profile& profile = a.profiles[i];
+      Json values = Json::array(), cost = Json::array();
+      for (const double u : profile.u) values.push_back(p.from_unit(u));
+      for (const double c : profile.cost) cost.push_back(number(c));
+      j["profile"] = {{"interval_95", {profile.low, profile.high}},
+                      {"values", values},
+                      {"minus_twice_log_likelihood", cost}};
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json combinations_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (const Combination& c : a.combinations) {
+    Json terms = Json::array();
+    for (std::size_t i = 0; i < study.parameters.size(); ++i)
+      terms.push_back({{"parameter", study.parameters[i].name},
+                       {"of", study.parameters[i].logarithmic ? "logarithm" : "value"},
+                       {"coefficient", c.coefficients[static_cast<Eigen::Index>(i)]}});
+    Json j = {{"identified", c.identified},
+              {"terms", terms},
+              {"value", c.identified ? number(c.value) : nullptr},
+              {"uncertainty", c.identified ? number(c.uncertainty()) : nullptr},
+              {"uncertainty_near_the_answer", c.identified ? number(c.sd) : nullptr},
+              {"spread_over_posterior", c.spread},
+              {"singular_value", c.singular_value}};
+    if (c.identified) j["split"] = split_json(c.split);
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json targets_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    const Target& t = study.targets[k];
+    Json j = {{"response", t.response.label},
+              {"value", t.value},
+              {"uncertainty", t.uncertainty},
+              {"unit", t.unit},
+              {"source", t.source}};
+    if (a.knowledge)
+      j["reach"] = {{"lowest", a.reach[k].lowest},
+                    {"highest", a.reach[k].highest},
+                    {"bracketed", a.reach[k].bracketed},
+                    {"reachable", a.reach[k].reachable}};
+    if (k < a.split.size()) {
+      j["uncertainty_at_answer"] = split_json(a.split[k]);
+      j["other_surrogate_at_answer"] = a.cross_check[k];
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json goodness_json(const Study& study, const Goodness& g) {
+  Json j = {{"chi_square", number(g.chi_square)},
+            {"degrees_of_freedom", g.freedom},
+            {"probability", g.probability},
+            {"acceptable", g.acceptable()}};
+  for (std::size_t k = 0; k < g.z.size(); ++k)
+    j["standardised_residuals"][study.targets[k].response.label] = number(g.z[k]);
+  return j;
+}
+
+Json sensitivity_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (const Sensitivity& s : a.sensitivity) {
+    Json j = {{"response", s.response}, {"noise_share", number(s.noise_share)}};
+    for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      j["parameters"][study.parameters[i].name] = {{"first", s.indices.first[k]},
+                                                   {"total", s.indices.total[k]}};
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json numerics_json(const Answer& a) {
+  Json all = Json::array();
+  for (const NumericsOutcome& n : a.numerics) {
+    Json shifts = Json::object();
+    for (const NumericsOutcome::Shift& s : n.shifts)
+      shifts[s.response] = {
+          {"shift", s.value}, {"standard_error", number(s.standard_error)}, {"unit", s.unit}};
+    all.push_back({{"name", n.name}, {"shifts", shifts}});
+  }
+  return all;
+}
+
+Json advice_json(const Answer& a) {
+  Json all = Json::array();
+  for (const Advice& m : a.advice) {
+    Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
+              {"uncertainty", m.uncertainty},      {"unit", m.unit},
+              {"information_bits", m.information}, {"longest_direction_left", m.longest_left}};
+    if (m.effort > 0) j["effort_seconds"] = m.effort;
+    all.push_back(j);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::string render_json(const Study& study, const Answer& a) {
+  Json j = {{"study", study.name},
+            {"verdict", to_string(a.verdict)},
+            {"headline", a.headline},
+            {"firn_version", firn_version()},
+            {"git_commit", firn_git_commit()},
+            {"targets", targets_json(study, a)},
+            {"parameters", parameters_json(study, a)}};
+  j["cautions"] = a.cautions;
+  j["outliers"] = Json::array();
+  for (const OutlierRun& o : a.outliers)
+    j["outliers"].push_back({{"response", o.response.label},
+                             {"parameters", named_values(study, a.points[o.point].values)},
+                             {"seed", a.points[o.point].seeds[o.seed]},
+                             {"value", o.value},
+                             {"median_of_other_seeds", o.others}});
+  if (!a.best.values.empty()) j["answer"] = checked_json(study, a.best);
+  if (a.goodness) j["goodness_of_fit"] = goodness_json(study, *a.goodness);
+  if (a.without_priors)
+    j["goodness_of_fit_without_priors"] = goodness_json(study, *a.without_priors);
+  if (a.posterior)
+    j["posterior"] = {{"samples", a.posterior->u.size()},
+                      {"effective_samples", a.posterior->effective_samples},
+                      {"file", "posterior.csv"}};
+  j["combinations"] = combinations_json(study, a);
+  j["valley"] = Json::array();
+  for (const CheckedSet& set : a.valley) j["valley"].push_back(checked_json(study, set));
+  j["compare"] = Json::array();
+  for (const CheckedSet& set : a.compare) j["compare"].push_back(checked_json(study, set));
+  j["sensitivity"] = sensitivity_json(study, a);
+  j["numerics"] = numerics_json(a);
+  j["measure_next"] = advice_json(a);
+  if (a.direct)
+    j["direct_search"] = {{"search", to_string(study.direct)},
+                          {"evaluations", a.direct->evaluations},
+                          {"claimed_distance", number(a.direct->claimed)},
+                          {"fresh_distance", number(a.direct->fresh)}};
+  if (a.budget_runs > 0)
+    j["budget"] = {{"runs", a.budget_runs},
+                   {"reused", a.reused},
+                   {"left", a.budget_left},
+                   {"left_because", a.left_because}};
+  if (!a.stopped.empty()) j["refinement"] = {{"rounds", a.rounds}, {"stopped", a.stopped}};
+  j["models"] = Json::array();
+  if (a.knowledge) {
+    for (const ResponseModel& m : a.knowledge->targets) j["models"].push_back(model_json(m));
+    for (const ResponseModel& m : a.knowledge->observed) j["models"].push_back(model_json(m));
+  }
+  j["runs"] = {
+      {"total", a.runs},      {"finished", a.finished},   {"arched", a.arched},
+      {"failed", a.failed},   {"timed_out", a.timed_out}, {"out_of_memory", a.out_of_memory},
+      {"crashed", a.crashed}, {"cut_short", a.cut_short}, {"by_another_version", a.other_version}};
+  j["wall_seconds"] = a.wall;
+  return j.dump(2);
+}
+
+std::string render_posterior_csv(const Study& study, const Answer& a) {
+  fmt::memory_buffer out;
+  for (const Parameter& p : study.parameters)
+    print(out, "{},", encode::csv_field(p.unit.empty() ? p.name : p.name + " / " + p.unit));
+  print(out, "weight,log_density\n");
+  const Posterior& posterior = *a.posterior;
+  for (std::size_t s = 0; s < posterior.u.size(); ++s) {
+    for (std::size_t i = 0; i < study.parameters.size(); ++i)
+      print(out, "{},",
+            study.parameters[i].from_unit(posterior.u[s][static_cast<Eigen::Index>(i)]));
+    print(out, "{},{}\n", posterior.weight[s], -0.5 * posterior.cost[s]);
+  }
+  return fmt::to_string(out);
+}
+
+std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs) {
+  std::vector<ResponseId> columns;
+  for (const Target& t : study.targets) columns.push_back(t.response);
+  for (const Observed& o : study.observed) columns.push_back(o.response);
+  fmt::memory_buffer out;
+  print(out,
+        "run,experiment,phase,point,parameters,seed,status,reason,wall_s,attempts,program,git_"
+        "commit");
+  for (const ResponseId& c : columns)
+    print(out, ",{},{}", encode::csv_field(c.label), encode::csv_field(c.label + "_uncertainty"));
+  print(out, "\n");
+  for (const JournalRun& run : runs) {
+    print(out, "{},{},{},{},{},{},{},{},{:.1f},{},{},{}", encode::csv_field(run.key),
+          encode::csv_field(run.label.experiment), encode::csv_field(run.label.phase),
+          run.label.point, encode::csv_field(run.label.parameters), run.label.seed,
+          encode::csv_field(run.status), encode::csv_field(run.result.reason), run.result.wall,
+          run.attempts, encode::csv_field(run.program), encode::csv_field(run.git_commit));
+    for (const ResponseId& c : columns) {
+      std::string value, uncertainty;
+      for (const Response& r : run.result.responses)
+        if (r.name == c.name && r.value.size() == 1 &&
+            run.label.experiment == study.experiments[c.experiment].name) {
+          value = fmt::format("{}", r.value[0]);
+          if (!r.uncertainty.empty()) uncertainty = fmt::format("{}", r.uncertainty[0]);
+        }
+      print(out, ",{},{}", value, uncertainty);
+    }
+    print(out, "\n");
+  }
+  return fmt::to_string(out);
+}
+
+}  // namespace firn

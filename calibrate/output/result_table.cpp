@@ -1,0 +1,334 @@
+// The answer for people.
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/output/calibration_result.h"
+#include "calibrate/output/text_format.h"
+
+namespace firn {
+namespace {
+
+using Out = fmt::memory_buffer;
+
+std::string observed_text(const Observation& o) {
+  if (o.sample.count == 0) return "no value";
+  return fmt::format("{:.4g} +- {:.2g}{}", o.sample.mean, o.standard_error, unit_text(o.unit));
+}
+
+std::string counts_text(const CheckedSet& set) {
+  const int runs = set.finished + set.arched + set.failed + set.cut_short;
+  std::string s = fmt::format("{} run{}", runs, runs == 1 ? "" : "s");
+  if (set.arched > 0) s += fmt::format(", {} arched", set.arched);
+  if (set.failed > 0) s += fmt::format(", {} failed", set.failed);
+  if (set.cut_short > 0) s += fmt::format(", {} cut short", set.cut_short);
+  return s;
+}
+
+void print_values(Out& out, const Study& study, const std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    print(out, "{}{} = {}{}", i == 0 ? "" : ", ", study.parameters[i].name,
+          study.parameters[i].text(values[i]), unit_text(study.parameters[i].unit));
+}
+
+void print_targets(Out& out, const Study& study, const Answer& a) {
+  print(out, "Targets\n");
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    const Target& t = study.targets[k];
+    print(out, "  {} = {:.4g} +- {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
+          unit_text(t.unit));
+    print(out, "    {}\n", t.source);
+    if (!a.knowledge) continue;
+    const ReachedRange& r = a.reach[k];
+    print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest, unit_text(t.unit),
+          r.reachable ? (r.bracketed ? "" : "; no simulated point lies beyond the target")
+                      : ": OUT OF REACH");
+  }
+}
+
+void print_models(Out& out, const Answer& a) {
+  print(out, "\nHow the responses were modelled\n");
+  const auto line = [&](const ResponseModel& m) {
+    print(out,
+          "  {:<22} {} points, {}; seed sd {:.2g}{} ({} degrees of freedom); leave-one-out |z| "
+          "at most {:.1f}\n",
+          m.response.label, m.samples.size(), m.surrogate.best.form().describe(),
+          m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
+          m.noise.relative ? " %" : unit_text(m.unit), m.noise.degrees_of_freedom,
+          m.largest_leave_one_out_z);
+    if (!m.local_noise.uniform())
+      print(out,
+            "    its noise is not the same all over the ranges: it is modelled place by place\n");
+    if (!m.explains_its_runs())
+      print(
+          out,
+          "    IT DOES NOT EXPLAIN ITS OWN RUNS: do not rely on regions and intervals that rest on "
+          "it; smaller ranges or more points may help\n");
+  };
+  for (const ResponseModel& m : a.knowledge->targets) line(m);
+  for (const ResponseModel& m : a.knowledge->observed) line(m);
+}
+
+void print_checked(Out& out, const Study& study, const CheckedSet& set) {
+  print(out, "  {}: ", set.name);
+  print_values(out, study, set.values);
+  if (set.run()) print(out, "   [{}]", counts_text(set));
+  print(out, "\n");
+  const auto simulated = [&](const Observation& o) {
+    std::string text = observed_text(o);
+    if (o.sample.count >= 2) text += fmt::format("   (sd over seeds {:.2g})", o.sample.sd());
+    return text;
+  };
+  // The targets come first among what was observed.
+  for (std::size_t k = 0; k < set.predicted.size(); ++k) {
+    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}", study.targets[k].response.label,
+          set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
+          unit_text(study.targets[k].unit));
+    if (k < set.observed.size()) print(out, ", simulated {}", simulated(set.observed[k]));
+    print(out, "\n");
+  }
+  for (std::size_t k = set.predicted.size(); k < set.observed.size(); ++k)
+    print(out, "    {:<22} {}\n", set.observed[k].response, simulated(set.observed[k]));
+}
+
+void print_compare(Out& out, const Study& study, const Answer& a) {
+  if (a.compare.empty()) return;
+  print(out, "\nSets to compare{:>24}", "");
+  for (const CheckedSet& set : a.compare) print(out, "{:>26}", set.name);
+  print(out, "\n");
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    print(out, "  {:<37}", study.parameters[i].name + unit_text(study.parameters[i].unit));
+    for (const CheckedSet& set : a.compare)
+      print(out, "{:>26}", study.parameters[i].text(set.values[i]));
+    print(out, "\n");
+  }
+  for (std::size_t k = 0; k < a.compare.front().observed.size(); ++k) {
+    print(out, "  {:<37}", a.compare.front().observed[k].response);
+    for (const CheckedSet& set : a.compare) print(out, "{:>26}", observed_text(set.observed[k]));
+    print(out, "\n  {:<37}", "  sd over seeds");
+    for (const CheckedSet& set : a.compare) {
+      const Sample& s = set.observed[k].sample;
+      print(out, "{:>26}", s.count < 2 ? "-" : fmt::format("{:.2g}", s.sd()));
+    }
+    print(out, "\n");
+  }
+  if (a.posterior) {
+    print(out, "  {:<37}", "inside the 95 % region");
+    for (const CheckedSet& set : a.compare)
+      print(out, "{:>26}",
+            !set.denser ? "outside the ranges"
+                        : fmt::format("{} ({:.1f} % is denser)", *set.denser <= 0.95 ? "yes" : "NO",
+                                      100 * *set.denser));
+    print(out, "\n");
+  }
+  print(out, "  {:<37}", "runs");
+  for (const CheckedSet& set : a.compare) print(out, "{:>26}", counts_text(set));
+  print(out, "\n");
+}
+
+void print_best(Out& out, const Study& study, const Answer& a) {
+  if (a.best.values.empty()) return;
+  print(out, "\n{}\n",
+        a.best.name != "nearest"
+            ? "Answer, confirmed with seeds never used before"
+            : "Nearest to the targets, simulated with seeds never used before");
+  print_checked(out, study, a.best);
+  for (std::size_t k = 0; k < a.split.size(); ++k) {
+    const VarianceSplit& s = a.split[k];
+    print(out,
+          "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}; the "
+          "other surrogate says {:.4g}\n",
+          study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
+          std::sqrt(s.surrogate), unit_text(study.targets[k].unit), a.cross_check[k]);
+  }
+}
+
+std::string term(double coefficient, const Parameter& p, bool first) {
+  return fmt::format("{}{:.2f} {}{}{}",
+                     coefficient < 0 ? (first ? "-" : " - ")
+                     : first         ? ""
+                                     : " + ",
+                     std::abs(coefficient), p.logarithmic ? "ln(" : "", p.name,
+                     p.logarithmic ? ")" : "");
+}
+
+void print_identified(Out& out, const Study& study, const Answer& a) {
+  if (!a.posterior) return;
+  print(out, "\nWhat the data determine\n");
+  print(out, "  {:<18}{:>12}{:>28}{:>28}{:>22}\n", "parameter", "median", "95 % interval",
+        "profile's 95 %", "width left, of before");
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    const Marginal& m = a.posterior->marginals[i];
+    print(out, "  {:<18}{:>12}{:>28}{:>28}{:>20.0f} %", p.name + unit_text(p.unit),
+          p.text(m.median), fmt::format("{} to {}", p.text(m.low), p.text(m.high)),
+          i < a.profiles.size()
+              ? fmt::format("{} to {}", p.text(a.profiles[i].low), p.text(a.profiles[i].high))
+              : "-",
+          100 * m.width_ratio);
+    if (m.width_ratio > 0.8) print(out, "   nothing learned");
+    if (m.at_min) print(out, "   at the lower end of the range");
+    if (m.at_max) print(out, "   at the upper end of the range");
+    print(out, "\n");
+  }
+  print(out, "  by {} samples of the posterior, worth {:.0f} independent ones (posterior.csv)\n",
+        a.posterior->u.size(), a.posterior->effective_samples);
+  for (const Combination& c : a.combinations) {
+    if (!c.identified) {
+      print(out, "  not determined:  {}   (the data see {:.1f} sd over the whole range)\n",
+            combination_text(study, c), c.singular_value);
+      continue;
+    }
+    print(out,
+          "  determined:      {} = {:.3f} +- {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
+          "surrogate {:.3f})\n",
+          combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
+          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
+    if (c.bends())
+      print(out,
+            "    +- {:.3f} near the answer; farther off the equally good parameters bend away from "
+            "it, by {:.3f} (root mean square)\n",
+            c.sd, c.spread);
+  }
+}
+
+void print_valley(Out& out, const Study& study, const Answer& a) {
+  if (a.valley.empty()) return;
+  print(out, "\nEqually good parameters, from one end of the valley to the other\n");
+  for (const CheckedSet& set : a.valley) print_checked(out, study, set);
+}
+
+void print_sensitivity(Out& out, const Study& study, const Answer& a) {
+  if (a.sensitivity.empty()) return;
+  print(out,
+        "\nWhat each response depends on, over the ranges (share of its variance: alone / with "
+        "interactions)\n  {:<22}",
+        "");
+  for (const Parameter& p : study.parameters) print(out, "{:>18}", p.name);
+  print(out, "{:>20}\n", "noise of one run");
+  for (const Sensitivity& s : a.sensitivity) {
+    print(out, "  {:<22}", s.response);
+    for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
+      print(out, "{:>18}",
+            fmt::format("{:.2f} / {:.2f}", std::max(0.0, s.indices.first[i]), s.indices.total[i]));
+    print(out, "{:>20.2f}\n", s.noise_share);
+  }
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (std::all_of(a.sensitivity.begin(), a.sensitivity.end(),
+                    [&](const Sensitivity& s) { return s.indices.total[k] < s.noise_share; }))
+      print(out, "  {} moves no response by more than the noise of a single run\n",
+            study.parameters[i].name);
+  }
+}
+
+void print_numerics(Out& out, const Answer& a) {
+  if (a.numerics.empty()) return;
+  print(out, "\nOther numerics at the middle of the ranges\n");
+  for (const NumericsOutcome& n : a.numerics) {
+    print(out, "  {}\n", n.name);
+    for (const NumericsOutcome::Shift& s : n.shifts)
+      print(out, "    {:<22} moves by {:.3g} +- {:.2g}{}{}\n", s.response, s.value,
+            s.standard_error, unit_text(s.unit),
+            std::abs(s.value) > 2 * s.standard_error ? ": MORE THAN THE NOISE" : "");
+    if (n.shifts.empty()) print(out, "    no run finished\n");
+  }
+}
+
+std::string effort_text(double seconds) {
+  if (seconds == 0) return "-";
+  return seconds < 5400 ? fmt::format("{:.0f} min", seconds / 60)
+                        : fmt::format("{:.1f} h", seconds / 3600);
+}
+
+void print_advice(Out& out, const Answer& a) {
+  if (a.advice.empty()) return;
+  print(out, "\nWhat to measure next\n  {:<38}{:>22}{:>12}{:>16}{:>24}\n", "measurement",
+        "its uncertainty", "effort", "information", "longest direction left");
+  for (const Advice& m : a.advice)
+    print(out, "  {:<38}{:>22}{:>12}{:>11.2f} bits{:>22.0f} %\n",
+          m.response.label + (m.repeats_a_target ? ", once more" : ""),
+          fmt::format("{:.3g}{}", m.uncertainty, unit_text(m.unit)), effort_text(m.effort),
+          m.information, 100 * m.longest_left);
+}
+
+void print_direct(Out& out, const Answer& a) {
+  if (!a.direct) return;
+  print(out,
+        "\nDirect search: {} evaluations. Its best looked {:.2g} standard deviations from the "
+        "targets; by fresh seeds it is {:.2g}.\n",
+        a.direct->evaluations, a.direct->claimed, a.direct->fresh);
+}
+
+}  // namespace
+
+std::string combination_text(const Study& study, const Combination& c) {
+  std::string s;
+  for (std::size_t i = 0; i < study.parameters.size(); ++i)
+    s += term(c.coefficients[static_cast<Eigen::Index>(i)], study.parameters[i], i == 0);
+  return s;
+}
+
+namespace {
+
+void print_goodness(Out& out, const Answer& a) {
+  if (!a.goodness) return;
+  const auto line = [&](const char* of, const Goodness& g) {
+    print(out,
+          "  {}: chi-square {:.1f} on {:.1f} degrees of freedom; chance gives as much with "
+          "probability {:.2g}{}\n",
+          of, g.chi_square, g.freedom, g.probability, g.acceptable() ? "" : ": NOT MET TOGETHER");
+  };
+  print(out, "\nAll targets together, where they are met best\n");
+  line(a.without_priors ? "targets and priors" : "targets", *a.goodness);
+  if (a.without_priors) line("targets alone", *a.without_priors);
+}
+
+}  // namespace
+
+std::string render_table(const Study& study, const Answer& a) {
+  Out out;
+  print_targets(out, study, a);
+  print_compare(out, study, a);
+  if (a.knowledge) print_models(out, a);
+  print_sensitivity(out, study, a);
+  print_numerics(out, a);
+  print_best(out, study, a);
+  print_goodness(out, a);
+  for (const OutlierRun& o : a.outliers) {
+    const Point& p = a.points[o.point];
+    print(out, "\nOutlier, left out: {} = {:.4g} at ", o.response.label, o.value);
+    print_values(out, study, p.values);
+    print(out, ", seed {}; other seeds there give {:.4g}\n", p.seeds[o.seed], o.others);
+  }
+  print_direct(out, a);
+  print_identified(out, study, a);
+  print_valley(out, study, a);
+  print_advice(out, a);
+  if (!a.stopped.empty())
+    print(out, "\nAfter {} round{} of refinement: {}\n", a.rounds, a.rounds == 1 ? "" : "s",
+          a.stopped);
+  if (a.reused > 0)
+    print(out, "{} of the runs were made by other studies of the same case\n", a.reused);
+  if (a.budget_left > 0)
+    print(out, "{} of the budget's {} runs are left: {}\n", a.budget_left, a.budget_runs,
+          a.left_because);
+  if (a.cut_short_share > 0.05)
+    print(out,
+          "{:.0f} % of the runs near the answer failed or met a limit: its responses rest on "
+          "the others\n",
+          100 * a.cut_short_share);
+  print(out, "\n{} runs: {} finished, {} arched, {} failed", a.runs, a.finished, a.arched,
+        a.failed);
+  if (a.crashed > 0) print(out, ", {} crashed", a.crashed);
+  if (a.timed_out > 0) print(out, ", {} met the time limit", a.timed_out);
+  if (a.out_of_memory > 0) print(out, ", {} met the memory limit", a.out_of_memory);
+  print(out, "; {:.0f} s of simulation\n", a.wall);
+  for (const std::string& where : a.cut_short) print(out, "  cut short: {}\n", where);
+  if (a.other_version > 0)
+    print(out, "{} more in the journal were made by another program: not used\n", a.other_version);
+  return fmt::to_string(out);
+}
+
+}  // namespace firn

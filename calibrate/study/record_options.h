@@ -1,0 +1,17 @@
+// What the user says of a material record that a study cannot know.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/material_records/material_record.h"
+
+namespace firn {
+
+struct MaterialLabel {
+  std::string name;  // empty: no record is wanted
+  std::string author, remark;
+  std::vector<ScopeLimit> scope;  // beside what follows from the case
+};
+
+}  // namespace firn

@@ -1,0 +1,117 @@
+// A study as the user wrote it: which case, which parameters within which ranges, which
+// measurements to meet, and how many runs it may cost. Keys: docs/calibration.md.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/numerics/optimize.h"
+#include "calibrate/study/parameters.h"
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/case/case.h"
+
+namespace firn {
+
+// One of the simulations that a parameter set is judged by.
+struct Experiment {
+  std::string name;           // empty: the study's only one, not named
+  std::string case_file;      // path, resolved against the study's folder
+  std::vector<Override> set;  // case keys held at other values than the file's
+  std::vector<bool> takes;    // [parameters], which of them its case is given
+};
+
+// A response of one of the experiments.
+struct ResponseId {
+  std::size_t experiment = 0;
+  std::string name;   // as the run measures it
+  std::string label;  // for people: the name, behind that of its experiment where there are several
+};
+
+// A response that the simulation has to reproduce.
+struct Target {
+  ResponseId response;
+  double value = 0;        // in the response's unit
+  double uncertainty = 0;  // one standard deviation of the measured value, same unit, > 0
+  std::string unit;        // as the response spells it: "deg", "1", ...
+  std::string source;      // in words: of the measurement, or that the study states it
+  double effort = 0;       // s of work to measure it once more; 0: not said
+  std::string file{};      // of the measurement; empty for a value given in place
+};
+
+// A response that is modelled and reported beside the targets. With an uncertainty it is a
+// measurement that could be made: what would it teach?
+struct Observed {
+  ResponseId response;
+  double uncertainty = 0;  // one standard deviation of such a measurement; 0: not said
+  std::string unit;        // of the uncertainty
+  double effort = 0;       // s of work; 0: not said
+};
+
+// Parameters held at given values for comparison: what does this solver say of them?
+struct CompareSet {
+  std::string name;
+  std::vector<double> values;  // in order of Study::parameters
+};
+
+// The middle of the ranges once more with other numerics: does the answer depend on them?
+struct NumericsCheck {
+  std::string name;
+  std::vector<Override> set;
+  std::optional<std::size_t> only;  // experiment; without it, all
+};
+
+// How many points and simulations, and for what. One "point" is one set of parameters; a run is one
+// seed of it in every experiment.
+struct Budget {
+  int runs = 0;            // most seeds of all points together; 0: the numbers below alone
+  int centre_runs = 0;     // seeds at the middle of the ranges
+  int numerics_runs = 0;   // seeds of each numerics check, at the middle
+  int design_points = 0;   // spread over the ranges, besides the middle
+  int runs_per_point = 0;  // seeds at each point of the design and of the refinement
+  // Where the noise is small beside the measurements, points count more than seeds: one seed each
+  // and as many more points instead.
+  bool trades_seeds = false;
+  // Batches at most that look closer at what may be the answer. With a number of runs they follow
+  // from it, unless stated.
+  int refine_rounds = 0;
+  bool rounds_stated = false;
+  bool reuse = true;      // begin with what other studies have run; only with a number of runs
+  int refine_points = 0;  // points in each
+  int confirm_runs = 0;   // fresh seeds at the answer; only these are reported
+  int anchor_runs = 0;    // fresh seeds at either end of a valley of equal answers; 0: none
+  int compare_runs = 0;   // seeds at each compare set
+  double time = 0;        // s of simulation, all processes together, when refinement ends; 0: none
+  // Refinement ends when perfect knowledge of the responses would narrow nothing by more than this.
+  double least_gain = 0.1;
+};
+
+const char* to_string(DirectSearch search);  // as a study spells it
+
+struct Study {
+  std::string name;
+  std::string source;  // file it was read from
+  std::string text;    // its whole text
+  std::vector<Experiment> experiments;
+  std::uint64_t seed = 1;
+  int threads = 1;  // of each simulation
+  Budget budget;
+  // Not none: a search on the simulations themselves instead of on a model of them, as a baseline.
+  DirectSearch direct = DirectSearch::none;
+  int direct_evaluations = 0;
+  std::vector<Parameter> parameters;
+  std::vector<Target> targets;
+  std::vector<Observed> observed;
+  std::vector<CompareSet> compare;
+  std::vector<NumericsCheck> numerics;
+  Execution execution;
+
+  int largest_total() const;  // simulations at most
+};
+
+// Reads and checks a study. Throws InputError with one line
+// `FILE:LINE: KEY: what is wrong; what is expected`.
+Study read_study(const std::string& file);
+
+}  // namespace firn

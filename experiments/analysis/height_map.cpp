@@ -1,0 +1,184 @@
+#include "experiments/analysis/height_map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace firn {
+namespace {
+
+// A number of a cell; of what is far away, one outside of any grid.
+int cell(double number) { return static_cast<int>(std::clamp(number, -1e9, 1e9)); }
+
+// Calls visit(i, j, z) for every cell whose middle lies on the triangle in plan. Corners in cell
+// units (x, y) and metres (z).
+template <class Visit>
+void scan_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const PlanGrid& grid,
+                   Visit&& visit) {
+  const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
+  if (area == 0) return;  // seen edge-on: its neighbours cover the cell
+  const auto [u_min, u_max] = std::minmax({a.x(), b.x(), c.x()});
+  const auto [v_min, v_max] = std::minmax({a.y(), b.y(), c.y()});
+  const int i_first = std::max(0, cell(std::ceil(u_min - 0.5)));
+  const int i_last = std::min(grid.nx - 1, cell(std::floor(u_max - 0.5)));
+  const int j_first = std::max(0, cell(std::ceil(v_min - 0.5)));
+  const int j_last = std::min(grid.ny - 1, cell(std::floor(v_max - 0.5)));
+  // Barycentric coordinates; the small slack closes the cracks between triangles.
+  constexpr double slack = -1e-12;
+  for (int i = i_first; i <= i_last; ++i) {
+    for (int j = j_first; j <= j_last; ++j) {
+      const double u = i + 0.5, v = j + 0.5;
+      const double wa = ((b.x() - u) * (c.y() - v) - (c.x() - u) * (b.y() - v)) / area;
+      const double wb = ((c.x() - u) * (a.y() - v) - (a.x() - u) * (c.y() - v)) / area;
+      const double wc = 1 - wa - wb;
+      if (wa < slack || wb < slack || wc < slack) continue;
+      visit(i, j, wa * a.z() + wb * b.z() + wc * c.z());
+    }
+  }
+}
+
+// Largest value within `half` rows, also of rows up to `half` beyond the edge: `half` rows more at
+// either end. Keeping those is what lets a slope survive the closing at its edges.
+Eigen::ArrayXXd dilate_rows(const Eigen::ArrayXXd& z, int half) {
+  Eigen::ArrayXXd out = Eigen::ArrayXXd::Constant(z.rows() + 2 * half, z.cols(), -INFINITY);
+  for (int k = 0; k <= 2 * half; ++k) {
+    out.middleRows(k, z.rows()) = out.middleRows(k, z.rows()).max(z);
+  }
+  return out;
+}
+
+// Smallest value within `half` rows, undoing the growth of dilate_rows().
+Eigen::ArrayXXd erode_rows(const Eigen::ArrayXXd& z, int half) {
+  const Eigen::Index rows = z.rows() - 2 * half;
+  Eigen::ArrayXXd out = z.topRows(rows);
+  for (int k = 1; k <= 2 * half; ++k) out = out.min(z.middleRows(k, rows));
+  return out;
+}
+
+}  // namespace
+
+PlanGrid PlanGrid::between(double x_from, double x_to, double y_from, double y_to, double step) {
+  assert(step > 0);
+  constexpr double kMostCells = 1e8;
+  const double across = std::abs(x_to - x_from), along = std::abs(y_to - y_from);
+  if (!(across > 0 && along > 0 && across / step * (along / step) <= kMostCells))
+    throw InputError(
+        fmt::format("a surface of {:.4g} m by {:.4g} m cannot be measured in cells of {:.4g} m; "
+                    "expected at most {:g} cells",
+                    across, along, step, kMostCells));
+  PlanGrid grid;
+  grid.corner_x = x_from;
+  grid.corner_y = y_from;
+  grid.nx = std::max(1, static_cast<int>(std::lround(std::abs(x_to - x_from) / step)));
+  grid.ny = std::max(1, static_cast<int>(std::lround(std::abs(y_to - y_from) / step)));
+  grid.step_x = (x_to - x_from) / grid.nx;
+  grid.step_y = (y_to - y_from) / grid.ny;
+  return grid;
+}
+
+std::vector<ColumnSpan> column_spans(const PlacedMesh& body, const PlanGrid& grid) {
+  const TriangleMesh& mesh = *body.mesh;
+  std::vector<Vec3> corners(mesh.vertices.size());  // in cell units
+  constexpr double huge = std::numeric_limits<double>::infinity();
+  double u_min = huge, u_max = -huge, v_min = huge, v_max = -huge;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 p = body.pose * mesh.vertices[k];
+    corners[k] = {(p.x() - grid.corner_x) / grid.step_x, (p.y() - grid.corner_y) / grid.step_y,
+                  p.z()};
+    u_min = std::min(u_min, corners[k].x());
+    u_max = std::max(u_max, corners[k].x());
+    v_min = std::min(v_min, corners[k].y());
+    v_max = std::max(v_max, corners[k].y());
+  }
+  if (u_max < 0 || v_max < 0 || u_min > grid.nx || v_min > grid.ny) return {};
+
+  // Spans of the body's own rectangle of cells, then only those that were hit.
+  const int i_first = std::max(0, cell(std::floor(u_min)));
+  const int i_last = std::min(grid.nx - 1, cell(std::floor(u_max)));
+  const int j_first = std::max(0, cell(std::floor(v_min)));
+  const int j_last = std::min(grid.ny - 1, cell(std::floor(v_max)));
+  const int across = j_last - j_first + 1;
+  std::vector<ColumnSpan> spans(static_cast<std::size_t>((i_last - i_first + 1) * across),
+                                ColumnSpan{0, 0, huge, -huge});
+  for (const auto& t : mesh.triangles) {
+    scan_triangle(corners[t[0]], corners[t[1]], corners[t[2]], grid, [&](int i, int j, double z) {
+      ColumnSpan& span = spans[static_cast<std::size_t>((i - i_first) * across + j - j_first)];
+      span.i = i;
+      span.j = j;
+      span.bottom = std::min(span.bottom, z);
+      span.top = std::max(span.top, z);
+    });
+  }
+  std::erase_if(spans, [](const ColumnSpan& span) { return span.top < span.bottom; });
+  return spans;
+}
+
+std::vector<bool> supported(const std::vector<PlacedMesh>& bodies, const PlanGrid& grid,
+                            double reach,
+                            const std::function<bool(double x, double y)>& has_floor) {
+  struct Layer {
+    int body;
+    double bottom, top;
+  };
+  std::vector<std::vector<Layer>> layers(static_cast<std::size_t>(grid.nx) * grid.ny);
+  std::vector<bool> stands(bodies.size(), false);
+  std::vector<int> reached;  // bodies whose dependants are still to be found
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    for (const ColumnSpan& span : column_spans(bodies[k], grid)) {
+      layers[static_cast<std::size_t>(span.i) * grid.ny + span.j].push_back(
+          {static_cast<int>(k), span.bottom, span.top});
+      const bool touches = span.bottom <= reach && span.top > 0;
+      if (touches && has_floor(grid.x(span.i), grid.y(span.j))) stands[k] = true;
+    }
+    if (stands[k]) reached.push_back(static_cast<int>(k));
+  }
+
+  std::vector<std::vector<int>> above(bodies.size());  // who rests on body k
+  for (const auto& column : layers) {
+    for (const Layer& low : column) {
+      for (const Layer& high : column) {
+        const bool is_above = high.bottom + high.top > low.bottom + low.top;
+        if (is_above && high.bottom - low.top <= reach) above[low.body].push_back(high.body);
+      }
+    }
+  }
+  while (!reached.empty()) {
+    const int k = reached.back();
+    reached.pop_back();
+    for (int j : above[k]) {
+      if (stands[j]) continue;
+      stands[j] = true;
+      reached.push_back(j);
+    }
+  }
+  return stands;
+}
+
+HeapSurface heap_surface(const std::vector<PlacedMesh>& bodies, const PlanGrid& grid) {
+  HeapSurface surface;
+  surface.grid = grid;
+  surface.height.setZero(grid.nx, grid.ny);
+  surface.covered.setConstant(grid.nx, grid.ny, false);
+  for (const PlacedMesh& body : bodies) {
+    for (const ColumnSpan& span : column_spans(body, grid)) {
+      if (span.top <= 0) continue;
+      surface.covered(span.i, span.j) = true;
+      surface.height(span.i, span.j) = std::max(surface.height(span.i, span.j), span.top);
+    }
+  }
+  return surface;
+}
+
+HeapSurface close_pits(HeapSurface surface, double width) {
+  const int half_x = static_cast<int>(std::lround(0.5 * width / std::abs(surface.grid.step_x)));
+  const int half_y = static_cast<int>(std::lround(0.5 * width / std::abs(surface.grid.step_y)));
+  const Eigen::ArrayXXd dilated =
+      dilate_rows(dilate_rows(surface.height, half_x).transpose(), half_y);
+  surface.height = erode_rows(erode_rows(dilated, half_y).transpose(), half_x);
+  return surface;
+}
+
+}  // namespace firn

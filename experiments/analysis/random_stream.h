@@ -1,0 +1,23 @@
+// Random numbers that are the same everywhere.
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+#include "firn/math.h"
+
+namespace firn {
+
+// Random numbers of one batch: a stream of its own for each (seed, fill, batch), so that a run can
+// go on from a checkpoint without carrying any state of a generator.
+class RandomStream {
+ public:
+  RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t batch);
+  double uniform();         // [0, 1), 53 random bits
+  Quat uniform_rotation();  // Shoemake, Graphics Gems III (1992), III.6
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}  // namespace firn

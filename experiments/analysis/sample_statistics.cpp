@@ -1,0 +1,36 @@
+#include "experiments/analysis/sample_statistics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+
+namespace firn {
+
+double median(std::vector<double> values) {
+  assert(!values.empty());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+double quantile(const std::vector<double>& sorted, double share, double of_none) {
+  if (sorted.empty()) return of_none;
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+double standard_deviation(const std::vector<double>& values) {
+  double mean = 0, sum = 0;
+  for (double v : values) mean += v / static_cast<double>(values.size());
+  for (double v : values) sum += (v - mean) * (v - mean);
+  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+}
+
+double widened(double variance, double degrees_of_freedom) {
+  const double freedom = std::max(degrees_of_freedom, 3.0);
+  return variance * freedom / (freedom - 2);
+}
+
+}  // namespace firn

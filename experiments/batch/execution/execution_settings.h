@@ -1,0 +1,41 @@
+// How the runs of a study are carried out: [execution] of a study file. Nothing here changes what a
+// run computes; keys: docs/calibration.md.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/batch/execution/executor.h"
+
+namespace firn {
+
+class TomlTable;
+
+struct SlurmSettings {
+  std::string partition, account;    // empty: the cluster's defaults
+  std::vector<std::string> options;  // further ones of sbatch, as they are
+  double poll = 10;                  // s between two looks at the queue
+};
+
+struct Execution {
+  RunLimits limits;
+  SlurmSettings slurm;
+};
+
+// Throws InputError with file, line and key.
+Execution read_execution(const TomlTable& study);
+
+// `count` (not below 0) seeds from `first` on.
+std::vector<std::uint64_t> seed_list(int first, int count);
+
+// "2 GiB" in bytes; kB, MB, GB, TB and KiB, MiB, GiB, TiB. Throws InputError (one sentence).
+double parse_memory(const std::string& text);
+
+std::string memory_text(double bytes);  // "2 GiB"
+std::string time_text(double seconds);  // "10 min"
+
+// The study's text as far as it decides what is run: its TOML without [execution], comments and
+// layout. Throws InputError for a text that is no TOML.
+std::string study_identity(const std::string& text, const std::string& source);
+
+}  // namespace firn

@@ -1,0 +1,96 @@
+// Who carries out a batch of simulations: this machine's cores, a cluster, or a test's formula.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/results/response.h"
+
+namespace firn {
+
+// What one run may take; 0: as much as it wants.
+struct RunLimits {
+  double time = 0;    // s of wall time, all sessions of a run that was gone on with together
+  double memory = 0;  // bytes resident
+};
+
+struct Job {
+  std::string key;                  // names the run's files; the same text has the same key
+  std::string case_file;            // as written; `text` is what is run
+  std::vector<Override> overrides;  // of the case file, seed included
+  std::string text;                 // the complete case, as Executor::resolve() gave it
+  std::string folder;               // where its files go
+  int threads = 1;
+  RunLimits limits;
+};
+
+enum class JobStatus {
+  finished,
+  arched,         // ended well, but the flow stopped by itself: a category, not a number
+  failed,         // the simulation says why
+  crashed,        // its process died; worth one more try
+  timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
+  out_of_memory,  // killed at its limit of memory: the same
+  // No outcomes: they say nothing of the run.
+  lost,        // its process or its machine vanished, by no fault of its own
+  interrupted  // by the user
+};
+// Those that are kept.
+inline constexpr JobStatus outcomes[] = {JobStatus::finished,  JobStatus::arched,
+                                         JobStatus::failed,    JobStatus::crashed,
+                                         JobStatus::timed_out, JobStatus::out_of_memory};
+// Censored: with a higher limit there would have been a response.
+inline bool cut_short(JobStatus status) {
+  return status == JobStatus::timed_out || status == JobStatus::out_of_memory;
+}
+const char* to_string(JobStatus status);  // for people and journals: "timed out", ...
+
+struct JobResult {
+  JobStatus status = JobStatus::failed;
+  std::string reason;  // one sentence, for all but finished
+  std::vector<Response> responses;
+  double wall = 0;       // s
+  double simulated = 0;  // s; how far a run came that was cut short
+  double limit = 0;      // that cut it short: s or bytes
+  std::string results_file = {};
+};
+
+// The same, or a failure that names the response, where one is beyond 1e30: an absurd number must
+// not reach statistics and models of other runs. NaN, which stands for undefined, stays.
+JobResult plausible(JobResult result);
+
+struct JobEvents {
+  std::function<void(const Job&)> started;
+  std::function<void(const Job&, const JobResult&)> ended;
+  std::function<void()> tick;                                // a few times a second
+  std::function<void(const Job&, const std::string&)> note;  // one line about its files
+};
+
+class Executor {
+ public:
+  virtual ~Executor() = default;
+  // The complete text of the case with these overrides and material records: what a run's identity
+  // is made of. Throws InputError when the case does not take them.
+  virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                              const MaterialRequest& materials) = 0;
+  // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
+  // Goes on from what an earlier, killed attempt left in the job's folder where it can.
+  virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;
+};
+
+struct LocalExecutorOptions {
+  std::string program;  // empty: the running executable
+  int jobs = 0;         // processes side by side; 0: one per core
+  const std::atomic<bool>* interrupt = nullptr;
+};
+
+std::string own_program();  // path of the running executable
+
+// One process of `firn run` per job: a crash of one cannot take the others along.
+std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options);
+
+}  // namespace firn

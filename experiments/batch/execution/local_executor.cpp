@@ -1,0 +1,123 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <filesystem>
+#include <thread>
+
+#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/execution/run_process.h"
+
+namespace firn {
+namespace {
+
+class LocalExecutor final : public Executor {
+ public:
+  explicit LocalExecutor(const LocalExecutorOptions& options) : options_(options) {
+    if (options_.program.empty()) options_.program = own_program();
+    if (options_.jobs <= 0)
+      options_.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
+
+  std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
+                      const MaterialRequest& materials) override {
+    return read_case(case_file, overrides, materials).resolved;
+  }
+
+  void run(const std::vector<Job>& jobs, const JobEvents& events) override {
+    std::deque<Job> waiting(jobs.begin(), jobs.end());
+    Running running;
+    bool told_to_stop = false;
+    while (!waiting.empty() || !running.empty()) {
+      const bool stop = options_.interrupt != nullptr && options_.interrupt->load();
+      if (stop) waiting.clear();
+      if (stop && !told_to_stop)
+        for (const auto& run : running) run->interrupt();
+      told_to_stop = stop;
+      while (!waiting.empty() && static_cast<int>(running.size()) < options_.jobs) {
+        const Job job = waiting.front();
+        waiting.pop_front();
+        events.started(job);
+        if (const auto known = ended_before(job))  // ended unseen: nothing to repeat
+          events.ended(job, *known);
+        else
+          running.push_back(std::make_unique<RunProcess>(job, options_.program,
+                                                         [&, job](const std::string& line) {
+                                                           if (events.note) events.note(job, line);
+                                                         }));
+      }
+      std::erase_if(running, [&](const auto& run) {
+        const auto result = run->poll();
+        if (result) events.ended(run->job(), *result);
+        return result.has_value();
+      });
+      if (events.tick) events.tick();
+      if (!running.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+
+ private:
+  struct Running : std::vector<std::unique_ptr<RunProcess>> {
+    // Should somebody throw while they run, they save their state and end.
+    ~Running() {
+      for (const auto& run : *this) run->interrupt();
+    }
+  };
+
+  LocalExecutorOptions options_;
+};
+
+}  // namespace
+
+std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
+
+const char* to_string(JobStatus status) {
+  switch (status) {
+    case JobStatus::finished:
+      return "finished";
+    case JobStatus::arched:
+      return "arched";
+    case JobStatus::failed:
+      return "failed";
+    case JobStatus::crashed:
+      return "crashed";
+    case JobStatus::timed_out:
+      return "timed out";
+    case JobStatus::out_of_memory:
+      return "out of memory";
+    case JobStatus::lost:
+      return "lost";
+    case JobStatus::interrupted:
+      return "interrupted";
+  }
+  return "";
+}
+
+JobResult plausible(JobResult result) {
+  constexpr double kLargest = 1e30, kLongest = 1e12;  // s
+  const auto refuse = [&](const std::string& what, double value) {
+    result.status = JobStatus::failed;
+    result.reason = fmt::format("{} is {:.3g}, which no measurement can be", what, value);
+    result.responses.clear();
+  };
+  for (double* time : {&result.wall, &result.simulated}) {
+    if (*time >= 0 && *time <= kLongest) continue;
+    refuse("the time of the run", *time);
+    *time = 0;
+  }
+  for (const Response& r : result.responses)
+    for (const std::vector<double>* values : {&r.value, &r.uncertainty})
+      for (const double v : *values)
+        if (std::abs(v) > kLargest) {
+          refuse("response " + r.name, v);
+          return result;
+        }
+  return result;
+}
+
+std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options) {
+  return std::make_unique<LocalExecutor>(options);
+}
+
+}  // namespace firn

@@ -1,0 +1,72 @@
+// One run as a watched process of `firn run`. All executors start runs through this, so that a run
+// and its limits mean the same on a desk and on a cluster.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "experiments/batch/execution/executor.h"
+
+namespace firn {
+
+struct JobFiles {
+  explicit JobFiles(const Job& job);
+  std::string case_file, results, log;
+};
+
+// What the files of a run say of its outcome; nothing while it has not come to an end.
+std::optional<JobResult> ended_before(const Job& job);
+
+// How far the run came, s simulated, as its files tell.
+double simulated_time(const Job& job);
+
+// Throws WriteError when a folder cannot take a file: full, read-only, gone.
+void require_writable(const std::string& folder);
+
+class RunProcess {
+ public:
+  using Note = std::function<void(const std::string&)>;  // gets one line for the user
+
+  // Starts the run, or continues from its last checkpoint. The folder must hold no outcome of it.
+  // Results that cannot be opened are renamed FILE.unreadable, and `print_note` gets a line that
+  // says so.
+  RunProcess(const Job& job, const std::string& program, Note print_note = {});
+  // One that is still running saves its state and ends.
+  ~RunProcess();
+  RunProcess(const RunProcess&) = delete;
+  RunProcess& operator=(const RunProcess&) = delete;
+
+  const Job& job() const { return job_; }
+  void interrupt();  // it saves its state and ends
+  // Looks at its limits; its result when it has ended. Throws RunError when it could not do its
+  // work for reasons that lie around it, such as a full disk: that is no outcome.
+  std::optional<JobResult> poll();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class Over { nothing, time, memory };
+
+  void send(int signal);
+  void note(const std::string& line) const;
+  double wall() const;  // s, all sessions
+  void watch_limits();
+  JobResult result(int status) const;
+  JobResult cut(JobStatus status, double limit, const std::string& limit_text) const;
+
+  Job job_;
+  JobFiles files_;
+  Note print_note_;
+  bool gone_on_ = false;      // from a checkpoint of an earlier session
+  bool interrupted_ = false;  // by interrupt()
+  double earlier_ = 0;        // s of wall time in sessions before this
+  Clock::time_point start_;
+  Over over_ = Over::nothing;
+  Clock::time_point told_;  // to end, for taking too long
+  pid_t pid_ = -1;          // -1: has ended
+};
+
+}  // namespace firn

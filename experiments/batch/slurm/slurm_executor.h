@@ -1,0 +1,34 @@
+// Runs on an existing Slurm cluster: one job array per batch. No scheduler of our own: Slurm
+// decides when and where a run takes place, and runs it again when its node is lost.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/journal/journal.h"
+
+namespace firn {
+
+struct SlurmOptions {
+  SlurmSettings settings;
+  std::string program;       // that simulates, as the nodes see it; empty: the running executable
+  std::string task_program;  // a firn, the same; empty: the running executable
+  std::string folder;        // absolute; lists of tasks and Slurm's own output go there
+  int at_once = 0;           // tasks of an array that may run side by side; 0: all
+  int largest_array =
+      1000;              // tasks; Slurm's own limit is 1001 unless its administrator says otherwise
+  double patience = 60;  // s that a shared folder may take to show what a task wrote
+  const std::atomic<bool>* interrupt = nullptr;
+};
+
+// The journal knows every array from before it is handed over until its tasks are done: a study
+// that was killed finds them again by name, and never submits a run twice.
+std::unique_ptr<Executor> slurm_executor(const SlurmOptions& options, Journal& journal);
+
+// The part of a node: carries out task `index` of a list that the executor wrote, and leaves its
+// outcome beside the results. Returns the exit status.
+int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt);
+
+}  // namespace firn

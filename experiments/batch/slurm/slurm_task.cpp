@@ -1,0 +1,171 @@
+#include "experiments/batch/slurm/slurm_task.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "experiments/batch/execution/run_process.h"
+#include "experiments/batch/slurm/slurm_executor.h"
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/output_file.h"
+#include "experiments/system/terminal.h"
+#include "experiments/text/json_reader.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr auto look_every = std::chrono::milliseconds(100);
+
+std::string read_whole(const std::string& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+void make_folder_of(const std::string& file) {
+  std::error_code error;
+  fs::create_directories(fs::path(file).parent_path(), error);
+  if (error) throw WriteError(file, error.value());
+}
+
+std::string outcome_file(const Job& job) {
+  return (fs::path(job.folder) / (job.key + ".outcome")).string();
+}
+
+// A node that was given up for lost may be at it still: the one who comes second waits. The
+// simulation inherits the lock.
+class RunLock {
+ public:
+  explicit RunLock(const Job& job)
+      : descriptor_(
+            open((fs::path(job.folder) / (job.key + ".lock")).c_str(), O_RDWR | O_CREAT, 0644)) {
+    if (descriptor_ < 0 || flock(descriptor_, LOCK_EX) != 0)
+      throw RunError(fmt::format("{}: cannot be locked", job.folder));
+  }
+  ~RunLock() { close(descriptor_); }
+  RunLock(const RunLock&) = delete;
+  RunLock& operator=(const RunLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+Job read_task(const std::string& list, int index, std::string& program) {
+  const json document = parse_json(
+      read_input_file(list, "a list of tasks of firn calibrate", input_limits::json_bytes), list);
+  const JsonReader reader(document, list);
+  reader.allow({"program", "tasks"});
+  program = reader.string("program");
+  const std::vector<JsonReader> tasks = reader.items("tasks");
+  if (index < 0 || index >= static_cast<int>(tasks.size()))
+    throw InputError(
+        fmt::format("{}: holds no task {}; expected a list of firn calibrate", list, index));
+  const JsonReader& t = tasks[static_cast<std::size_t>(index)];
+  Job job;
+  job.key = t.string("key");
+  job.folder = t.string("folder");
+  job.threads = static_cast<int>(t.integer("threads", 1, 1024));
+  job.limits = {t.number("time_limit"), t.number("memory_limit")};
+  job.text = read_whole(JobFiles(job).case_file);
+  return job;
+}
+
+}  // namespace
+
+void write_tasks(const std::string& file, const std::vector<Job>& jobs,
+                 const std::string& program) {
+  json tasks = json::array();
+  for (const Job& job : jobs) {
+    make_folder_of(JobFiles(job).case_file);
+    write_own_file(JobFiles(job).case_file, job.text);
+    tasks.push_back({{"key", job.key},
+                     {"folder", job.folder},
+                     {"threads", job.threads},
+                     {"time_limit", job.limits.time},
+                     {"memory_limit", job.limits.memory}});
+  }
+  make_folder_of(file);
+  write_own_file(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
+}
+
+std::optional<JobResult> read_task_outcome(const Job& job) {
+  const std::string file = outcome_file(job);
+  if (std::error_code error; !fs::exists(file, error)) return std::nullopt;
+  JobResult r;
+  try {
+    const json document = parse_json(
+        read_input_file(file, "an outcome of firn calibrate", input_limits::json_bytes), file);
+    const JsonReader j(document, file);
+    j.allow({"status", "reason", "wall", "simulated", "limit"});
+    const std::string text = j.string("status");
+    for (const JobStatus status : outcomes)
+      if (text == to_string(status)) r.status = status;
+    r.reason = j.string("reason");
+    r.wall = j.number("wall");
+    r.simulated = j.number("simulated");
+    r.limit = j.number("limit");
+  } catch (const InputError&) {  // a part of it, on a shared folder
+    return std::nullopt;
+  }
+  r.results_file = JobFiles(job).results;
+  if (cut_short(r.status)) {
+    const double now = r.status == JobStatus::timed_out ? job.limits.time : job.limits.memory;
+    if (now <= 0 || now > r.limit) return std::nullopt;
+  }
+  if (r.status != JobStatus::finished && r.status != JobStatus::arched) return r;
+  auto measured = ended_before(job);  // nothing: the shared folder does not show the results yet
+  if (measured) measured->wall = r.wall;
+  return measured;
+}
+
+void remove_task_outcome(const Job& job) {
+  const std::string file = outcome_file(job);
+  if (unlink(file.c_str()) != 0 && errno != ENOENT) throw WriteError(file, errno);
+}
+
+int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt) {
+  std::string program;
+  const Job job = read_task(list, index, program);
+  const RunLock lock(job);
+  if (read_task_outcome(job)) return 0;  // by the one who came first
+  auto result = ended_before(job);
+  if (!result) {
+    const interruption::Polled polled;
+    RunProcess run(job, program,
+                   [](const std::string& line) { print_lines(stderr, "firn: {}\n", line); });
+    bool told_to_stop = false;
+    while (!(result = run.poll())) {
+      if (interrupt != nullptr && interrupt->load() && !told_to_stop) run.interrupt();
+      told_to_stop = interrupt != nullptr && interrupt->load();
+      std::this_thread::sleep_for(look_every);
+    }
+  }
+  const bool stopped = interrupt != nullptr && interrupt->load();
+  if (result->status == JobStatus::interrupted) return 130;
+  if (result->status == JobStatus::lost && stopped) return 130;  // the signal came to both
+  if (result->status == JobStatus::lost) throw RunError(result->reason);
+  write_own_file(outcome_file(job), json{{"status", to_string(result->status)},
+                                         {"reason", result->reason},
+                                         {"wall", result->wall},
+                                         {"simulated", result->simulated},
+                                         {"limit", result->limit}}
+                                        .dump(-1, ' ', false, json::error_handler_t::replace));
+  return 0;
+}
+
+}  // namespace firn

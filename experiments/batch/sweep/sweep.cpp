@@ -1,0 +1,394 @@
+#include "experiments/batch/sweep/sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "experiments/batch/batch_folder.h"
+#include "experiments/responses/response_expression.h"
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/text_encoding.h"
+#include "experiments/text/csv_writer.h"
+#include "experiments/text/toml_document.h"
+#include "experiments/text/toml_names.h"
+#include "experiments/text/units.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t most_runs = input_limits::batch_runs;
+
+SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
+  t.allow({"name", "keys", "values"});
+  SweptKey k;
+  k.name = fresh_name(t, sweep.vary);
+  k.keys = t.strings("keys");
+  if (k.keys.empty()) t.fail("keys", "is missing; expected keys of the case");
+  for (const std::string& key : k.keys)
+    if (key == "case.seed")
+      t.fail("keys", "\"case.seed\" is the sweep's own; expected another key, or more `seeds`");
+  k.values = t.value_texts("values");
+  if (k.values.empty()) t.fail("values", "is missing; expected a list of values");
+  return k;
+}
+
+// A TOML value as people write it: strings without their quotes.
+std::string plain(const std::string& value) {
+  const bool string = value.size() > 1 && (value.front() == '"' || value.front() == '\'');
+  if (string) return value.substr(1, value.size() - 2);
+  double number = 0;  // 0.2 is written with all its digits: the shortest that reads the same
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  const bool whole = error == std::errc() && end == value.data() + value.size();
+  return whole ? fmt::format("{}", number) : value;
+}
+
+std::string label(const Sweep& sweep, const std::vector<std::string>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    text += fmt::format("{}{}={}", i > 0 ? " " : "", sweep.vary[i].name, plain(values[i]));
+  return text;
+}
+
+std::vector<Override> overrides(const Sweep& sweep, std::size_t combination, std::uint64_t seed) {
+  std::vector<Override> all = {{"case.seed", std::to_string(seed)}};
+  all.insert(all.end(), sweep.set.begin(), sweep.set.end());
+  const std::vector<std::string> values = sweep.values(combination);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (const std::string& key : sweep.vary[i].keys) all.emplace_back(key, values[i]);
+  return all;
+}
+
+// What is tabled: as asked for, or every single-valued response of the first run that finished.
+void choose_responses(SweepResult& r) {
+  const auto finished = std::ranges::find_if(
+      r.runs, [](const SweepRun& run) { return run.result.status == JobStatus::finished; });
+  r.responses = r.sweep.responses;
+  if (finished == r.runs.end()) return;
+  if (r.responses.empty())
+    for (const Response& response : finished->result.responses)
+      if (response.value.size() == 1) r.responses.push_back(response.name);
+  for (const std::string& name : r.responses)
+    r.units.push_back(unit_of(parse_operand(name), finished->result.responses));
+}
+
+void read_values(SweepResult& r) {
+  for (SweepRun& run : r.runs)
+    for (const std::string& name : r.responses) try {
+        run.values.push_back(run.result.status == JobStatus::finished
+                                 ? evaluate(parse_operand(name), run.result.responses)
+                                 : undefined);
+      } catch (const InputError& e) {
+        // One that a run has only when something came to pass is undefined where it did not.
+        if (!r.sweep.responses.empty())
+          throw InputError(r.sweep.source + ": responses: " + e.what());
+        run.values.push_back(undefined);
+      }
+}
+
+void write_csv(const SweepResult& r) {
+  CsvFile file(r.directory, "runs.csv");
+  std::string head;
+  for (const SweptKey& k : r.sweep.vary) head += encode::csv_field(k.name) + ",";
+  head += "seed,status,wall [s],key";
+  for (std::size_t i = 0; i < r.responses.size(); ++i) {
+    const std::string unit = i < r.units.size() ? r.units[i] : "";
+    head +=
+        "," + encode::csv_field(unit.empty() || unit == "1" ? r.responses[i]
+                                                            : r.responses[i] + " [" + unit + "]");
+  }
+  file.line(head);
+  for (const SweepRun& run : r.runs) {
+    std::string line;
+    for (const std::string& v : r.sweep.values(run.combination))
+      line += encode::csv_field(plain(v)) + ",";
+    line += fmt::format("{},{},{},{}", run.seed, to_string(run.result.status), run.result.wall,
+                        run.key);
+    for (const double v : run.values) line += std::isfinite(v) ? fmt::format(",{}", v) : ",";
+    file.line(line);
+  }
+  file.close();
+}
+
+struct Scatter {
+  int count = 0;
+  double mean = undefined, deviation = undefined;
+};
+Scatter scatter(const SweepResult& r, std::size_t combination, std::size_t response) {
+  std::vector<double> values;
+  for (const SweepRun& run : r.runs)
+    if (run.combination == combination && std::isfinite(run.values[response]))
+      values.push_back(run.values[response]);
+  Scatter s;
+  s.count = static_cast<int>(values.size());
+  if (values.empty()) return s;
+  s.mean = 0;
+  for (const double v : values) s.mean += v / s.count;
+  double squares = 0;
+  for (const double v : values) squares += (v - s.mean) * (v - s.mean);
+  if (s.count > 1) s.deviation = std::sqrt(squares / (s.count - 1));
+  return s;
+}
+
+// A value that is a number, with a unit or without, in SI.
+std::optional<double> number(const std::string& value) {
+  const std::string text = plain(value);
+  double n = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
+  if (error != std::errc()) return std::nullopt;
+  const std::string unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  if (unit.empty()) return n;
+  try {
+    return n * parse_unit(unit).factor;
+  } catch (const InputError&) {
+    return std::nullopt;  // a vector, a file
+  }
+}
+
+BatchFolderOptions folder_options(const Sweep& s, const SweepOptions& options,
+                                  const std::string& directory) {
+  BatchFolderOptions o;
+  o.directory = directory;
+  o.identity = "sweep " + s.name;
+  o.must_exist = options.resume;
+  o.executor = options.executor;
+  o.program = options.program;
+  o.jobs = options.jobs;
+  o.store = options.store;
+  o.slurm = s.execution.slurm;
+  o.progress = !options.show_progress  ? ProgressStyle::none
+               : options.json_progress ? ProgressStyle::json
+                                       : ProgressStyle::people;
+  o.progress_name = "sweep";
+  o.largest_total = static_cast<int>(s.combinations() * s.seeds.size());
+  o.interrupt = options.interrupt;
+  return o;
+}
+
+}  // namespace
+
+std::size_t Sweep::combinations() const {
+  if (vary.empty()) return 1;
+  if (!grid) return vary.front().values.size();
+  std::size_t n = 1;
+  for (const SweptKey& k : vary) n *= k.values.size();
+  return n;
+}
+
+std::vector<std::string> Sweep::values(std::size_t combination) const {
+  std::vector<std::string> chosen(vary.size());
+  for (std::size_t i = vary.size(); i-- > 0;) {
+    const std::size_t n = vary[i].values.size();
+    chosen[i] = vary[i].values[grid ? combination % n : combination];
+    if (grid) combination /= n;
+  }
+  return chosen;
+}
+
+Sweep read_sweep(const std::string& file) {
+  Sweep s;
+  s.source = file;
+  s.text = read_input_file(file, "a sweep file", input_limits::toml_bytes);
+  TomlDocument document(s.text, file);
+  const TomlTable root = TomlTable::root(document);
+  root.allow({"sweep", "vary", "execution"});
+  const TomlTable head = root.required_table("sweep");
+  head.allow({"name", "case", "set", "materials", "responses", "seeds", "first_seed", "design",
+              "threads"});
+  s.name = path_name(head);
+  s.case_file = (fs::path(file).parent_path() / head.string("case")).lexically_normal().string();
+  std::error_code unreadable;  // as a name that is too long
+  if (!fs::exists(s.case_file, unreadable))
+    head.fail("case", fmt::format("{} does not exist; expected a case file, relative to the sweep",
+                                  s.case_file));
+  if (head.has("set")) {
+    const TomlTable set = head.required_table("set");
+    for (const std::string& key : set.keys()) s.set.emplace_back(key, set.value_text(key));
+  }
+  s.materials = head.strings("materials");
+  s.responses = head.strings("responses");
+  for (const std::string& name : s.responses) head.at("responses", [&] { parse_operand(name); });
+  const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);
+  if (seeds > static_cast<int>(most_runs))
+    head.fail("seeds", fmt::format("are more than {}; expected fewer", most_runs));
+  s.seeds = seed_list(first, seeds);
+  s.grid = head.choice("design", {"grid", "list"}, "grid") == "grid";
+  s.threads = head.integer("threads", 1, 1);
+  std::size_t runs = s.seeds.size();
+  for (const TomlTable& t : root.tables("vary")) {
+    s.vary.push_back(read_key(t, s));
+    const std::size_t n = s.vary.back().values.size();
+    if (!s.grid && n != s.vary.front().values.size())
+      t.fail("values", fmt::format("has {} values; expected {}, as the first of the list", n,
+                                   s.vary.front().values.size()));
+    if (s.grid) runs *= n;
+    if (runs > most_runs)
+      t.fail("values", fmt::format("make more than {} runs; expected fewer", most_runs));
+  }
+  s.execution = read_execution(root);
+  return s;
+}
+
+namespace {
+
+void carry_out(SweepResult& r, const SweepOptions& options) {
+  BatchFolder folder(folder_options(r.sweep, options, r.directory));
+  const interruption::Advice advice(fmt::format(
+      "everything finished is kept in {}: the same command goes on from there", r.directory));
+  Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
+              options.interrupt);
+  std::vector<BatchRun> runs;
+  for (std::size_t c = 0; c < r.sweep.combinations(); ++c)
+    for (const std::uint64_t seed : r.sweep.seeds) {
+      BatchRun next =
+          batch.make(r.sweep.case_file, overrides(r.sweep, c, seed), folder.runs(),
+                     {"", "sweep", static_cast<int>(c), label(r.sweep, r.sweep.values(c)), seed},
+                     {r.sweep.materials, ""});
+      next.job.threads = r.sweep.threads;
+      next.job.limits = r.sweep.execution.limits;
+      r.runs.push_back({c, seed, next.job.key, {}, {}});
+      runs.push_back(std::move(next));
+    }
+  folder.progress().phase(r.sweep.name);
+  try {
+    batch.run(runs);
+  } catch (const BatchInterrupted&) {
+    r.interrupted = true;
+    return;
+  }
+  folder.progress().done();
+  for (SweepRun& run : r.runs) run.result = batch.outcome(run.key);
+  choose_responses(r);
+  read_values(r);
+  folder.journal().require_in_place();
+  write_csv(r);
+  write_own_file((fs::path(r.directory) / "results.json").string(), render_json(r) + "\n");
+  folder.journal().require_in_place();
+}
+
+}  // namespace
+
+namespace {
+
+// runs/<name>, without blanks; one of an earlier version with blanks is gone on with.
+std::string default_folder(const std::string& name) {
+  const fs::path runs = "runs", as_it_is = runs / name;
+  std::error_code unreadable;  // as a name that is too long
+  if (fs::is_directory(as_it_is, unreadable)) return as_it_is.string();
+  const std::string plain_name = encode::file_name(name);
+  return (runs / (plain_name.empty() ? "sweep" : plain_name)).string();
+}
+
+}  // namespace
+
+SweepResult sweep(const SweepOptions& options) {
+  SweepResult r;
+  r.sweep = read_sweep(options.sweep_file);
+  r.directory = options.directory.empty() ? default_folder(r.sweep.name) : options.directory;
+  with_kept_runs(r.directory, [&] { carry_out(r, options); });
+  return r;
+}
+
+std::vector<SweptPower> powers(const SweepResult& r) {
+  if (r.sweep.vary.size() != 1) return {};
+  std::vector<double> x;
+  for (const std::string& value : r.sweep.vary.front().values)
+    x.push_back(number(value).value_or(undefined));
+  std::vector<SweptPower> all;
+  for (std::size_t i = 0; i < r.responses.size(); ++i) {
+    std::vector<double> mean, error;
+    std::vector<int> runs;
+    for (std::size_t c = 0; c < x.size(); ++c) {
+      const Scatter s = scatter(r, c, i);
+      mean.push_back(s.mean);
+      error.push_back(s.deviation / std::sqrt(s.count));
+      runs.push_back(s.count);
+    }
+    if (has_power_law(x, mean))
+      all.push_back({r.responses[i], fit_power_law(x, mean, error, runs)});
+  }
+  return all;
+}
+
+std::string render_table(const SweepResult& r) {
+  std::string text;
+  for (std::size_t c = 0; c < r.sweep.combinations(); ++c) {
+    const auto finished = std::ranges::count_if(r.runs, [&](const SweepRun& run) {
+      return run.combination == c && run.result.status == JobStatus::finished;
+    });
+    text += fmt::format("{}: {} of {} runs finished\n",
+                        r.sweep.vary.empty() ? r.sweep.name : label(r.sweep, r.sweep.values(c)),
+                        finished, r.sweep.seeds.size());
+    for (std::size_t i = 0; i < r.responses.size(); ++i) {
+      const Scatter s = scatter(r, c, i);
+      const std::string unit = i < r.units.size() && r.units[i] != "1" ? r.units[i] : "";
+      text += fmt::format(
+          "    {:<36} {:>12} {:<7} {}\n", r.responses[i],
+          s.count > 0 ? fmt::format("{:.4g}", s.mean) : "undefined", unit,
+          s.count > 1 ? fmt::format("sd {:.2g} over {} runs", s.deviation, s.count) : "");
+    }
+    for (const SweepRun& run : r.runs)
+      if (run.combination == c && run.result.status != JobStatus::finished)
+        text += fmt::format("    seed {} {}: {}\n", run.seed, to_string(run.result.status),
+                            run.result.reason);
+  }
+  const std::vector<SweptPower> laws = powers(r);
+  if (!laws.empty()) text += fmt::format("as a power of {}:\n", r.sweep.vary.front().name);
+  for (const auto& [response, law] : laws)
+    text += fmt::format("    {:<36} {:>12.2f} {}\n", response, law.exponent,
+                        std::isfinite(law.exponent_error)
+                            ? fmt::format("± {:.2g}, one standard error", law.exponent_error)
+                            : "(two values: how straight it is, is not known)");
+  return text;
+}
+
+std::string render_json(const SweepResult& r) {
+  using Json = nlohmann::ordered_json;
+  const auto defined = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
+  Json j = {{"kind", "sweep"}, {"name", r.sweep.name}, {"case", r.sweep.case_file}};
+  j["responses"] = Json::array();
+  for (std::size_t i = 0; i < r.responses.size(); ++i)
+    j["responses"].push_back(
+        {{"name", r.responses[i]}, {"unit", i < r.units.size() ? r.units[i] : ""}});
+  for (std::size_t c = 0; c < r.sweep.combinations(); ++c) {
+    Json row = {{"values", Json::object()}};
+    const std::vector<std::string> values = r.sweep.values(c);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      row["values"][r.sweep.vary[i].name] = plain(values[i]);
+    for (std::size_t i = 0; i < r.responses.size(); ++i) {
+      const Scatter s = scatter(r, c, i);
+      row["responses"][r.responses[i]] = {{"mean", defined(s.mean)},
+                                          {"standard_deviation", defined(s.deviation)},
+                                          {"runs", s.count}};
+    }
+    j["combinations"].push_back(row);
+  }
+  for (const auto& [response, law] : powers(r))
+    j["powers"][response] = {{"exponent", defined(law.exponent)},
+                             {"standard_error", defined(law.exponent_error)}};
+  for (const SweepRun& run : r.runs) {
+    Json values = Json::array();
+    for (const double v : run.values) values.push_back(defined(v));
+    j["runs"].push_back({{"combination", run.combination},
+                         {"seed", run.seed},
+                         {"key", run.key},
+                         {"status", to_string(run.result.status)},
+                         {"reason", run.result.reason},
+                         {"wall", run.result.wall},
+                         {"values", values},
+                         {"results_file", run.result.results_file}});
+  }
+  return j.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace firn

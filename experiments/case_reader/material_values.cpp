@@ -1,0 +1,236 @@
+#include "experiments/case_reader/material_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "experiments/material_records/material_database.h"
+
+namespace firn {
+namespace {
+
+constexpr const char* tables_name = "material_records";
+constexpr const char* laws_name = "interactions";
+constexpr std::string_view law_prefix = "interactions.";
+
+class Application {
+ public:
+  Application(TomlDocument& document, const MaterialRequest& request)
+      : document_(document), request_(request) {
+    if (const toml::table* t = document.root()["materials"].as_table())
+      for (const auto& [name, value] : *t) materials_.emplace_back(name.str());
+    if (const toml::table* t = document.root()[laws_name].as_table())
+      for (const auto& [name, value] : *t) laws_.insert(std::string(law_prefix).append(name.str()));
+  }
+
+  std::vector<AppliedMaterial> carry_out() {
+    for (const std::string& text : request_.records) {
+      const MaterialChoice choice = parse_material_choice(text);
+      applied_.push_back(apply(choice, find(choice), true));
+      choices_.push_back(choice);
+    }
+    const std::size_t named = applied_.size();
+    for (const TomlTable& table : TomlTable::root(document_).tables(tables_name)) read(table);
+    for (std::size_t i = 0; i < named; ++i) leave_out_parts_of_laws(applied_[i]);
+    // Noted behind those of the file, so that they read the same.
+    for (std::size_t i = 0; i < named; ++i) append(applied_[i], choices_[i]);
+    std::rotate(applied_.begin(), applied_.begin() + static_cast<std::ptrdiff_t>(named),
+                applied_.end());
+    return std::move(applied_);
+  }
+
+ private:
+  struct Setter {
+    std::string record;
+    bool over_file;
+  };
+
+  StoredRecord find(const MaterialChoice& choice) {
+    if (!database_)
+      database_ = std::make_unique<MaterialDatabase>(material_database_file(request_.database));
+    return database_->find(choice.name, choice.version);
+  }
+
+  // The key as the document spells it (the materials of a pair may stand in either order); empty
+  // when the case does not have the materials.
+  std::string place_of(const std::string& path) const {
+    const MaterialKey key = parse_material_key(path);
+    for (const std::string& m : key.materials)
+      if (std::ranges::find(materials_, m) == materials_.end()) return {};
+    if (key.materials.size() < 2) return path;
+    const std::string turned =
+        fmt::format("{}.{}-{}", key.table, key.materials[1], key.materials[0]);
+    return document_.has(turned) ? turned + "." + key.key : path;
+  }
+
+  AppliedMaterial apply(const MaterialChoice& choice, const StoredRecord& stored, bool over_file) {
+    const MaterialRecord& record = stored.record;
+    AppliedMaterial a{record.reference(), choice.selection(), stored.sha256, {}, {}, {}};
+    const std::vector<double> values = chosen_values(record, choice);
+    for (std::size_t i = 0; i < record.parameters.size(); ++i) {
+      const MaterialParameter& p = record.parameters[i];
+      std::vector<std::string> places;
+      for (const std::string& key : p.keys) {
+        const std::string place = place_of(key);
+        (place.empty() ? a.unused : places).push_back(place.empty() ? key : place);
+      }
+      if (places.empty()) continue;
+      if (std::ranges::any_of(places,
+                              [&](const std::string& k) { return stands(k, over_file, a); })) {
+        a.kept.insert(a.kept.end(), places.begin(), places.end());
+        continue;
+      }
+      for (const std::string& place : places) {
+        document_.set(place, toml_value(values[i], p.unit), "material " + a.record);
+        set_by_.insert_or_assign(place, Setter{a.record, over_file});
+        a.sets.push_back(place);
+      }
+    }
+    if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
+    return a;
+  }
+
+  [[noreturn]] void fail_without_value(const AppliedMaterial& a) const {
+    throw InputError(fmt::format(
+        "material {}: holds no value for a case whose materials are {}; expected a record about "
+        "them",
+        a.record, materials_.empty() ? "none" : comma_list(materials_)));
+  }
+
+  // The law of contact that a key belongs to, "interactions.a-b"; empty for a key of a material.
+  static std::string law_of(const std::string& path) {
+    const std::string key = parse_material_key(path).key;
+    const std::string table = path.substr(0, path.size() - key.size() - 1);
+    return table.starts_with(law_prefix) ? table : "";
+  }
+
+  // Whether case and requested records together say less of a pair than a law of contact takes, and
+  // the case itself says nothing of it.
+  bool is_part_of_a_law(const std::string& law) const {
+    const bool of_the_case =
+        laws_.contains(law) || std::ranges::any_of(set_by_, [&](const auto& s) {
+          return !s.second.over_file && law_of(s.first) == law;
+        });
+    return !of_the_case &&
+           !(document_.has(law + ".static_friction") && document_.has(law + ".restitution"));
+  }
+
+  // A requested record may hold some numbers of two materials that never meet in this case, which
+  // then has no law for them. They go again, and are told.
+  void leave_out_parts_of_laws(AppliedMaterial& a) {
+    const auto stays = [&](const std::string& key) {
+      const std::string law = law_of(key);
+      return law.empty() || !is_part_of_a_law(law);
+    };
+    const auto left_out = std::stable_partition(a.sets.begin(), a.sets.end(), stays);
+    for (auto key = left_out; key != a.sets.end(); ++key) {
+      document_.root()[laws_name].as_table()->erase(law_of(*key).substr(law_prefix.size()));
+      a.unused.push_back(*key);
+    }
+    a.sets.erase(left_out, a.sets.end());
+    if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
+  }
+
+  // Whether something stronger has set the key.
+  bool stands(const std::string& key, bool over_file, const AppliedMaterial& a) const {
+    if (const auto it = set_by_.find(key); it != set_by_.end()) {
+      if (over_file == it->second.over_file)
+        throw InputError(fmt::format("material {}: sets {}, as {} does; expected one record a key",
+                                     a.record, key, it->second.record));
+      return true;
+    }
+    return over_file ? document_.overridden(key) : document_.has(key);
+  }
+
+  void read(const TomlTable& t) {
+    t.allow({"record", "sample", "anchor", "sha256", "sets"});
+    const std::string record = t.string("record");
+    const std::string hash = t.string("sha256", "");
+    const MaterialChoice choice = t.at("record", [&] {
+      MaterialChoice c = parse_material_choice(record);
+      if ((t.has("sample") || t.has("anchor")) && !c.selection().empty())
+        throw InputError("chooses already; expected no \"sample\" or \"anchor\" beside it");
+      return c;
+    });
+    MaterialChoice chosen = choice;
+    if (t.has("sample")) chosen.sample = static_cast<std::uint64_t>(t.integer64("sample", 1));
+    if (t.has("anchor")) chosen.anchor = t.string("anchor");
+    if (chosen.sample && !chosen.anchor.empty())
+      t.fail("anchor", "stands beside a sample; expected one of them");
+    if (t.has("sets")) {
+      applied_.push_back(applied_before(t, chosen));
+      note(t, applied_.back(), chosen);
+      return;
+    }
+    const AppliedMaterial a = t.at("record", [&] {
+      const StoredRecord stored = find(chosen);
+      if (!hash.empty() && hash != stored.sha256)
+        throw InputError(fmt::format("\"{}\" has the hash {} here; expected the one beside it",
+                                     stored.record.reference(), stored.sha256));
+      return apply(chosen, stored, false);
+    });
+    applied_.push_back(a);
+    note(t, a, chosen);
+  }
+
+  // A resolved case: its values stand in it.
+  AppliedMaterial applied_before(const TomlTable& t, const MaterialChoice& choice) const {
+    if (choice.version == 0)
+      t.fail("record", "has no version; expected NAME@VERSION where it says what it set");
+    AppliedMaterial a{fmt::format("{}@{}", choice.name, choice.version),
+                      choice.selection(),
+                      t.string("sha256"),
+                      {},
+                      {},
+                      {}};
+    for (const std::string& key : t.strings("sets")) {
+      t.at("sets", [&] { parse_material_key(key); });
+      if (!document_.has(key))
+        t.fail("sets", fmt::format("names {}, which the case does not give; expected it, or no "
+                                   "\"sets\" to have the record asked",
+                                   key));
+      if (!document_.overridden(key)) a.sets.push_back(key);
+    }
+    return a;
+  }
+
+  static void note(const TomlTable& t, const AppliedMaterial& a, const MaterialChoice& choice) {
+    t.set("record", a.record);
+    if (choice.sample) t.set("sample", static_cast<std::int64_t>(*choice.sample));
+    if (!choice.anchor.empty()) t.set("anchor", choice.anchor);
+    t.set("sha256", a.sha256);
+    toml::array sets;
+    for (const std::string& key : a.sets) sets.push_back(key);
+    t.set("sets", std::move(sets));
+  }
+
+  void append(const AppliedMaterial& a, const MaterialChoice& choice) {
+    toml::table& root = document_.root();
+    if (!root.contains(tables_name)) root.insert(tables_name, toml::array());
+    toml::array& all = *root.get(tables_name)->as_array();
+    all.push_back(toml::table());
+    note(TomlTable(document_, *all.back().as_table(), tables_name, 0), a, choice);
+  }
+
+  TomlDocument& document_;
+  const MaterialRequest& request_;
+  std::vector<std::string> materials_;  // of the case
+  std::set<std::string> laws_;          // "interactions.a-b" that the case has, as it spells them
+  std::unique_ptr<MaterialDatabase> database_;
+  std::vector<AppliedMaterial> applied_;
+  std::vector<MaterialChoice> choices_;   // of the request
+  std::map<std::string, Setter> set_by_;  // by key
+};
+
+}  // namespace
+
+std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
+                                             const MaterialRequest& request) {
+  if (request.records.empty() && !document.root().contains(tables_name)) return {};
+  return Application(document, request).carry_out();
+}
+
+}  // namespace firn

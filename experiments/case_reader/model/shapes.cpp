@@ -1,0 +1,228 @@
+#include "experiments/case_reader/model/shapes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+
+#include "experiments/case_reader/model/materials.h"
+#include "experiments/text/toml_names.h"
+
+namespace firn {
+namespace {
+
+// Reads the tables of all shapes; compounds pull in what they are made of first.
+class ShapeReader {
+ public:
+  ShapeReader(const TomlTable& root, const std::vector<Material>& materials,
+              const std::string& directory)
+      : all_(root.table("shapes")), materials_(materials), directory_(directory) {
+    for (const std::string& name : all_.keys()) names_.push_back(name);
+  }
+
+  std::vector<Shape> read() {
+    std::vector<Shape> shapes;
+    for (const std::string& name : names_) shapes.push_back(shape(name));
+    return shapes;
+  }
+
+ private:
+  const Shape& shape(const std::string& name) {
+    if (const auto it = done_.find(name); it != done_.end()) return it->second;
+    const TomlTable t = all_.required_table(name);
+    under_way_.push_back(name);
+    Shape made = make(t, name);
+    under_way_.pop_back();
+    return done_.emplace(name, std::move(made)).first->second;
+  }
+
+  Shape make(const TomlTable& t, const std::string& name) {
+    const std::string kind =
+        t.choice("kind", {"box", "sphere", "crescent", "convex", "mesh", "compound"});
+    if (kind == "box") return box(t, name);
+    if (kind == "sphere") return sphere(t, name);
+    if (kind == "crescent") return crescent(t, name);
+    if (kind == "convex") return convex(t, name);
+    if (kind == "mesh") return mesh(t, name);
+    return compound(t, name);
+  }
+
+  // Keys common to all kinds; those of one kind come on top.
+  ShapeOptions options(const TomlTable& t, const std::string& name) {
+    ShapeOptions o;
+    o.name = name;
+    o.material = material_index(t, "material", materials_);
+    const Material& material = materials_[o.material];
+    o.density = material.density;
+    o.young_modulus = material.young_modulus;
+    o.mass = t.optional_quantity("mass", dimension::mass, Sign::positive).value_or(0);
+    o.rounding =
+        t.optional_quantity("rounding", dimension::length, Sign::non_negative).value_or(o.rounding);
+    o.stiffness =
+        t.optional_quantity("stiffness", dimension::stiffness, Sign::positive).value_or(0);
+    o.size_for_stiffness =
+        t.optional_quantity("size_for_stiffness", dimension::length, Sign::positive).value_or(0);
+    if (o.mass == 0 && o.density == 0) {
+      t.fail("material", fmt::format("\"{}\" has no density; expected one, or a mass of the shape",
+                                     material.name));
+    }
+    if (o.stiffness == 0 && o.young_modulus == 0) {
+      t.fail("material", fmt::format("\"{}\" has no young_modulus; expected one, or a stiffness of "
+                                     "the shape",
+                                     material.name));
+    }
+    return o;
+  }
+
+  Shape box(const TomlTable& t, const std::string& name) {
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "size"});
+    const ShapeOptions o = options(t, name);
+    const Vec3 size = t.sizes("size");
+    return t.at("size", [&] { return make_box(size, o); });
+  }
+
+  Shape sphere(const TomlTable& t, const std::string& name) {
+    t.allow({"kind", "material", "mass", "stiffness", "size_for_stiffness", "radius"});
+    const ShapeOptions o = options(t, name);
+    const double radius = t.quantity("radius", dimension::length, Sign::positive);
+    return t.at("radius", [&] { return make_sphere(radius, o); });
+  }
+
+  Shape crescent(const TomlTable& t, const std::string& name) {
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "variant",
+             "chord", "thickness", "depth", "tip", "dish", "draft", "facets", "parts",
+             "arc_segments"});
+    ShapeOptions o = options(t, name);
+    auto [p, mass] = read_crescent(t);
+    p.parts = t.integer("parts", 1, p.parts);
+    p.arc_segments = t.integer("arc_segments", 1, p.arc_segments);
+    if (o.mass == 0) o.mass = mass;
+    return t.at("", [&, &parameters = p] { return make_crescent(parameters, o); });
+  }
+
+  Shape convex(const TomlTable& t, const std::string& name) {
+    t.allow(
+        {"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "vertices"});
+    const ShapeOptions o = options(t, name);
+    if (!t.has("vertices")) t.fail("vertices", "missing; expected strings [\"x y z mm\", ...]");
+    return t.at("vertices", [&] {
+      std::vector<Vec3> points;
+      for (const std::string& text : t.strings("vertices")) {
+        points.push_back(parse_vector(text, dimension::length));
+      }
+      return make_convex(points, o);
+    });
+  }
+
+  Shape mesh(const TomlTable& t, const std::string& name) {
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "file",
+             "length_unit", "sha256", "any_size", "max_parts"});
+    ShapeOptions o = options(t, name);
+    constexpr int kMostParts = 64;  // of any shape
+    o.max_parts = t.integer("max_parts", 1, o.max_parts);
+    if (o.max_parts > kMostParts) {
+      t.fail("max_parts", fmt::format("is {}; expected 1 to {}", o.max_parts, kMostParts));
+    }
+    const TriangleMesh triangles = read_mesh(t, directory_, kParticleMesh);
+    return t.at("file", [&] { return make_mesh(triangles, o); });
+  }
+
+  Shape compound(const TomlTable& t, const std::string& name) {
+    t.allow(
+        {"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "components"});
+    const ShapeOptions o = options(t, name);
+    std::vector<Component> components;
+    for (const TomlTable& c : t.tables("components")) {
+      c.allow({"shape", "position", "orientation"});
+      const std::string part = c.string("shape");
+      index_of(c, "shape", part, {names_.begin(), names_.end()}, "shape");
+      if (std::ranges::find(under_way_, part) != under_way_.end()) {
+        c.fail("shape", fmt::format("\"{}\" contains itself; expected another shape", part));
+      }
+      Component component{shape(part), {}};
+      if (component.shape.material != o.material) {
+        c.fail("shape",
+               fmt::format("\"{}\" is of another material; expected the compound's", part));
+      }
+      component.pose.translation = c.vector("position", dimension::length, "0 0 0 m");
+      component.pose.rotation = c.orientation("orientation").toRotationMatrix();
+      components.push_back(std::move(component));
+    }
+    if (components.empty()) {
+      t.fail("components",
+             "missing; expected tables such as { shape = \"cube\", position = "
+             "\"0 0 1 cm\" }");
+    }
+    return t.at("components", [&] { return make_compound(components, o); });
+  }
+
+  TomlTable all_;
+  const std::vector<Material>& materials_;
+  std::string directory_;
+  std::vector<std::string> names_;
+  std::vector<std::string> under_way_;
+  std::map<std::string, Shape> done_;
+};
+
+}  // namespace
+
+std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material>& materials,
+                               const std::string& directory) {
+  return ShapeReader(root, materials, directory).read();
+}
+
+NamedCrescent read_crescent(const TomlTable& t) {
+  const std::string variant =
+      t.choice("variant", {"mass-matched", "table1", "table1-heavy", "custom"}, "mass-matched");
+  const bool custom = variant == "custom";
+  CrescentParameters p;
+  const auto length = [&](std::string_view key, double fallback, Sign sign) {
+    return t.quantity(key, dimension::length, sign, si_text(fallback, dimension::length));
+  };
+  for (const auto& [key, value] : {std::pair<std::string_view, double*>{"chord", &p.chord},
+                                   {"thickness", &p.width},
+                                   {"depth", &p.depth}}) {
+    if (custom) *value = length(key, *value, Sign::positive);
+    if (!custom && t.has(key)) {
+      t.fail(key,
+             fmt::format("is fixed by variant = \"{}\"; expected variant = \"custom\" beside it",
+                         variant));
+    }
+  }
+  p.tip = length("tip", p.tip, Sign::positive);
+  p.dish = length("dish", p.dish, Sign::non_negative);
+  p.draft = t.quantity("draft", dimension::angle, Sign::non_negative, "3 deg");
+  p.facets = t.integer("facets", 4, p.facets);
+  if (custom) return {p, 0};
+  return t.at("", [&] { return named_crescent(variant, p); });
+}
+
+TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
+                       const MeshLimits& limits) {
+  const double unit = [&] {
+    const std::string text = table.string("length_unit");
+    return table.at("length_unit", [&] { return parse_quantity("1 " + text, dimension::length); });
+  }();
+  const std::filesystem::path file = table.string("file");
+  const std::string absolute =
+      std::filesystem::absolute(directory / file).lexically_normal().string();
+  const MeshLimits allowed = table.boolean("any_size", false) ? of_any_size(limits) : limits;
+  MeshFile read = table.at("file", [&] { return read_mesh_file(absolute, unit, allowed); });
+  if (table.has("sha256") && table.string("sha256") != read.sha256) {
+    table.fail("file", fmt::format("\"{}\" has changed; expected the content with SHA-256 {}",
+                                   absolute, table.string("sha256")));
+  }
+  table.set("file", absolute);
+  table.set("sha256", read.sha256);
+  return std::move(read.mesh);
+}
+
+int shape_index(const TomlTable& table, std::string_view key, const std::vector<Shape>& shapes) {
+  std::vector<std::string_view> names;
+  for (const Shape& s : shapes) names.push_back(s.name);
+  return index_of(table, key, table.string(key), names, "shape");
+}
+
+}  // namespace firn

@@ -1,0 +1,233 @@
+#include "experiments/case_reader/process/bonds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "experiments/case_reader/model/shapes.h"
+#include "experiments/case_reader/process/insertion.h"
+#include "firn/distance.h"
+
+namespace firn {
+namespace {
+
+constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+// A body as it stands when its bridge freezes.
+struct Standing {
+  int particle = 0;
+  BodyInMotion at;
+};
+using Couple = std::array<Standing, 2>;
+
+const Shape& shape_of(const Model& model, int particle) {
+  return model.shapes[index(model.particles[index(particle)].shape)];
+}
+
+Standing standing(const Model& model, int particle, const Vec3& position, const Quat& orientation) {
+  const Quat body = (orientation * shape_of(model, particle).shape_from_body).normalized();
+  return {particle, {position, Vec3::Zero(), Vec3::Zero(), body}};
+}
+
+// Neighbours in the order of a batch's places, batch by batch.
+std::vector<Couple> couples_of_source(const TomlTable& t, const Case& c) {
+  const std::string name = t.string("source");
+  const auto source = std::ranges::find(c.sources, name, &Source::name);
+  if (source == c.sources.end())
+    t.fail("source", fmt::format("\"{}\" is no source of the case; expected the name of one of "
+                                 "[[sources]]",
+                                 name));
+  const std::size_t places = source->positions.size();
+  if (places < 2) t.fail("source", "places one body at a time; expected several, to be joined");
+  int particle = first_of_sources(c)[static_cast<std::size_t>(source - c.sources.begin())];
+  std::vector<Couple> couples;
+  for (int batch = 0; batch < source->batches; ++batch) {
+    Standing before;
+    for (std::size_t place = 0; place < places; ++place, ++particle) {
+      const SourcePose pose = source_pose(*source, place, particle, c.seed);
+      const Standing now = standing(c.model, particle, pose.position, pose.orientation);
+      if (place > 0) couples.push_back({before, now});
+      before = now;
+    }
+  }
+  return couples;
+}
+
+// Pairs of [[particles]], by their numbers or by tags that one of them carries each.
+std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::string_view key) {
+  std::unordered_multimap<int, const Case::Placed*> bodies;
+  for (const Case::Placed& p : c.placed)
+    bodies.emplace(key == "tags" ? c.model.particles[index(p.particle)].tag : p.particle, &p);
+  const auto find = [&](int number) {
+    const std::size_t count = bodies.count(number);
+    if (count != 1)
+      t.fail(key, fmt::format("{} is {} of {} bodies; expected that of exactly one under "
+                              "[[particles]]",
+                              number, key == "tags" ? "the tag" : "the number", count));
+    const Case::Placed& p = *bodies.find(number)->second;
+    return standing(c.model, p.particle, p.position, p.orientation);
+  };
+  std::vector<Couple> couples;
+  std::set<std::pair<int, int>> joined;
+  for (const auto& [a, b] : t.integer_pairs(key)) {
+    if (a == b) t.fail(key, fmt::format("joins {} with itself; expected two bodies", a));
+    if (!joined.insert(std::minmax(a, b)).second)
+      t.fail(key, fmt::format("joins {} and {} twice; expected each pair once", a, b));
+    couples.push_back({find(a), find(b)});
+  }
+  return couples;
+}
+
+std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
+  constexpr std::array<std::string_view, 3> kWays = {"source", "pairs", "tags"};
+  if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
+    t.fail("", "says not once who is joined; expected one of source, pairs and tags");
+  if (t.has("source")) return couples_of_source(t, c);
+  return couples_of_pairs(t, c, t.has("pairs") ? "pairs" : "tags");
+}
+
+// The ice in the channel through a mold's webs: section and length.
+struct Channel {
+  double width = 0, height = 0, length = 0;  // m
+};
+Channel channel_of(const TomlTable& root, const TomlTable& t) {
+  const std::string name = t.string("mold");
+  for (const TomlTable& b : root.tables("boundaries")) {
+    if (b.string("name") != name || b.string("kind") != "mold") continue;
+    Channel channel;
+    channel.width = b.quantity("notch_width", dimension::length, Sign::non_negative);
+    channel.height = b.quantity("notch_depth", dimension::length, Sign::non_negative);
+    if (!(channel.width > 0 && channel.height > 0))
+      t.fail("mold", fmt::format("\"{}\" has no channel between its cavities; expected one with a "
+                                 "notch",
+                                 name));
+    // The web at the water line.
+    channel.length = b.quantity("pitch", dimension::length, Sign::positive) -
+                     read_crescent(b).parameters.width -
+                     2 * b.quantity("clearance", dimension::length, Sign::non_negative);
+    return channel;
+  }
+  t.fail("mold",
+         fmt::format("\"{}\" is no mold; expected the name of a boundary of that kind", name));
+}
+
+void read_geometry(const TomlTable& root, const TomlTable& t, double poisson_ratio, BeamLaw& law) {
+  const auto length = [&](std::string_view key) {
+    return t.quantity(key, dimension::length, Sign::positive);
+  };
+  Channel channel;
+  if (t.has("mold")) {
+    for (const char* key : {"radius", "width", "height"})
+      if (t.has(key)) t.fail(key, "is given beside a mold, which has it; expected one of the two");
+    channel = channel_of(root, t);
+    law.length = t.has("length") ? length("length") : channel.length;
+  } else {
+    if (t.has("radius") == t.has("width"))
+      t.fail("width", "expected either width and height, or a radius, or a mold");
+    if (!t.has("radius")) channel = {length("width"), length("height"), 0};
+    law.length = length("length");
+  }
+  law.section = t.has("radius") ? round_section(length("radius"), poisson_ratio)
+                                : rectangular_section(channel.width, channel.height, poisson_ratio);
+}
+
+// Material constants that are left out are those of the bodies.
+BeamLaw read_law(const TomlTable& root, const TomlTable& t, const Material& material) {
+  BeamLaw law;
+  law.name = t.string("name");
+  law.young_modulus = t.has("young_modulus")
+                          ? t.quantity("young_modulus", dimension::pressure, Sign::positive)
+                          : material.young_modulus;
+  if (!(law.young_modulus > 0))
+    t.fail("young_modulus", fmt::format("missing, and material \"{}\" has none; expected a "
+                                        "pressure, such as \"9 GPa\"",
+                                        material.name));
+  const double poisson_ratio =
+      t.has("poisson_ratio") ? t.number("poisson_ratio") : material.poisson_ratio;
+  if (!(poisson_ratio > -1 && poisson_ratio <= 0.5))
+    t.fail("poisson_ratio",
+           fmt::format("is {}; expected a number above -1 and up to 0.5", poisson_ratio));
+  law.shear_modulus = t.has("shear_modulus")
+                          ? t.quantity("shear_modulus", dimension::pressure, Sign::positive)
+                          : law.young_modulus / (2 * (1 + poisson_ratio));
+  read_geometry(root, t, poisson_ratio, law);
+  law.tensile_strength = t.quantity("tensile_strength", dimension::pressure, Sign::positive);
+  law.shear_strength = t.quantity("shear_strength", dimension::pressure, Sign::positive);
+  law.damping_ratio = t.number("damping_ratio", 0.05);
+  if (!(law.damping_ratio >= 0 && law.damping_ratio <= 1))
+    t.fail("damping_ratio", fmt::format("is {}; expected a number from 0 to 1", law.damping_ratio));
+  return law;
+}
+
+// m, from a point in body axes to the surface; 0 within.
+double distance_to(const Shape& shape, const Vec3& point) {
+  double least = std::numeric_limits<double>::infinity();
+  const ConvexPart there = sphere_part(point, 0);
+  for (const ConvexPart& part : shape.parts)
+    least = std::min(least, core_distance(part, there, Pose{}) - part.radius);
+  return std::max(0.0, least);
+}
+
+// A bridge that hangs in the air would hold bodies by nothing.
+void check_reach(const TomlTable& t, const Model& model, const Bond& bond, const BeamLaw& law) {
+  const double reach = 2 * std::max(law.section.half_width, law.section.half_height);
+  const auto check = [&](int particle, const Vec3& end) {
+    const double off = distance_to(shape_of(model, particle), end);
+    if (off <= reach) return;
+    t.fail("length", fmt::format("the bridge from particle {} to {} ends {:.4g} mm off particle "
+                                 "{}; expected neighbours, a bridge that comes to within {:.4g} mm "
+                                 "of both",
+                                 bond.a, bond.b, 1e3 * off, particle, 1e3 * reach));
+  };
+  check(bond.a, bond.end_a);
+  check(bond.b, bond.end_b);
+}
+
+Bond join(const TomlTable& t, const Model& model, const Couple& couple, int law,
+          const Vec3& position, const Vec3& height) {
+  const auto& [a, b] = couple;
+  const Quat shape_a = a.at.orientation * shape_of(model, a.particle).shape_from_body.conjugate();
+  const Vec3 axis = b.at.position - a.at.position, up = shape_a * height;
+  if (!(axis.cross(up).norm() > 0.1 * axis.norm()))
+    t.fail("height_direction", fmt::format("runs along the bridge from particle {} to {}; expected "
+                                           "a direction across it, in shape axes of the first",
+                                           a.particle, b.particle));
+  const Vec3 middle = 0.5 * (a.at.position + b.at.position) + shape_a * position;
+  return make_bond(a.particle, b.particle, law, model.beams[index(law)].length, a.at, b.at, middle,
+                   axis, up);
+}
+
+}  // namespace
+
+void read_bonds(const TomlTable& root, Case& c) {
+  Model& model = c.model;
+  for (const TomlTable& t : root.tables("bonds")) {
+    t.allow({"name", "enabled", "source", "pairs", "tags", "mold", "width", "height", "radius",
+             "length", "position", "height_direction", "young_modulus", "poisson_ratio",
+             "shear_modulus", "tensile_strength", "shear_strength", "damping_ratio"});
+    const std::vector<Couple> couples = read_couples(t, c);
+    if (couples.empty()) t.fail("pairs", "is empty; expected pairs of bodies");
+    const int material = shape_of(model, couples.front().front().particle).material;
+    const BeamLaw law = read_law(root, t, model.materials[index(material)]);
+    const Vec3 position = t.vector("position", dimension::length, "0 0 0 m");
+    if (!t.has("height_direction")) t.set("height_direction", toml::array{0, 0, 1});
+    const Vec3 height = t.direction("height_direction");
+    const bool enabled = t.boolean("enabled", true);
+    if (std::ranges::find(model.beams, law.name, &BeamLaw::name) != model.beams.end())
+      t.fail("name", fmt::format("\"{}\" is taken already; expected another name", law.name));
+    if (!enabled) continue;
+    model.beams.push_back(law);
+    for (const Couple& couple : couples) {
+      model.bonds.push_back(
+          join(t, model, couple, static_cast<int>(model.beams.size()) - 1, position, height));
+      check_reach(t, model, model.bonds.back(), law);
+    }
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,100 @@
+#include "experiments/case_reader/process/contact_statistics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/case_reader/model/boundaries.h"
+#include "firn/mesh.h"
+
+namespace firn {
+namespace {
+
+// The mesh in triangles of no longer edges than the table asks for; as it is where it does not.
+TriangleMesh read_edge(const TomlTable& t, const TriangleMesh& mesh) {
+  constexpr std::size_t kMost = 1'000'000;  // triangles
+  const auto edge = t.optional_quantity("edge", dimension::length, Sign::positive);
+  if (!edge) return mesh;
+  // At least so many, as none of them is larger than an equilateral one.
+  double area = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) area += 0.5 * area_normal(mesh, i).norm();
+  if (area / (0.433 * *edge * *edge) > kMost)
+    t.fail("edge", fmt::format("is {:.4g} m, which makes more than {} triangles; expected more",
+                               *edge, kMost));
+  return refined(mesh, *edge);
+}
+
+double read_wear_rate(const TomlTable& t) {
+  const auto rate =
+      t.optional_quantity("specific_wear_rate", dimension::pressure.power(-1), Sign::non_negative);
+  if (!t.has("wear_coefficient") && !t.has("hardness")) return rate.value_or(0);
+  if (rate)
+    t.fail("specific_wear_rate",
+           "is given beside wear_coefficient or hardness; expected it or both of them");
+  const double coefficient = t.number("wear_coefficient");
+  if (!(coefficient >= 0))
+    t.fail("wear_coefficient", fmt::format("is {}; expected no less than 0", coefficient));
+  return coefficient / t.quantity("hardness", dimension::pressure, Sign::positive);
+}
+
+std::vector<WatchedBoundary> read_watched(const TomlTable& t, const Model& model) {
+  std::vector<WatchedBoundary> watched;
+  for (const std::string& name : t.strings("boundaries")) {
+    const int index = boundary_index(t, "boundaries", name, model.boundaries);
+    if (std::ranges::find(watched, index, &WatchedBoundary::boundary) != watched.end())
+      t.fail("boundaries", fmt::format("names \"{}\" twice; expected it once", name));
+    const Boundary& boundary = model.boundaries[static_cast<std::size_t>(index)];
+    if (boundary.mesh.triangles.empty())
+      t.fail(
+          "boundaries",
+          fmt::format("\"{}\" is a plane, which has no triangles; expected a box or a mesh", name));
+    watched.push_back({index, read_edge(t, boundary.mesh)});
+  }
+  if (watched.empty()) t.fail("boundaries", "is missing; expected names of boundaries");
+  return watched;
+}
+
+EnergyClasses read_energies(const TomlTable& t) {
+  t.allow({"lowest", "decades", "per_decade"});
+  EnergyClasses classes;
+  classes.lowest = t.quantity("lowest", dimension::energy, Sign::positive);
+  classes.decades = t.integer("decades", 1, 8);
+  classes.per_decade = t.integer("per_decade", 1, 5);
+  return classes;
+}
+
+}  // namespace
+
+StatisticsOptions read_statistics(const TomlTable& root, const Model& model, double& wear_rate) {
+  StatisticsOptions options;
+  if (!root.has("statistics")) return options;
+  const TomlTable t = root.required_table("statistics");
+  t.allow({"merge", "events", "opposed_loads", "triangles", "surfaces", "energies"});
+  options.merge = t.quantity("merge", dimension::time, Sign::non_negative, "0 s");
+  options.opposed_loads = t.boolean("opposed_loads", false);
+  if (t.has("events")) {
+    const TomlTable events = t.required_table("events");
+    events.allow({"threshold"});
+    options.events = true;
+    options.threshold = events.quantity("threshold", dimension::force, Sign::non_negative);
+  }
+  if (t.has("triangles")) {
+    const TomlTable triangles = t.required_table("triangles");
+    triangles.allow(
+        {"boundaries", "edge", "interval", "wear_coefficient", "hardness", "specific_wear_rate"});
+    options.watched = read_watched(triangles, model);
+    options.interval =
+        triangles.optional_quantity("interval", dimension::time, Sign::positive).value_or(0);
+    wear_rate = read_wear_rate(triangles);
+  }
+  if (t.has("surfaces")) {
+    const TomlTable surfaces = t.required_table("surfaces");
+    surfaces.allow({"edge"});
+    for (const Shape& shape : model.shapes)
+      options.surfaces.push_back(read_edge(surfaces, shape.mesh));
+  }
+  if (t.has("energies")) options.energies = read_energies(t.required_table("energies"));
+  return options;
+}
+
+}  // namespace firn

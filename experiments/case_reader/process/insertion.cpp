@@ -1,0 +1,327 @@
+#include "experiments/case_reader/process/insertion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "experiments/analysis/random_stream.h"
+#include "experiments/case_reader/model/boundaries.h"
+#include "experiments/case_reader/model/motion_frames.h"
+#include "experiments/case_reader/model/shapes.h"
+#include "experiments/text/toml_names.h"
+
+namespace firn {
+namespace {
+
+// Bodies put down at random without touching stop finding room at about this solid fraction.
+constexpr double kDensestPour = 0.3;
+
+// Beyond what any machine simulates: a slip of the keyboard, caught before memory runs out.
+constexpr int kMostParticles = 10'000'000;
+
+// The stream of random numbers of [[particles]], beside those of the fills, which count from 0.
+constexpr std::uint64_t kPlacedStream = ~std::uint64_t{0};
+
+// Equal bodies in rows along the world's axes.
+struct Grid {
+  std::array<int, 3> count{1, 1, 1};
+  Vec3 spacing = Vec3::Zero();  // m
+};
+
+Grid read_grid(const TomlTable& t) {
+  Grid grid;
+  if (!t.has("grid")) {
+    if (t.has("spacing")) t.fail("spacing", "has no meaning here; expected a grid beside it");
+    return grid;
+  }
+  grid.count = t.counts("grid");
+  const double total = 1.0 * grid.count[0] * grid.count[1] * grid.count[2];
+  if (total > kMostParticles) {
+    t.fail("grid", fmt::format("makes {:.0f} bodies; expected at most {}", total, kMostParticles));
+  }
+  grid.spacing = t.vector("spacing", dimension::length);
+  return grid;
+}
+
+// What the seed decides about a placed body.
+struct Chance {
+  Vec3 scatter = Vec3::Zero();  // m, half widths about the position
+  double turn = 0;              // rad, half width about `axis`
+  Vec3 axis = Vec3::UnitZ();    // unit, world
+  bool any_orientation = false;
+};
+
+Chance read_chance(const TomlTable& t) {
+  Chance chance;
+  chance.scatter = t.vector("scatter", dimension::length, "0 0 0 m");
+  if (chance.scatter.minCoeff() < 0) {
+    t.fail("scatter", "has a component below zero; expected half widths of at least zero");
+  }
+  chance.any_orientation = t.boolean("random_orientation", false);
+  if (t.has("turn")) {
+    chance.turn = t.quantity("turn", dimension::angle, Sign::non_negative);
+    if (!t.has("turn_axis")) t.set("turn_axis", toml::array{0, 0, 1});
+    chance.axis = t.direction("turn_axis");
+  } else if (t.has("turn_axis")) {
+    t.fail("turn_axis", "has no meaning here; expected a turn beside it");
+  }
+  return chance;
+}
+
+// Each body has a stream of its own, and draws the same numbers whatever the table asks for.
+void disturb(Case::Placed& p, const Chance& chance, std::uint64_t seed) {
+  RandomStream random(seed, kPlacedStream, static_cast<std::uint64_t>(p.particle));
+  const auto about_zero = [&] { return 2 * random.uniform() - 1; };
+  const double x = about_zero(), y = about_zero(), z = about_zero(), turn = about_zero();
+  const Quat any = random.uniform_rotation();
+  p.position += chance.scatter.cwiseProduct(Vec3(x, y, z));
+  if (chance.any_orientation) p.orientation = any;
+  if (chance.turn > 0) {
+    p.orientation = Quat(Eigen::AngleAxisd(chance.turn * turn, chance.axis)) * p.orientation;
+    p.orientation.normalize();
+  }
+}
+
+// By count, or by a mass that whole bodies make up to the nearest one.
+int read_amount(const TomlTable& t, const Shape& shape) {
+  if (!t.has("mass")) return read_count(t);
+  if (t.has("count")) t.fail("mass", "is given beside count; expected one of the two");
+  const double bodies = t.quantity("mass", dimension::mass, Sign::positive) / shape.mass;
+  if (bodies < 0.5 || bodies > kMostParticles)
+    t.fail("mass", fmt::format("makes {:.3g} bodies of {:.4g} kg; expected at least one", bodies,
+                               shape.mass));
+  return static_cast<int>(std::lround(bodies));
+}
+
+// The places of a grid, z first, then y, then x.
+std::vector<Vec3> grid_positions(const TomlTable& t) {
+  const Vec3 first = t.vector("position", dimension::length);
+  const Grid grid = read_grid(t);
+  std::vector<Vec3> positions;
+  for (int i = 0; i < grid.count[0]; ++i)
+    for (int j = 0; j < grid.count[1]; ++j)
+      for (int k = 0; k < grid.count[2]; ++k)
+        positions.emplace_back(first + Vec3(i, j, k).cwiseProduct(grid.spacing));
+  return positions;
+}
+
+void read_region(const TomlTable& t, Vec3& lower, Vec3& upper) {
+  lower = t.vector("region_min", dimension::length);
+  upper = t.vector("region_max", dimension::length);
+  if ((upper - lower).minCoeff() <= 0)
+    t.fail("region_max", "is not beyond region_min along every axis; expected a box");
+}
+
+}  // namespace
+
+void read_particles(const TomlTable& root, Case& c) {
+  Model& model = c.model;
+  for (const TomlTable& t : root.tables("particles")) {
+    t.allow({"shape", "position", "orientation", "velocity", "angular_velocity", "tag", "grid",
+             "spacing", "scatter", "turn", "turn_axis", "random_orientation"});
+    const Particle particle{shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)};
+    Case::Placed first;
+    const std::vector<Vec3> positions = grid_positions(t);
+    first.orientation = t.orientation("orientation");
+    first.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    first.angular_velocity =
+        t.vector("angular_velocity", dimension::angular_velocity, "0 0 0 rad/s");
+    const Chance chance = read_chance(t);
+    for (const Vec3& position : positions) {
+      Case::Placed p = first;
+      p.particle = static_cast<int>(model.particles.size());
+      p.position = position;
+      disturb(p, chance, c.seed);
+      model.particles.push_back(particle);
+      c.placed.push_back(p);
+      c.particle_places.push_back(t.place());
+    }
+  }
+}
+
+std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes) {
+  std::vector<Fill> fills;
+  for (const TomlTable& t : root.tables("fills")) {
+    t.allow({"shape", "count", "mass", "tag", "tag_by", "region_min", "region_max", "start",
+             "interval", "batch", "velocity", "random_orientation", "stage"});
+    Fill fill;
+    const Shape& shape = shapes[shape_index(t, "shape", shapes)];
+    fill.shape = shape.name;
+    fill.count = read_amount(t, shape);
+    fill.tag = t.integer("tag", 0, 0);
+    fill.tag_batches = t.choice("tag_by", {"fill", "batch"}, "fill") == "batch";
+    fill.stage = t.has("stage") ? t.string("stage") : "";
+    read_region(t, fill.region_min, fill.region_max);
+    fill.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
+    fill.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");
+    fill.batch = t.integer("batch", 0, 0);
+    fill.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    fill.random_orientation = t.boolean("random_orientation", true);
+    check_fill(t, fill, shape);
+    fills.push_back(fill);
+  }
+  return fills;
+}
+
+int read_count(const TomlTable& table) {
+  return static_cast<int>(table.integer64("count", 1, kMostParticles));
+}
+
+void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape) {
+  const bool batches = fill.batch > 0 && fill.batch < fill.count;
+  if (batches && fill.interval == 0) {
+    table.fail("interval", fmt::format("is zero for batches of {} out of {}; expected a time above "
+                                       "zero between them",
+                                       fill.batch, fill.count));
+  }
+  if (fill.interval > 0 && fill.batch == 0) {
+    table.fail("batch",
+               "is zero although there is an interval; expected the number of particles "
+               "in a batch");
+  }
+  const Vec3 region = fill.region_max - fill.region_min;
+  const int at_once = batches ? fill.batch : fill.count;
+  const double solid = at_once * shape.volume, room = region.prod();
+  if (region.minCoeff() < shape.box.minCoeff() || solid > kDensestPour * room) {
+    table.fail(
+        "count",
+        fmt::format(
+            "{} of \"{}\" at once, {:.4g} L, do not fit a region of {:.4g} x {:.4g} x {:.4g} m, of "
+            "which random placement fills {:.0f} % at most ({:.4g} L); expected fewer or a larger "
+            "region",
+            at_once, shape.name, 1e3 * solid, region.x(), region.y(), region.z(),
+            100 * kDensestPour, 1e3 * kDensestPour * room));
+  }
+}
+
+std::vector<Outlet> read_outlets(const TomlTable& root) {
+  std::vector<Outlet> outlets;
+  for (const TomlTable& t : root.tables("outlets")) {
+    t.allow({"name", "point", "normal"});
+    Outlet outlet;
+    outlet.name = fresh_name(t, outlets);
+    outlet.point = t.vector("point", dimension::length);
+    outlet.normal = t.direction("normal");
+    outlets.push_back(outlet);
+  }
+  return outlets;
+}
+
+std::vector<Gate> read_gates(const TomlTable& root) {
+  std::vector<Gate> gates;
+  for (const TomlTable& t : root.tables("gates")) {
+    t.allow({"name", "region_min", "region_max", "point", "normal"});
+    Gate gate;
+    gate.name = fresh_name(t, gates);
+    gate.is_box = t.has("region_min");
+    if (gate.is_box == t.has("point"))
+      t.fail("point", "expected either region_min and region_max, or point and normal");
+    if (gate.is_box) {
+      read_region(t, gate.region_min, gate.region_max);
+    } else {
+      gate.point = t.vector("point", dimension::length);
+      gate.normal = t.direction("normal");
+    }
+    gates.push_back(gate);
+  }
+  return gates;
+}
+
+std::vector<TagRule> read_tag_rules(const TomlTable& root) {
+  std::vector<TagRule> rules;
+  for (const TomlTable& t : root.tables("tags")) {
+    t.allow({"stage", "axis", "columns", "first", "region_min", "region_max"});
+    TagRule rule;
+    rule.stage = t.string("stage");
+    const std::string axis = t.choice("axis", {"x", "y", "z"}, "x");
+    rule.axis = axis[0] - 'x';
+    rule.columns = t.integer("columns", 1, 1);
+    rule.first = t.integer("first", 0, 1);
+    read_region(t, rule.region_min, rule.region_max);
+    rules.push_back(rule);
+  }
+  return rules;
+}
+
+std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames) {
+  std::vector<Switch> switches;
+  for (const TomlTable& t : root.tables("switches")) {
+    t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold"});
+    Switch s;
+    s.name = fresh_name(t, switches);
+    s.frame = frame_index(t, "motion_frame", frames);
+    s.axis = t.integer("axis", 0, 0);
+    const std::optional<FreeBody>& free = frames[static_cast<std::size_t>(s.frame)].free;
+    if (!free || s.axis >= static_cast<int>(free->axes.size()))
+      t.fail("motion_frame", "has no such free axis; expected a free one");
+    const bool turns =
+        free->axes[static_cast<std::size_t>(s.axis)].kind == FreeAxis::Kind::rotation;
+    const Dimension& way = turns ? dimension::angle : dimension::length;
+    s.closes_at = t.quantity("closes_at", way, Sign::any);
+    s.opens_at =
+        s.closes_at - t.quantity("hysteresis", way, Sign::non_negative, turns ? "2 deg" : "0 m");
+    s.hold = t.quantity("hold", dimension::time, Sign::non_negative, "0 s");
+    switches.push_back(s);
+  }
+  return switches;
+}
+
+std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes) {
+  std::vector<Source> sources;
+  for (const TomlTable& t : root.tables("sources")) {
+    t.allow({"name", "shape", "position", "orientation", "grid", "spacing", "velocity", "scatter",
+             "turn", "turn_axis", "random_orientation", "tag", "tag_by", "start", "interval",
+             "batches", "stage"});
+    Source source;
+    source.name = fresh_name(t, sources);
+    source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
+    source.positions = grid_positions(t);
+    source.orientation = t.orientation("orientation");
+    source.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
+    const Chance chance = read_chance(t);
+    source.scatter = chance.scatter;
+    source.turn = chance.turn;
+    source.turn_axis = chance.axis;
+    source.random_orientation = chance.any_orientation;
+    source.tag = t.integer("tag", 0, 0);
+    source.tag_batches = t.choice("tag_by", {"source", "batch"}, "source") == "batch";
+    source.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
+    source.batches = t.integer("batches", 1, 1);
+    source.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");
+    if (source.batches > 1 && source.interval == 0)
+      t.fail("interval", "is zero for several batches; expected the time between them");
+    source.stage = t.has("stage") ? t.string("stage") : "";
+    if (static_cast<double>(source.batches) * static_cast<double>(source.positions.size()) >
+        kMostParticles)
+      t.fail("batches", fmt::format("makes more than {} bodies; expected fewer", kMostParticles));
+    sources.push_back(source);
+  }
+  return sources;
+}
+
+std::vector<int> first_of_sources(const Case& c) {
+  std::size_t next = c.model.particles.size();
+  const auto bodies = [](const Source& source) {
+    return static_cast<std::size_t>(source.batches) * source.positions.size();
+  };
+  for (const Source& source : c.sources) next -= bodies(source);
+  std::vector<int> first;
+  for (const Source& source : c.sources) {
+    first.push_back(static_cast<int>(next));
+    next += bodies(source);
+  }
+  return first;
+}
+
+SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed) {
+  Case::Placed p;
+  p.particle = particle;
+  p.position = source.positions[place];
+  p.orientation = source.orientation;
+  disturb(p, {source.scatter, source.turn, source.turn_axis, source.random_orientation}, seed);
+  return {p.position, p.orientation};
+}
+
+}  // namespace firn

@@ -1,0 +1,39 @@
+// What enters and leaves a simulation and when, and what is noted on the way: [[particles]],
+// [[fills]], [[sources]], [[outlets]], [[gates]], [[tags]], [[switches]], [[stages]].
+#pragma once
+
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/text/toml_document.h"
+
+namespace firn {
+
+// Adds to c.placed, and the particles to the model; the case's seed draws what a table leaves to
+// chance.
+void read_particles(const TomlTable& root, Case& c);
+std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes);
+std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes);
+std::vector<Outlet> read_outlets(const TomlTable& root);
+std::vector<Gate> read_gates(const TomlTable& root);
+std::vector<TagRule> read_tag_rules(const TomlTable& root);
+std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames);
+
+// The id of the first particle of each source. The model holds all particles.
+std::vector<int> first_of_sources(const Case& c);
+
+// Where and how a particle of a source is put: place number `place` of a batch, and what chance
+// does to it. Each particle draws numbers of its own.
+struct SourcePose {
+  Vec3 position;     // m, centre of mass
+  Quat orientation;  // shape axes -> world
+};
+SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed);
+
+// `count` of a fill.
+int read_count(const TomlTable& table);
+
+// Throws when the region cannot hold a batch, or batches have no interval between them.
+void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape);
+
+}  // namespace firn

@@ -1,0 +1,194 @@
+#include "experiments/case_reader/process/measures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/analysis/channel_filter.h"
+#include "experiments/case_reader/model/boundaries.h"
+#include "experiments/case_reader/model/motion_frames.h"
+#include "experiments/text/toml_names.h"
+
+namespace firn {
+namespace {
+
+void read_slip(const TomlTable& t, const Model& model, Measure& m) {
+  t.allow({"kind", "name", "tag", "boundary", "slip", "run", "tip_turn"});
+  m.boundary = t.string("boundary");
+  boundary_index(t, "boundary", m.boundary, model.boundaries);
+  m.slip = t.quantity("slip", dimension::length, Sign::positive, "2 mm");
+  m.run = t.quantity("run", dimension::length, Sign::positive, "20 mm");
+  m.tip_turn = t.quantity("tip_turn", dimension::angle, Sign::positive, "20 deg");
+  if (m.run < m.slip) {
+    t.fail("run", fmt::format("is {:.4g} m, less than the slip of {:.4g} m; expected more", m.run,
+                              m.slip));
+  }
+}
+
+void read_slide(const TomlTable& t, const Model& model, Measure& m) {
+  t.allow({"kind", "name", "tag", "boundary", "from", "to"});
+  m.boundary = t.string("boundary");
+  boundary_index(t, "boundary", m.boundary, model.boundaries);
+  m.from = t.quantity("from", dimension::length, Sign::non_negative, "0 m");
+  m.to = t.quantity("to", dimension::length, Sign::positive);
+  if (m.to <= m.from) {
+    t.fail("to", fmt::format("is {:.4g} m, not beyond the mark at {:.4g} m; expected more", m.to,
+                             m.from));
+  }
+}
+
+void read_heap(const TomlTable& t, Measure& m) {
+  t.allow({"kind", "name", "tag", "region_min", "region_max", "peak", "peak_margin", "end_margin"});
+  m.region_min = t.vector("region_min", dimension::length);
+  m.region_max = t.vector("region_max", dimension::length);
+  if ((m.region_max - m.region_min).minCoeff() <= 0) {
+    t.fail("region_max", "is not beyond region_min along every axis; expected a box");
+  }
+  m.peak = t.quantity("peak", dimension::length, Sign::any);
+  m.peak_margin = t.quantity("peak_margin", dimension::length, Sign::non_negative, "25 mm");
+  m.end_margin = t.quantity("end_margin", dimension::length, Sign::non_negative, "25 mm");
+  const double shorter = std::min(m.peak - m.region_min.x(), m.region_max.x() - m.peak);
+  if (m.peak_margin + m.end_margin >= shorter) {
+    t.fail("peak", fmt::format("leaves a side of {:.4g} m and margins of {:.4g} m and {:.4g} m; "
+                               "expected a line to fit on both sides",
+                               shorter, m.peak_margin, m.end_margin));
+  }
+}
+
+void read_drum(const TomlTable& t, const Model& model, Measure& m) {
+  t.allow({"kind", "name", "tag", "boundary", "axis", "begin"});
+  m.boundary = t.string("boundary");
+  const int drum = boundary_index(t, "boundary", m.boundary, model.boundaries);
+  if (model.boundaries[static_cast<std::size_t>(drum)].mesh.triangles.empty())
+    t.fail("boundary", fmt::format("\"{}\" is a plane; expected a drum", m.boundary));
+  m.axis = t.choice("axis", {"x", "y"}, "x") == "x" ? 0 : 1;
+  m.begin = t.quantity("begin", dimension::time, Sign::non_negative);
+}
+
+// A channel class asks for so many frames in its period.
+void require_samples(const TomlTable& t, double frames_every, double cfc) {
+  if (!(frames_every * kSamplesPerClass * cfc <= 1 + 1e-9))
+    t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
+                              "apart; expected shorter output.frames_every",
+                              cfc, 1e3 / (kSamplesPerClass * cfc), 1e3 * frames_every));
+}
+
+void read_accelerometer(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+  t.allow({"kind", "name", "motion_frame", "axis", "cfc"});
+  m.frame = frame_index(t, "motion_frame", model.frames);
+  m.axis = t.integer("axis", 0, 0);
+  const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
+  const bool moves =
+      free && m.axis < static_cast<int>(free->axes.size()) &&
+      free->axes[static_cast<std::size_t>(m.axis)].kind == FreeAxis::Kind::translation;
+  if (!moves) t.fail("axis", "is no translation of a free motion frame; expected one");
+  m.cfc = t.quantity("cfc", dimension::frequency, Sign::positive, "1000 Hz");
+  require_samples(t, frames_every, m.cfc);
+}
+
+// Of a measure of a part of a machine.
+void require_one_body(const TomlTable& t) {
+  if (t.has("boundary") == t.has("motion_frame"))
+    t.fail("boundary", "and motion_frame exclude each other; expected one of them");
+  if (t.string("name", "").empty())
+    t.fail("name", "is missing; expected a name, which the responses bear");
+}
+
+void read_curve(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+  t.allow({"kind", "name", "boundary", "motion_frame", "axis", "x", "y", "points", "cfc"});
+  require_one_body(t);
+  if (t.has("boundary")) {
+    m.boundary = t.string("boundary");
+    boundary_index(t, "boundary", m.boundary, model.boundaries);
+    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    m.x = t.choice("x", {"time", "displacement"}, "time");
+    m.y = t.choice("y", {"force", "torque", "peak_normal_force"});
+  } else {
+    m.frame = frame_index(t, "motion_frame", model.frames);
+    m.axis = t.integer("axis", 0, 0);
+    const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
+    if (!free || m.axis >= static_cast<int>(free->axes.size()))
+      t.fail("axis", "is none of a free motion frame; expected one");
+    m.x = t.choice("x", {"time", "coordinate"}, "time");
+    m.y = t.choice("y", {"coordinate", "rate", "acceleration", "drive", "force"});
+  }
+  m.points = t.integer("points", 2, 500);
+  if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
+  m.cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
+  require_samples(t, frames_every, m.cfc);
+}
+
+void read_load(const TomlTable& t, const Case& c, Measure& m) {
+  t.allow({"kind", "name", "boundary", "motion_frame", "direction", "stage"});
+  require_one_body(t);
+  if (t.has("boundary")) {
+    m.boundary = t.string("boundary");
+    boundary_index(t, "boundary", m.boundary, c.model.boundaries);
+  } else {
+    m.frame = frame_index(t, "motion_frame", c.model.frames);
+  }
+  if (t.has("direction")) m.direction = t.direction("direction");
+  m.stage = t.string("stage", "");
+  if (!m.stage.empty() && std::ranges::count(c.stages, m.stage, &Stage::name) == 0)
+    t.fail("stage", fmt::format("\"{}\" is no stage; expected one of [[stages]]", m.stage));
+}
+
+}  // namespace
+
+std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
+  const Model& model = c.model;
+  std::vector<Measure> measures;
+  for (const TomlTable& t : root.tables("measure")) {
+    const std::string kind = t.choice(
+        "kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum", "curve", "load"});
+    Measure m;
+    if (kind == "slip") {
+      m.kind = Measure::Kind::slip;
+      read_slip(t, model, m);
+    } else if (kind == "slide") {
+      m.kind = Measure::Kind::slide;
+      read_slide(t, model, m);
+    } else if (kind == "rebound") {
+      m.kind = Measure::Kind::rebound;
+      t.allow({"kind", "name", "tag"});
+    } else if (kind == "accelerometer") {
+      m.kind = Measure::Kind::accelerometer;
+      read_accelerometer(t, model, c.frames_every, m);
+    } else if (kind == "curve") {
+      m.kind = Measure::Kind::curve;
+      read_curve(t, model, c.frames_every, m);
+    } else if (kind == "load") {
+      m.kind = Measure::Kind::load;
+      read_load(t, c, m);
+    } else if (kind == "drum") {
+      m.kind = Measure::Kind::drum;
+      read_drum(t, model, m);
+    } else {
+      m.kind = Measure::Kind::heap;
+      read_heap(t, m);
+    }
+    if (model.gravity.norm() == 0 && (kind == "slip" || kind == "rebound")) {
+      t.fail("kind", fmt::format("is \"{}\" without gravity; expected a case with one", kind));
+    }
+    m.name = t.string("name", "");
+    // The name becomes part of a path in results files.
+    if (!m.name.empty()) path_name(t);
+    for (const Measure& other : measures) {
+      if (other.kind == m.kind && other.name == m.name) {
+        t.fail("name", fmt::format("\"{}\" is taken by another measure of this kind; expected "
+                                   "another name",
+                                   m.name));
+      }
+    }
+    if (t.has("tag")) {
+      m.tag = t.integer("tag", 0);
+      if (std::ranges::count(model.particles, *m.tag, &Particle::tag) == 0) {
+        t.fail("tag", fmt::format("no particle carries {}; expected the tag of one", *m.tag));
+      }
+    }
+    measures.push_back(m);
+  }
+  return measures;
+}
+
+}  // namespace firn

@@ -1,0 +1,195 @@
+#include "experiments/case_reader/process/stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "experiments/case_reader/model/boundaries.h"
+#include "experiments/case_reader/model/motion_frames.h"
+#include "experiments/text/toml_names.h"
+
+namespace firn {
+namespace {
+
+using Until = Stage::Until;
+
+struct Word {
+  std::string_view word;
+  Until until;
+  std::initializer_list<std::string_view> keys;  // that have a meaning with it alone
+};
+const std::initializer_list<Word> kWords = {
+    {"time", Until::time, {}},
+    {"at_rest", Until::at_rest, {"rest_kinetic_energy", "rest_hold"}},
+    {"empty", Until::empty, {}},
+    {"switch", Until::switched, {"switch"}},
+    {"passed", Until::passed, {"gate", "count", "mass"}},
+    {"stalled", Until::stalled, {"stall_frame", "stall_axis", "stall_hold"}},
+    {"force", Until::force, {"force_frame", "force", "force_hold"}},
+    {"torque", Until::torque, {"torque_frame", "torque", "torque_hold"}},
+    {"filled", Until::filled, {"fill_height", "fill_count", "fill_hold"}}};
+
+std::vector<Until> read_until(const TomlTable& t) {
+  std::vector<std::string> asked{"time"};
+  if (t.has("until"))
+    asked = t.is_list("until") ? t.strings("until") : std::vector<std::string>{t.string("until")};
+  else
+    t.set("until", "time");
+  std::vector<std::string_view> words;
+  for (const Word& w : kWords) words.push_back(w.word);
+  std::vector<Until> until;
+  for (const std::string& one : asked) {
+    const auto known = std::ranges::find(kWords, one, &Word::word);
+    if (known == kWords.end())
+      t.fail("until", fmt::format("is \"{}\"; expected one of {}", one, comma_list(words)));
+    until.push_back(known->until);
+  }
+  for (const Word& w : kWords) {
+    if (std::ranges::count(until, w.until)) continue;
+    for (const std::string_view key : w.keys) {
+      if (t.has(key))
+        t.fail(key, fmt::format("has no meaning here; expected until = \"{}\" beside it", w.word));
+    }
+  }
+  return until;
+}
+
+int axis_of(const TomlTable& t, std::string_view key, const MotionFrame& frame) {
+  const int axis = t.integer(key, 0, 0);
+  if (!frame.free || axis >= static_cast<int>(frame.free->axes.size())) {
+    t.fail(t.has(key) ? key : "motion_frame",
+           fmt::format("motion frame \"{}\" has no free axis {}; expected one of its {}",
+                       frame.name, axis, frame.free ? frame.free->axes.size() : 0));
+  }
+  return axis;
+}
+
+template <class Named>
+int named(const TomlTable& t, std::string_view key, const std::vector<Named>& all,
+          std::string_view what) {
+  std::vector<std::string_view> names;
+  names.reserve(all.size());
+  for (const Named& one : all) names.push_back(one.name);
+  return index_of(t, key, t.string(key), names, what);
+}
+
+void read_passed(const TomlTable& t, const Case& c, Stage& stage) {
+  stage.gate = named(t, "gate", c.gates, "gate");
+  if (t.has("count") == t.has("mass"))
+    t.fail(t.has("mass") ? "mass" : "count", "expected one of count and mass");
+  if (t.has("count")) stage.count = t.integer("count", 1);
+  if (t.has("mass")) stage.mass = t.quantity("mass", dimension::mass, Sign::positive);
+}
+
+void read_stall(const TomlTable& t, const Case& c, Stage& stage) {
+  stage.stall_frame = frame_index(t, "stall_frame", c.model.frames);
+  stage.stall_axis =
+      axis_of(t, "stall_axis", c.model.frames[static_cast<std::size_t>(stage.stall_frame)]);
+  stage.stall_hold = t.quantity("stall_hold", dimension::time, Sign::positive, "0.5 s");
+}
+
+void read_force(const TomlTable& t, const Case& c, Stage& stage) {
+  stage.force_frame = frame_index(t, "force_frame", c.model.frames);
+  stage.force = t.quantity("force", dimension::force, Sign::positive);
+  stage.force_hold = t.quantity("force_hold", dimension::time, Sign::non_negative, "0 s");
+}
+
+void read_torque(const TomlTable& t, const Case& c, Stage& stage) {
+  stage.torque_frame = frame_index(t, "torque_frame", c.model.frames);
+  stage.torque = t.quantity("torque", dimension::torque, Sign::positive);
+  stage.torque_hold = t.quantity("torque_hold", dimension::time, Sign::positive, "0.1 s");
+}
+
+void read_filled(const TomlTable& t, const Case& c, Stage& stage) {
+  if (c.model.gravity.norm() == 0)
+    t.fail("until", "is \"filled\" without gravity; expected a case with one");
+  stage.fill_height = t.quantity("fill_height", dimension::length, Sign::any);
+  stage.fill_count = t.integer("fill_count", 1, 3);
+  stage.fill_hold = t.quantity("fill_hold", dimension::time, Sign::positive, "0.2 s");
+}
+
+Stage::StartedMotion read_started_motion(const TomlTable& t, const Case& c) {
+  Stage::StartedMotion start;
+  start.motion = read_motion(t, {"boundary", "motion_frame", "ends_with_stage"});
+  if (t.has("boundary") == t.has("motion_frame"))
+    t.fail("boundary", "expected one of boundary and motion_frame");
+  const std::vector<MotionFrame>& frames = c.model.frames;
+  if (t.has("boundary")) {
+    start.boundary = boundary_index(t, "boundary", t.string("boundary"), c.model.boundaries);
+  } else {
+    start.frame = frame_index(t, "motion_frame", frames);
+    if (free_frame(frames, start.frame) >= 0)
+      t.fail("motion_frame", fmt::format("\"{}\" is free, or hangs on a free one; expected drives",
+                                         frames[static_cast<std::size_t>(start.frame)].name));
+  }
+  start.ends_with_stage = t.boolean("ends_with_stage", false);
+  return start;
+}
+
+Stage::StartedDrive read_started_drive(const TomlTable& t, const Case& c) {
+  Stage::StartedDrive start;
+  start.frame = frame_index(t, "motion_frame", c.model.frames);
+  const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(start.frame)];
+  start.axis = axis_of(t, "axis", frame);
+  start.drive = read_drive(t, frame.free->axes[static_cast<std::size_t>(start.axis)].kind,
+                           {"motion_frame", "axis", "ends_with_stage"});
+  start.ends_with_stage = t.boolean("ends_with_stage", true);
+  return start;
+}
+
+Stage read_stage(const TomlTable& t, const Case& c) {
+  std::vector<std::string_view> keys{"name",   "until",   "max_duration", "min_duration",
+                                     "remove", "motions", "drives"};
+  for (const Word& w : kWords) keys.insert(keys.end(), w.keys.begin(), w.keys.end());
+  t.allow(keys);
+  Stage stage;
+  stage.name = t.string("name");
+  stage.max_duration = t.quantity("max_duration", dimension::time, Sign::positive);
+  stage.min_duration = t.quantity("min_duration", dimension::time, Sign::non_negative, "0 s");
+  if (stage.max_duration < stage.min_duration) {
+    t.fail("min_duration", fmt::format("is {} s, above max_duration of {} s; expected less",
+                                       stage.min_duration, stage.max_duration));
+  }
+  stage.until = read_until(t);
+  if (stage.ends_on(Until::at_rest)) {
+    stage.rest_kinetic_energy =
+        t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");
+    stage.rest_hold = t.quantity("rest_hold", dimension::time, Sign::positive, "0.05 s");
+  }
+  if (stage.ends_on(Until::switched))
+    stage.closed_switch = named(t, "switch", c.switches, "switch");
+  if (stage.ends_on(Until::passed)) read_passed(t, c, stage);
+  if (stage.ends_on(Until::stalled)) read_stall(t, c, stage);
+  if (stage.ends_on(Until::force)) read_force(t, c, stage);
+  if (stage.ends_on(Until::torque)) read_torque(t, c, stage);
+  if (stage.ends_on(Until::filled)) read_filled(t, c, stage);
+  stage.remove = t.strings("remove");
+  for (const std::string& name : stage.remove)
+    boundary_index(t, "remove", name, c.model.boundaries);
+  for (const TomlTable& m : t.tables("motions")) stage.motions.push_back(read_started_motion(m, c));
+  for (const TomlTable& d : t.tables("drives")) stage.drives.push_back(read_started_drive(d, c));
+  return stage;
+}
+
+}  // namespace
+
+std::vector<Stage> read_stages(const TomlTable& root, const Case& c) {
+  std::vector<Stage> stages;
+  for (const TomlTable& t : root.tables("stages")) {
+    fresh_name(t, stages);
+    stages.push_back(read_stage(t, c));
+  }
+  return stages;
+}
+
+void check_stage_names(const TomlTable& root, const Case& c) {
+  for (const char* kind : {"fills", "sources", "tags"}) {
+    for (const TomlTable& t : root.tables(kind))
+      if (t.has("stage")) named(t, "stage", c.stages, "stage");
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,172 @@
+#include "experiments/inspection/run_health.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "experiments/text/number_text.h"
+
+namespace firn {
+namespace {
+
+constexpr double kDeep = 0.1;  // of the smallest edge
+
+bool too_deep(const ContactHealth& h) { return h.stopped || h.largest_overlap > kDeep * h.edge; }
+
+bool too_late(const ContactHealth& h) {
+  return h.late_contacts > std::max(10.0, 0.1 * h.particles);
+}
+
+double largest_speed(const Recording& recording) {
+  constexpr std::size_t kFrames = 200;
+  const std::size_t count = recording.frame_times().size();
+  const std::size_t stride = 1 + count / kFrames;
+  double squared = 0;
+  for (std::size_t i = 0; i < count; i += stride) {
+    for (const auto& v : recording.frame(i).velocity) {
+      const double s = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+      if (s > squared) squared = s;  // not for a particle that is absent
+    }
+  }
+  return std::sqrt(squared);
+}
+
+double last_finite(const std::vector<double>& values) {
+  for (auto v = values.rbegin(); v != values.rend(); ++v) {
+    if (std::isfinite(*v)) return *v;
+  }
+  return 0;
+}
+
+}  // namespace
+
+HealthCause likely_cause(const ContactHealth& h) {
+  constexpr double kFewSteps = 4;      // in a quarter period
+  constexpr double kSharp = 0.005;     // rounding over the smallest edge
+  constexpr double kExplained = 0.25;  // of the overlap, by speed and load
+  if (!too_deep(h) && !too_late(h)) return HealthCause::none;
+  if (h.steps_per_quarter < kFewSteps) return HealthCause::timestep;
+  const double overlap = std::max(h.largest_overlap, h.stopped ? kDeep * h.edge : 0.0);
+  if (too_deep(h) && h.expected_overlap >= kExplained * overlap) return HealthCause::stiffness;
+  if (h.rounding < kSharp * h.rounding_edge) return HealthCause::rounding;
+  return too_deep(h) ? HealthCause::stiffness : HealthCause::timestep;
+}
+
+ContactHealth contact_health(const Recording& recording, const Case& c) {
+  ContactHealth h;
+  h.largest_overlap = last_finite(recording.series("/health/largest_overlap"));
+  h.late_contacts = last_finite(recording.series("/health/deep_births"));
+  const std::string status = recording.status();
+  h.stopped = status.starts_with("failed") && status.find("overlaps") != std::string::npos;
+  h.particles = static_cast<double>(recording.particle_count());
+  const std::vector<double> times = recording.frame_times();
+  const double interval = times.size() > 1 ? times[1] - times[0] : 0;
+  const double gravity = c.model.gravity.norm();
+  h.speed = largest_speed(recording) + gravity * interval;
+  h.edge = std::numeric_limits<double>::infinity();
+  double sharpest = h.edge, softest = -1;
+  const std::vector<int> shapes = recording.shape();
+  for (const int i : std::set<int>(shapes.begin(), shapes.end())) {
+    const Shape& shape = c.model.shapes.at(static_cast<std::size_t>(i));
+    const double edge = shape.box.minCoeff();
+    h.edge = std::min(h.edge, edge);
+    if (shape.rounding < sharpest * edge) {
+      sharpest = shape.rounding / edge;
+      h.rounding = shape.rounding;
+      h.rounding_edge = edge;
+    }
+    // In a bed, a column of bodies rests on the lowest one.
+    const double impact = h.speed * std::sqrt(shape.mass / shape.stiffness);
+    const double load = std::cbrt(h.particles) * shape.mass * gravity / shape.stiffness;
+    if ((impact + load) / edge > softest) {
+      softest = (impact + load) / edge;
+      h.expected_overlap = impact + load;
+    }
+  }
+  h.steps_per_quarter = advise_timestep(c.model, 1).timestep / recording.timestep();
+  return h;
+}
+
+std::string health_warning(const ContactHealth& h) {
+  const HealthCause cause = likely_cause(h);
+  if (cause == HealthCause::none) return {};
+  std::string what;
+  if (too_deep(h)) {
+    what = h.stopped ? "the overlap of two bodies passed its limit"
+                     : fmt::format("bodies overlapped by up to {} mm, {} % of the smallest edge",
+                                   number_text(1e3 * h.largest_overlap, 3),
+                                   number_text(100 * h.largest_overlap / h.edge, 3));
+  }
+  if (too_late(h)) {
+    what += fmt::format("{}{:.0f} contacts were first seen when already deep",
+                        what.empty() ? "" : ", and ", h.late_contacts);
+  }
+  switch (cause) {
+    case HealthCause::rounding:
+      return fmt::format(
+          "{}; likely cause: the rounding, {} mm or {} % of the smallest edge, as sharp "
+          "edges and corners bear on next to no area; give shapes 1 to 3 %, or leave rounding out",
+          what, number_text(1e3 * h.rounding, 3),
+          number_text(100 * h.rounding / h.rounding_edge, 2));
+    case HealthCause::stiffness:
+      return fmt::format(
+          "{}; likely cause: the stiffness, as speeds up to {:.3g} m/s and the load explain {} "
+          "mm; raise young_modulus or stiffness",
+          what, h.speed, number_text(1e3 * h.expected_overlap, 3));
+    case HealthCause::timestep:
+      return fmt::format(
+          "{}; likely cause: the time step, {:.3g} steps in the quarter period of the stiffest "
+          "contact; lower numerics.timestep, or leave it out",
+          what, h.steps_per_quarter);
+    case HealthCause::none:
+      break;
+  }
+  return {};
+}
+
+std::optional<EnergyAccount> energy_account(const Recording& recording) {
+  const auto series = [&](const char* name) {
+    return recording.series(std::string("/energy/") + name);
+  };
+  const std::vector<double> kinetic = series("kinetic"), gravitational = series("gravitational"),
+                            elastic = series("elastic"), dissipated = series("dissipated"),
+                            work = series("boundary_work"), removed = series("removed");
+  for (const auto* one : {&gravitational, &elastic, &dissipated, &work, &removed})
+    if (one->size() != kinetic.size() || kinetic.empty()) return std::nullopt;
+  EnergyAccount a;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < kinetic.size(); ++i) {
+    const double account =
+        kinetic[i] + gravitational[i] + elastic[i] + dissipated[i] - work[i] + removed[i];
+    lowest = std::min(lowest, account);
+    a.gained = std::max(a.gained, account - lowest);
+    a.turned_over = std::max({a.turned_over, std::abs(dissipated[i]), std::abs(work[i])});
+  }
+  return a;
+}
+
+std::string energy_warning(const EnergyAccount& a) {
+  constexpr double kGain = 0.002, kNothing = 1e-9;  // of what was turned over; J
+  if (!(a.gained > kGain * a.turned_over) || a.gained < kNothing) return {};
+  return fmt::format(
+      "the energy account gains {:.3g} J, {:.2g} % of the {:.4g} J that were turned over; lower "
+      "numerics.timestep to see whether it matters",
+      a.gained, 100 * a.gained / a.turned_over, a.turned_over);
+}
+
+std::string deviation_warning(const Shape& shape) {
+  constexpr double kMost = 0.02;  // of the smallest edge
+  const double relative = shape.contact_deviation / shape.box.minCoeff();
+  const bool needs_parts = shape.deviation_reason.starts_with("max_parts");
+  if (relative <= kMost && !needs_parts) return {};
+  return fmt::format(
+      "shape {}: the contact parts deviate by {} mm from the mesh ({} % of the smallest "
+      "edge; {}); check with firn shape",
+      shape.name, number_text(shape.contact_deviation * 1e3, 3), number_text(100 * relative, 3),
+      shape.deviation_reason);
+}
+
+}  // namespace firn

@@ -1,0 +1,212 @@
+#include "experiments/material_records/material_record.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string_view>
+
+#include "experiments/material_records/material_names.h"
+
+namespace firn {
+namespace {
+
+struct KnownKey {
+  std::string_view table, key;
+  Dimension dimension;
+};
+constexpr KnownKey known_keys[] = {
+    {"materials", "density", dimension::density},
+    {"materials", "young_modulus", dimension::pressure},
+    {"materials", "poisson_ratio", dimension::none},
+    {"interactions", "static_friction", dimension::none},
+    {"interactions", "dynamic_friction", dimension::none},
+    {"interactions", "restitution", dimension::none},
+    {"interactions", "tangential_stiffness_ratio", dimension::none},
+    {"interactions", "unloading_floor", dimension::none},
+    {"interactions", "rolling_resistance", dimension::none},
+    {"interactions", "sliding_speed", dimension::velocity},
+    {"interactions", "adhesion_force", dimension::force},
+    {"interactions", "adhesion_stiffness_fraction", dimension::none},
+};
+
+constexpr std::uint64_t largest_sample = 1'000'000'000'000;
+
+std::uint64_t mix(std::uint64_t x) {  // splitmix64
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+// Two independent standard normal numbers (Box and Muller), a pure function of the counter.
+std::pair<double, double> normal_pair(std::uint64_t counter) {
+  const auto uniform = [](std::uint64_t bits) {  // above 0, up to 1
+    return (static_cast<double>(bits >> 11) + 1) * 0x1p-53;
+  };
+  const double r = std::sqrt(-2 * std::log(uniform(mix(2 * counter))));
+  const double angle = 2 * std::numbers::pi * uniform(mix(2 * counter + 1));
+  return {r * std::cos(angle), r * std::sin(angle)};
+}
+
+std::vector<double> draw_point(const MaterialFamily& f, std::uint64_t k) {
+  // k times the golden ratio modulo 1, in 64-bit fixed point: exact for every k.
+  const double place = static_cast<double>((k * 0x9e3779b97f4a7c15u) >> 11) * 0x1p-53;
+  double sum = 0;
+  for (const FamilyPoint& p : f.points)
+    if ((sum += p.weight) > place) return p.values;
+  return f.points.back().values;
+}
+
+std::vector<double> draw_gaussian(const MaterialRecord& record, std::uint64_t k) {
+  const MaterialFamily& f = *record.family;
+  const auto n = static_cast<Eigen::Index>(f.axes.size());
+  Eigen::MatrixXd covariance(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      covariance(i, j) = f.covariance[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  const Eigen::VectorXd spread = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+  constexpr int tries = 10000;
+  std::uint64_t counter = mix(k);
+  for (int t = 0; t < tries; ++t) {
+    Eigen::VectorXd z(n);
+    for (Eigen::Index i = 0; i < n; ++i) z[i] = normal_pair(counter++).first * spread[i];
+    const Eigen::VectorXd departure = eigen.eigenvectors() * z;
+    std::vector<double> values;
+    bool inside = true;
+    for (std::size_t i = 0; i < f.axes.size(); ++i) {
+      const FamilyAxis& axis = f.axes[i];
+      const double scaled = axis.mean + departure[static_cast<Eigen::Index>(i)];
+      values.push_back(axis.scale == Scale::logarithmic ? std::exp(scaled) : scaled);
+      inside = inside && values[i] >= axis.bounds.low && values[i] <= axis.bounds.high;
+    }
+    if (inside) return values;
+  }
+  throw InputError(fmt::format(
+      "material {}: its Gaussian hardly reaches into the bounds of its family; expected "
+      "stored points",
+      record.reference()));
+}
+
+std::vector<double> family_values(const MaterialRecord& record, const MaterialChoice& choice) {
+  const MaterialFamily& f = *record.family;
+  if (choice.sample)
+    return f.points.empty() ? draw_gaussian(record, *choice.sample) : draw_point(f, *choice.sample);
+  std::vector<std::string> names;
+  for (const Anchor& a : f.anchors) {
+    if (a.name == choice.anchor) return a.values;
+    names.push_back(fmt::format("\"{}\"", a.name));
+  }
+  throw InputError(fmt::format("material {}: has no anchor \"{}\"; expected {}", record.reference(),
+                               choice.anchor,
+                               names.empty() ? "a sample" : "one of " + comma_list(names)));
+}
+
+}  // namespace
+
+const char* to_string(RecordKind kind) {
+  switch (kind) {
+    case RecordKind::printed:
+      return "printed";
+    case RecordKind::measured:
+      return "measured";
+    case RecordKind::calibrated:
+      return "calibrated";
+    case RecordKind::assumed:
+      return "assumed";
+  }
+  return "";
+}
+
+std::string MaterialRecord::reference() const {
+  return version > 0 ? fmt::format("{}@{}", name, version) : name;
+}
+
+std::size_t MaterialRecord::index(const std::string& parameter) const {
+  const auto it = std::ranges::find(parameters, parameter, &MaterialParameter::name);
+  if (it == parameters.end()) throw std::logic_error("no parameter " + parameter);
+  return static_cast<std::size_t>(it - parameters.begin());
+}
+
+MaterialKey parse_material_key(const std::string& path) {
+  const std::size_t first = path.find('.'), last = path.rfind('.');
+  if (first != path.npos && first < last) {
+    const std::string table = path.substr(0, first), key = path.substr(last + 1);
+    const std::string who = path.substr(first + 1, last - first - 1);
+    for (const KnownKey& known : known_keys) {
+      if (known.table != table || known.key != key) continue;
+      if (table == "materials" && is_plain_name(who, "_"))
+        return {table, {who}, key, known.dimension};
+      const std::size_t dash = who.find('-');
+      if (table == "interactions" && dash != who.npos && is_plain_name(who.substr(0, dash), "_") &&
+          is_plain_name(who.substr(dash + 1), "_"))
+        return {table, {who.substr(0, dash), who.substr(dash + 1)}, key, known.dimension};
+    }
+  }
+  throw InputError(
+      fmt::format("\"{}\" is no key of a material; expected materials.NAME.KEY or "
+                  "interactions.NAME-NAME.KEY with a key of docs/case-files.md, names of letters, "
+                  "digits and _",
+                  path));
+}
+
+std::string toml_value(double value, const std::string& unit) {
+  return unit == "1" ? fmt::format("{}", value) : fmt::format("\"{} {}\"", value, unit);
+}
+
+std::string MaterialChoice::selection() const {
+  if (sample) return fmt::format("sample {}", *sample);
+  return anchor.empty() ? "" : fmt::format("anchor \"{}\"", anchor);
+}
+
+MaterialChoice parse_material_choice(const std::string& text) {
+  const auto bad = [&] {
+    return InputError(fmt::format(
+        "material \"{}\": is no record; expected NAME, NAME@VERSION, or either with #SAMPLE",
+        text));
+  };
+  const auto whole = [&](std::string_view digits, auto& value) {
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() && end == digits.data() + digits.size() && value >= 1;
+  };
+  MaterialChoice choice;
+  const std::size_t hash = text.find('#');
+  const std::string record = text.substr(0, hash);
+  if (hash != text.npos) {
+    const std::string rest = text.substr(hash + 1);
+    std::uint64_t sample = 0;
+    if (whole(rest, sample) && sample <= largest_sample)
+      choice.sample = sample;
+    else if (rest.empty() || rest.find_first_not_of("0123456789") == rest.npos)
+      throw bad();
+    else
+      choice.anchor = rest;
+  }
+  const std::size_t at = record.find('@');
+  choice.name = record.substr(0, at);
+  if (!is_plain_name(choice.name, "_-.")) throw bad();
+  if (at != record.npos && !whole(record.substr(at + 1), choice.version)) throw bad();
+  return choice;
+}
+
+std::vector<double> chosen_values(const MaterialRecord& record, const MaterialChoice& choice) {
+  std::vector<double> values;
+  for (const MaterialParameter& p : record.parameters) values.push_back(p.value);
+  if (!choice.sample && choice.anchor.empty()) return values;
+  if (!record.family)
+    throw InputError(fmt::format(
+        "material {}: holds single values and no family, so that nothing can be sampled from it; "
+        "expected it without #",
+        record.reference()));
+  const std::vector<double> drawn = family_values(record, choice);
+  for (std::size_t i = 0; i < drawn.size(); ++i)
+    values[record.index(record.family->axes[i].parameter)] = drawn[i];
+  return values;
+}
+
+}  // namespace firn

@@ -1,0 +1,212 @@
+#include "experiments/measurements/measured_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "experiments/analysis/channel_filter.h"
+#include "experiments/text/csv_reader.h"
+
+namespace firn {
+namespace {
+
+void read_values(const TomlTable& t, MeasuredData& d) {
+  const std::string column = t.string("column"), censored = t.string("at_least", "");
+  const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn values = find_csv_column(d.file, rows.front(), column, unit.dimension);
+  std::optional<CsvColumn> marks;
+  if (!censored.empty()) marks = find_csv_column(d.file, rows.front(), censored, std::nullopt);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const bool open = marks && csv_number(d.file, rows[i], *marks) != 0;
+    (open ? d.at_least : d.values).push_back(csv_number(d.file, rows[i], values) / unit.factor);
+  }
+}
+
+void read_classes(const TomlTable& t, MeasuredData& d) {
+  const std::string classes = t.string("classes", "class"), counts = t.string("counts", "count");
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn name = find_csv_column(d.file, rows.front(), classes, std::nullopt);
+  const CsvColumn count = find_csv_column(d.file, rows.front(), counts, std::nullopt);
+  double sum = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    d.classes.push_back(rows[i].fields[name.index]);
+    d.counts.push_back(csv_number(d.file, rows[i], count));
+    if (d.counts.back() < 0 || d.counts.back() != std::floor(d.counts.back()) ||
+        d.counts.back() > 1e6)
+      throw InputError(fmt::format("{}:{}: {}: is {}; expected a whole number of things", d.file,
+                                   rows[i].line, counts, d.counts.back()));
+    sum += d.counts.back();
+  }
+  if (!(sum > 0)) throw InputError(fmt::format("{}: {}: counts nothing", d.file, counts));
+}
+
+// Filters ask for equal steps: the samples are taken anew, on straight lines between them, at steps
+// of `interval`.
+void resample(std::vector<double>& time, std::vector<double>& samples, double interval) {
+  std::vector<double> even_time, even;
+  const auto steps =
+      static_cast<std::size_t>(std::floor((time.back() - time.front()) / interval * (1 + 1e-12)));
+  std::size_t at = 0;
+  for (std::size_t k = 0; k <= steps; ++k) {
+    const double t = time.front() + static_cast<double>(k) * interval;
+    while (at + 2 < time.size() && time[at + 1] < t) ++at;
+    const double share = std::clamp((t - time[at]) / (time[at + 1] - time[at]), 0.0, 1.0);
+    even_time.push_back(t);
+    even.push_back(samples[at] + share * (samples[at + 1] - samples[at]));
+  }
+  time = std::move(even_time);
+  samples = std::move(even);
+}
+
+void read_trace(const TomlTable& t, MeasuredData& d) {
+  const std::string column = t.string("column"), time_column = t.string("time", "time");
+  const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
+  const double cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
+  const double threshold = t.quantity("threshold", unit.dimension, Sign::positive) / unit.factor;
+  const double dead_time = t.quantity("dead_time", dimension::time, Sign::non_negative, "0 s");
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn time = find_csv_column(d.file, rows.front(), time_column, dimension::time);
+  const CsvColumn signal = find_csv_column(d.file, rows.front(), column, unit.dimension);
+  double interval = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    d.time.push_back(csv_number(d.file, rows[i], time));
+    d.samples.push_back(csv_number(d.file, rows[i], signal) / unit.factor);
+    if (i == 1) continue;
+    const double step = d.time[i - 1] - d.time[i - 2];
+    if (!(step > 0))
+      throw InputError(fmt::format("{}:{}: {}: does not grow; expected times in order", d.file,
+                                   rows[i].line, time_column));
+    interval = interval == 0 ? step : std::min(interval, step);
+  }
+  if (d.time.size() < 3)
+    throw InputError(
+        fmt::format("{}: holds {} samples; expected three at least", d.file, d.time.size()));
+  if ((d.time.back() - d.time.front()) / interval > 1e8)
+    throw InputError(
+        fmt::format("{}: {}: two times are only {} s apart; expected samples about "
+                    "evenly spaced",
+                    d.file, time_column, interval));
+  resample(d.time, d.samples, interval);  // the smallest step of the file
+  if (cfc > 0) {
+    if (interval * cfc * kSamplesPerClass > 1)
+      t.fail("cfc",
+             fmt::format("is {} Hz, of samples {} s apart; expected at most a tenth of their "
+                         "rate",
+                         cfc, interval));
+    d.samples = channel_filter(d.samples, interval, cfc);
+  }
+  d.values = peaks(d.time, d.samples, threshold, dead_time);
+}
+
+void read_curve(const TomlTable& t, MeasuredData& d) {
+  const std::string x = t.string("x"), y = t.string("y"), repeat = t.string("repeat", "");
+  d.x_unit = t.string("x_unit");
+  d.x_name = x;
+  d.y_name = y;
+  const Unit x_unit = t.at("x_unit", [&] { return parse_unit(d.x_unit); });
+  const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
+  const double cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
+  const std::string align = t.choice("align", {"none", "onset", "best"}, "none");
+  d.align = align == "none"    ? MeasuredData::Alignment::none
+            : align == "onset" ? MeasuredData::Alignment::onset
+                               : MeasuredData::Alignment::best;
+  if (!d.present) return;
+  const std::vector<CsvRow> rows = read_csv_table(d.file);
+  const CsvColumn xs = find_csv_column(d.file, rows.front(), x, x_unit.dimension);
+  const CsvColumn ys = find_csv_column(d.file, rows.front(), y, unit.dimension);
+  std::optional<CsvColumn> marks;
+  if (!repeat.empty()) marks = find_csv_column(d.file, rows.front(), repeat, std::nullopt);
+  std::string before;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const std::string mark = marks ? rows[i].fields[marks->index] : "";
+    if (d.repeats.empty() || mark != before) d.repeats.emplace_back();
+    before = mark;
+    d.repeats.back().x.push_back(csv_number(d.file, rows[i], xs) / x_unit.factor);
+    d.repeats.back().y.push_back(csv_number(d.file, rows[i], ys) / unit.factor);
+  }
+  for (MeasuredData::Repeat& r : d.repeats) {
+    if (r.x.size() < 3)
+      throw InputError(fmt::format("{}: a repeat holds {} samples; expected three at least", d.file,
+                                   r.x.size()));
+    if (cfc == 0) continue;
+    // The filter asks for equal steps, here in x, which is then a time.
+    const double interval = (r.x.back() - r.x.front()) / static_cast<double>(r.x.size() - 1);
+    if (x_unit.dimension != dimension::time || !(interval > 0) ||
+        interval * x_unit.factor * cfc * kSamplesPerClass > 1)
+      t.fail("cfc",
+             fmt::format("is {} Hz; expected curves over a time that grows, with ten samples "
+                         "in a period",
+                         cfc));
+    resample(r.x, r.y, interval);
+    r.y = channel_filter(r.y, interval * x_unit.factor, cfc);
+  }
+}
+
+}  // namespace
+
+std::vector<double> peaks(const std::vector<double>& time, const std::vector<double>& samples,
+                          double threshold, double dead_time) {
+  std::vector<double> found;
+  double last_above = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (std::abs(samples[i]) < threshold) continue;
+    if (!any || time[i] - last_above > dead_time + 1e-12) {
+      // Neighbouring samples belong together however short the dead time is.
+      const bool goes_on = any && i > 0 && std::abs(samples[i - 1]) >= threshold;
+      if (!goes_on) found.push_back(samples[i]);
+    }
+    if (std::abs(samples[i]) > std::abs(found.back())) found.back() = samples[i];
+    last_above = time[i];
+    any = true;
+  }
+  return found;
+}
+
+MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
+  t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
+           "cfc", "threshold", "dead_time", "at_least", "x", "y", "x_unit", "repeat", "align"});
+  MeasuredData d;
+  const std::string kind = t.choice("kind", {"values", "classes", "trace", "curve"});
+  d.kind = kind == "values"    ? MeasuredData::Kind::values
+           : kind == "classes" ? MeasuredData::Kind::classes
+           : kind == "trace"   ? MeasuredData::Kind::trace
+                               : MeasuredData::Kind::curve;
+  d.file = (std::filesystem::path(directory) / t.string("file")).lexically_normal().string();
+  std::error_code unreadable;  // as a name that is too long
+  d.present = std::filesystem::exists(d.file, unreadable);
+  d.response = t.string("response");
+  d.source = t.string("source", "");
+  const auto belongs = [&](std::initializer_list<const char*> keys, bool here) {
+    for (const char* key : keys)
+      if (t.has(key) && !here)
+        t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out", kind));
+  };
+  belongs({"classes", "counts"}, kind == "classes");
+  belongs({"unit"}, kind != "classes");
+  belongs({"column"}, kind == "values" || kind == "trace");
+  belongs({"at_least"}, kind == "values");
+  belongs({"time", "threshold", "dead_time"}, kind == "trace");
+  belongs({"cfc"}, kind == "trace" || kind == "curve");
+  belongs({"x", "y", "x_unit", "repeat", "align"}, kind == "curve");
+  if (d.kind != MeasuredData::Kind::classes) d.unit = t.string("unit");
+  if (d.kind == MeasuredData::Kind::values) read_values(t, d);
+  if (d.kind == MeasuredData::Kind::classes) read_classes(t, d);
+  if (d.kind == MeasuredData::Kind::trace) read_trace(t, d);
+  if (d.kind == MeasuredData::Kind::curve) read_curve(t, d);
+  const bool empty = d.kind == MeasuredData::Kind::curve ? d.repeats.empty() : d.values.empty();
+  if (d.present && d.kind != MeasuredData::Kind::classes && empty)
+    throw InputError(
+        fmt::format("{}: holds no value; expected one at least{}", d.file,
+                    d.kind == MeasuredData::Kind::trace ? " above the threshold" : ""));
+  return d;
+}
+
+}  // namespace firn

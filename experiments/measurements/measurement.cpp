@@ -1,0 +1,286 @@
+#include "experiments/measurements/measurement.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/analysis/sample_statistics.h"
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/text/number_text.h"
+#include "experiments/text/toml_document.h"
+
+namespace firn {
+namespace {
+
+UnitValue quantity(const TomlTable& t, std::string_view key) {
+  const std::string text = t.string(key);
+  return t.at(key, [&] { return parse_unit_value(text); });
+}
+
+double same_unit(const TomlTable& t, std::string_view key, const std::string& unit) {
+  const UnitValue q = quantity(t, key);
+  if (q.unit != unit) {
+    t.fail(key,
+           fmt::format("has the unit \"{}\"; expected \"{}\", as the value has", q.unit, unit));
+  }
+  return q.value;
+}
+
+double above_zero(const TomlTable& t, std::string_view key, const std::string& unit) {
+  const double value = same_unit(t, key, unit);
+  if (!(value > 0)) t.fail(key, fmt::format("is {} {}; expected more than zero", value, unit));
+  return value;
+}
+
+void set_statistics(const std::vector<double>& values, Measurement& m) {
+  const double n = static_cast<double>(values.size());
+  double sum = 0, squares = 0;
+  for (double v : values) sum += v;
+  m.value = sum / n;
+  for (double v : values) squares += (v - m.value) * (v - m.value);
+  m.standard_deviation = std::sqrt(squares / (n - 1));
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  m.minimum = *low;
+  m.maximum = *high;
+  m.repeats = static_cast<int>(values.size());
+}
+
+// The repeats one by one: they give the mean, the number and the scatter.
+void read_values(const TomlTable& t, Measurement& m) {
+  for (const char* key : {"value", "repeats", "scatter"}) {
+    if (t.has(key)) t.fail(key, "follows from `values`; expected one of the two");
+  }
+  const std::vector<std::string> texts = t.strings("values");
+  if (texts.size() < 2) t.fail("values", "has fewer than two entries; expected at least two");
+  for (const std::string& text : texts) {
+    const UnitValue q = t.at("values", [&] { return parse_unit_value(text); });
+    if (m.values.empty()) m.unit = q.unit;
+    if (q.unit != m.unit) {
+      t.fail("values",
+             fmt::format("has the units \"{}\" and \"{}\"; expected one for all", m.unit, q.unit));
+    }
+    m.values.push_back(q.value);
+  }
+  m.scatter = ScatterKind::values;
+  set_statistics(m.values, m);
+}
+
+void read_scatter(const TomlTable& t, Measurement& m) {
+  t.allow({"kind", "standard_deviation", "minimum", "maximum", "assumed_standard_deviation",
+           "assumed_because"});
+  const std::string kind = t.choice("kind", {"standard deviation", "range", "not stated"});
+  const auto belongs = [&](std::initializer_list<const char*> keys, bool here) {
+    for (const char* key : keys) {
+      if (t.has(key) && !here) {
+        t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out", kind));
+      }
+    }
+  };
+  belongs({"standard_deviation"}, kind == "standard deviation");
+  belongs({"minimum", "maximum"}, kind == "range");
+  belongs({"assumed_standard_deviation", "assumed_because"}, kind == "not stated");
+  if (kind == "standard deviation") {
+    m.scatter = ScatterKind::standard_deviation;
+    m.standard_deviation = above_zero(t, "standard_deviation", m.unit);
+  } else if (kind == "range") {
+    m.scatter = ScatterKind::range;
+    m.minimum = same_unit(t, "minimum", m.unit);
+    m.maximum = same_unit(t, "maximum", m.unit);
+    if (m.repeats < 2) t.fail("kind", "is \"range\" of a single repeat; expected repeats >= 2");
+    if (!(m.minimum <= m.value && m.value <= m.maximum && m.minimum < m.maximum)) {
+      t.fail("maximum", "the value does not lie between minimum and maximum; expected it to");
+    }
+    m.standard_deviation = (m.maximum - m.minimum) / expected_range(m.repeats);
+  } else {
+    m.scatter = ScatterKind::not_stated;
+    m.standard_deviation = above_zero(t, "assumed_standard_deviation", m.unit);
+    m.assumed_because = t.string("assumed_because");
+    if (m.assumed_because.empty()) t.fail("assumed_because", "is empty; expected the reason");
+  }
+}
+
+void read_reading(const TomlTable& t, Measurement& m) {
+  t.allow({"uncertainty", "because"});
+  m.reading_uncertainty = above_zero(t, "uncertainty", m.unit);
+  m.reading_because = t.string("because");
+}
+
+std::vector<Claim> read_claims(const TomlTable& root) {
+  std::vector<Claim> claims;
+  for (const TomlTable& t : root.tables("claims")) {
+    t.allow({"statement", "larger", "than", "times", "once_in", "because"});
+    Claim c;
+    c.statement = t.string("statement");
+    c.larger = t.string("larger");
+    c.than = t.string("than");
+    c.times = t.number("times", 1);
+    c.once_in = t.integer("once_in", 0, 0);
+    c.because = t.string("because");
+    for (const char* key : {"statement", "larger", "than", "because"})
+      if (t.string(key).empty()) t.fail(key, "is empty; expected some words");
+    if (!(c.times > 0)) t.fail("times", fmt::format("is {}; expected more than zero", c.times));
+    claims.push_back(c);
+  }
+  return claims;
+}
+
+// Prose of several lines or with tabs, on one line.
+std::string on_one_line(std::string prose) {
+  for (char& c : prose)
+    if (c == '\n' || c == '\t') c = ' ';
+  return prose;
+}
+
+MeasurementStatus read_status(const TomlTable& t) {
+  const std::string status =
+      t.choice("status", {"printed", "digitised", "measured", "recorded", "qualitative"});
+  if (status == "printed") return MeasurementStatus::printed;
+  if (status == "digitised") return MeasurementStatus::digitised;
+  if (status == "measured") return MeasurementStatus::measured;
+  return MeasurementStatus::qualitative;
+}
+
+}  // namespace
+
+UnitValue parse_unit_value(const std::string& text) {
+  UnitValue q;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), q.value);
+  const bool usable = std::abs(q.value) <= usable_range(dimension::none).largest;
+  if (error != std::errc() || !usable) {
+    throw InputError(
+        fmt::format("\"{}\" is no quantity; expected a number and its unit, such as "
+                    "\"10 deg\"",
+                    text));
+  }
+  const std::string unit(rest, text.data() + text.size());
+  const auto first = unit.find_first_not_of(' ');
+  q.unit = first == std::string::npos ? "1" : unit.substr(first);
+  if (q.unit != "1") parse_unit(q.unit);
+  return q;
+}
+
+const char* to_string(MeasurementStatus status) {
+  switch (status) {
+    case MeasurementStatus::printed:
+      return "printed";
+    case MeasurementStatus::digitised:
+      return "digitised";
+    case MeasurementStatus::measured:
+      return "measured";
+    case MeasurementStatus::qualitative:
+      return "qualitative";
+  }
+  return "";
+}
+
+double Measurement::standard_uncertainty() const {
+  return std::hypot(standard_deviation / std::sqrt(repeats), reading_uncertainty);
+}
+
+double Measurement::believed_uncertainty() const {
+  if (scatter == ScatterKind::not_stated || repeats < 2) return standard_uncertainty();
+  const double variance = standard_deviation * standard_deviation / repeats;
+  return std::hypot(std::sqrt(widened(variance, repeats - 1)), reading_uncertainty);
+}
+
+std::string Measurement::sentence() const {
+  if (status == MeasurementStatus::qualitative) return on_one_line(statement);
+  std::string text = fmt::format("{} {} (n = {}; standard deviation {} {}",
+                                 measured_text(value, standard_uncertainty()), unit, repeats,
+                                 number_text(standard_deviation, 3), unit);
+  if (scatter == ScatterKind::range) {
+    text += fmt::format(", estimated from the range {:.6g} to {:.6g}", minimum, maximum);
+  }
+  if (!assumed_because.empty()) text += ", ASSUMED: " + assumed_because;
+  if (reading_uncertainty > 0) {
+    text += fmt::format("; reading {:.2g} {}: {}", reading_uncertainty, unit, reading_because);
+  }
+  return on_one_line(text + ")");
+}
+
+Measurement read_measurement_text(const std::string& text, const std::string& source) {
+  TomlDocument document(text, source);
+  const TomlTable t = TomlTable::root(document);
+  t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
+           "experiment", "origin", "apparatus", "notes", "scatter", "reading", "claims", "data"});
+  Measurement m;
+  m.file = source;
+  m.name = t.string("name");
+  m.status = read_status(t);
+  m.claims = read_claims(t);
+  if (t.has("data")) {
+    if (m.status != MeasurementStatus::qualitative)
+      t.fail("data",
+             "go with the status \"recorded\" or \"qualitative\"; expected values in `values`");
+    m.data = read_measured_data(t.required_table("data"),
+                                std::filesystem::path(source).parent_path().string());
+  }
+  const bool recorded = t.string("status") == "recorded";
+  if (recorded && !m.data)
+    t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
+  m.response = m.data || !m.claims.empty() ? t.string("response", m.data ? m.data->response : "")
+                                           : t.string("response");
+  m.source = t.string("source");
+  m.experiment = t.string("experiment", "");
+  m.simulated = t.choice("origin", {"experiment", "simulation"}, "experiment") == "simulation";
+  m.apparatus = t.string("apparatus", "");
+  m.notes = t.string("notes", "");
+  if (m.status == MeasurementStatus::qualitative) {
+    if (recorded && !m.data->present)
+      t.fail("data", fmt::format("{} does not exist; expected what was recorded", m.data->file));
+    for (const char* key : {"value", "values", "repeats", "scatter", "reading"}) {
+      if (t.has(key)) {
+        t.fail(key, fmt::format("does not go with the status \"{}\"; expected {}",
+                                t.string("status"), recorded ? "[data]" : "a statement only"));
+      }
+    }
+    m.statement =
+        recorded
+            ? t.string("statement",
+                       "recorded in " + std::filesystem::path(m.data->file).filename().string())
+            : t.string("statement");
+    return m;
+  }
+  if (!m.claims.empty()) {
+    t.fail("claims", "go with the status \"qualitative\" only; expected a value");
+  }
+  if (t.has("statement")) {
+    t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
+  }
+  if (t.has("values")) {
+    read_values(t, m);
+  } else {
+    const UnitValue value = quantity(t, "value");
+    m.value = value.value;
+    m.unit = value.unit;
+    m.repeats = t.integer("repeats", 1);
+    read_scatter(t.required_table("scatter"), m);
+  }
+  if (t.has("reading")) read_reading(t.table("reading"), m);
+  return m;
+}
+
+Measurement read_measurement(const std::string& file) {
+  return read_measurement_text(
+      read_input_file(file, "a measurement file", input_limits::toml_bytes), file);
+}
+
+double expected_range(int n) {
+  assert(n >= 2);
+  // Integral of 1 - Phi(x)^n - (1 - Phi(x))^n over all x (Tippett 1925), by the trapezoidal rule:
+  // the integrand is smooth and vanishes at both ends.
+  constexpr double end = 9, step = 0.01;
+  double sum = 0;
+  for (double x = -end; x <= end; x += step) {
+    const double below = 0.5 * std::erfc(-x / std::sqrt(2.0));
+    sum += 1 - std::pow(below, n) - std::pow(1 - below, n);
+  }
+  return sum * step;
+}
+
+}  // namespace firn

@@ -1,0 +1,126 @@
+#include "experiments/meshes/mesh_repair.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <vector>
+
+#include "experiments/system/output_file.h"
+#include "experiments/system/process.h"
+#include "experiments/system/temporary_folder.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFlat = 1e-6;  // of the box's diagonal, cubed: no volume to speak of
+
+// firn-repair-mesh of the build folder, or of the installation.
+std::string repair_program() {
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  for (const fs::path& place :
+       {folder, folder / "../libexec/firn", folder / "..", folder / "../.."}) {
+    const fs::path program = place / "firn-repair-mesh";
+    if (fs::exists(program, error)) return program.string();
+  }
+  throw RunError("firn-repair-mesh is missing; expected it where firn is installed");
+}
+
+using Corners = std::array<float, 9>;
+
+std::string bytes_of(const TriangleMesh& mesh) {
+  std::string bytes;
+  for (const auto& triangle : mesh.triangles) {
+    Corners corners;
+    for (std::size_t k = 0; k < 9; ++k)
+      corners[k] = static_cast<float>(mesh.vertices[static_cast<std::size_t>(triangle[k / 3])]
+                                                   [static_cast<Eigen::Index>(k % 3)]);
+    bytes.append(reinterpret_cast<const char*>(corners.data()), sizeof(Corners));
+  }
+  return bytes;
+}
+
+// A mesh may be too much for admesh: it runs apart, within limits.
+std::string repaired_by_admesh(const std::string& bytes) {
+  const TemporaryFolder folder("repair");
+  const std::string file = folder.file("facets");
+  write_file(file, bytes);
+  ProcessLimits limits;
+  limits.processor_time = 120;
+  limits.address_space = std::size_t{4} << 30;
+  const CommandResult result = run_command({repair_program(), file}, {}, limits);
+  if (result.status == 1) throw InputError(last_line(result.err));
+  if (result.status != 0) throw InputError("admesh fails on this mesh");
+  return result.out;
+}
+
+std::string facets(int count) { return fmt::format("{} facet{}", count, count == 1 ? "" : "s"); }
+
+}  // namespace
+
+MeshRepair repair(const TriangleMesh& mesh) {
+  MeshRepair result;
+  if (mesh.triangles.empty()) {
+    result.left = inspect(mesh);
+    result.flat = true;
+    return result;
+  }
+  const std::string bytes = repaired_by_admesh(bytes_of(mesh));
+  std::array<std::int32_t, 7> counts;
+  if (bytes.size() < sizeof(counts) || (bytes.size() - sizeof(counts)) % sizeof(Corners) != 0)
+    throw RunError("firn-repair-mesh: an answer that is not whole");
+  std::memcpy(counts.data(), bytes.data(), sizeof(counts));
+  result.degenerate = counts[0];
+  result.disconnected_edges = counts[1];
+  result.joined = counts[2];
+  result.removed = counts[3];
+  result.added = counts[4];
+  result.reversed = counts[5];
+  result.parts = counts[6];
+  for (std::size_t at = sizeof(counts); at < bytes.size(); at += sizeof(Corners)) {
+    Corners c;
+    std::memcpy(c.data(), bytes.data() + at, sizeof(Corners));
+    const int first = static_cast<int>(result.mesh.vertices.size());
+    for (std::size_t k = 0; k < 9; k += 3)
+      result.mesh.vertices.emplace_back(c[k], c[k + 1], c[k + 2]);
+    result.mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  const auto [low, high] = bounding_box(result.mesh);
+  constexpr double kSame = 5e-7;  // as corners of a file are merged
+  if (!result.mesh.triangles.empty())
+    result.mesh = weld(result.mesh, kSame * (high - low).maxCoeff());
+  result.left = inspect(result.mesh);
+  result.flat = result.mesh.triangles.empty() ||
+                mass_properties(result.mesh).volume < kFlat * std::pow((high - low).norm(), 3);
+  return result;
+}
+
+std::string MeshRepair::why_hopeless() const {
+  if (!left.sound()) return left.sentence();
+  return flat ? "it encloses no volume" : "";
+}
+
+std::string MeshRepair::sentence() const {
+  std::vector<std::string> steps;
+  const auto step = [&](int count, const std::string& text) {
+    if (count > 0) steps.push_back(text);
+  };
+  step(degenerate, fmt::format("drops {} without area", facets(degenerate)));
+  step(joined, fmt::format("joins {} edges", joined));
+  step(removed, fmt::format("drops {} that touch nothing", facets(removed)));
+  step(added, fmt::format("fills holes with {}", facets(added)));
+  step(reversed, fmt::format("turns {} round", facets(reversed)));
+  if (steps.empty() && !hopeless()) return "nothing to repair";
+  std::string text;
+  for (const std::string& one : steps) text += (text.empty() ? "" : ", ") + one;
+  if (text.empty()) text = "finds nothing that it could change";
+  return text + (hopeless() ? "; hopeless: " + why_hopeless() : "; then it is closed");
+}
+
+}  // namespace firn

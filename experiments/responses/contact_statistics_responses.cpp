@@ -1,0 +1,96 @@
+#include "experiments/responses/contact_statistics_responses.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/results/contact_statistics_results.h"
+
+namespace firn {
+namespace {
+
+void add(std::vector<Response>& out, const std::string& name, double value, const std::string& unit,
+         const std::string& method) {
+  std::string plain = name;
+  std::ranges::replace(plain, ' ', '_');
+  out.push_back({plain, {value}, {}, unit, method, 1});
+}
+
+void add_contacts(const Recording& recording, std::vector<Response>& out) {
+  const std::size_t particles = recording.particle_count();
+  const std::vector<std::string> boundaries = recording.strings("/statistics/boundary_name");
+  std::vector<double> count(1 + boundaries.size(), 0), largest = count;
+  for (const ContactEvent& e : contact_events(recording)) {
+    const auto other = static_cast<std::size_t>(e.b);
+    const std::size_t kind = other < particles ? 0 : 1 + other - particles;
+    count.at(kind) += 1;
+    largest.at(kind) = std::max(largest[kind], e.peak_normal_force);
+  }
+  for (std::size_t kind = 0; kind < count.size(); ++kind) {
+    const std::string where = kind == 0 ? "between_particles" : "on_" + boundaries[kind - 1];
+    add(out, "contacts_" + where, count[kind], "1",
+        "contacts whose peak normal force reaches the threshold of the case");
+    if (count[kind] > 0)
+      add(out, "largest_contact_" + where, largest[kind], "N",
+          "largest peak normal force of a contact over every step");
+  }
+}
+
+void add_opposed(const Recording& recording, std::vector<Response>& out) {
+  const std::vector<OpposedLoad> all = opposed_loads(recording);
+  if (all.empty()) return;
+  // Who never came has borne nothing.
+  const std::vector<double> inserted = recording.insert_time();
+  std::vector<double> loads;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (std::isfinite(inserted[i])) loads.push_back(all[i].load);
+  if (loads.empty()) return;
+  add(out, "largest_opposed_load", *std::ranges::max_element(loads), "N",
+      "largest load from two sides on any particle over every step");
+  std::ranges::sort(loads);
+  add(out, "opposed_load_median", loads[(loads.size() - 1) / 2], "N",
+      "median over the particles that came of the largest load from two sides on each");
+  out.push_back({"opposed_loads",
+                 loads,
+                 {},
+                 "N",
+                 "largest load from two sides over every step, one value a particle that came, "
+                 "ascending",
+                 1});
+}
+
+void add_triangles(const Recording& recording, std::vector<Response>& out) {
+  for (const BoundaryLoads& loads : boundary_loads(recording)) {
+    if (loads.end.empty()) continue;
+    const std::size_t triangles = loads.area.size();
+    for (const TriangleField& field : loads.fields) {
+      if (field.name == "peak_stress") {
+        add(out, "peak_stress_on_" + loads.boundary, *std::ranges::max_element(field.values), "Pa",
+            "largest normal force on a triangle in any step over its area");
+      }
+      if (field.name != "wear_depth") continue;
+      std::vector<double> depth(triangles, 0);
+      double volume = 0;
+      for (std::size_t k = 0; k < field.values.size(); ++k) {
+        depth[k % triangles] += field.values[k];
+        volume += field.values[k] * loads.area[k % triangles];
+      }
+      add(out, "wear_volume_on_" + loads.boundary, volume, "m^3",
+          "Archard: specific wear rate times normal force times way of sliding");
+      add(out, "wear_depth_on_" + loads.boundary, *std::ranges::max_element(depth), "m",
+          "deepest triangle");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Response> statistics_responses(const Recording& recording, const Case& c) {
+  std::vector<Response> out;
+  const StatisticsOptions& options = c.model.statistics;
+  if (options.events) add_contacts(recording, out);
+  if (options.opposed_loads) add_opposed(recording, out);
+  if (!options.watched.empty()) add_triangles(recording, out);
+  return out;
+}
+
+}  // namespace firn

@@ -1,0 +1,15 @@
+// Responses of what a case keeps of its contacts: docs/responses.md.
+#pragma once
+
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/results/response.h"
+#include "experiments/results/results_file.h"
+
+namespace firn {
+
+// None where the case asks for no statistics.
+std::vector<Response> statistics_responses(const Recording& recording, const Case& c);
+
+}  // namespace firn

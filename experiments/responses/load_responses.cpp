@@ -1,0 +1,64 @@
+#include "experiments/responses/load_responses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "experiments/results/results_file.h"
+
+namespace firn {
+namespace {
+
+struct Span {
+  double start = 0, end = std::numeric_limits<double>::infinity();  // s
+};
+
+// A frame's interval begins at the frame before. One that a stage shares with another is left out;
+// times of stages are whole steps, those of frames too.
+Span span_of(const Recording& recording, const std::string& stage) {
+  if (stage.empty()) return {};
+  for (const StageRecord& s : recording.stages())
+    if (s.name == stage) return {s.start - 1e-9, std::isnan(s.end) ? Span{}.end : s.end + 1e-9};
+  return {0, 0};  // it never came
+}
+
+}  // namespace
+
+std::vector<Response> load_responses(const Recording& recording, const Case& c) {
+  std::vector<Response> out;
+  const std::vector<double> times = recording.frame_times();
+  for (const Measure& m : c.measures) {
+    if (m.kind != Measure::Kind::load) continue;
+    const std::string part =
+        m.boundary.empty() ? c.model.frames[static_cast<std::size_t>(m.frame)].name : m.boundary;
+    const std::vector<double> rows = recording.series(
+        (m.boundary.empty() ? "/motion_frames/" : "/boundaries/") + part + "/force");
+    const Span span = span_of(recording, m.stage);
+    const bool along = m.direction != Vec3::Zero();
+    double impulse = 0, duration = 0, peak = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < times.size() && 3 * i + 2 < rows.size(); ++i) {
+      if (times[i - 1] < span.start || times[i] > span.end) continue;
+      const Vec3 force(rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]);
+      const double load = along ? force.dot(m.direction) : force.norm();
+      if (std::isnan(load)) continue;  // removed
+      impulse += (times[i] - times[i - 1]) * load;
+      duration += times[i] - times[i - 1];
+      peak = std::max(peak, load);
+    }
+    if (duration == 0) continue;
+    const std::string what =
+        fmt::format("force of contacts on \"{}\"{}{}", part,
+                    along ? fmt::format(" along ({:g}, {:g}, {:g})", m.direction.x(),
+                                        m.direction.y(), m.direction.z())
+                          : "",
+                    m.stage.empty() ? "" : fmt::format(" in stage \"{}\"", m.stage));
+    out.push_back({m.name + "_load_mean", {impulse / duration}, {}, "N", what + ", mean", 1});
+    out.push_back(
+        {m.name + "_load_peak", {peak}, {}, "N", what + ", largest mean over an output frame", 1});
+  }
+  return out;
+}
+
+}  // namespace firn

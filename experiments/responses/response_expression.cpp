@@ -1,0 +1,109 @@
+#include "experiments/responses/response_expression.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "experiments/analysis/sample_statistics.h"
+#include "firn/math.h"
+
+namespace firn {
+namespace {
+
+struct Word {
+  const char* text;
+  Operand::Part part;
+};
+constexpr Word words[] = {{"max ", Operand::Part::max},
+                          {"min ", Operand::Part::min},
+                          {"mean ", Operand::Part::mean},
+                          {"sum ", Operand::Part::sum},
+                          {"median ", Operand::Part::median}};
+
+const Response& find(const Operand& operand, const std::vector<Response>& responses) {
+  const auto found = std::ranges::find(responses, operand.response, &Response::name);
+  if (found != responses.end()) return *found;
+  std::vector<std::string> names;
+  for (const Response& r : responses) names.push_back(r.name);
+  throw InputError(fmt::format("\"{}\" is no response of the case; expected one of {}",
+                               operand.response, fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+Operand parse_operand(const std::string& text) {
+  Operand o;
+  o.text = text;
+  const char* end = text.data() + text.size();
+  if (const auto [rest, error] = std::from_chars(text.data(), end, o.number);
+      error == std::errc() && rest == end && std::isfinite(o.number))
+    return o;
+  o.part = Operand::Part::single;
+  o.response = text;
+  for (const Word& word : words)
+    if (text.starts_with(word.text)) {
+      o.part = word.part;
+      o.response = text.substr(std::string_view(word.text).size());
+    }
+  const std::size_t bracket = o.response.find('[');
+  if (o.part == Operand::Part::single && bracket != std::string::npos) {
+    const char* from = o.response.data() + bracket + 1;
+    const char* stop = o.response.data() + o.response.size();
+    const auto [rest, error] = std::from_chars(from, stop, o.element);
+    if (error != std::errc() || rest + 1 != stop || *rest != ']' || o.element == 0)
+      throw InputError(
+          fmt::format("\"{}\" has no element counted from 1 in its brackets; expected such as "
+                      "\"NAME[2]\"",
+                      text));
+    --o.element;
+    o.part = Operand::Part::element;
+    o.response.resize(bracket);
+  }
+  if (o.response.empty() || o.response.find_first_of(" []") != std::string::npos)
+    throw InputError(
+        fmt::format("\"{}\" is no operand; expected a number, NAME, NAME[2], or one of max, min, "
+                    "mean, sum, median and NAME",
+                    text));
+  return o;
+}
+
+double evaluate(const Operand& o, const std::vector<Response>& responses) {
+  constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+  if (o.part == Operand::Part::number) return o.number;
+  const Response& r = find(o, responses);
+  if (o.part == Operand::Part::single) {
+    if (r.value.size() != 1)
+      throw InputError(fmt::format("\"{}\" has {} values; expected one, or such as \"max {}\"",
+                                   o.response, r.value.size(), o.response));
+    return r.value[0];
+  }
+  if (o.part == Operand::Part::element)
+    return o.element < r.value.size() ? r.value[o.element] : undefined;
+  std::vector<double> values = r.value;
+  std::erase_if(values, [](double v) { return std::isnan(v); });
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  if (o.part == Operand::Part::sum) return sum;
+  if (values.empty()) return undefined;
+  switch (o.part) {
+    case Operand::Part::max:
+      return *std::ranges::max_element(values);
+    case Operand::Part::min:
+      return *std::ranges::min_element(values);
+    case Operand::Part::median:
+      return median(values);
+    default:
+      return sum / static_cast<double>(values.size());
+  }
+}
+
+std::string unit_of(const Operand& o, const std::vector<Response>& responses) {
+  const auto found = std::ranges::find(responses, o.response, &Response::name);
+  return found == responses.end() ? std::string() : found->unit;
+}
+
+}  // namespace firn

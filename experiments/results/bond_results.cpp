@@ -1,0 +1,87 @@
+#include "experiments/results/bond_results.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace firn {
+
+namespace {
+
+BodyInMotion body_at(const Model& model, const Frame& frame, int particle) {
+  const auto i = static_cast<std::size_t>(particle);
+  const auto& q = frame.orientation[i];
+  const Shape& shape = model.shapes[static_cast<std::size_t>(model.particles[i].shape)];
+  return {Vec3(frame.position[i].data()), Vec3::Zero(), Vec3::Zero(),
+          Quat(q[0], q[1], q[2], q[3]) * shape.shape_from_body};
+}
+
+}  // namespace
+
+std::vector<BondOutcome> bond_outcomes(const Recording& recording) {
+  if (!recording.contains("/bonds/a")) return {};
+  const std::vector<std::string> name = recording.strings("/bonds/name"),
+                                 mode = recording.strings("/bonds/break_mode");
+  const std::vector<double> a = recording.values("/bonds/a"), b = recording.values("/bonds/b"),
+                            time = recording.values("/bonds/break_time"),
+                            stress = recording.values("/bonds/break_stress"),
+                            place = recording.values("/bonds/break_position");
+  std::vector<BondOutcome> outcomes;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    outcomes.push_back({name[k], static_cast<int>(a[k]), static_cast<int>(b[k]), mode[k], time[k],
+                        stress[k], Vec3(place[3 * k], place[3 * k + 1], place[3 * k + 2])});
+  return outcomes;
+}
+
+std::vector<Bridge> bridges_at(const Case& c, const std::vector<BondOutcome>& outcomes, double time,
+                               const Frame& frame) {
+  const Model& model = c.model;
+  std::vector<Bridge> bridges;
+  for (std::size_t k = 0; k < outcomes.size(); ++k) {
+    const Bond& bond = model.bonds[k];
+    const auto present = [&](int particle) {
+      return !std::isnan(frame.position[static_cast<std::size_t>(particle)][0]);
+    };
+    if (outcomes[k].time <= time || !present(bond.a) || !present(bond.b)) continue;
+    const BeamLaw& law = model.beams[static_cast<std::size_t>(bond.law)];
+    const BodyInMotion a = body_at(model, frame, bond.a), b = body_at(model, frame, bond.b);
+    const BeamPose pose = pose_of(law, bond, a, b);
+    bridges.push_back({static_cast<int>(k), a.position + pose.arm_a + 0.5 * pose.apart,
+                       Quat(pose.axes),
+                       Vec3(law.length, 2 * law.section.half_width, 2 * law.section.half_height)});
+  }
+  return bridges;
+}
+
+std::vector<Response> bond_responses(const Recording& recording, const Case& c) {
+  const std::vector<BondOutcome> outcomes = bond_outcomes(recording);
+  if (c.model.bonds.empty() || outcomes.empty()) return {};
+  constexpr std::array<BondMode, 4> kModes = {BondMode::tension, BondMode::bending, BondMode::shear,
+                                              BondMode::torsion};
+  const std::vector<double> inserted = recording.insert_time();
+  const auto came = [&](int particle) {
+    return !std::isnan(inserted[static_cast<std::size_t>(particle)]);
+  };
+  double joined = 0;
+  std::vector<double> times, by_mode(kModes.size(), 0);
+  for (const BondOutcome& one : outcomes) {
+    joined += came(one.a) && came(one.b) ? 1 : 0;
+    if (std::isnan(one.time)) continue;
+    times.push_back(one.time);
+    for (std::size_t m = 0; m < kModes.size(); ++m)
+      by_mode[m] += one.mode == to_string(kModes[m]) ? 1 : 0;
+  }
+  std::ranges::sort(times);
+  std::vector<Response> out;
+  const auto add = [&](const char* name, std::vector<double> value, const char* unit,
+                       const char* method) {
+    out.push_back({name, std::move(value), {}, unit, method, 1});
+  };
+  add("bonds_count", {joined}, "1", "bonds whose two bodies have come");
+  add("bonds_broken_count", {static_cast<double>(times.size())}, "1", "of them, that broke");
+  add("bonds_broken_by_mode", by_mode, "1", "in tension, bending, shear, torsion");
+  if (!times.empty()) add("bond_breaks", times, "s", "when they broke, ascending");
+  return out;
+}
+
+}  // namespace firn

@@ -1,0 +1,64 @@
+// Statistics of contacts in a results file: docs/statistics.md, kept in one place.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/results/results_file.h"
+#include "experiments/storage/hdf5_file.h"
+#include "firn/solver.h"
+
+namespace firn {
+
+// How much of them is in the file: what a checkpoint must know to go on.
+struct StatisticsRows {
+  std::uint64_t events = 0, intervals = 0;
+};
+
+// Empty tables for what the case asks for, and its meshes; nothing where it asks for none.
+void create_statistics(hdf5::File& file, const Case& c);
+// Cuts the tables back. Throws RunError when one has fewer rows.
+void truncate_statistics(hdf5::File& file, const Case& c, const StatisticsRows& rows);
+// Appends what the solver has finished since it was asked last, at the end of a run also what is
+// under way then, and brings up to date what is summed over the run.
+void append_statistics(hdf5::File& file, const Case& c, Solver& solver, bool at_end,
+                       StatisticsRows& rows);
+
+// What a results file has of them. Empty what the case did not ask for.
+
+// In order of their ends, those under way at the end of the run last.
+std::vector<ContactEvent> contact_events(const Recording& recording);
+std::vector<OpposedLoad> opposed_loads(const Recording& recording);  // [particles]
+
+// Values on the triangles of a mesh.
+struct TriangleField {
+  std::string name, unit;
+  std::vector<double> values;  // [intervals * triangles], or [triangles]
+};
+struct BoundaryLoads {
+  std::string boundary;
+  TriangleMesh mesh;                  // m, boundary axes
+  std::vector<double> area;           // m^2, [triangles]
+  std::vector<double> start, end;     // s, of the intervals
+  std::vector<TriangleField> fields;  // of one value a triangle and interval
+};
+std::vector<BoundaryLoads> boundary_loads(const Recording& recording);
+struct SurfaceLoads {
+  std::string shape;
+  TriangleMesh mesh;  // m, shape axes as drawn
+  std::vector<TriangleField> fields;
+};
+std::vector<SurfaceLoads> surface_loads(const Recording& recording);
+
+// How much ended contacts dissipated, by class, for each kind of pair.
+struct EnergySpectrum {
+  std::vector<double> lower;      // J, lower bounds of the classes; the last one has no upper bound
+  std::vector<std::string> kind;  // "particles", and names of boundaries
+  std::vector<double> contacts, dissipated;  // [kinds * classes]; 1, J
+};
+std::optional<EnergySpectrum> energy_spectrum(const Recording& recording);
+
+}  // namespace firn

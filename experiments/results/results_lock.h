@@ -1,0 +1,49 @@
+// The right to write a results file, and the copy of its last checkpoint.
+//
+// HDF5 does not survive being killed while it writes: what a file held before may be gone. So a
+// copy of the file as of the last checkpoint, FILE.saved, is kept while a run writes. Once it is
+// there, it is whole at any moment, also after a power failure. While it is there, it holds the
+// truth: a run that continues starts from it. It is removed when the file itself is complete and
+// the device has its bytes.
+#pragma once
+
+#include <string>
+
+#include "experiments/system/output_file.h"
+
+namespace firn {
+
+// Name of the copy, and whether there is one. Readers need no lock for it.
+std::string kept_copy(const std::string& results_file);
+bool has_kept_copy(const std::string& results_file);
+
+// Excludes every other writer of the file as long as it lives, also through the kill of a process:
+// the system releases it. Readers and HDF5's own locks are not affected.
+class ResultsLock {
+ public:
+  // An empty file is made where there is none. Throws InputError when another run is writing the
+  // file, and as refuse_output().
+  explicit ResultsLock(const std::string& file);
+
+  const std::string& file() const { return file_; }
+  // The copy becomes the file as it is now, which must be flushed. The earlier copy stays when this
+  // fails. Makes the folder where it was removed. Throws WriteError.
+  void keep_copy() const;
+  // The file becomes the copy. The copy stays.
+  void restore_copy() const;
+  // Gives the copy the name of the file. The lock is then of no more use.
+  void take_copy() const;
+  // Removes the copy when the device has the file. (Its name came with that of the copy.) A power
+  // failure may bring the copy back: then the work since the last checkpoint is repeated.
+  void drop_copy() const;
+  // Throws WriteError when the name no longer belongs to the locked file.
+  void require_in_place() const;
+
+ private:
+  bool in_place() const;
+
+  std::string file_;
+  Descriptor descriptor_;
+};
+
+}  // namespace firn

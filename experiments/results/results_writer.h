@@ -1,0 +1,59 @@
+// What a results file holds and under which name: docs/results.md, kept in one place.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/results/recorder.h"
+#include "experiments/results/response.h"
+#include "experiments/results/results_file.h"
+#include "firn/solver.h"
+
+namespace firn {
+
+// The columns of a run over this model, and one row of them all from the solver's state.
+// `interval` (s) is the time since the boundary loads were last cleared; 0: none, loads are 0.
+std::vector<Column> result_columns(const Model& model);
+std::vector<double> result_row(const Solver& solver, double interval);
+
+// Attributes of the file and what never changes.
+void write_header(hdf5::File& file, const Case& c);
+
+// Per particle; times in s, NaN: not yet.
+struct Passages {
+  Passages() = default;
+  explicit Passages(const Case& c);  // before anything has happened
+
+  std::vector<double> exit_time;               // removed by an outlet
+  std::vector<double> door_time;               // centre of mass first below the floor's underside
+  std::vector<double> insert_time;             // 0 for [[particles]], before 0 for those of [start]
+  std::vector<int> outlet;                     // index, -1: none
+  std::vector<int> batch;                      // of its fill or source, from 0; -1: [[particles]]
+  std::vector<int> tag;                        // now
+  std::vector<std::vector<double>> gate_time;  // [gates][particles], first inside
+};
+
+// A switch has closed or opened.
+struct SwitchChange {
+  std::int64_t index = 0;  // of the case's switches
+  double time = 0;         // s
+  std::uint64_t closed = 0;
+};
+void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes);
+
+// Who is joined, and what has become of it: nothing for a case without bonds.
+void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records);
+
+void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
+                     const Passages& passages);
+
+// Stages of the case in order; those not reached yet keep NaN times.
+std::vector<Stage> stages_of(const Case& c);  // the case's, or one until its end
+void write_stages(hdf5::File& file, const std::vector<Stage>& stages,
+                  const std::vector<StageRecord>& entered);
+
+void write_responses(hdf5::File& file, const std::vector<Response>& responses);
+
+}  // namespace firn

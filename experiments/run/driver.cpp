@@ -1,0 +1,411 @@
+#include "experiments/run/driver.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "experiments/run/placement.h"
+
+namespace firn {
+namespace {
+
+// Steps between two looks at outlets, the door, rest and the clock: far below any time of interest,
+// and so few that a step does not notice them.
+constexpr std::uint64_t kWatchInterval = 16;
+constexpr double kReportEvery = 0.2;  // s of wall time
+
+constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+int find_boundary(const Model& model, const std::string& name, const std::string& source) {
+  for (std::size_t i = 0; i < model.boundaries.size(); ++i)
+    if (model.boundaries[i].name == name) return static_cast<int>(i);
+  throw InputError(fmt::format("{}: stages: no boundary is named \"{}\"", source, name));
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void put(ByteWriter& out, const DriverState& state) {
+  out.put(state.frames);
+  out.put(state.loads_cleared);
+  out.put(state.stage_start);
+  out.put<std::uint64_t>(state.stages.size());
+  for (const StageRecord& stage : state.stages) {
+    out.put(stage.name);
+    out.put(stage.start);
+    out.put(stage.end);
+    out.put(stage.ended_by);
+  }
+  out.put(state.statistics);
+}
+
+void get(ByteReader& in, DriverState& state) {
+  in.get(state.frames);
+  in.get(state.loads_cleared);
+  in.get(state.stage_start);
+  std::uint64_t stages = 0;
+  in.get(stages);
+  for (std::uint64_t i = 0; i < stages; ++i) {
+    StageRecord& stage = state.stages.emplace_back();
+    in.get(stage.name);
+    in.get(stage.start);
+    in.get(stage.end);
+    in.get(stage.ended_by);
+  }
+  in.get(state.statistics);
+}
+
+// The same walk writes and reads.
+template <class Each, class T, class P>
+void walk(const Each& each, T& traffic, P& watch) {
+  each(traffic.fill_batches);
+  each(traffic.source_batches);
+  auto& p = traffic.passages;
+  for (auto* times : {&p.exit_time, &p.door_time, &p.insert_time}) each(*times);
+  for (auto* numbers : {&p.outlet, &p.batch, &p.tag}) each(*numbers);
+  for (auto& times : p.gate_time) each(times);
+  for (auto* since : {&watch.rest_since, &watch.force_since, &watch.torque_since,
+                      &watch.filled_since, &watch.driven_since})
+    each(*since);
+  each(watch.driven_from);
+  each(watch.stalled);
+  each(watch.empty);
+  each(watch.passed);
+  each(watch.above_since);
+  each(watch.closed);
+  each(watch.changes);
+}
+
+// Whether every list of a checkpoint is as long as the case needs it.
+bool fits(const Case& c, std::size_t stages, const DriverState& state,
+          const TrafficState& traffic) {
+  const std::size_t n = c.model.particles.size();
+  const Passages& p = traffic.passages;
+  const auto is_whole = [&](const auto& list) { return list.size() == n; };
+  return !state.stages.empty() && state.stages.size() <= stages &&
+         traffic.fill_batches.size() == c.fills.size() &&
+         traffic.source_batches.size() == c.sources.size() && is_whole(p.exit_time) &&
+         is_whole(p.door_time) && is_whole(p.insert_time) && is_whole(p.outlet) &&
+         is_whole(p.batch) && is_whole(p.tag) && p.gate_time.size() == c.gates.size() &&
+         std::ranges::all_of(p.gate_time, is_whole);
+}
+
+Model with_threads(Model model, int threads) {
+  model.numerics.threads = threads;
+  return model;
+}
+
+}  // namespace
+
+Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker)
+    : case_(c),
+      options_(options),
+      recorder_(recorder),
+      onlooker_(std::move(onlooker)),
+      solver_(with_threads(c.model, options.threads)),
+      stages_(stages_of(c)),
+      traffic_(c),
+      watch_(c) {
+  last_step_ = to_steps(case_, c.duration);
+  // Without an interval, the first and the last frame alone.
+  frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(case_, c.frames_every))
+                                    : std::max<std::uint64_t>(1, last_step_);
+  if (recorder_ && c.states_every > 0)
+    kept_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.states_every));
+}
+
+std::vector<std::byte> Driver::pack() const {
+  ByteWriter out;
+  put(out, state_);
+  walk([&](const auto& value) { out.put(value); }, traffic_.state, watch_.state);
+  out.put(solver_.save());
+  return out.take();
+}
+
+// Changes nothing when the bytes are no good.
+void Driver::unpack(const std::vector<std::byte>& payload) {
+  ByteReader in(payload);
+  DriverState state;
+  get(in, state);
+  TrafficState traffic = traffic_.state;
+  StageWatchState watch = watch_.state;
+  walk([&](auto& value) { in.get(value); }, traffic, watch);
+  std::vector<std::byte> bytes;
+  in.get(bytes);
+  if (!fits(case_, stages_.size(), state, traffic) ||
+      watch.closed.size() != case_.switches.size() ||
+      watch.above_since.size() != case_.switches.size() ||
+      std::ranges::any_of(watch.changes, [&](const SwitchChange& change) {
+        return change.index < 0 || change.index >= std::ssize(case_.switches);
+      }))
+    throw RunError("checkpoint does not fit the case");
+  solver_.restore(bytes);
+  state_ = std::move(state);
+  traffic_.state = std::move(traffic);
+  watch_.state = std::move(watch);
+  resumed_ = true;
+  save_wanted_ = false;
+}
+
+void Driver::restore() {
+  std::vector<Checkpoint> checkpoints;
+  recorder_->with_file([&](hdf5::File& file) {
+    checkpoints = read_checkpoints(file);
+    wall_before_ = file.number_attribute("/", "wall_time").at(0);
+  });
+  std::string why = "it has no whole checkpoint";
+  for (const Checkpoint& checkpoint : checkpoints) {
+    try {
+      unpack(checkpoint.payload);
+      safe_time_ = now();
+      recorder_->truncate(state_.frames);
+      recorder_->with_file(
+          [&](hdf5::File& file) { truncate_statistics(file, case_, state_.statistics); });
+      checkpoints_ = checkpoint.sequence;
+      advise();
+      return;
+    } catch (const WriteError&) {
+      throw;
+    } catch (const RunError& e) {
+      why = e.what();
+    }
+  }
+  throw InputError(fmt::format("{}: cannot be resumed: {}", options_.results_file, why));
+}
+
+void Driver::restore(const std::vector<std::byte>& payload) { unpack(payload); }
+
+RunSummary Driver::run() {
+  RunSummary summary;
+  std::optional<interruption::Polled> polled;
+  if (options_.interrupt) polled.emplace();
+  try {
+    const std::string ended_by = simulate();
+    summary.status = ended_by.empty() ? RunStatus::interrupted : RunStatus::finished;
+    summary.reason = ended_by.empty() ? "interrupted; the state is saved" : ended_by;
+    if (summary.status == RunStatus::finished) record_frame();
+    conclude(to_string(summary.status));
+  } catch (const WriteError& e) {
+    summary.status = RunStatus::failed;
+    summary.reason = WriteError(e, what_is_safe(e)).what();
+    summary.write_failed = true;
+  } catch (const RunError& e) {
+    summary.status = RunStatus::failed;
+    summary.reason = e.what();
+    try {
+      conclude(fmt::format("failed: {}", e.what()));
+    } catch (const WriteError& write) {
+      summary.reason = fmt::format("{}; {}; {}", e.what(), write.what(), what_is_safe(write));
+    }
+  } catch (const InputError& e) {
+    conclude(fmt::format("failed: {}", e.what()));
+    throw;
+  }
+  if (options_.progress) report();
+  summary.simulated = now();
+  summary.wall = seconds_since(started_);
+  summary.steps = solver_.steps();
+  summary.energy = solver_.energy();
+  summary.health = solver_.health();
+  summary.profile = solver_.profile();
+  return summary;
+}
+
+std::string Driver::simulate() {
+  if (options_.progress) report();
+  if (!resumed_) {
+    const interruption::NotPolled placing;
+    place_start(solver_, case_);
+    enter_stage(0);
+  }
+  while (true) {
+    // Nothing of this step has happened yet: the one place where the state is saved.
+    const bool interrupted = options_.interrupt && *options_.interrupt;
+    if (interrupted || save_wanted_) {
+      // Before the first step there is nothing that is worth waiting for.
+      std::optional<interruption::NotPolled> nothing_yet;
+      if (solver_.steps() == 0) nothing_yet.emplace();
+      save();
+    }
+    if (interrupted) return {};
+    if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
+    if (const auto blocked = traffic_.place_due(solver_, stage_now())) {
+      end_stage(*blocked);
+      look(true);
+      record_frame();  // who is in the way
+      throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
+    }
+    if (solver_.steps() % kWatchInterval == 0) watch();
+    if (const auto by = watch_.ended_by(stage(), solver_, traffic_, stage_now())) {
+      end_stage(*by);
+      const bool last = state_.stages.size() == stages_.size();
+      if (last || solver_.steps() >= last_step_) {
+        look(true);
+        return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *by);
+      }
+      enter_stage(state_.stages.size());
+      save_wanted_ = true;
+    }
+    if (solver_.steps() % frame_steps_ == 0) record_frame();
+    if (!look(false)) return {};
+    solver_.step();
+  }
+}
+
+bool Driver::look(bool last) { return !onlooker_.step || onlooker_.step(solver_, last); }
+
+void Driver::watch() {
+  const bool left = traffic_.look(solver_);
+  watch_.look(stage(), solver_, traffic_, stage_now(), left);
+  if (seconds_since(saved_) >= options_.checkpoint_every) save_wanted_ = true;
+  if (options_.progress && seconds_since(reported_) >= kReportEvery) report();
+}
+
+const Stage& Driver::stage() const {
+  return stages_[std::max<std::size_t>(1, state_.stages.size()) - 1];
+}
+
+Traffic::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
+
+void Driver::end_stage(const std::string& by) {
+  state_.stages.back().end = now();
+  state_.stages.back().ended_by = by;
+  solver_.end_started(state_.stages.size(), now());
+}
+
+void Driver::enter_stage(std::size_t number) {
+  const Stage& stage = stages_[number];
+  state_.stages.push_back({stage.name, now(), std::numeric_limits<double>::quiet_NaN(), ""});
+  state_.stage_start = solver_.steps();
+  watch_.enter_stage();
+  traffic_.tag(stage.name, solver_);
+  for (const std::string& name : stage.remove)
+    solver_.remove_boundary(find_boundary(case_.model, name, case_.source));
+  const auto begin = [&](Schedule& schedule, bool ends_with_stage) {
+    schedule.start += now();
+    schedule.stop += now();
+    return ends_with_stage ? static_cast<int>(number) + 1 : 0;
+  };
+  for (Stage::StartedMotion start : stage.motions) {
+    const int group = begin(start.motion, start.ends_with_stage);
+    if (start.frame >= 0)
+      solver_.add_frame_motion(start.frame, start.motion, group);
+    else
+      solver_.add_motion(start.boundary, start.motion, group);
+  }
+  for (Stage::StartedDrive start : stage.drives) {
+    const int group = begin(start.drive, start.ends_with_stage);
+    solver_.add_drive(start.frame, start.axis, start.drive, group);
+  }
+}
+
+void Driver::record_frame() {
+  const double interval =
+      static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
+  if (recorder_ || onlooker_.frame) {
+    std::vector<double> row = result_row(solver_, interval);
+    if (onlooker_.frame) onlooker_.frame(state_.frames, row);
+    if (recorder_) recorder_->push(std::move(row));
+  }
+  solver_.clear_boundary_loads();
+  state_.loads_cleared = solver_.steps();
+  ++state_.frames;
+}
+
+void Driver::save() {
+  save_wanted_ = false;
+  saved_ = Clock::now();
+  hand_over_statistics(false);
+  if (!recorder_) return;
+  const std::vector<std::byte> payload = pack();
+  recorder_->with_file([&](hdf5::File& file) {
+    write_progress(file);
+    write_checkpoint(file, {++checkpoints_, payload});
+    recorder_->lock().keep_copy();
+  });
+  safe_time_ = now();
+  recorder_->lock().require_in_place();
+  for (interruption::Temporary& file : unsaved_) file.keep();
+  advise();
+  saved_ = Clock::now();
+}
+
+// There is a checkpoint to go on from.
+void Driver::advise() {
+  if (!advice_) advice_.emplace("go on with: firn run --resume " + options_.results_file);
+}
+
+// The same bytes whether or not the run was interrupted on its way: a resumed one writes some
+// again.
+void Driver::keep_state() {
+  hand_over_statistics(false);
+  const std::vector<std::byte> payload = pack();
+  recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
+}
+
+// What the solver has finished goes into the file before its state does, or nowhere: whoever looks
+// on has no use for it.
+void Driver::hand_over_statistics(bool at_end) {
+  if (!case_.model.statistics.any()) return;
+  if (!recorder_) {
+    solver_.take_events();
+    solver_.take_load_intervals();
+    return;
+  }
+  recorder_->with_file([&](hdf5::File& file) {
+    append_statistics(file, case_, solver_, at_end, state_.statistics);
+  });
+}
+
+void Driver::report() {
+  Progress progress;
+  progress.time = now();
+  progress.latest_end = onlooker_.latest_end > 0 ? onlooker_.latest_end : case_.duration;
+  progress.stage = stage().name;
+  progress.wall = seconds_since(started_);
+  for (Presence presence : solver_.particles().presence) {
+    if (presence == Presence::present) ++progress.present;
+    if (presence == Presence::waiting) ++progress.waiting;
+    if (presence == Presence::left) ++progress.left;
+  }
+  for (std::size_t g = 0; g < case_.gates.size(); ++g)
+    progress.passed.push_back({case_.gates[g].name, traffic_.passed(static_cast<int>(g), 0)});
+  options_.progress(progress);
+  reported_ = Clock::now();
+}
+
+void Driver::write_progress(hdf5::File& file) {
+  write_particles(file, solver_.particles().peak_normal_force, traffic_.state.passages);
+  write_stages(file, stages_, state_.stages);
+  write_switches(file, case_, watch_.state.changes);
+  write_bonds(file, case_, solver_.bonds());
+  file.set_attribute("/", "wall_time", wall_before_ + seconds_since(started_));
+}
+
+void Driver::conclude(const std::string& status) {
+  if (!recorder_) return;
+  if (status != to_string(RunStatus::interrupted)) hand_over_statistics(true);
+  recorder_->with_file([&](hdf5::File& file) {
+    write_progress(file);
+    file.flush();  // a full disk must not leave a run that says more than is there
+    file.set_attribute("/", "status", status);
+    file.flush();
+    if (status == to_string(RunStatus::finished)) remove_checkpoints(file);
+  });
+  recorder_->close();
+  concluded_ = true;
+}
+
+std::string Driver::what_is_safe(const WriteError& e) const {
+  const std::string& file = options_.results_file;
+  if (safe_time_ && has_kept_copy(file))
+    return fmt::format(
+        "the state at t = {:.4g} s is safe in {}: {}continue with firn run --resume {}",
+        *safe_time_, kept_copy(file), remedy(e.error), file);
+  return fmt::format("no state of the run was saved: {}start it again", remedy(e.error));
+}
+
+}  // namespace firn

@@ -1,0 +1,115 @@
+// Takes a solver through the stages of a case: comings and goings, events, frames, checkpoints.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "experiments/results/checkpoint.h"
+#include "experiments/results/contact_statistics_results.h"
+#include "experiments/results/recorder.h"
+#include "experiments/results/results_writer.h"
+#include "experiments/run/particle_flow.h"
+#include "experiments/run/run.h"
+#include "experiments/run/stage_events.h"
+#include "experiments/system/interruption.h"
+
+namespace firn {
+
+// Everything beside the solver that the rest of a run depends on.
+struct DriverState {
+  std::uint64_t frames = 0;         // recorded so far
+  std::uint64_t loads_cleared = 0;  // step at which the boundary loads were
+  std::uint64_t stage_start = 0;    // step
+  std::vector<StageRecord> stages;  // entered so far; the last one is under way
+  StatisticsRows statistics;
+};
+
+// Throws InputError for a case that no solver can take.
+void check_runnable(const Case& c);
+// The case of a results file. Throws InputError unless it is the one that was run; `what`
+// ("resumed") cannot be done otherwise.
+Case case_of(const Recording& recording, const char* what);
+
+// Who looks on. All may be empty.
+struct Onlooker {
+  // With the state of each step, before the next one is taken; false ends the simulation.
+  std::function<bool(const Solver&, bool last)> step;
+  // With each frame: its number and its row (result_row).
+  std::function<void(std::uint64_t frame, const std::vector<double>& row)> frame;
+  double latest_end = 0;  // s, told as progress; 0: the case's duration
+};
+
+class Driver {
+ public:
+  // The recorder's file is new and has its header; nullptr: nothing is recorded.
+  Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker = {});
+
+  // Continues from the newest checkpoint of the recorder's file that fits; cuts the rest off.
+  // Throws InputError when there is none, and WriteError.
+  void restore();
+  // Goes on from a state as checkpoints and kept states hold it. Throws RunError for bytes of
+  // another version or case; the driver is then of no more use.
+  void restore(const std::vector<std::byte>& payload);
+  std::uint64_t steps() const { return solver_.steps(); }
+
+  // Until the case's end, an interruption or a failure, whatever comes first. The file is complete
+  // and says how it ended when this returns, unless concluded() is false: it could not be written,
+  // and the copy of the last checkpoint is all that counts. Throws InputError for a fill that does
+  // not fit.
+  RunSummary run();
+  // Files that are worth nothing before the first checkpoint is in them.
+  void set_unsaved(std::span<interruption::Temporary> files) { unsaved_ = files; }
+  bool concluded() const { return concluded_; }
+  // What a write error left, and how to continue: "the state at t = 0.35 s is safe in ...".
+  std::string what_is_safe(const WriteError& e) const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string simulate();  // returns what ended the run; empty: interrupted
+  void watch();
+  const Stage& stage() const;  // under way, or the first
+  Traffic::Now stage_now() const;
+  void enter_stage(std::size_t number);
+  void end_stage(const std::string& by);
+  void record_frame();
+  bool look(bool last);  // false: the onlooker has seen enough
+  void save();
+  void advise();
+  void keep_state();
+  void hand_over_statistics(bool at_end);
+  void report();
+  void conclude(const std::string& status);
+  void write_progress(hdf5::File& file);
+  std::vector<std::byte> pack() const;
+  void unpack(const std::vector<std::byte>& payload);
+
+  double now() const { return solver_.time(); }
+
+  const Case& case_;
+  const RunOptions& options_;
+  Recorder* recorder_;
+  Onlooker onlooker_;
+  std::span<interruption::Temporary> unsaved_;
+  std::optional<interruption::Advice> advice_;
+  Solver solver_;
+  const std::vector<Stage> stages_;
+  Traffic traffic_;
+  StageWatch watch_;
+  std::uint64_t frame_steps_ = 1;
+  std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
+  std::uint64_t last_step_ = 0;   // of the case
+  DriverState state_;
+  bool resumed_ = false, save_wanted_ = true, concluded_ = false;
+  std::optional<double> safe_time_;  // s, of the checkpoint in the copy
+  std::uint64_t checkpoints_ = 0;
+  double wall_before_ = 0;  // s, of earlier sessions
+  Clock::time_point started_ = Clock::now(), saved_ = started_, reported_ = started_;
+};
+
+}  // namespace firn

@@ -1,0 +1,371 @@
+#include "experiments/run/interference_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include "experiments/run/placement.h"
+#include "firn/distance.h"
+#include "firn/solver.h"
+
+namespace firn {
+namespace {
+
+constexpr double kTouch = 0.1e-3;  // m, deeper is an overlap
+constexpr int kSamples = 72;       // of a period: every 5 degrees of a turn
+constexpr double kBuried = 0.05;   // of a particle's smallest edge, as the solver has it
+
+constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+bool moves(const Case& c, int frame) {
+  const MotionFrame& f = c.model.frames[index(frame)];
+  const auto started = [&](const Stage& stage) {
+    return std::ranges::count(stage.motions, frame, &Stage::StartedMotion::frame) > 0;
+  };
+  return f.free || !f.motions.empty() || std::ranges::any_of(c.stages, started);
+}
+
+bool moves_itself(const Case& c, int boundary) {
+  const auto started = [&](const Stage& stage) {
+    return std::ranges::count(stage.motions, boundary, &Stage::StartedMotion::boundary) > 0;
+  };
+  return !c.model.boundaries[index(boundary)].motions.empty() ||
+         std::ranges::any_of(c.stages, started);
+}
+
+// What a boundary is fixed to: the world (-1), a frame that moves, or nothing but itself.
+int carrier(const Case& c, int boundary) {
+  if (moves_itself(c, boundary)) return static_cast<int>(c.model.frames.size()) + boundary;
+  int frame = c.model.boundaries[index(boundary)].frame;
+  while (frame >= 0 && !moves(c, frame)) frame = c.model.frames[index(frame)].parent;
+  return frame;
+}
+
+struct Path {
+  std::vector<std::pair<int, Motion>> boundaries, frames;  // started at its beginning
+  double length = 0;                                       // s
+  std::set<std::string> removed;                           // boundaries
+  std::string name;                                        // "in stage \"pull\""; may be empty
+};
+
+class BoundaryPairs {
+ public:
+  explicit BoundaryPairs(const Case& c) : c_(c) {
+    const int n = static_cast<int>(c.model.boundaries.size());
+    std::set<std::pair<int, int>> allowed(c.may_touch.begin(), c.may_touch.end());
+    for (int a = 0; a < n; ++a) {
+      Extents& extents = extents_.emplace_back();
+      for (const ConvexPart& part : c.model.boundaries[index(a)].parts) {
+        extents.parts.push_back(extent_of(part));
+        extents.whole.extend(extents.parts.back());
+      }
+      for (int b = 0; b < a; ++b) {
+        if (carrier(c, a) == carrier(c, b) || is_plane(a, b)) continue;
+        if (allowed.contains({a, b}) || allowed.contains({b, a})) continue;
+        const bool free = on_free_frame(a) || on_free_frame(b);
+        pairs_.push_back({b, a, free, std::nullopt});
+      }
+    }
+  }
+  bool none() const { return pairs_.empty(); }
+
+  // Throws when a pair whose places have changed since the last look overlaps. Along a path, nobody
+  // knows where free bodies are by then.
+  void look(const std::vector<BoundaryState>& walls, const std::string& when,
+            const Path* path = nullptr) {
+    const auto removed = [&](const Boundary& b) { return path && path->removed.contains(b.name); };
+    for (PairToWatch& pair : pairs_) {
+      if (path && pair.free) continue;
+      const Boundary &a = c_.model.boundaries[index(pair.a)],
+                     &b = c_.model.boundaries[index(pair.b)];
+      if (removed(a) || removed(b)) continue;
+      const Pose pose_a = pose_of(walls[index(pair.a)]), pose_b = pose_of(walls[index(pair.b)]);
+      const Mat3 turn = pose_a.rotation.transpose();
+      const Pose relative{turn * pose_b.rotation, turn * (pose_b.translation - pose_a.translation)};
+      if (pair.seen && same(*pair.seen, relative)) continue;
+      pair.seen = relative;
+      if (const auto overlap = overlap_of(pair, relative)) refuse(pair, *overlap, pose_a, when);
+    }
+  }
+
+ private:
+  struct PairToWatch {
+    int a = 0, b = 0;
+    bool free = false;         // one of them moves by forces
+    std::optional<Pose> seen;  // b in a
+  };
+  using Extent = Eigen::AlignedBox3d;  // m, boundary axes
+  struct Extents {
+    std::vector<Extent> parts;
+    Extent whole;
+  };
+
+  static Extent extent_of(const ConvexPart& part) {
+    Extent e;
+    for (int k = 0; k < part.vertex_count; ++k) e.extend(part.vertex(k));
+    const Vec3 sweep = Vec3::Constant(part.radius);
+    return {e.min() - sweep, e.max() + sweep};
+  }
+  static Pose pose_of(const BoundaryState& s) {
+    return {s.orientation.toRotationMatrix(), s.position};
+  }
+  static bool same(const Pose& x, const Pose& y) {
+    constexpr double kStill = 1e-9;
+    return (x.rotation - y.rotation).cwiseAbs().maxCoeff() < kStill &&
+           (x.translation - y.translation).cwiseAbs().maxCoeff() < kStill;
+  }
+  bool on_free_frame(int b) const {
+    return free_frame(c_.model.frames, c_.model.boundaries[index(b)].frame) >= 0;
+  }
+  bool is_plane(int a, int b) const {
+    return c_.model.boundaries[index(a)].kind == Boundary::Kind::plane &&
+           c_.model.boundaries[index(b)].kind == Boundary::Kind::plane;
+  }
+
+  std::optional<PartOverlap> overlap_of(const PairToWatch& pair, const Pose& b_in_a) const {
+    const Boundary &a = c_.model.boundaries[index(pair.a)], &b = c_.model.boundaries[index(pair.b)];
+    if (a.kind == Boundary::Kind::plane) return below_plane(b, b_in_a);
+    const Mat3 back = b_in_a.rotation.transpose();
+    const Pose a_in_b{back, back * -b_in_a.translation};
+    if (b.kind == Boundary::Kind::plane) {
+      auto overlap = below_plane(a, a_in_b);
+      if (overlap) overlap->place = b_in_a * overlap->place;
+      return overlap;
+    }
+    const Extents &of_a = extents_[index(pair.a)], &of_b = extents_[index(pair.b)];
+    const auto far = [](const Extent& e, const Vec3& center, const ConvexPart& part) {
+      return e.exteriorDistance(center) > part.bounding_radius;
+    };
+    std::vector<std::size_t> near_a;
+    for (std::size_t k = 0; k < b.parts.size(); ++k)
+      if (!far(of_a.whole, b_in_a * b.parts[k].center, b.parts[k])) near_a.push_back(k);
+    for (std::size_t i = 0; i < a.parts.size() && !near_a.empty(); ++i) {
+      const ConvexPart& part = a.parts[i];
+      const Vec3 center = a_in_b * part.center;
+      if (far(of_b.whole, center, part)) continue;
+      for (const std::size_t k : near_a) {
+        const ConvexPart& other = b.parts[k];
+        if (far(of_b.parts[k], center, part) || far(of_a.parts[i], b_in_a * other.center, other))
+          continue;
+        if (const auto overlap = part_overlap(part, other, b_in_a, kTouch)) return overlap;
+      }
+    }
+    return std::nullopt;
+  }
+
+  // Of a solid placed in the axes of a plane.
+  static std::optional<PartOverlap> below_plane(const Boundary& solid, const Pose& pose) {
+    std::optional<PartOverlap> deepest;
+    for (const ConvexPart& part : solid.parts) {
+      for (int k = 0; k < part.vertex_count; ++k) {
+        const Vec3 p = pose * part.vertex(k);
+        const double depth = part.radius - p.z();
+        if (depth > kTouch && (!deepest || depth > deepest->depth)) deepest = PartOverlap{depth, p};
+      }
+    }
+    return deepest;
+  }
+
+  [[noreturn]] void refuse(const PairToWatch& pair, const PartOverlap& overlap, const Pose& a,
+                           const std::string& when) const {
+    // The later of the two: what it runs into was there.
+    const int b = pair.b;
+    const std::string place = index(b) < c_.boundary_places.size() ? c_.boundary_places[index(b)]
+                                                                   : c_.source + ": boundaries";
+    const std::string& other = c_.model.boundaries[index(pair.a)].name;
+    const Vec3 p = 1e3 * (a * overlap.place);
+    throw InputError(fmt::format(
+        "{}: \"{}\" overlaps boundary \"{}\" {}, by {:.3g} mm near ({:.1f} {:.1f} {:.1f}) mm; "
+        "expected room between them, or may_touch = [\"{}\"] where it does not matter",
+        place, c_.model.boundaries[index(b)].name, other, when, 1e3 * overlap.depth, p.x(), p.y(),
+        p.z(), other));
+  }
+
+  const Case& c_;
+  std::vector<PairToWatch> pairs_;
+  std::vector<Extents> extents_;  // [boundaries]
+};
+
+// The case without particles, as a machine that can be turned by hand.
+Model bare(const Case& c) {
+  Model model = c.model;
+  model.particles.clear();
+  model.bonds.clear();
+  model.statistics = {};
+  return model;
+}
+
+// Without forces: free frames stay where they start.
+Model held(const Case& c) {
+  Model model = bare(c);
+  for (MotionFrame& frame : model.frames) frame.free.reset();
+  return model;
+}
+
+// Something else than time may end it.
+bool ends_on_event(const Stage& stage) {
+  return std::ranges::any_of(stage.until, [](auto until) { return until != Stage::Until::time; });
+}
+
+// How long it takes until a motion has shown all of its way, at most `end` (s). Without a way of
+// its own to show, it goes on to the end if that is certain (`by_time`).
+double first_period(const Motion& m, double end, bool by_time) {
+  double period = m.period > 0 ? m.period : m.stop;
+  if (m.kind == Motion::Kind::rotation && m.course == Motion::Course::steady &&
+      m.angular_speed != 0)
+    period = std::min(period, 2 * std::numbers::pi / std::abs(m.angular_speed));
+  if (m.course == Motion::Course::swing) period = std::min(period, 1 / m.frequency);
+  if (m.course == Motion::Course::table) period = std::min(period, m.times.back());
+  if (period == kForever && !by_time) return 0;
+  return std::min(end, m.start + period);
+}
+
+// The case's own motions, then what each stage starts.
+std::vector<Path> paths_of(const Case& c) {
+  std::vector<Path> paths(1);
+  const auto lengthen = [](Path& path, const Motion& m, double end, bool by_time) {
+    path.length = std::max(path.length, first_period(m, end, by_time));
+  };
+  const bool all_by_time = std::ranges::none_of(c.stages, ends_on_event);
+  for (const MotionFrame& frame : c.model.frames)
+    for (const Motion& m : frame.motions) lengthen(paths[0], m, c.duration, all_by_time);
+  for (const Boundary& b : c.model.boundaries)
+    for (const Motion& m : b.motions) lengthen(paths[0], m, c.duration, all_by_time);
+  std::set<std::string> removed;
+  for (const Stage& stage : c.stages) {
+    removed.insert(stage.remove.begin(), stage.remove.end());
+    Path path;
+    path.removed = removed;
+    path.name = fmt::format(" in stage \"{}\"", stage.name);
+    for (const Stage::StartedMotion& m : stage.motions) {
+      const double end = m.ends_with_stage ? stage.max_duration : c.duration;
+      lengthen(path, m.motion, std::min(end, c.duration),
+               m.ends_with_stage ? !ends_on_event(stage) : all_by_time);
+      if (m.frame >= 0)
+        path.frames.emplace_back(m.frame, m.motion);
+      else
+        path.boundaries.emplace_back(m.boundary, m.motion);
+    }
+    if (path.length > 0) paths.push_back(std::move(path));
+  }
+  return paths;
+}
+
+// Poses of the start, with the coordinates of free frames in words the held model understands.
+void start_held(Solver& solver, const Case& c) {
+  Solver whole(bare(c));
+  for (const FrameStart& start : c.frame_starts) whole.start_frame(start);
+  const std::vector<FrameState> frames = whole.frames();
+  for (FrameStart start : c.frame_starts) {
+    start.position = frames[index(start.frame)].position;
+    start.orientation = frames[index(start.frame)].orientation;
+    solver.start_frame(start);
+  }
+}
+
+void follow(const Case& c, const Path& path, BoundaryPairs& pairs) {
+  Model model = held(c);
+  model.timestep = path.length / kSamples;
+  if (!path.name.empty()) {
+    for (MotionFrame& frame : model.frames) frame.motions.clear();
+    for (Boundary& boundary : model.boundaries) boundary.motions.clear();
+  }
+  Solver solver(std::move(model));
+  start_held(solver, c);
+  for (const auto& [frame, motion] : path.frames) solver.add_frame_motion(frame, motion);
+  for (const auto& [boundary, motion] : path.boundaries) solver.add_motion(boundary, motion);
+  for (int k = 0; k < kSamples; ++k) {
+    solver.step();
+    pairs.look(solver.boundaries(),
+               fmt::format("{:.3g} s after the start{}", solver.time(), path.name), &path);
+  }
+}
+
+// How far drives can take an axis: to their targets, or to its stops; a turn where there are none.
+std::pair<double, double> reach_of(const Case& c, int frame, int number) {
+  const FreeAxis& axis = c.model.frames[index(frame)].free->axes[index(number)];
+  std::vector<const Drive*> drives;
+  for (const Drive& d : axis.drives) drives.push_back(&d);
+  for (const Stage& stage : c.stages)
+    for (const Stage::StartedDrive& d : stage.drives)
+      if (d.frame == frame && d.axis == number) drives.push_back(&d.drive);
+  double low = 0, high = 0;
+  const double turn = axis.kind == FreeAxis::Kind::rotation ? 2 * std::numbers::pi : 0;
+  for (const Drive* d : drives) {
+    const double end = d->target       ? *d->target
+                       : d->speed >= 0 ? std::min(axis.upper, turn)
+                                       : std::max(axis.lower, -turn);
+    low = std::min(low, end);
+    high = std::max(high, end);
+  }
+  return {std::max(low, axis.lower), std::min(high, axis.upper)};
+}
+
+void drive_through(const Case& c, int frame, BoundaryPairs& pairs) {
+  const MotionFrame& f = c.model.frames[index(frame)];
+  const Model model = bare(c);
+  for (std::size_t axis = 0; axis < f.free->axes.size(); ++axis) {
+    const auto [low, high] = reach_of(c, frame, static_cast<int>(axis));
+    if (!(high > low)) continue;
+    for (int k = 0; k <= kSamples; ++k) {
+      Solver solver(model);
+      for (const FrameStart& start : c.frame_starts)
+        if (start.frame < frame) solver.start_frame(start);
+      FrameStart at;
+      at.frame = frame;
+      at.orientation =
+          f.parent < 0 ? Quat::Identity() : solver.frames()[index(f.parent)].orientation;
+      at.coordinates.assign(f.free->axes.size(), 0);
+      at.rates = at.coordinates;
+      at.coordinates[axis] = low + (high - low) * k / kSamples;
+      solver.start_frame(at);
+      const bool turns = f.free->axes[axis].kind == FreeAxis::Kind::rotation;
+      pairs.look(solver.boundaries(),
+                 turns
+                     ? fmt::format("with \"{}\" at {:.3g} deg", f.name,
+                                   at.coordinates[axis] * 180 / std::numbers::pi)
+                     : fmt::format("with \"{}\" at {:.3g} mm", f.name, 1e3 * at.coordinates[axis]));
+    }
+  }
+}
+
+void check_boundaries(const Case& c) {
+  BoundaryPairs pairs(c);
+  if (pairs.none()) return;
+  Solver start(held(c));
+  start_held(start, c);
+  pairs.look(start.boundaries(), "at the start");
+  for (const Path& path : paths_of(c))
+    if (path.length > 0) follow(c, path, pairs);
+  for (std::size_t f = 0; f < c.model.frames.size(); ++f)
+    if (c.model.frames[f].free) drive_through(c, static_cast<int>(f), pairs);
+}
+
+void check_particles(const Case& c) {
+  Solver solver(bare(c));
+  for (const FrameStart& start : c.frame_starts) solver.start_frame(start);
+  for (std::size_t i = 0; i < c.placed.size(); ++i) {
+    const Case::Placed& p = c.placed[i];
+    const int shape = c.model.particles[index(p.particle)].shape;
+    const double depth = kBuried * c.model.shapes[index(shape)].box.minCoeff();
+    const auto wall = solver.obstacle(shape, p.position, p.orientation, -depth);
+    if (!wall) continue;
+    throw InputError(fmt::format(
+        "{}: particle {} lies more than {:.3g} mm inside boundary \"{}\"; expected a free place",
+        c.particle_places.at(i), p.particle, 1e3 * depth, c.model.boundaries[index(*wall)].name));
+  }
+}
+
+}  // namespace
+
+void check_machine(const Case& c) {
+  check_boundaries(c);
+  check_particles(c);
+}
+
+}  // namespace firn

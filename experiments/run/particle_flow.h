@@ -1,0 +1,64 @@
+// Who comes and goes in a run, and who has been where: fills, sources, outlets, gates and tags.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/results/results_writer.h"
+#include "firn/solver.h"
+
+namespace firn {
+
+// What a checkpoint keeps of it.
+struct TrafficState {
+  std::vector<std::uint64_t> fill_batches, source_batches;  // placed so far, [fills], [sources]
+  Passages passages;
+};
+
+class Traffic {
+ public:
+  explicit Traffic(const Case& c);
+
+  TrafficState state;
+
+  // The stage under way and the step at which it began: what is bound to a stage comes by them.
+  struct Now {
+    const std::string* stage;
+    std::uint64_t stage_start;
+  };
+
+  // Places the batches that are due. Says what is in the way of a source; its batch waits, and the
+  // run has come to its end. Throws InputError for a fill that does not fit, and for a source in a
+  // wall.
+  std::optional<std::string> place_due(Solver& solver, const Now& now);
+  // Nobody is to come any more while this stage lasts.
+  bool all_placed(const Now& now) const;
+
+  // Notes who is inside a gate or below the door for the first time, and removes what has passed an
+  // outlet; true when something has.
+  bool look(Solver& solver);
+
+  // Tags by place as a stage begins.
+  void tag(const std::string& stage, const Solver& solver);
+
+  // Particles, or their mass in kg, that have been in the gate since `from` (s).
+  std::size_t passed(int gate, double from) const;
+  double passed_mass(int gate, double from) const;
+
+ private:
+  std::uint64_t due(double start, double interval, std::uint64_t batch, const std::string& stage,
+                    const Now& now) const;
+  void note_batch(int first, int count, std::uint64_t batch, int tag, double time);
+  std::optional<std::string> place_source(Solver& solver, std::size_t source);
+
+  const Case& case_;
+  std::vector<int> first_of_fill_, first_of_source_;  // particle ids
+};
+
+// Batches of a fill.
+std::uint64_t batch_count(const Fill& fill);
+
+}  // namespace firn

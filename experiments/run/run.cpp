@@ -1,0 +1,209 @@
+#include "experiments/run/run.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "experiments/results/checkpoint.h"
+#include "experiments/results/recorder.h"
+#include "experiments/results/results_file.h"
+#include "experiments/results/results_writer.h"
+#include "experiments/run/driver.h"
+#include "experiments/run/interference_check.h"
+#include "experiments/system/interruption.h"
+
+namespace firn {
+namespace {
+
+using Lock = Recorder::Lock;
+
+// From the finished file alone, and into it.
+std::vector<Response> measure_and_store(const Lock& lock) {
+  std::vector<Response> responses = measure(Recording(lock->file()));
+  Recorder recorder = Recorder::reopen(lock, {});
+  recorder.with_file([&](hdf5::File& file) {
+    if (file.contains("/responses")) file.remove("/responses");  // a part, from before a kill
+    write_responses(file, responses);
+    file.flush();
+    file.set_attribute("/", "measured", std::uint64_t{1});  // all of them are there
+  });
+  recorder.close();
+  return responses;
+}
+
+// Whether nothing is left to do for a finished run. One that was killed just as it finished may
+// have left its checkpoints, or not been measured.
+bool is_tidy(const std::string& results_file) {
+  const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
+  return !has_kept_copy(results_file) && file.has_attribute("/", "measured") &&
+         file.contains("/responses") && !file.contains("/checkpoint");
+}
+
+std::vector<Response> tidy_finished(const Lock& lock) {
+  lock->keep_copy();
+  Recorder recorder = Recorder::reopen(lock, {});
+  recorder.with_file([](hdf5::File& file) { remove_checkpoints(file); });
+  recorder.close();
+  std::vector<Response> responses = measure_and_store(lock);
+  lock->drop_copy();
+  return responses;
+}
+
+RunSummary write_failure(const WriteError& e, const std::string& safe) {
+  RunSummary summary;
+  summary.reason = WriteError(e, safe).what();
+  summary.write_failed = true;
+  return summary;
+}
+
+Onlooker onlooker(const RunOptions& options) {
+  if (!options.each_step) return {};
+  Onlooker looks;
+  looks.step = [&options](const Solver& solver, bool last) {
+    options.each_step(solver, last);
+    return true;
+  };
+  return looks;
+}
+
+// The copy of the last checkpoint stays until the file is complete.
+RunSummary drive(Driver& driver, const Lock& lock) {
+  RunSummary summary;
+  try {
+    summary = driver.run();
+    if (!driver.concluded()) return summary;
+    if (summary.status == RunStatus::finished) summary.responses = measure_and_store(lock);
+    lock->drop_copy();
+  } catch (const WriteError& e) {
+    summary.status = RunStatus::failed;
+    summary.reason = WriteError(e, driver.what_is_safe(e)).what();
+    summary.write_failed = true;
+  } catch (const InputError&) {
+    if (driver.concluded()) lock->drop_copy();
+    throw;
+  }
+  return summary;
+}
+
+}  // namespace
+
+void check_runnable(const Case& c) {
+  if (c.model.particles.empty())
+    throw InputError(c.source + ": particles: none; expected at least one, placed or in a fill");
+  validate(c.model);
+}
+
+Case case_of(const Recording& recording, const char* what) {
+  Case c = recording.read_case();
+  if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
+      c.model.particles.size() != recording.particle_count())
+    throw InputError(
+        fmt::format("{}: cannot be {}: this version of Firn reads another case from it",
+                    recording.file(), what));
+  return c;
+}
+
+std::string stage_text(const Progress& p) {
+  std::string text =
+      fmt::format("{}, {} particle{}", p.stage, p.present, p.present == 1 ? "" : "s");
+  if (p.waiting > 0) text += fmt::format(", {} to come", p.waiting);
+  if (p.left > 0) text += fmt::format(", {} left", p.left);
+  for (const Progress::Passed& gate : p.passed)
+    if (gate.count > 0) text += fmt::format(", {} through {}", gate.count, gate.gate);
+  return text;
+}
+
+const char* to_string(RunStatus status) {
+  switch (status) {
+    case RunStatus::finished:
+      return "finished";
+    case RunStatus::failed:
+      return "failed";
+    case RunStatus::interrupted:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
+RunSummary run(const Case& c, const RunOptions& options) {
+  if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
+  check_runnable(c);
+  check_machine(c);
+  std::string kept_earlier;
+  Lock lock;
+  std::optional<Recorder> recorder;
+  RunSummary summary;
+  try {
+    kept_earlier = keep_earlier_results(options.results_file);  // a killed run is kept whole, too
+    lock = std::make_shared<ResultsLock>(options.results_file);
+    interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
+                                         interruption::Temporary(kept_copy(options.results_file))};
+    recorder.emplace(Recorder::create(lock, result_columns(c.model)));
+    recorder->with_file([&](hdf5::File& file) {
+      write_header(file, c);
+      file.flush();
+    });
+    Driver driver(c, options, &*recorder, onlooker(options));
+    driver.set_unsaved(unsaved);
+    summary = drive(driver, lock);
+  } catch (const WriteError& e) {
+    summary = write_failure(
+        e, fmt::format("nothing was simulated: {}start the run again", remedy(e.error)));
+  }
+  summary.kept_earlier = kept_earlier;
+  return summary;
+}
+
+RunSummary resume(const std::string& results_file, const RunOptions& given) {
+  RunOptions options = given;
+  options.results_file = results_file;
+  const auto finished = [&](std::vector<Response> responses) {
+    RunSummary summary;
+    summary.status = RunStatus::finished;
+    summary.reason = "was finished already";
+    const std::vector<double> times = Recording(results_file).frame_times();
+    summary.simulated = times.empty() ? 0 : times.back();
+    summary.responses = std::move(responses);
+    return summary;
+  };
+  if (!has_kept_copy(results_file)) {
+    const Recording recording(results_file);  // says what is wrong with the name
+    if (recording.status() == "finished" && is_tidy(results_file))
+      return finished(recording.responses());
+  }
+  const auto lock = std::make_shared<ResultsLock>(results_file);
+  try {
+    const bool restored = recover_results(*lock);
+    std::optional<Case> unfinished;
+    {
+      const Recording recording(results_file);
+      if (recording.status() != "finished") {
+        unfinished = case_of(recording, "resumed");
+        if (!recording.has_checkpoint())  // before a copy of it would be taken for the truth
+          throw InputError(
+              fmt::format("{}: cannot be resumed: it has no whole checkpoint", results_file));
+      }
+    }
+    if (!unfinished) return finished(tidy_finished(lock));
+    const Case& c = *unfinished;
+    if (!restored) lock->keep_copy();
+    Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
+    Driver driver(c, options, &recorder, onlooker(options));
+    try {
+      driver.restore();
+      recorder.with_file(
+          [](hdf5::File& file) { file.set_attribute("/", "status", std::string("running")); });
+    } catch (const WriteError& e) {
+      return write_failure(e, driver.what_is_safe(e));
+    }
+    return drive(driver, lock);
+  } catch (const WriteError& e) {
+    return write_failure(
+        e, fmt::format("its last state is safe in {}: {}continue with firn run --resume {}",
+                       has_kept_copy(results_file) ? kept_copy(results_file) : results_file,
+                       remedy(e.error), results_file));
+  }
+}
+
+}  // namespace firn

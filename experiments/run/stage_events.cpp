@@ -1,0 +1,232 @@
+#include "experiments/run/stage_events.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+using Until = Stage::Until;
+
+constexpr double kStalled = 0.1;  // of a drive's speed
+constexpr double kLies = 0.1;     // m/s: what falls is faster after 0.5 mm
+
+constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+double kinetic_energy(const Shape& shape, const ParticleState& state, std::size_t i) {
+  const Vec3 w = state.orientation[i].conjugate() * state.angular_velocity[i];  // body axes
+  return 0.5 *
+         (shape.mass * state.velocity[i].squaredNorm() + shape.inertia.dot(w.cwiseProduct(w)));
+}
+
+void keep_since(bool holds, const Solver& solver, std::int64_t& since) {
+  if (!holds)
+    since = -1;
+  else if (since < 0)
+    since = static_cast<std::int64_t>(solver.steps());
+}
+
+// The greatest speed that drives of the axis ask for now; 0: none acts.
+double driven_speed(const Case& c, const Stage& stage, const Solver& solver, int frame, int axis,
+                    double stage_time) {
+  double speed = 0;
+  for (const Drive& d : c.model.frames[index(frame)].free->axes[index(axis)].drives)
+    if (d.acts(solver.time())) speed = std::max(speed, std::abs(d.speed));
+  for (const Stage::StartedDrive& d : stage.drives) {
+    if (d.frame == frame && d.axis == axis && d.drive.acts(stage_time))
+      speed = std::max(speed, std::abs(d.drive.speed));
+  }
+  return speed;
+}
+
+}  // namespace
+
+StageWatch::StageWatch(const Case& c) : case_(c) {
+  state.above_since.assign(c.switches.size(), -1);
+  state.closed.assign(c.switches.size(), 0);
+}
+
+void StageWatch::enter_stage() {
+  state.rest_since = state.force_since = state.torque_since = -1;
+  state.filled_since = state.driven_since = -1;
+  state.empty = state.passed = state.stalled = 0;
+}
+
+void StageWatch::look_at_switches(const Solver& solver) {
+  if (case_.switches.empty()) return;
+  const std::vector<FrameState> frames = solver.frames();
+  for (std::size_t i = 0; i < case_.switches.size(); ++i) {
+    const Switch& s = case_.switches[i];
+    const FrameState& frame = frames[index(s.frame)];
+    const double coordinate = frame.axes[index(s.axis)].coordinate;
+    if (state.closed[i]) {
+      if (coordinate >= s.opens_at) continue;
+      state.closed[i] = 0;
+      state.changes.push_back({static_cast<std::int64_t>(i), solver.time(), 0});
+    }
+    keep_since(coordinate >= s.closes_at && !frame.driven, solver, state.above_since[i]);
+    const std::int64_t since = state.above_since[i];
+    if (since < 0 || solver.steps() < static_cast<std::uint64_t>(since) + to_steps(case_, s.hold))
+      continue;
+    state.closed[i] = 1;
+    state.above_since[i] = -1;
+    state.changes.push_back({static_cast<std::int64_t>(i), solver.time(), 1});
+  }
+}
+
+// A drive that has come less than a tenth of its way in the hold time has stalled, however it
+// rattles meanwhile.
+void StageWatch::look_at_drive(const Stage& stage, const Solver& solver,
+                               std::uint64_t stage_start) {
+  const double stage_time =
+      static_cast<double>(solver.steps() - stage_start) * case_.model.timestep;
+  const double wanted =
+      driven_speed(case_, stage, solver, stage.stall_frame, stage.stall_axis, stage_time);
+  if (!(wanted > 0)) {
+    state.driven_since = -1;
+    return;
+  }
+  const double coordinate =
+      solver.frames()[index(stage.stall_frame)].axes[index(stage.stall_axis)].coordinate;
+  const auto step = static_cast<std::int64_t>(solver.steps());
+  if (state.driven_since >= 0) {
+    const auto hold = static_cast<std::int64_t>(to_steps(case_, stage.stall_hold));
+    if (step < state.driven_since + hold) return;
+    state.stalled = std::abs(coordinate - state.driven_from) < kStalled * wanted * stage.stall_hold;
+  }
+  state.driven_since = step;
+  state.driven_from = coordinate;
+}
+
+// The mean kinetic energy of who is there is below the stage's bound.
+bool StageWatch::is_quiet(const Stage& stage, const Solver& solver) const {
+  const Model& model = solver.model();
+  const ParticleState& particles = solver.particles();
+  double total = 0;
+  std::size_t present = 0;
+  for (std::size_t i = 0; i < particles.presence.size(); ++i) {
+    if (particles.presence[i] != Presence::present) continue;
+    total += kinetic_energy(model.shapes[index(model.particles[i].shape)], particles, i);
+    ++present;
+  }
+  return total <= stage.rest_kinetic_energy * static_cast<double>(present);
+}
+
+// What has just come in, or leaps at its highest point, is slow for a moment: hence the hold time.
+bool StageWatch::is_filled(const Stage& stage, const Solver& solver) const {
+  const Vec3 up = -case_.model.gravity.normalized();
+  const ParticleState& particles = solver.particles();
+  int above = 0;
+  for (std::size_t i = 0; i < particles.presence.size(); ++i) {
+    above += particles.presence[i] == Presence::present &&
+             particles.position[i].dot(up) >= stage.fill_height &&
+             particles.velocity[i].norm() < kLies;
+  }
+  return above >= stage.fill_count;
+}
+
+void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& traffic,
+                      const Traffic::Now& now, bool left) {
+  look_at_switches(solver);
+  if (stage.ends_on(Until::at_rest))
+    keep_since(!left && traffic.all_placed(now) && is_quiet(stage, solver), solver,
+               state.rest_since);
+  if (stage.ends_on(Until::stalled)) look_at_drive(stage, solver, now.stage_start);
+  if (stage.ends_on(Until::empty)) {
+    state.empty = traffic.all_placed(now) &&
+                  std::ranges::none_of(solver.particles().presence,
+                                       [](Presence p) { return p == Presence::present; });
+  }
+  if (stage.ends_on(Until::passed)) {
+    const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
+    state.passed = stage.count > 0
+                       ? traffic.passed(stage.gate, from) >= static_cast<std::size_t>(stage.count)
+                       : traffic.passed_mass(stage.gate, from) >= stage.mass;
+  }
+  if (stage.ends_on(Until::force))
+    keep_since(solver.frame_load(stage.force_frame).force.norm() > stage.force, solver,
+               state.force_since);
+  if (stage.ends_on(Until::torque))
+    keep_since(solver.frame_load(stage.torque_frame).moment.norm() > stage.torque, solver,
+               state.torque_since);
+  if (stage.ends_on(Until::filled))
+    keep_since(is_filled(stage, solver), solver, state.filled_since);
+}
+
+// "12 of 75 particles came through \"container\"": a closed outlet, or a jam.
+std::string StageWatch::shortfall(const Stage& stage, const Traffic& traffic,
+                                  const Traffic::Now& now) const {
+  const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
+  const std::string& gate = case_.gates[index(stage.gate)].name;
+  if (stage.count > 0)
+    return fmt::format("{} of {} particles came through \"{}\"", traffic.passed(stage.gate, from),
+                       stage.count, gate);
+  return fmt::format("{:.4g} of {:.4g} kg came through \"{}\"",
+                     traffic.passed_mass(stage.gate, from), stage.mass, gate);
+}
+
+std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver& solver,
+                                                const Traffic& traffic,
+                                                const Traffic::Now& now) const {
+  const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
+  if (step >= to_steps(case_, case_.duration)) return "end of the case";
+  if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
+    const bool by_time = stage.until.empty() || stage.ends_on(Until::time);
+    if (by_time) return "time";
+    if (stage.ends_on(Until::passed)) return "time limit: " + shortfall(stage, traffic, now);
+    return "time limit";
+  }
+  if (in_stage < to_steps(case_, stage.min_duration)) return std::nullopt;
+  const auto held = [&](Until event, std::int64_t since, double hold) {
+    return stage.ends_on(event) && since >= 0 &&
+           step >= static_cast<std::uint64_t>(since) + to_steps(case_, hold);
+  };
+  if (held(Until::at_rest, state.rest_since, stage.rest_hold)) return "at rest";
+  if (state.stalled)
+    return fmt::format("stalled: {}", describe_jam(case_, solver, stage.stall_frame));
+  if (state.empty) return "empty";
+  if (state.passed) return fmt::format("passed \"{}\"", case_.gates[index(stage.gate)].name);
+  if (held(Until::force, state.force_since, stage.force_hold)) return "force";
+  if (held(Until::torque, state.torque_since, stage.torque_hold)) return "torque";
+  if (held(Until::filled, state.filled_since, stage.fill_hold)) return "filled";
+  if (stage.ends_on(Until::switched) && state.closed[index(stage.closed_switch)])
+    return fmt::format("switch \"{}\"", case_.switches[index(stage.closed_switch)].name);
+  return std::nullopt;
+}
+
+std::string describe_jam(const Case& c, const Solver& solver, int frame) {
+  const auto carried = [&](int boundary) {
+    return hangs_on(c.model.frames, c.model.boundaries[index(boundary)].frame, frame);
+  };
+  const int n = static_cast<int>(c.model.particles.size());
+  const std::vector<Contact> contacts = solver.contacts();
+  const Contact* worst = nullptr;
+  for (const Contact& contact : contacts) {
+    if (contact.b < n || !carried(contact.b - n)) continue;
+    if (worst == nullptr || contact.normal_force > worst->normal_force) worst = &contact;
+  }
+  if (worst == nullptr || worst->normal_force <= 0)
+    return fmt::format("\"{}\" touches no particle", c.model.frames[index(frame)].name);
+  // Where else the cube is pressed: what it is caught against.
+  const Contact* against = nullptr;
+  for (const Contact& contact : contacts) {
+    if (&contact == worst || (contact.a != worst->a && contact.b != worst->a)) continue;
+    if (against == nullptr || contact.normal_force > against->normal_force) against = &contact;
+  }
+  const auto name = [&](int body) {
+    return body < n ? fmt::format("particle {}", body)
+                    : fmt::format("boundary \"{}\"", c.model.boundaries[index(body - n)].name);
+  };
+  std::string text = fmt::format("{} presses particle {} with {:.3g} N at ({:.3f} {:.3f} {:.3f}) m",
+                                 name(worst->b), worst->a, worst->normal_force, worst->place.x(),
+                                 worst->place.y(), worst->place.z());
+  if (against != nullptr && against->normal_force > 0)
+    text +=
+        fmt::format(", against {} with {:.3g} N",
+                    name(against->a == worst->a ? against->b : against->a), against->normal_force);
+  return text;
+}
+
+}  // namespace firn

@@ -1,0 +1,54 @@
+// The events that end the stages of a run.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/case/case.h"
+#include "experiments/run/particle_flow.h"
+#include "firn/solver.h"
+
+namespace firn {
+
+// What a checkpoint keeps of it. Steps since when something has held without a break; -1: it does
+// not hold.
+struct StageWatchState {
+  std::int64_t rest_since = -1, force_since = -1, torque_since = -1, filled_since = -1;
+  std::int64_t driven_since = -1;  // or since the last look at how far the drive had come
+  double driven_from = 0;          // m or rad, the coordinate then
+  std::uint8_t empty = 0, passed = 0, stalled = 0;  // at the last look
+  std::vector<std::int64_t> above_since;            // [switches]
+  std::vector<std::uint8_t> closed;                 // [switches]
+  std::vector<SwitchChange> changes;                // of all switches, in order of time
+};
+
+class StageWatch {
+ public:
+  explicit StageWatch(const Case& c);
+
+  StageWatchState state;
+
+  void enter_stage();
+  // Now and then; `left`: somebody has since the last look.
+  void look(const Stage& stage, const Solver& solver, const Traffic& traffic,
+            const Traffic::Now& now, bool left);
+  // What has ended the stage, if anything has.
+  std::optional<std::string> ended_by(const Stage& stage, const Solver& solver,
+                                      const Traffic& traffic, const Traffic::Now& now) const;
+
+ private:
+  void look_at_switches(const Solver& solver);
+  void look_at_drive(const Stage& stage, const Solver& solver, std::uint64_t stage_start);
+  bool is_quiet(const Stage& stage, const Solver& solver) const;
+  bool is_filled(const Stage& stage, const Solver& solver) const;
+  std::string shortfall(const Stage& stage, const Traffic& traffic, const Traffic::Now& now) const;
+
+  const Case& case_;
+};
+
+// What a stalled drive has met: the largest contacts of its frame, in one sentence.
+std::string describe_jam(const Case& c, const Solver& solver, int frame);
+
+}  // namespace firn

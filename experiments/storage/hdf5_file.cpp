@@ -1,0 +1,864 @@
+#include "experiments/storage/hdf5_file.h"
+
+#include <fmt/format.h>
+#include <hdf5.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <type_traits>
+#include <unordered_set>
+
+#include "experiments/system/text_encoding.h"
+
+#ifndef H5_HAVE_THREADSAFE
+#error "Firn writes results from a background thread and needs a thread-safe build of HDF5"
+#endif
+
+namespace firn::hdf5 {
+namespace {
+
+static_assert(std::is_same_v<Id, hid_t> || sizeof(Id) == sizeof(hid_t));
+
+// The innermost message of the library's error stack, e.g. "file write failed: ... No space left".
+herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
+  if (static_cast<std::string*>(text)->empty() && error->desc)
+    *static_cast<std::string*>(text) = error->desc;
+  return 0;
+}
+
+// HDF5 keeps one error printer for each thread. It also wants to tidy up when the program ends, and
+// crashes there over what a full disk has kept it from closing: it must be told not to, first of
+// all.
+void silence() {
+  static const bool no_tidying = H5dont_atexit() >= 0;
+  static_cast<void>(no_tidying);
+  thread_local const bool silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
+  static_cast<void>(silent);
+}
+
+// The library has no other place for the error of a failed system call than its message:
+// "file write failed: time = ..., errno = 28, error message = ...".
+int system_error_in(const std::string& message) {
+  constexpr std::string_view key = "errno = ";
+  const std::size_t at = message.find(key);
+  int error = 0;
+  if (at != message.npos)
+    std::from_chars(message.data() + at + key.size(), message.data() + message.size(), error);
+  return error;
+}
+
+// Innermost message of the calling thread's last failure.
+std::string last_message() {
+  std::string reason;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason;
+}
+
+template <class Result>
+Result check(Result result, const std::string& what) {
+  if (result >= 0) return result;
+  const std::string reason = last_message();
+  throw Error(reason.empty() ? "cannot " + what : fmt::format("cannot {} ({})", what, reason),
+              system_error_in(reason));
+}
+
+Handle own(hid_t id, const std::string& what) { return Handle(check(id, what)); }
+
+std::size_t product(const Shape& shape) {
+  return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+}
+
+Handle dataspace(const Shape& shape) {
+  if (shape.empty()) return own(H5Screate(H5S_SCALAR), "make a dataspace");
+  const std::vector<hsize_t> extent(shape.begin(), shape.end());
+  return own(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr),
+             "make a dataspace");
+}
+
+Shape shape_of_space(hid_t space) {
+  const int rank = check(H5Sget_simple_extent_ndims(space), "read a shape");
+  std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+  check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), "read a shape");
+  return Shape(extent.begin(), extent.end());
+}
+
+Handle open_dataset(hid_t file, const std::string& path) {
+  silence();
+  return own(H5Dopen2(file, path.c_str(), H5P_DEFAULT), "open " + path);
+}
+
+Shape shape_of(hid_t dataset) {
+  const Handle space = own(H5Dget_space(dataset), "read a shape");
+  return shape_of_space(space.id());
+}
+
+constexpr double kLargestCompression = 1032;  // what deflate makes of zeros
+
+// A damaged header may promise more elements than the file could hold; nothing is allocated for it.
+// `element` bytes each in the file; `packed`: what is stored may be compressed.
+void check_believable(hid_t file, const Shape& shape, std::size_t element, bool packed,
+                      const std::string& path) {
+  hsize_t bytes = 0;
+  check(H5Fget_filesize(file, &bytes), "read the file's size");
+  double claimed = static_cast<double>(element);
+  for (std::size_t n : shape) claimed *= static_cast<double>(n);
+  if (claimed > (packed ? kLargestCompression : 1) * static_cast<double>(bytes))
+    throw Error(fmt::format("{} claims more values than the file can hold", path));
+}
+
+void check_believable(hid_t file, const Handle& dataset, const std::string& path) {
+  const Handle type = own(H5Dget_type(dataset.id()), "read the type of " + path);
+  const Handle layout = own(H5Dget_create_plist(dataset.id()), "read the layout of " + path);
+  const bool packed = check(H5Pget_nfilters(layout.id()), "read the layout of " + path) > 0;
+  check_believable(file, shape_of(dataset.id()), H5Tget_size(type.id()), packed, path);
+}
+
+Handle string_type() {
+  Handle type = own(H5Tcopy(H5T_C_S1), "make a string type");
+  check(H5Tset_size(type.id(), H5T_VARIABLE), "make a string type");
+  check(H5Tset_cset(type.id(), H5T_CSET_UTF8), "make a string type");
+  return type;
+}
+
+Handle link_with_groups() {
+  Handle list = own(H5Pcreate(H5P_LINK_CREATE), "make a property list");
+  check(H5Pset_create_intermediate_group(list.id(), 1), "make a property list");
+  return list;
+}
+
+Handle file_access() {
+  silence();
+  Handle list = own(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
+  // The superblock of this format carries no "open for writing" flag, so that the file of a killed
+  // writer opens as it is. The recorder excludes a second writer by a lock of its own, which lets
+  // readers look at a run under way. Its groups and object headers carry checksums: a reader that
+  // meets half of a flush gets an error, where groups of the older format make HDF5 crash.
+  check(H5Pset_libver_bounds(list.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), "set the format");
+  check(H5Pset_file_locking(list.id(), false, true), "set the locking");
+  // Metadata reach the file in flush() and nowhere else: between flushes the old ones stay whole.
+  H5AC_cache_config_t cache;
+  cache.version = H5AC__CURR_CACHE_CONFIG_VERSION;
+  check(H5Pget_mdc_config(list.id(), &cache), "read the cache's settings");
+  cache.evictions_enabled = false;
+  cache.incr_mode = H5C_incr__off;
+  cache.flash_incr_mode = H5C_flash_incr__off;
+  cache.decr_mode = H5C_decr__off;
+  check(H5Pset_mdc_config(list.id(), &cache), "set the cache");
+  // Together in the file, so that a flush is a few large writes.
+  check(H5Pset_meta_block_size(list.id(), 64 * 1024), "set the block size");
+  return list;
+}
+
+constexpr std::size_t kCompressedRow = 4096;  // bytes
+constexpr std::size_t kPlainChunk = 8192;     // bytes
+
+Handle table_layout(const Shape& row) {
+  const std::size_t bytes = product(row) * sizeof(double);
+  std::vector<hsize_t> chunk{1};
+  chunk.insert(chunk.end(), row.begin(), row.end());
+  Handle list = own(H5Pcreate(H5P_DATASET_CREATE), "make a property list");
+  if (bytes < kCompressedRow)
+    chunk[0] = std::max<std::size_t>(1, kPlainChunk / std::max<std::size_t>(bytes, 1));
+  check(H5Pset_chunk(list.id(), static_cast<int>(chunk.size()), chunk.data()), "set the chunks");
+  if (bytes >= kCompressedRow) {
+    check(H5Pset_shuffle(list.id()), "set the compression");
+    check(H5Pset_deflate(list.id(), 1), "set the compression");
+  }
+  const double missing = std::numeric_limits<double>::quiet_NaN();
+  check(H5Pset_fill_value(list.id(), H5T_NATIVE_DOUBLE, &missing), "set the fill value");
+  return list;
+}
+
+// Selects rows [first, first + count) of a dataset.
+Handle select_rows(hid_t dataset, std::size_t first, std::size_t count) {
+  Handle space = own(H5Dget_space(dataset), "read a shape");
+  const Shape shape = shape_of_space(space.id());
+  std::vector<hsize_t> start(shape.size(), 0), size(shape.begin(), shape.end());
+  start[0] = first;
+  size[0] = count;
+  check(
+      H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr),
+      "select rows");
+  return space;
+}
+
+void read_text(hid_t type, hid_t space, const std::vector<char*>& text,
+               std::vector<std::string>& values) {
+  for (const char* s : text) values.emplace_back(s ? s : "");
+  H5Dvlen_reclaim(type, space, H5P_DEFAULT, const_cast<char**>(text.data()));
+}
+
+void check_string_class(hid_t type, const std::string& what) {
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
+    throw Error(what + " is not text");
+}
+
+Handle open_attribute(hid_t file, const std::string& path, const std::string& name) {
+  silence();
+  return own(H5Aopen_by_name(file, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+             fmt::format("open the attribute {} of {}", name, path));
+}
+
+void put_attribute(hid_t file, const std::string& path, const std::string& name, hid_t type,
+                   const Shape& shape, const void* value) {
+  silence();
+  const std::string what = fmt::format("write the attribute {} of {}", name, path);
+  const Handle object = own(H5Oopen(file, path.c_str(), H5P_DEFAULT), what);
+  if (check(H5Aexists(object.id(), name.c_str()), what) > 0)
+    check(H5Adelete(object.id(), name.c_str()), what);
+  const Handle space = dataspace(shape);
+  const Handle attribute =
+      own(H5Acreate2(object.id(), name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT), what);
+  check(H5Awrite(attribute.id(), type, value), what);
+}
+
+herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* names) {
+  if (info->type == H5O_TYPE_DATASET)
+    static_cast<std::vector<std::string>*>(names)->push_back(std::string("/") + name);
+  return 0;
+}
+
+// Names and texts of a file are shown to people and written to other files.
+void check_printable(const std::string& text, const std::string& what) {
+  if (const std::string found = encode::first_unprintable(text); !found.empty())
+    throw Error(
+        fmt::format("{} has the character {} in its text; expected printable text", what, found));
+}
+
+constexpr std::size_t kDeepest = 32;  // links from the root
+constexpr std::size_t kMostObjects = 100000;
+
+Type type_of(hid_t type) {
+  const auto is = [type](hid_t known) { return H5Tequal(type, known) > 0; };
+  if (H5Tget_class(type) == H5T_STRING)
+    return H5Tis_variable_str(type) > 0 ? Type::text : Type::other;
+  if (is(H5T_IEEE_F64LE)) return Type::real;
+  if (is(H5T_STD_I32LE)) return Type::integer;
+  if (is(H5T_STD_U64LE)) return Type::natural;
+  if (is(H5T_STD_U8LE)) return Type::byte;
+  return Type::other;
+}
+
+bool has_extent(hid_t space) {
+  const H5S_class_t kind = H5Sget_simple_extent_type(space);
+  return kind == H5S_SIMPLE || kind == H5S_SCALAR;
+}
+
+struct Links {
+  std::vector<std::string> names;
+  bool odd = false;  // a link that is not hard
+};
+
+herr_t collect_link(hid_t, const char* name, const H5L_info_t* info, void* out) {
+  auto& links = *static_cast<Links*>(out);
+  links.names.emplace_back(name);
+  if (info->type != H5L_TYPE_HARD) {
+    links.odd = true;
+    return 1;
+  }
+  return links.names.size() > kMostObjects ? 1 : 0;
+}
+
+// One look at the groups of a file, those near the root first.
+class Walk {
+ public:
+  explicit Walk(hid_t file) {
+    const Handle root = own(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
+    note(root.id(), "/");
+    list(root.id(), "", 1);
+    for (std::size_t next = 0; next < groups_.size(); ++next) {
+      const auto [path, depth] = groups_[next];
+      const Handle group = own(H5Gopen2(file, path.c_str(), H5P_DEFAULT), "open " + path);
+      list(group.id(), path, depth + 1);
+    }
+  }
+
+  std::vector<Object> objects;
+
+ private:
+  // Throws for an object that has been seen under another name.
+  H5O_type_t note(hid_t object, const std::string& path) {
+    H5O_info_t info;
+    check(H5Oget_info2(object, &info, H5O_INFO_BASIC), "look at " + path);
+    if (!seen_.insert(info.addr).second)
+      throw Error(path + ": is a second name of another object; expected one name each");
+    return info.type;
+  }
+
+  void list(hid_t group, const std::string& path, std::size_t depth) {
+    Links links;
+    hsize_t from = 0;
+    check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, &from, collect_link, &links),
+          fmt::format("list {}", path.empty() ? "/" : path));
+    for (const std::string& name : links.names) check_printable(name, "a name");
+    if (links.odd)
+      throw Error(fmt::format("{}/{}: is a link to elsewhere; expected a dataset or a group", path,
+                              links.names.back()));
+    if (objects.size() + links.names.size() > kMostObjects)
+      throw Error(fmt::format("{}: holds too many objects; expected at most {} in the file",
+                              path.empty() ? "/" : path, kMostObjects));
+    for (const std::string& name : links.names) add(group, name, path + "/" + name, depth);
+  }
+
+  void add(hid_t group, const std::string& name, const std::string& path, std::size_t depth) {
+    if (depth > kDeepest)
+      throw Error(fmt::format("{}: is {} groups deep; expected at most {}", path, depth, kDeepest));
+    const Handle object = own(H5Oopen(group, name.c_str(), H5P_DEFAULT), "open " + path);
+    Object found;
+    found.path = path;
+    switch (note(object.id(), path)) {
+      case H5O_TYPE_GROUP:
+        found.is_group = true;
+        groups_.emplace_back(path, depth);
+        break;
+      case H5O_TYPE_DATASET: {
+        const Handle type = own(H5Dget_type(object.id()), "read the type of " + path);
+        const Handle space = own(H5Dget_space(object.id()), "read the shape of " + path);
+        found.type = type_of(type.id());
+        found.has_space = has_extent(space.id());
+        if (found.has_space) found.shape = shape_of_space(space.id());
+        break;
+      }
+      default:
+        throw Error(path + ": is neither a dataset nor a group; expected one of them");
+    }
+    objects.push_back(std::move(found));
+  }
+
+  std::unordered_set<haddr_t> seen_;
+  std::vector<std::pair<std::string, std::size_t>> groups_;  // still to be listed, and their depth
+};
+
+// How the values of a dataset are kept.
+struct Storage {
+  H5D_layout_t layout = H5D_COMPACT;
+  bool packed = false;         // by shuffle and deflate
+  std::vector<hsize_t> chunk;  // of a chunked one
+  std::size_t element = 0;     // bytes of one
+  std::size_t chunk_bytes = 0;
+};
+
+Storage storage_of(hid_t dataset, const std::string& path) {
+  const std::string what = "read the layout of " + path;
+  const Handle list = own(H5Dget_create_plist(dataset), what);
+  const Handle type = own(H5Dget_type(dataset), "read the type of " + path);
+  Storage s;
+  s.element = H5Tget_size(type.id());
+  s.layout = H5Pget_layout(list.id());
+  if (s.layout != H5D_COMPACT && s.layout != H5D_CONTIGUOUS && s.layout != H5D_CHUNKED)
+    throw Error(path + ": keeps its values elsewhere; expected them in the file");
+  if (check(H5Pget_external_count(list.id()), what) > 0)
+    throw Error(path + ": keeps its values in another file; expected them in this one");
+  std::vector<H5Z_filter_t> filters;
+  const int count = check(H5Pget_nfilters(list.id()), what);
+  for (int i = 0; i < count; ++i) {
+    unsigned flags = 0;
+    std::size_t parameters = 0;
+    filters.push_back(check(H5Pget_filter2(list.id(), static_cast<unsigned>(i), &flags, &parameters,
+                                           nullptr, 0, nullptr, nullptr),
+                            what));
+  }
+  s.packed = filters == std::vector<H5Z_filter_t>{H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE};
+  if (!filters.empty() && !s.packed)
+    throw Error(path + ": is packed in an unknown way; expected none, or shuffle and deflate");
+  if (s.layout != H5D_CHUNKED) return s;
+  const Shape shape = shape_of(dataset);
+  s.chunk.resize(shape.size());
+  check(H5Pget_chunk(list.id(), static_cast<int>(s.chunk.size()), s.chunk.data()), what);
+  double bytes = static_cast<double>(s.element);
+  for (std::size_t k = 0; k < shape.size(); ++k) {
+    if (s.chunk[k] == 0 || (k > 0 && s.chunk[k] != shape[k]))
+      throw Error(path + ": is cut into chunks that are not whole rows");
+    bytes *= static_cast<double>(s.chunk[k]);
+  }
+  if (bytes >= 4294967296.0) throw Error(path + ": has chunks of more than 4 GiB");
+  s.chunk_bytes = static_cast<std::size_t>(bytes);
+  return s;
+}
+
+struct Chunk {
+  haddr_t address = HADDR_UNDEF;  // not in the file
+  hsize_t size = 0;               // bytes in the file
+  unsigned skipped = 0;           // filters
+};
+
+Chunk chunk_at(hid_t dataset, std::size_t row, std::size_t rank, const std::string& path) {
+  std::vector<hsize_t> offset(rank, 0);
+  offset[0] = row;
+  Chunk c;
+  check(H5Dget_chunk_info_by_coord(dataset, offset.data(), &c.skipped, &c.address, &c.size),
+        "look for the rows of " + path);
+  return c;
+}
+
+// Deflate is left out of a chunk that it would not make smaller.
+constexpr unsigned kDeflateSkipped = 1u << 1;
+
+// That a chunk which is in the file can hold its rows.
+void check_chunk(const Chunk& c, const Storage& s, std::size_t row, hsize_t file_size,
+                 const std::string& path) {
+  const bool inside = c.address < file_size && c.size <= file_size - c.address;
+  const bool deflated = s.packed && c.skipped == 0;
+  const bool plain = c.skipped == (s.packed ? kDeflateSkipped : 0u);
+  const bool fits = deflated ? static_cast<double>(s.chunk_bytes) <=
+                                   kLargestCompression * static_cast<double>(c.size) + 64
+                             : plain && c.size == s.chunk_bytes;
+  if (!inside || !fits)
+    throw Error(fmt::format("{}: the chunk of row {} does not fit its rows", path, row));
+}
+
+// The bytes of one chunk, as many as its rows have. The library checks neither that a chunk holds
+// them all nor that its filters were applied; so they are unpacked here.
+class ChunkReader {
+ public:
+  ChunkReader(hid_t dataset, const Storage& storage, const std::string& path)
+      : dataset_(dataset), storage_(storage), path_(path), values_(storage.chunk_bytes) {}
+
+  const std::vector<unsigned char>& read(std::size_t row, const Chunk& c) {
+    stored_.resize(c.size);
+    std::vector<hsize_t> offset(storage_.chunk.size(), 0);
+    offset[0] = row;
+    std::uint32_t skipped = 0;
+    check(H5Dread_chunk(dataset_, H5P_DEFAULT, offset.data(), &skipped, stored_.data()),
+          "read " + path_);
+    if (!storage_.packed) return stored_;
+    uLongf size = storage_.chunk_bytes;
+    shuffled_.resize(size);
+    if (c.skipped == kDeflateSkipped) {
+      shuffled_ = stored_;
+    } else if (uncompress(shuffled_.data(), &size, stored_.data(), stored_.size()) != Z_OK ||
+               size != shuffled_.size()) {
+      throw Error(fmt::format("{}: the compressed values of row {} are damaged", path_, row));
+    }
+    const std::size_t count = storage_.chunk_bytes / storage_.element;
+    for (std::size_t byte = 0; byte < storage_.element; ++byte)
+      for (std::size_t i = 0; i < count; ++i)
+        values_[i * storage_.element + byte] = shuffled_[byte * count + i];
+    return values_;
+  }
+
+ private:
+  hid_t dataset_;
+  const Storage& storage_;
+  const std::string& path_;
+  std::vector<unsigned char> stored_, shuffled_, values_;
+};
+
+// Rows [first, first + count) of a dataset in chunks, as they are in the file.
+void read_chunks(hid_t dataset, const Storage& s, std::size_t first, std::size_t count,
+                 hsize_t file_size, const std::string& path, unsigned char* to) {
+  const std::size_t rows = s.chunk[0], row_bytes = s.chunk_bytes / rows;
+  ChunkReader reader(dataset, s, path);
+  for (std::size_t row = first; row < first + count;) {
+    const std::size_t start = row / rows * rows, take = std::min(start + rows, first + count) - row;
+    const Chunk c = chunk_at(dataset, start, s.chunk.size(), path);
+    if (c.address == HADDR_UNDEF)
+      throw Error(fmt::format("{}: row {} was never written", path, row));
+    check_chunk(c, s, start, file_size, path);
+    std::memcpy(to, reader.read(start, c).data() + (row - start) * row_bytes, take * row_bytes);
+    to += take * row_bytes;
+    row += take;
+  }
+}
+
+// Whether the file has the bytes of this type, with nothing to convert.
+template <class T>
+bool is_kept_as(hid_t dataset) {
+  const Handle type = own(H5Dget_type(dataset), "read a type");
+  return std::endian::native == std::endian::little && H5Tequal(type.id(), native_type<T>()) > 0;
+}
+
+hsize_t size_of_file(hid_t file) {
+  hsize_t bytes = 0;
+  check(H5Fget_filesize(file, &bytes), "read the file's size");
+  return bytes;
+}
+
+}  // namespace
+
+namespace {
+
+// A dataset writes what it has in memory when its handle is closed. What failed there is lost
+// without a trace in the file, so that the next flush must say so. errno; -1: not known.
+std::atomic<int> failed_close = 0;
+
+}  // namespace
+
+void Handle::close() {
+  if (id_ >= 0 && H5Idec_ref(id_) < 0) {
+    const int error = system_error_in(last_message());
+    failed_close = error == 0 ? -1 : error;
+  }
+  id_ = -1;
+}
+
+template <>
+Id native_type<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+Id native_type<int>() {
+  return H5T_NATIVE_INT;
+}
+template <>
+Id native_type<std::uint64_t>() {
+  return H5T_NATIVE_UINT64;
+}
+template <>
+Id native_type<std::byte>() {
+  return H5T_NATIVE_UINT8;
+}
+
+Table::Table(Handle dataset, std::size_t rows, std::size_t row_size)
+    : dataset_(std::move(dataset)), rows_(rows), row_size_(row_size) {}
+
+void Table::append(std::span<const double> values) {
+  silence();
+  const std::size_t count = row_size_ ? values.size() / row_size_ : 0;
+  if (count == 0) return;
+  truncate(rows_ + count);
+  const Handle selected = select_rows(dataset_.id(), rows_ - count, count);
+  const Handle memory = dataspace({values.size()});
+  check(H5Dwrite(dataset_.id(), H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT,
+                 values.data()),
+        "write rows");
+}
+
+void Table::truncate(std::size_t rows) {
+  silence();
+  const Shape shape = shape_of(dataset_.id());
+  std::vector<hsize_t> extent(shape.begin(), shape.end());
+  extent[0] = rows;
+  check(H5Dset_extent(dataset_.id(), extent.data()), "resize a table");
+  rows_ = rows;
+}
+
+File File::create(const std::string& path) {
+  const Handle access = file_access();
+  failed_close = 0;  // of a file that was given up
+  return File(own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), "create it"));
+}
+
+File File::open(const std::string& path, Access access) {
+  const Handle list = file_access();
+  if (access == Access::write) failed_close = 0;  // of a file that was given up
+  const unsigned flags = access == Access::write ? H5F_ACC_RDWR : H5F_ACC_RDONLY;
+  return File(own(H5Fopen(path.c_str(), flags, list.id()), "open it"));
+}
+
+void File::flush() {
+  silence();
+  check(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), "flush");
+  if (const int error = failed_close.exchange(0); error != 0)
+    throw Error("cannot write a dataset", std::max(error, 0));
+}
+
+void File::close() {
+  flush();
+  const Id id = std::exchange(file_, Handle()).release();
+  check(H5Idec_ref(id), "close");
+}
+
+bool File::contains(const std::string& path) const {
+  silence();
+  // H5Lexists wants every group on the way to exist.
+  for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
+    if (H5Lexists(file_.id(), path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (end == std::string::npos) return true;
+  }
+}
+
+void File::remove(const std::string& path) {
+  silence();
+  check(H5Ldelete(file_.id(), path.c_str(), H5P_DEFAULT), "remove " + path);
+}
+
+std::vector<std::string> File::datasets() const {
+  silence();
+  std::vector<std::string> names;
+  check(H5Ovisit2(file_.id(), H5_INDEX_NAME, H5_ITER_INC, collect_dataset, &names, H5O_INFO_BASIC),
+        "list the datasets");
+  for (const std::string& name : names) check_printable(name, "a dataset");
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<Object> File::objects() const {
+  silence();
+  Walk walk(file_.id());
+  std::sort(walk.objects.begin(), walk.objects.end(),
+            [](const Object& a, const Object& b) { return a.path < b.path; });
+  return std::move(walk.objects);
+}
+
+Stored File::check_storage(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  const Storage s = storage_of(dataset.id(), path);
+  const Shape shape = shape_of(dataset.id());
+  const hsize_t file_size = size_of_file(file_.id());
+  const std::size_t rows = shape.empty() ? 1 : shape[0];
+  if (s.layout == H5D_CHUNKED) {
+    double sum = 0;
+    std::size_t written = rows;
+    for (std::size_t row = 0; row < rows; row += s.chunk[0]) {
+      const Chunk c = chunk_at(dataset.id(), row, shape.size(), path);
+      if (c.address == HADDR_UNDEF) {
+        written = row;  // the rest of the index is not looked at: nobody reads it
+        break;
+      }
+      check_chunk(c, s, row, file_size, path);
+      sum += static_cast<double>(c.size);
+    }
+    if (sum > static_cast<double>(file_size)) throw Error(path + ": has chunks that overlap");
+    return {written, true};
+  }
+  check_believable(file_.id(), dataset, path);
+  const haddr_t address = H5Dget_offset(dataset.id());
+  const hsize_t bytes = H5Dget_storage_size(dataset.id());
+  if (s.layout == H5D_CONTIGUOUS && address != HADDR_UNDEF &&
+      (address > file_size || bytes > file_size - address || bytes < product(shape) * s.element))
+    throw Error(path + ": has less space in the file than its values need");
+  return {rows, false};
+}
+
+Shape File::shape(const std::string& path) const {
+  return shape_of(open_dataset(file_.id(), path).id());
+}
+
+template <class T>
+std::vector<T> File::read(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  check_believable(file_.id(), dataset, path);
+  const Shape shape = shape_of(dataset.id());
+  std::vector<T> values(product(shape));
+  if (!values.empty() && is_kept_as<T>(dataset.id())) {
+    if (const Storage s = storage_of(dataset.id(), path); s.layout == H5D_CHUNKED) {
+      read_chunks(dataset.id(), s, 0, shape[0], size_of_file(file_.id()), path,
+                  reinterpret_cast<unsigned char*>(values.data()));
+      return values;
+    }
+  }
+  if (!values.empty())
+    check(H5Dread(dataset.id(), native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+          "read " + path);
+  return values;
+}
+
+std::vector<std::string> File::read_strings(const std::string& path) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  const Handle stored = own(H5Dget_type(dataset.id()), "read the type of " + path);
+  check_string_class(stored.id(), path);
+  const Handle space = own(H5Dget_space(dataset.id()), "read a shape");
+  check_believable(file_.id(), dataset, path);
+  std::vector<char*> text(product(shape_of_space(space.id())));
+  std::vector<std::string> values;
+  if (text.empty()) return values;
+  check(H5Dread(dataset.id(), stored.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
+        "read " + path);
+  read_text(stored.id(), space.id(), text, values);
+  for (const std::string& value : values) check_printable(value, path);
+  return values;
+}
+
+std::vector<double> File::read_rows(const std::string& path, std::size_t first,
+                                    std::size_t count) const {
+  const Handle dataset = open_dataset(file_.id(), path);
+  Shape shape = shape_of(dataset.id());
+  if (shape.empty() || first + count > shape[0])
+    throw Error(fmt::format("{} has no rows {} to {}", path, first, first + count));
+  check_believable(file_.id(), dataset, path);
+  shape[0] = count;
+  std::vector<double> values(product(shape));
+  if (values.empty()) return values;
+  if (is_kept_as<double>(dataset.id())) {
+    if (const Storage s = storage_of(dataset.id(), path); s.layout == H5D_CHUNKED) {
+      read_chunks(dataset.id(), s, first, count, size_of_file(file_.id()), path,
+                  reinterpret_cast<unsigned char*>(values.data()));
+      return values;
+    }
+  }
+  const Handle selected = select_rows(dataset.id(), first, count);
+  const Handle memory = dataspace({values.size()});
+  check(H5Dread(dataset.id(), H5T_NATIVE_DOUBLE, memory.id(), selected.id(), H5P_DEFAULT,
+                values.data()),
+        "read " + path);
+  return values;
+}
+
+template <class T>
+void File::write(const std::string& path, const Shape& shape, std::span<const T> values) {
+  silence();
+  const Id type = native_type<T>();
+  Handle dataset;
+  if (contains(path)) {
+    dataset = open_dataset(file_.id(), path);
+    if (shape_of(dataset.id()) != shape) throw Error(path + " has another shape");
+  } else {
+    const Handle space = dataspace(shape), groups = link_with_groups();
+    dataset = own(H5Dcreate2(file_.id(), path.c_str(), type, space.id(), groups.id(), H5P_DEFAULT,
+                             H5P_DEFAULT),
+                  "create " + path);
+  }
+  if (values.empty()) return;
+  check(H5Dwrite(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        "write " + path);
+}
+
+void File::write_strings(const std::string& path, const std::vector<std::string>& values) {
+  silence();
+  const Handle type = string_type();
+  Handle dataset;
+  if (contains(path)) {
+    dataset = open_dataset(file_.id(), path);
+    if (shape_of(dataset.id()) != Shape{values.size()}) throw Error(path + " has another shape");
+  } else {
+    const Handle space = dataspace({values.size()}), groups = link_with_groups();
+    dataset = own(H5Dcreate2(file_.id(), path.c_str(), type.id(), space.id(), groups.id(),
+                             H5P_DEFAULT, H5P_DEFAULT),
+                  "create " + path);
+  }
+  std::vector<const char*> text;
+  for (const std::string& s : values) text.push_back(s.c_str());
+  if (text.empty()) return;
+  check(H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
+        "write " + path);
+}
+
+void File::write_bytes(const std::string& path, std::span<const std::byte> bytes) {
+  silence();
+  Handle dataset;
+  if (contains(path)) {
+    dataset = open_dataset(file_.id(), path);
+    const hsize_t extent = std::max(shape_of(dataset.id()).at(0), bytes.size());
+    check(H5Dset_extent(dataset.id(), &extent), "resize " + path);
+  } else {
+    const hsize_t extent = bytes.size(), unlimited = H5S_UNLIMITED, chunk = 256 * 1024;
+    const Handle space = own(H5Screate_simple(1, &extent, &unlimited), "make a dataspace");
+    const Handle layout = own(H5Pcreate(H5P_DATASET_CREATE), "make a property list");
+    check(H5Pset_chunk(layout.id(), 1, &chunk), "set the chunks");
+    const Handle groups = link_with_groups();
+    dataset = own(H5Dcreate2(file_.id(), path.c_str(), H5T_NATIVE_UINT8, space.id(), groups.id(),
+                             layout.id(), H5P_DEFAULT),
+                  "create " + path);
+  }
+  const Handle selected = select_rows(dataset.id(), 0, bytes.size());
+  const Handle memory = dataspace({bytes.size()});
+  check(H5Dwrite(dataset.id(), H5T_NATIVE_UINT8, memory.id(), selected.id(), H5P_DEFAULT,
+                 bytes.data()),
+        "write " + path);
+}
+
+Table File::create_table(const std::string& path, const Shape& row, const std::string& unit) {
+  silence();
+  std::vector<hsize_t> extent{0}, limit{H5S_UNLIMITED};
+  extent.insert(extent.end(), row.begin(), row.end());
+  limit.insert(limit.end(), row.begin(), row.end());
+  const Handle space =
+      own(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), limit.data()),
+          "make a dataspace");
+  const Handle groups = link_with_groups(), layout = table_layout(row);
+  Handle dataset = own(H5Dcreate2(file_.id(), path.c_str(), H5T_NATIVE_DOUBLE, space.id(),
+                                  groups.id(), layout.id(), H5P_DEFAULT),
+                       "create " + path);
+  set_attribute(path, "unit", unit);
+  return Table(std::move(dataset), 0, product(row));
+}
+
+Table File::open_table(const std::string& path) {
+  Handle dataset = open_dataset(file_.id(), path);
+  Shape shape = shape_of(dataset.id());
+  if (shape.empty()) throw Error(path + " is not a table");
+  const std::size_t rows = shape[0];
+  shape.erase(shape.begin());
+  return Table(std::move(dataset), rows, product(shape));
+}
+
+bool File::has_attribute(const std::string& path, const std::string& name) const {
+  silence();
+  return H5Aexists_by_name(file_.id(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+Attribute File::attribute(const std::string& path, const std::string& name) const {
+  const Handle opened = open_attribute(file_.id(), path, name);
+  const Handle type = own(H5Aget_type(opened.id()), "read the type of " + name);
+  const Handle space = own(H5Aget_space(opened.id()), "read a shape");
+  Attribute found;
+  found.type = type_of(type.id());
+  found.has_space = has_extent(space.id());
+  if (found.has_space) found.shape = shape_of_space(space.id());
+  return found;
+}
+
+void File::set_attribute(const std::string& path, const std::string& name,
+                         const std::string& value) {
+  silence();
+  const Handle type = string_type();
+  const char* text = value.c_str();
+  put_attribute(file_.id(), path, name, type.id(), {}, &text);
+}
+
+void File::set_attribute(const std::string& path, const std::string& name, double value) {
+  put_attribute(file_.id(), path, name, H5T_NATIVE_DOUBLE, {}, &value);
+}
+
+void File::set_attribute(const std::string& path, const std::string& name, std::uint64_t value) {
+  put_attribute(file_.id(), path, name, H5T_NATIVE_UINT64, {}, &value);
+}
+
+void File::set_attribute(const std::string& path, const std::string& name,
+                         const std::vector<double>& values) {
+  put_attribute(file_.id(), path, name, H5T_NATIVE_DOUBLE, {values.size()}, values.data());
+}
+
+std::string File::text_attribute(const std::string& path, const std::string& name) const {
+  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle stored = own(H5Aget_type(attribute.id()), "read the type of " + name);
+  check_string_class(stored.id(), "the attribute " + name);
+  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
+  if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
+  std::vector<char*> text(1);
+  check(H5Aread(attribute.id(), stored.id(), text.data()), "read the attribute " + name);
+  std::vector<std::string> values;
+  read_text(stored.id(), space.id(), text, values);
+  // A case is checked by its reader, which names the key.
+  if (name != "case") check_printable(values.front(), "the attribute " + name);
+  return values.front();
+}
+
+std::vector<double> File::number_attribute(const std::string& path, const std::string& name) const {
+  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
+  const Shape shape = shape_of_space(space.id());
+  check_believable(file_.id(), shape, 1, false, name);
+  std::vector<double> values(product(shape));
+  if (!values.empty())
+    check(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, values.data()), "read the attribute " + name);
+  return values;
+}
+
+std::uint64_t File::integer_attribute(const std::string& path, const std::string& name) const {
+  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
+  if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
+  std::uint64_t value = 0;
+  check(H5Aread(attribute.id(), H5T_NATIVE_UINT64, &value), "read the attribute " + name);
+  return value;
+}
+
+template std::vector<double> File::read(const std::string&) const;
+template std::vector<int> File::read(const std::string&) const;
+template std::vector<std::uint64_t> File::read(const std::string&) const;
+template std::vector<std::byte> File::read(const std::string&) const;
+template void File::write(const std::string&, const Shape&, std::span<const double>);
+template void File::write(const std::string&, const Shape&, std::span<const int>);
+template void File::write(const std::string&, const Shape&, std::span<const std::uint64_t>);
+template void File::write(const std::string&, const Shape&, std::span<const std::byte>);
+
+}  // namespace firn::hdf5

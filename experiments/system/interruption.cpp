@@ -1,0 +1,118 @@
+#include "experiments/system/interruption.h"
+
+#include <fmt/format.h>
+#include <semaphore.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "experiments/system/terminal.h"
+
+namespace firn::interruption {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kStatus = 130;
+constexpr auto kPause = std::chrono::milliseconds(10);
+// For work to come to where it looks at the flag, and to return after it has saved.
+constexpr auto kPatience = std::chrono::milliseconds(700);
+
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+std::atomic<int> polled = 0, not_polled = 0;
+sem_t arrived;  // of this process alone: a forked child that gets a signal does not post it
+
+struct Registry {
+  std::mutex mutex;
+  std::vector<std::string> temporary, advice;
+};
+
+// Never destroyed: the watching thread may use it while the program ends.
+Registry& registry() {
+  static auto* const all = new Registry;
+  return *all;
+}
+
+void on_signal(int) {
+  const int before = errno;
+  interrupted = true;
+  sem_post(&arrived);
+  errno = before;
+}
+
+[[noreturn]] void end_at_once() {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  std::error_code ignored;
+  for (const std::string& path : all.temporary) std::filesystem::remove_all(path, ignored);
+  print_lines(stderr, "firn: interrupted{}\n",
+              all.advice.empty() ? "" : fmt::format("; {}", all.advice.back()));
+  _exit(kStatus);
+}
+
+// Ends the program unless the work under way saves and returns.
+void watch() {
+  while (sem_wait(&arrived) != 0) {
+  }
+  if (polled == 0) end_at_once();
+  for (Clock::time_point until = Clock::now() + kPatience; Clock::now() < until;) {
+    if (polled > 0 && not_polled == 0) until = Clock::now() + kPatience;
+    std::this_thread::sleep_for(kPause);
+  }
+  end_at_once();
+}
+
+}  // namespace
+
+void install() {
+  sem_init(&arrived, 0, 0);
+  registry();
+  std::thread(watch).detach();
+  struct sigaction action = {};
+  action.sa_handler = on_signal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one has its usual effect
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+const std::atomic<bool>& requested() { return interrupted; }
+
+Polled::Polled() { ++polled; }
+Polled::~Polled() { --polled; }
+NotPolled::NotPolled() { ++not_polled; }
+NotPolled::~NotPolled() { --not_polled; }
+
+Temporary::Temporary(std::string path) : path_(std::move(path)) {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  all.temporary.push_back(path_);
+}
+
+void Temporary::keep() {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  const auto mine = std::ranges::find(all.temporary, path_);
+  if (mine != all.temporary.end()) all.temporary.erase(mine);
+}
+
+Advice::Advice(const std::string& text) {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  all.advice.push_back(text);
+}
+
+Advice::~Advice() {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  all.advice.pop_back();
+}
+
+}  // namespace firn::interruption

@@ -1,0 +1,158 @@
+#include "experiments/system/process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "experiments/system/output_file.h"
+
+namespace firn {
+namespace {
+
+// Simulations give way to whatever else the user does on the machine.
+constexpr int niceness = 10;
+
+std::vector<char*> argument_list(const std::vector<std::string>& args) {
+  std::vector<char*> list;
+  for (const std::string& a : args) list.push_back(const_cast<char*>(a.c_str()));
+  list.push_back(nullptr);
+  return list;
+}
+
+[[noreturn]] void no_process() {
+  throw RunError(fmt::format("cannot start a process: {}", std::strerror(errno)));
+}
+
+// In the child, between fork and exec: only calls that are safe there.
+void live_and_die_with(pid_t parent, int signal) {
+  setpgid(0, 0);  // Ctrl-C reaches it through the parent, if at all
+  prctl(PR_SET_PDEATHSIG, signal);
+  ::signal(SIGPIPE, SIG_DFL);
+  if (getppid() != parent) _exit(130);
+}
+
+void limit(int resource, rlim_t most, rlim_t hard) {
+  const rlimit values{most, hard};
+  if (most > 0) setrlimit(static_cast<__rlimit_resource>(resource), &values);
+}
+
+void keep_within(const ProcessLimits& limits) {
+  // At the first limit SIGXCPU, at the second SIGKILL.
+  limit(RLIMIT_CPU, limits.processor_time, limits.processor_time + 5);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  limit(RLIMIT_AS, limits.address_space, limits.address_space);
+#endif
+}
+
+// Reads both pipes until they are closed.
+void read_all(std::array<int, 2> pipes, std::array<std::string*, 2> texts) {
+  std::array<pollfd, 2> waits = {pollfd{pipes[0], POLLIN, 0}, pollfd{pipes[1], POLLIN, 0}};
+  while (waits[0].fd >= 0 || waits[1].fd >= 0) {
+    if (poll(waits.data(), waits.size(), -1) < 0 && errno != EINTR) return;
+    for (std::size_t i = 0; i < waits.size(); ++i) {
+      if (waits[i].fd < 0 || waits[i].revents == 0) continue;
+      char buffer[4096];
+      const ssize_t n = read(waits[i].fd, buffer, sizeof(buffer));
+      if (n > 0) texts[i]->append(buffer, static_cast<std::size_t>(n));
+      if (n == 0 || (n < 0 && errno != EINTR)) waits[i].fd = -1;
+      waits[i].revents = 0;
+    }
+  }
+}
+
+}  // namespace
+
+pid_t start_process(const std::vector<std::string>& args, const std::string& log) {
+  const std::vector<char*> argv = argument_list(args);
+  const pid_t parent = getpid();
+  const Descriptor out(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+  if (out.number() < 0) throw WriteError(log, errno);
+  const pid_t pid = fork();
+  if (pid < 0) no_process();
+  if (pid > 0) return pid;
+  live_and_die_with(parent, SIGINT);    // it saves its state and ends
+  if (nice(niceness) == -1) errno = 0;  // a courtesy: going on without it is fine
+  const int in = open("/dev/null", O_RDONLY);
+  if (in < 0) _exit(126);
+  dup2(in, STDIN_FILENO);
+  dup2(out.number(), STDOUT_FILENO);
+  dup2(out.number(), STDERR_FILENO);
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+CommandResult run_command(const std::vector<std::string>& args, const std::string& directory,
+                          const ProcessLimits& limits) {
+  const std::vector<char*> argv = argument_list(args);
+  std::vector<char*> environment;
+  for (const std::string& one : limits.environment)
+    environment.push_back(const_cast<char*>(one.c_str()));
+  for (char** one = environ; *one; ++one) environment.push_back(*one);
+  environment.push_back(nullptr);
+  int out[2], err[2];
+  if (pipe2(out, O_CLOEXEC) != 0) no_process();
+  if (pipe2(err, O_CLOEXEC) != 0) {
+    close(out[0]);
+    close(out[1]);
+    no_process();
+  }
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid == 0) {
+    live_and_die_with(parent, SIGKILL);
+    dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+    dup2(out[1], STDOUT_FILENO);
+    dup2(err[1], STDERR_FILENO);
+    if (!directory.empty() && chdir(directory.c_str()) != 0) _exit(126);
+    keep_within(limits);
+    execvpe(argv[0], argv.data(), environment.data());
+    _exit(127);
+  }
+  close(out[1]);
+  close(err[1]);
+  CommandResult result;
+  if (pid > 0) read_all({out[0], err[0]}, {&result.out, &result.err});
+  close(out[0]);
+  close(err[0]);
+  if (pid < 0) no_process();
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  result.status = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  return result;
+}
+
+double resident_memory(pid_t pid) {
+  std::ifstream statm(fmt::format("/proc/{}/statm", pid));
+  double total = 0, resident = 0;
+  if (!(statm >> total >> resident)) return 0;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+std::string last_line(const std::string& text) {
+  std::istringstream in(text);
+  std::string line, last;
+  while (std::getline(in, line))
+    if (!line.empty()) last = line;
+  return last;
+}
+
+std::string last_line_of_file(const std::string& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return last_line(text.str());
+}
+
+}  // namespace firn

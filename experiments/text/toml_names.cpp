@@ -1,0 +1,35 @@
+#include "experiments/text/toml_names.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace firn {
+
+int index_of(const TomlTable& table, std::string_view key, const std::string& name,
+             const std::vector<std::string_view>& names, std::string_view what) {
+  const auto it = std::ranges::find(names, name);
+  if (it != names.end()) return static_cast<int>(it - names.begin());
+  if (names.empty()) {
+    table.fail(key, fmt::format("unknown {} \"{}\"; the case has none", what, name));
+  }
+  table.fail(key, fmt::format("unknown {} \"{}\"; the nearest known one is \"{}\"", what, name,
+                              nearest(name, names)));
+}
+
+std::string path_name(const TomlTable& table) {
+  constexpr std::size_t kLongest = 200;  // bytes; file systems allow 255
+  const std::string name = table.string("name");
+  if (name.size() > kLongest)
+    table.fail("name",
+               fmt::format("has {} bytes; expected a name of at most {}", name.size(), kLongest));
+  if (name.find('/') != std::string::npos)
+    table.fail("name", fmt::format("is \"{}\"; expected a name without slashes", name));
+  if (name.empty() || name == "." || name == ".." || name[0] == '-')
+    table.fail("name", fmt::format("is \"{}\"; expected a name that can be a folder's: not empty, "
+                                   "not \".\" or \"..\", no \"-\" at its start",
+                                   name));
+  return name;
+}
+
+}  // namespace firn

@@ -1,0 +1,88 @@
+// Quantities with units, as users write them: "2.4 in", "0.01 GPa", "50.8 mm/min", "0 0 -1 m/s".
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "firn/math.h"
+
+namespace firn {
+
+// Exponents of the base dimensions. Angles count as one, so that "4 1/s" is no angular velocity.
+struct Dimension {
+  int length = 0, mass = 0, time = 0, angle = 0;
+
+  friend bool operator==(const Dimension&, const Dimension&) = default;
+  friend Dimension operator*(const Dimension& a, const Dimension& b);
+  Dimension power(int exponent) const;
+};
+
+namespace dimension {
+inline constexpr Dimension none{};
+inline constexpr Dimension length{1, 0, 0, 0};
+inline constexpr Dimension mass{0, 1, 0, 0};
+inline constexpr Dimension time{0, 0, 1, 0};
+inline constexpr Dimension angle{0, 0, 0, 1};
+inline constexpr Dimension volume{3, 0, 0, 0};
+inline constexpr Dimension velocity{1, 0, -1, 0};
+inline constexpr Dimension acceleration{1, 0, -2, 0};
+inline constexpr Dimension angular_velocity{0, 0, -1, 1};
+inline constexpr Dimension density{-3, 1, 0, 0};
+inline constexpr Dimension force{1, 1, -2, 0};
+inline constexpr Dimension stiffness{0, 1, -2, 0};
+inline constexpr Dimension pressure{-1, 1, -2, 0};
+inline constexpr Dimension energy{2, 1, -2, 0};
+inline constexpr Dimension torque = energy;
+inline constexpr Dimension frequency{0, 0, -1, 0};
+inline constexpr Dimension moment_of_inertia{2, 1, 0, 0};
+}  // namespace dimension
+
+// What values may be, in SI: zero, or between these either way. Wider than anything simulated, and
+// so narrow that sums and products of several values neither overflow nor vanish.
+struct UsableRange {
+  double smallest, largest;
+};
+UsableRange usable_range(const Dimension& dimension);
+
+struct Unit {
+  double factor = 1;  // value in SI = factor * value in this unit
+  Dimension dimension;
+};
+
+// "kg/m^3", "mm/min", "N m": symbols joined by spaces, * and /, with ^ and whole exponents;
+// a division takes the one symbol (or parenthesis) behind it. Throws InputError.
+Unit parse_unit(std::string_view text);
+
+// "2.4 in" in SI. Throws InputError (one sentence) for a missing, unknown or unfitting unit and
+// for a number that is not finite or beyond the usable range. Values below it are taken as they
+// are.
+double parse_quantity(std::string_view text, const Dimension& expected);
+// "x y z unit" in SI.
+Vec3 parse_vector(std::string_view text, const Dimension& expected);
+
+// "a length": the dimension's name with its article; unnamed ones in base units.
+std::string dimension_name(const Dimension& dimension);
+// "a length, such as \"2.4 in\"". `components`: 1 or 3.
+std::string example(const Dimension& dimension, int components = 1);
+
+// A value in SI as a text that reads back to the same bits: "0.06096 m".
+std::string si_text(double value, const Dimension& dimension);
+
+// For people: "7.3 s", "48 s", "12 min 05 s", "3 h 20 min".
+std::string duration_text(double seconds);
+
+// "a, b, c"
+template <class Words>
+std::string comma_list(const Words& words) {
+  std::string text;
+  for (const auto& word : words) {
+    if (!text.empty()) text += ", ";
+    text += word;
+  }
+  return text;
+}
+
+// Levenshtein distance, upper and lower case being half a step apart; in half steps.
+int edit_distance(std::string_view a, std::string_view b);
+
+}  // namespace firn

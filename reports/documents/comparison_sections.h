@@ -1,0 +1,21 @@
+// What the page of a validation shows of each kind of comparison.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "reports/html/json_values.h"
+#include "reports/html/page.h"
+
+namespace firn {
+
+// All parameter sets of one comparison in results.json, in the suite's order.
+using Sets = std::vector<const Json*>;
+
+page::Badge badge_of(const std::string& verdict);
+
+// Plots and tables of the comparison's kind. Throws Json::exception for what is not as `firn
+// validate` writes it.
+void add_comparison(const Sets& sets, page::Content& content);
+
+}  // namespace firn

@@ -1,0 +1,288 @@
+#include "reports/documents/run_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "experiments/inspection/run_health.h"
+#include "experiments/results/bond_results.h"
+#include "experiments/results/results_file.h"
+#include "experiments/storage/version.h"
+#include "experiments/text/units.h"
+#include "reports/documents/run_plots.h"
+
+namespace firn {
+namespace {
+
+using page::Badge;
+using page::Cell;
+using page::Mark;
+
+Badge badge_of(const std::string& status) {
+  if (status == "finished") return {Mark::good, status};
+  if (status.starts_with("failed")) return {Mark::bad, "failed"};
+  return {Mark::caution, status};
+}
+
+std::string plural(std::size_t n, const std::string& word) {
+  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
+}
+
+bool is_scalar(const Response& r) { return r.value.size() == 1; }
+double uncertainty(const Response& r) {
+  return r.uncertainty.empty() ? std::nan("") : r.uncertainty[0];
+}
+
+// What people look for first, most telling first: names, or the ends of names. The batches and the
+// counts of the case's own gates stand behind the angles.
+constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
+                                "slide_angle",     "tip_angle",  "restitution"};
+constexpr std::array kOthers = {
+    "arched",         "discharge_time",       "_time_to_count", "bonds_broken_count",
+    "_mass_flow",     "_residence_time",      "_load_peak",     "_contact_force_peak",
+    "heap_count",     "remaining_count",      "_largest_drive", "peak_normal_force",
+    "discharge_rate", "largest_opposed_load", "bulk_density",   "present_count"};
+
+std::vector<std::string> telling_names(const Case& c) {
+  std::vector<std::string> names(kAngles.begin(), kAngles.end());
+  names.emplace_back("_batches");
+  for (const Gate& gate : c.gates) {
+    names.push_back(gate.name + "_count");
+    std::ranges::replace(names.back(), ' ', '_');
+  }
+  names.insert(names.end(), kOthers.begin(), kOthers.end());
+  return names;
+}
+
+// The telling ones first, then the others; of both those that are not zero first.
+std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
+  const std::vector<std::string> names = telling_names(c);
+  std::ranges::stable_sort(responses, {}, [&](const Response& r) {
+    const auto found = std::ranges::find_if(
+        names, [&](const std::string& ending) { return r.name.ends_with(ending); });
+    const bool zero = is_scalar(r) && r.value[0] == 0;
+    return std::tuple(found == names.end(), zero, found - names.begin());
+  });
+  return responses;
+}
+
+bool is_telling(const Response& r, const Case& c) {
+  if (!is_scalar(r) || !std::isfinite(r.value[0])) return false;
+  if (r.value[0] == 0 && r.name != "arched") return false;  // nothing moved, nothing was touched
+  return std::ranges::any_of(telling_names(c),
+                             [&](const std::string& ending) { return r.name.ends_with(ending); });
+}
+
+// `responses` as ordered() has them.
+std::vector<page::Card> response_cards(const std::vector<Response>& responses, const Case& c) {
+  constexpr std::size_t kMost = 6;
+  std::vector<page::Card> cards;
+  for (const Response& r : responses) {
+    if (cards.size() == kMost || !is_telling(r, c)) continue;
+    const std::string unit = r.unit == "1" ? "" : " " + r.unit;
+    if (r.name == "arched")
+      cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", r.method, {}});
+    else
+      cards.push_back({page::words(r.name),
+                       page::measured_text(r.value[0], uncertainty(r)) + unit,
+                       r.method,
+                       {}});
+  }
+  return cards;
+}
+
+// A long list by its range.
+std::string range_text(const std::vector<double>& values) {
+  constexpr std::size_t kShort = 6;
+  std::string all;
+  double low = INFINITY, high = -INFINITY;
+  std::size_t defined = 0;
+  for (const double v : values) {
+    all += (all.empty() ? "" : ", ") + page::number_text(v);
+    if (!std::isfinite(v)) continue;
+    ++defined;
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  if (values.size() <= kShort) return all;
+  const std::string missing =
+      defined < values.size() ? fmt::format(", {} undefined", values.size() - defined) : "";
+  if (defined == 0) return fmt::format("{} values, all undefined", values.size());
+  return fmt::format("{} values, {} to {}{}", values.size(), page::number_text(low),
+                     page::number_text(high), missing);
+}
+
+page::Table response_table(const std::vector<Response>& responses) {
+  page::Table table;
+  table.caption = "Responses; ± is one standard deviation where it is known";
+  table.columns = {{"response", ""}, {"value", ""}, {"unit", ""}, {"how", ""}};
+  for (const Response& r : responses)
+    table.rows.push_back(
+        {r.name,
+         is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r)) : Cell(range_text(r.value)),
+         r.unit == "1" ? "" : r.unit, r.method});
+  return table;
+}
+
+struct Counts {
+  std::size_t came = 0, left = 0;
+};
+Counts counts_of(const Recording& recording) {
+  Counts counts;
+  for (const double t : recording.insert_time()) counts.came += std::isfinite(t) ? 1 : 0;
+  for (const double t : recording.exit_time()) counts.left += std::isfinite(t) ? 1 : 0;
+  return counts;
+}
+
+void top(const Recording& recording, const Case& c, const std::vector<Response>& responses,
+         page::Page& page) {
+  const std::vector<double> times = recording.frame_times();
+  const std::vector<StageRecord> stages = recording.stages();
+  const std::string status = recording.status();
+  const Counts counts = counts_of(recording);
+  page.top().note(badge_of(status), status.starts_with("failed")
+                                        ? status.substr(std::min<std::size_t>(8, status.size()))
+                                    : stages.empty() || stages.back().ended_by.empty()
+                                        ? "under way when this page was made"
+                                        : fmt::format("ended: {}", stages.back().ended_by));
+  for (std::size_t i = 0; i + 1 < stages.size(); ++i)
+    if (stages[i].ended_by.starts_with("stalled"))
+      page.top().note({Mark::caution, "jam"},
+                      fmt::format("{}: {}", stages[i].name, stages[i].ended_by));
+  const std::vector<page::Card> cards = response_cards(responses, c);
+  if (!cards.empty()) page.top().cards(cards);
+  page.top().facts(
+      {{"simulated time",
+        fmt::format("{} of at most {} s", page::number_text(times.empty() ? 0 : times.back()),
+                    page::number_text(c.duration))},
+       {"particles", fmt::format("{} came, {} left through outlets", counts.came, counts.left)},
+       {"time step", fmt::format("{} s", page::number_text(recording.timestep()))},
+       {"wall time", duration_text(recording.wall_time())}});
+}
+
+void stages_section(const Recording& recording, page::Page& page) {
+  page::Table table;
+  table.caption = "Stages, and what ended them";
+  table.columns = {{"stage", ""}, {"from", "s"}, {"to", "s"}, {"duration", "s"}, {"ended by", ""}};
+  for (const StageRecord& s : recording.stages()) {
+    const bool over = std::isfinite(s.end);
+    table.rows.push_back({s.name.empty() ? "whole run" : s.name, s.start,
+                          over ? Cell(s.end) : Cell("under way"),
+                          over ? Cell(s.end - s.start) : Cell(""), s.ended_by});
+  }
+  if (!table.rows.empty()) page.section("Stages", "stages").table(table);
+}
+
+void figures_section(const std::string& title, const std::vector<page::Figure>& figures,
+                     page::Page& page) {
+  if (!figures.empty()) page.section(title).figures(figures);
+}
+
+void bonds_section(const Recording& recording, page::Page& page) {
+  const std::vector<BondOutcome> bonds = bond_outcomes(recording);
+  if (bonds.empty()) return;
+  std::map<std::string, std::size_t> modes;
+  page::Table table;
+  table.caption = "Bonds that broke or parted";
+  table.columns = {{"bond", ""}, {"between", ""}, {"by", ""}, {"at", "s"}, {"stress", "kPa"}};
+  for (const BondOutcome& b : bonds) {
+    ++modes[b.mode];
+    if (b.mode == "whole") continue;
+    table.rows.push_back({b.name, fmt::format("{} and {}", b.a, b.b), b.mode,
+                          std::isfinite(b.time) ? Cell(b.time) : Cell(""),
+                          std::isfinite(b.stress) ? Cell(1e-3 * b.stress, 3) : Cell("")});
+  }
+  page::Content& content = page.section("Bonds", "bonds");
+  std::vector<page::Card> cards;
+  for (const auto& [mode, count] : modes)
+    cards.push_back({mode, std::to_string(count), "bonds", {}});
+  content.cards(cards);
+  if (table.rows.empty()) return;
+  page::Content fold;
+  fold.table(table);
+  content.fold(plural(table.rows.size(), "bond") + " that do not hold", fold);
+}
+
+double last_finite(const std::vector<double>& values) {
+  for (auto v = values.rbegin(); v != values.rend(); ++v)
+    if (std::isfinite(*v)) return *v;
+  return 0;
+}
+
+// Whether the numbers can be trusted.
+void health_section(const Recording& recording, const Case& c, page::Page& page) {
+  const double overlap = last_finite(recording.series("/health/largest_overlap"));
+  const double rise = last_finite(recording.series("/health/energy_rise"));
+  const double turned = last_finite(recording.series("/energy/dissipated"));
+  const double births = last_finite(recording.series("/health/deep_births"));
+  page::Content& content = page.section("Health", "health");
+  for (const Shape& shape : c.model.shapes) {
+    const std::string warning = deviation_warning(shape);
+    if (!warning.empty()) content.note({Mark::caution, "shape"}, warning);
+  }
+  const std::string warning = health_warning(contact_health(recording, c));
+  if (!warning.empty()) content.note({Mark::caution, "contacts"}, warning);
+  if (const auto account = energy_account(recording))
+    if (const std::string gain = energy_warning(*account); !gain.empty())
+      content.note({Mark::caution, "energy account"}, gain);
+  if (rise > 0.01 * turned && rise > 0)
+    content.note({Mark::caution, "energy"},
+                 fmt::format("rises of energy that nothing explains add up to {} % of what was "
+                             "dissipated; a smaller time step tells whether they matter",
+                             page::number_text(100 * rise / turned, 3)));
+  content.facts({{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
+                 {"unexplained energy",
+                  fmt::format("{} J, beside {} J dissipated", page::number_text(rise, 3),
+                              page::number_text(turned, 3))},
+                 {"contacts first seen deep", page::number_text(births, 9)}});
+}
+
+void case_section(const Recording& recording, const Case& c, page::Page& page) {
+  page::Content& content = page.section("Case and commands", "case");
+  const std::string file = std::filesystem::path(recording.file()).filename().string();
+  content.code(fmt::format("firn measure {0}\nfirn export {0} --to vtk\nfirn report {0}\n", file),
+               "The same numbers, ParaView's files and this page, from the results file");
+  content.code(fmt::format("firn run case.toml --seed {} -o again.h5\n", recording.seed()),
+               "To run it again, with the case below kept as case.toml");
+  for (const AppliedMaterial& m : c.material_records)
+    content.paragraph(fmt::format("Material record {}{}{}, SHA-256 {}.", m.record,
+                                  m.selection.empty() ? "" : ", ", m.selection, m.sha256));
+  if (!c.start.empty()) content.paragraph(fmt::format("Starts from {}.", c.start));
+  page::Content fold;
+  fold.code(shortest_numbers(c.resolved));
+  content.fold("The whole case, defaults filled in", fold);
+}
+
+}  // namespace
+
+page::Page run_page(const std::string& results_file, const ReplayViewOptions& options) {
+  const Recording recording(results_file);
+  const Case c = recording.read_case();
+  const std::vector<Response> responses =
+      ordered(recording.measured() ? recording.responses() : measure(recording), c);
+  page::Page page(c.name,
+                  fmt::format("one run, seed {}, {}", recording.seed(), recording.program()));
+  top(recording, c, responses, page);
+  add_replay(page, recording, c, options);
+  if (!responses.empty()) page.section("Responses", "responses").table(response_table(responses));
+  stages_section(recording, page);
+  figures_section("Passages", passage_figures(recording, c), page);
+  figures_section("Loads on boundaries", load_figures(recording, c), page);
+  figures_section("Moving parts", motion_figures(recording, c), page);
+  figures_section("Energy", energy_figures(recording), page);
+  bonds_section(recording, page);
+  health_section(recording, c, page);
+  case_section(recording, c, page);
+  page.set_footer(fmt::format("Made from {} by Firn {}.",
+                              std::filesystem::path(results_file).filename().string(),
+                              firn_version()));
+  return page;
+}
+
+}  // namespace firn

@@ -1,0 +1,14 @@
+// The page of one run: what came out, how it went, and a replay to turn and play.
+#pragma once
+
+#include <string>
+
+#include "reports/html/page.h"
+#include "reports/replay/replay_view.h"
+
+namespace firn {
+
+// From a results file alone. Throws InputError for one that cannot be read, and without gnuplot.
+page::Page run_page(const std::string& results_file, const ReplayViewOptions& options = {});
+
+}  // namespace firn

@@ -1,0 +1,25 @@
+// Plots of one run.
+#pragma once
+
+#include <vector>
+
+#include "experiments/results/results_file.h"
+#include "reports/html/page.h"
+
+namespace firn {
+
+// Each empty where the run has nothing to draw.
+std::vector<page::Figure> energy_figures(const Recording& recording);
+std::vector<page::Figure> load_figures(const Recording& recording, const Case& c);
+std::vector<page::Figure> motion_figures(const Recording& recording, const Case& c);
+std::vector<page::Figure> passage_figures(const Recording& recording, const Case& c);
+
+// Fewer points for drawing: the first, lowest and highest of equal stretches, in order, so that no
+// peak is lost. Lists of at most `most` points stay as they are.
+struct Curve {
+  std::vector<double> x, y;
+};
+Curve for_drawing(const std::vector<double>& x, const std::vector<double>& y,
+                  std::size_t most = 1500);
+
+}  // namespace firn

@@ -1,0 +1,358 @@
+#include "reports/documents/study_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/text/units.h"
+#include "firn/math.h"
+#include "reports/documents/study_answer.h"
+#include "reports/html/json_values.h"
+#include "reports/plots/plots.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using page::Badge;
+using page::Cell;
+using page::Mark;
+using page::words;
+
+Badge badge_of(const std::string& verdict) {
+  if (verdict == "calibrated") return {Mark::good, verdict};
+  if (verdict == "out of reach" || verdict == "too few runs") return {Mark::bad, verdict};
+  return {Mark::caution, verdict};
+}
+
+std::string unit_of(const Json& j) {
+  return j.value("unit", "1") == "1" ? "" : j.value("unit", "");
+}
+
+std::string with_unit(double value, double uncertainty, const Json& j) {
+  return page::measured_text(value, uncertainty) + (unit_of(j).empty() ? "" : " " + unit_of(j));
+}
+
+std::string range_text(const Json& ends) {
+  const auto [low, high] = interval(ends);
+  return fmt::format("{} to {}", page::number_text(low, 3), page::number_text(high, 3));
+}
+
+// Without the verdict in front, which the badge says.
+std::string headline(const Json& results) {
+  std::string sentence = text(results, "headline");
+  const std::string verdict = text(results, "verdict") + ": ";
+  if (sentence.starts_with(verdict)) sentence.erase(0, verdict.size());
+  for (std::size_t at = 0; (at = sentence.find(" +- ", at)) != std::string::npos;)
+    sentence.replace(at, 4, " ± ");
+  return sentence;
+}
+
+// The answer, as every other place of the page and the command have it; without one the median.
+void summary(const Json& results, page::Page& page) {
+  const bool answered = results.contains("answer") && results.at("answer").is_object();
+  std::vector<page::Card> cards;
+  for (const Json& p : results.at("parameters")) {
+    const std::string name = text(p, "name");
+    const double value = answered ? number(results.at("answer").at("parameters"), name.c_str())
+                                  : number(p, "median");
+    const std::string unit = unit_of(p);
+    cards.push_back({words(name) + (answered ? "" : ", median"),
+                     number_text(value) + (unit.empty() ? "" : " " + unit),
+                     "95 %: " + range_text(p.at("interval_95")),
+                     {}});
+  }
+  page.top().note(badge_of(text(results, "verdict")), headline(results));
+  page.top().cards(cards);
+  if (const std::vector<page::Fact> facts = study_answer(results); !facts.empty())
+    page.top().facts(facts);
+}
+
+void targets_section(const Json& results, page::Page& page) {
+  page::Table table;
+  table.caption = "What the parameters were fitted to";
+  table.columns = {{"response", ""},
+                   {"measured", ""},
+                   {"at the answer", ""},
+                   {"can be reached", ""},
+                   {"source", ""}};
+  for (const Json& t : results.at("targets")) {
+    std::string fitted;
+    const std::string response = text(t, "response");
+    if (results.contains("answer") && results.at("answer").contains("simulated") &&
+        results.at("answer").at("simulated").contains(response)) {
+      const Json& s = results.at("answer").at("simulated").at(response);
+      fitted = with_unit(number(s, "value"), number(s, "standard_error"), t);
+    }
+    std::string reach;
+    if (t.contains("reach") && t.at("reach").is_object())
+      reach = fmt::format("{} to {}", page::number_text(number(t.at("reach"), "lowest"), 3),
+                          page::number_text(number(t.at("reach"), "highest"), 3));
+    table.rows.push_back({response, with_unit(number(t, "value"), number(t, "uncertainty"), t),
+                          fitted, reach, t.value("source", "")});
+  }
+  page.section("Targets", "targets").table(table);
+}
+
+page::Figure profile_figure(const Json& p) {
+  const Json& profile = p.at("profile");
+  plots::XyPlot plot;
+  plot.x = {words(text(p, "name")), unit_of(p), p.value("scale", "") == "log", {}, {}};
+  plot.y = {"minus twice the log likelihood", "", false, 0.0, 10.0};
+  plots::Series series;
+  series.x = numbers(profile.at("values"));
+  series.y = numbers(profile.at("minus_twice_log_likelihood"), series.x.size());
+  const auto least = std::ranges::min_element(series.y);
+  const double low = least == series.y.end() ? 0 : *least;
+  for (double& y : series.y) y = y - low > 12 ? std::nan("") : y - low;
+  plot.series = {series};
+  plot.horizontal = {{3.841, "95 %"}};
+  return {plots::draw(plot),
+          fmt::format("Profile of {}: flat where the data say nothing.", text(p, "name")),
+          fmt::format("{}: 95 % from {}", text(p, "name"), range_text(p.at("interval_95")))};
+}
+
+void parameters_section(const Json& results, page::Page& page) {
+  page::Content& content = page.section("Parameters", "parameters");
+  page::Table table;
+  table.caption = "How well each parameter is known";
+  table.columns = {{"parameter", ""}, {"unit", ""}, {"looked at", ""},
+                   {"median", ""},    {"95 %", ""}, {"width left of the prior's", "%"},
+                   {"remark", ""},    {"keys", ""}};
+  std::vector<page::Figure> figures;
+  for (const Json& p : results.at("parameters")) {
+    std::string keys;
+    for (const Json& key : p.at("keys"))
+      keys += (keys.empty() ? "" : ", ") + key.get<std::string>();
+    std::string remark;
+    if (p.value("at_min", false)) remark = "its lower bound limits it";
+    if (p.value("at_max", false))
+      remark += std::string(remark.empty() ? "" : "; ") + "its upper bound limits it";
+    table.rows.push_back({text(p, "name"), unit_of(p),
+                          fmt::format("{} to {}", page::number_text(number(p, "min"), 3),
+                                      page::number_text(number(p, "max"), 3)),
+                          Cell(number(p, "median"), 4), range_text(p.at("interval_95")),
+                          Cell(100 * number(p, "width_ratio"), 3), remark, keys});
+    if (p.contains("profile") && p.at("profile").is_object()) figures.push_back(profile_figure(p));
+  }
+  content.table(table);
+  if (!figures.empty()) content.figures(figures);
+  if (!results.contains("combinations")) return;
+  page::Table combinations;
+  combinations.caption = "What the data determine, and what they do not";
+  combinations.columns = {{"combination", ""}, {"value", ""}, {"", ""}};
+  for (const Json& c : results.at("combinations")) {
+    const bool identified = c.value("identified", false);
+    combinations.rows.push_back(
+        {combination_text(c),
+         identified ? page::measured_text(number(c, "value"), number(c, "uncertainty"))
+                    : std::string("limited by the range only"),
+         identified ? Badge{Mark::good, "determined"} : Badge{Mark::caution, "not determined"}});
+  }
+  content.table(combinations);
+}
+
+// The answer, the family of equally good sets and what was compared, over the first two parameters.
+void add_map(const Json& results, page::Content& content) {
+  const Json& parameters = list(results, "parameters");
+  if (parameters.size() < 2) return;
+  plots::XyPlot plot;
+  const auto axis = [](const Json& p) {
+    return plots::Axis{words(text(p, "name")), unit_of(p), p.value("scale", "") == "log",
+                       number(p, "min"), number(p, "max")};
+  };
+  plot.x = axis(parameters[0]);
+  plot.y = axis(parameters[1]);
+  const std::string a = text(parameters[0], "name"), b = text(parameters[1], "name");
+  const auto add = [&](const char* name, const std::vector<const Json*>& sets) {
+    plots::Series series{name, {}, {}, plots::Style::points};
+    for (const Json* set : sets) {
+      series.x.push_back(number(set->at("parameters"), a.c_str()));
+      series.y.push_back(number(set->at("parameters"), b.c_str()));
+    }
+    if (!sets.empty()) plot.series.push_back(series);
+  };
+  std::vector<const Json*> answer, valley, compare;
+  if (results.contains("answer") && results.at("answer").is_object())
+    answer.push_back(&results.at("answer"));
+  if (results.contains("compare"))
+    for (const Json& set : results.at("compare")) compare.push_back(&set);
+  add("answer", answer);
+  if (results.contains("valley"))
+    for (const Json& set : results.at("valley")) valley.push_back(&set);
+  add("equally good", valley);
+  add("compared", compare);
+  content.figure({plots::draw(plot), "Parameter sets that were looked at closely.",
+                  fmt::format("answer, {} members of the family, {} sets compared", valley.size(),
+                              compare.size())});
+}
+
+void add_set(const Json& set, const Json& results, page::Table& table) {
+  std::vector<Cell> row = {text(set, "name")};
+  for (const Json& p : results.at("parameters"))
+    row.emplace_back(number(set.at("parameters"), text(p, "name").c_str()), 4);
+  for (const Json& t : results.at("targets")) {
+    const std::string response = text(t, "response");
+    const auto value = [&](const char* where, const char* uncertainty) -> std::string {
+      if (!set.contains(where) || !set.at(where).contains(response)) return "";
+      const Json& v = set.at(where).at(response);
+      return page::measured_text(number(v, "value"), number(v, uncertainty));
+    };
+    row.emplace_back(value("fit", "uncertainty"));
+    row.emplace_back(value("simulated", "standard_error"));
+  }
+  table.rows.push_back(row);
+}
+
+void sets_section(const Json& results, const fs::path& folder, page::Page& page) {
+  page::Content& content = page.section("Parameter sets", "sets");
+  add_map(results, content);
+  page::Table table;
+  table.caption =
+      "Answer, family and what was compared: the model's word, and simulations with "
+      "fresh seeds";
+  table.columns = {{"set", ""}};
+  for (const Json& p : results.at("parameters"))
+    table.columns.push_back({text(p, "name"), unit_of(p)});
+  for (const Json& t : results.at("targets")) {
+    table.columns.push_back({text(t, "response") + ", model", unit_of(t)});
+    table.columns.push_back({text(t, "response") + ", simulated", unit_of(t)});
+  }
+  if (results.contains("answer") && results.at("answer").is_object())
+    add_set(results.at("answer"), results, table);
+  for (const char* list : {"valley", "compare"})
+    if (results.contains(list))
+      for (const Json& set : results.at(list)) add_set(set, results, table);
+  content.table(table);
+  const fs::path drawn = folder / "fitted_response.svg";
+  std::error_code unreadable;
+  if (!fs::is_regular_file(drawn, unreadable)) return;
+  const std::string svg =
+      read_input_file(drawn.string(), "a picture of firn calibrate", input_limits::svg_bytes);
+  const std::size_t start = svg.find("<svg");
+  if (start != std::string::npos)
+    content.figure({svg.substr(start), "The fitted response over the parameters.",
+                    "The fitted response over the parameters", true});
+}
+
+void knowledge_section(const Json& results, page::Page& page) {
+  page::Content& content = page.section("What would tell more", "next");
+  if (results.contains("measure_next")) {
+    page::Table table;
+    table.caption = "Measurements, by what they would tell for their effort";
+    table.columns = {{"response", ""},
+                     {"measured to", ""},
+                     {"information", "bit"},
+                     {"longest direction left", "%"},
+                     {"effort", "min"}};
+    for (const Json& m : results.at("measure_next"))
+      table.rows.push_back(
+          {text(m, "response"),
+           fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_of(m)),
+           Cell(number(m, "information_bits"), 3),
+           Cell(100 * number(m, "longest_direction_left"), 3),
+           m.contains("effort_seconds") ? Cell(number(m, "effort_seconds") / 60, 3) : Cell("-")});
+    content.table(table);
+  }
+  if (!results.contains("sensitivity")) return;
+  plots::BarPlot bars;
+  bars.y = {"share of the variance", "", false, 0.0, {}};
+  std::string seen;
+  std::vector<std::string> parameters;
+  for (const Json& p : results.at("parameters")) {
+    parameters.push_back(text(p, "name"));
+    bars.series.push_back({words(parameters.back()), {}});
+  }
+  for (const Json& s : results.at("sensitivity")) {
+    bars.categories.push_back(words(text(s, "response")));
+    const Json& of = s.at("parameters");
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      plots::BarSeries& series = bars.series[k];
+      series.values.push_back(of.contains(parameters[k]) ? number(of.at(parameters[k]), "first")
+                                                         : std::nan(""));
+      seen += fmt::format("{} by {}: {}. ", bars.categories.back(), series.name,
+                          number_text(series.values.back(), 2));
+    }
+  }
+  if (!bars.categories.empty())
+    content.figure({plots::draw(bars),
+                    "How much of each response the parameters explain, over their ranges.", seen});
+}
+
+void numerics_section(const Json& results, page::Page& page) {
+  page::Content& content = page.section("Numerics and convergence", "numerics");
+  if (results.contains("refinement") && results.at("refinement").is_object())
+    content.paragraph(fmt::format("rounds of refinement: {}; stopped: {}",
+                                  page::number_text(number(results.at("refinement"), "rounds")),
+                                  results.at("refinement").value("stopped", "")));
+  page::Table table;
+  table.caption = "What numerics do to the responses";
+  table.columns = {{"change", ""}, {"response", ""}, {"shift", ""}};
+  for (const Json& n : results.value("numerics", Json::array()))
+    for (const auto& [response, shift] : n.at("shifts").items())
+      table.rows.push_back(
+          {text(n, "name"), response,
+           with_unit(number(shift, "shift"), number(shift, "standard_error"), shift)});
+  if (!table.rows.empty()) content.table(table);
+  page::Table models;
+  models.caption = "Models of the responses";
+  models.columns = {{"response", ""}, {"model", ""},      {"cross-check", ""},
+                    {"points", ""},   {"seed noise", ""}, {"largest leave-one-out error", "sd"}};
+  for (const Json& m : results.value("models", Json::array()))
+    models.rows.push_back({text(m, "response"), m.value("surrogate", ""),
+                           m.value("cross_check", ""), Cell(number(m, "points"), 4),
+                           m.contains("seed_noise") && m.at("seed_noise").is_object()
+                               ? Cell(number(m.at("seed_noise"), "sd"), 3)
+                               : Cell(""),
+                           m.contains("largest_leave_one_out_z")
+                               ? Cell(number(m, "largest_leave_one_out_z"), 3)
+                               : Cell("")});
+  if (!models.rows.empty()) content.table(models);
+}
+
+void runs_section(const Json& results, page::Page& page) {
+  page::Content& content = page.section("Runs", "runs");
+  std::vector<page::Fact> facts;
+  for (const auto& [name, value] : results.at("runs").items())
+    if (value.is_number() && number(value) > 0) {
+      std::string words = name;
+      std::ranges::replace(words, '_', ' ');
+      facts.push_back({words, page::number_text(number(value))});
+    }
+  if (results.contains("wall_seconds"))
+    facts.push_back({"time of all runs", duration_text(number(results, "wall_seconds"))});
+  content.facts(facts);
+}
+
+page::Page page_of(const Json& results, const fs::path& folder) {
+  page::Page page(text(results, "study"),
+                  fmt::format("study, Firn {} ({})", results.value("firn_version", ""),
+                              results.value("git_commit", "")));
+  summary(results, page);
+  targets_section(results, page);
+  parameters_section(results, page);
+  sets_section(results, folder, page);
+  knowledge_section(results, page);
+  numerics_section(results, page);
+  runs_section(results, page);
+  return page;
+}
+
+}  // namespace
+
+page::Page study_page(const std::string& results_file) {
+  const Json results = read_results_json(results_file);
+  if (!results.is_object() || !results.contains("study"))
+    throw InputError(
+        fmt::format("{}: is no result of a study; expected the results.json that firn calibrate "
+                    "writes",
+                    results_file));
+  return page_from(results_file,
+                   [&] { return page_of(results, fs::path(results_file).parent_path()); });
+}
+
+}  // namespace firn

@@ -1,0 +1,335 @@
+#include "reports/documents/sweep_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "experiments/storage/version.h"
+#include "experiments/text/units.h"
+#include "firn/math.h"
+#include "reports/html/json_values.h"
+#include "reports/plots/plots.h"
+
+namespace firn {
+namespace {
+
+using page::Badge;
+using page::Cell;
+using page::Mark;
+using page::words;
+
+constexpr std::size_t kMostPlots = 48;  // of a page
+constexpr std::size_t kMostSeries = 6;  // curves of a plot
+constexpr std::size_t kOpenPlots = 12;  // before the fold
+
+struct Varied {
+  std::string name;
+  std::vector<std::string> values;  // different ones, in order of the sweep
+  std::string unit;                 // of `numbers`
+  std::vector<double> numbers;      // of `values`; empty where one of them is no number
+};
+
+struct Responded {
+  std::string name, unit;
+  std::vector<double> mean, deviation;  // by combination; NaN: undefined
+};
+
+struct SweepData {
+  std::vector<Varied> keys;
+  std::vector<std::vector<std::size_t>> value;  // [combination][key]: index into its values
+  std::vector<Responded> responses;
+};
+
+// "0.03 GPa" as 0.03 and "GPa".
+std::optional<std::pair<double, std::string>> number_and_unit(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+  std::string unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  unit.erase(0, unit.find_first_not_of(' '));
+  try {
+    if (!unit.empty()) parse_unit(unit);
+  } catch (const InputError&) {
+    return std::nullopt;  // a vector, a file
+  }
+  return std::pair(value, unit);
+}
+
+// Only where all are numbers of one unit.
+void find_numbers(Varied& key) {
+  std::vector<std::pair<double, std::string>> all;
+  for (const std::string& value : key.values) {
+    const auto parsed = number_and_unit(value);
+    if (!parsed) return;
+    all.push_back(*parsed);
+  }
+  const bool one_unit =
+      std::ranges::all_of(all, [&](const auto& v) { return v.second == all.front().second; });
+  if (!one_unit) return;
+  key.unit = all.front().second;
+  for (const auto& [value, unit] : all) key.numbers.push_back(value);
+}
+
+SweepData read_data(const Json& results) {
+  SweepData data;
+  const Json& combinations = list(results, "combinations");
+  for (const auto& [name, value] : combinations.at(0).at("values").items())
+    data.keys.push_back({name, {}, "", {}});
+  for (const Json& r : list(results, "responses"))
+    data.responses.push_back({text(r, "name"), text(r, "unit"), {}, {}});
+  for (const Json& row : combinations) {
+    std::vector<std::size_t>& chosen = data.value.emplace_back();
+    for (Varied& key : data.keys) {
+      const std::string value = text(row.at("values"), key.name.c_str());
+      auto found = std::ranges::find(key.values, value);
+      if (found == key.values.end()) found = key.values.insert(found, value);
+      chosen.push_back(static_cast<std::size_t>(found - key.values.begin()));
+    }
+    for (Responded& r : data.responses) {
+      const Json& of = row.at("responses").at(r.name);
+      r.mean.push_back(number(of, "mean"));
+      r.deviation.push_back(number(of, "standard_deviation"));
+    }
+  }
+  for (Varied& key : data.keys) find_numbers(key);
+  return data;
+}
+
+std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
+
+// Values of all keys but one: "friction 0.1, speed 2 m/s".
+std::string others(const SweepData& data, std::size_t combination, std::size_t but) {
+  std::string text;
+  for (std::size_t k = 0; k < data.keys.size(); ++k)
+    if (k != but)
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", words(data.keys[k].name),
+                          data.keys[k].values[data.value[combination][k]]);
+  return text;
+}
+
+bool wide(const std::vector<double>& values) {
+  const auto [low, high] = std::ranges::minmax(values);
+  return low > 0 && high / low >= 20;
+}
+
+std::string range_of(const Responded& r) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double v : r.mean)
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  return fmt::format("{} to {}", number_text(low), number_text(high));
+}
+
+// By x; without errors where none is known.
+plots::Series sorted(const plots::Series& s) {
+  std::vector<std::size_t> order(s.x.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::sort(order, {}, [&](std::size_t i) { return s.x[i]; });
+  plots::Series result;
+  for (const std::size_t i : order) {
+    result.x.push_back(s.x[i]);
+    result.y.push_back(s.y[i]);
+    result.y_error.push_back(s.y_error[i]);
+  }
+  if (std::ranges::none_of(result.y_error, [](double e) { return std::isfinite(e); }))
+    result.y_error.clear();
+  return result;
+}
+
+// One curve for each choice of the other keys; where these are many, points for all of them.
+page::Figure curves(const SweepData& data, std::size_t k, const Responded& r) {
+  const Varied& key = data.keys[k];
+  std::map<std::string, plots::Series> series;
+  for (std::size_t c = 0; c < data.value.size(); ++c) {
+    plots::Series& s = series[others(data, c, k)];
+    s.x.push_back(key.numbers[data.value[c][k]]);
+    s.y.push_back(r.mean[c]);
+    s.y_error.push_back(r.deviation[c]);
+  }
+  plots::XyPlot plot;
+  plot.x = {words(key.name), key.unit, wide(key.numbers), {}, {}};
+  plot.y = {words(r.name), unit_text(r.unit), false, {}, {}};
+  const bool many = series.size() > kMostSeries;
+  for (auto& [name, s] : series) {
+    s = sorted(s);
+    s.name = name;
+    s.style = plots::Style::joined;
+    if (!many) {
+      plot.series.push_back(s);
+      continue;
+    }
+    if (plot.series.empty()) plot.series.push_back({"", {}, {}, plots::Style::points});
+    plots::Series& all = plot.series.front();
+    all.x.insert(all.x.end(), s.x.begin(), s.x.end());
+    all.y.insert(all.y.end(), s.y.begin(), s.y.end());
+  }
+  return {plots::draw(plot), fmt::format("{} over {}.", words(r.name), words(key.name)),
+          fmt::format("{} over {}: {}", words(r.name), words(key.name), range_of(r))};
+}
+
+// Over values that are no numbers: the mean over all other keys.
+page::Figure bars(const SweepData& data, std::size_t k, const Responded& r) {
+  const Varied& key = data.keys[k];
+  plots::BarSeries series{"mean", {}, {}};
+  for (std::size_t v = 0; v < key.values.size(); ++v) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t c = 0; c < data.value.size(); ++c)
+      if (data.value[c][k] == v && std::isfinite(r.mean[c])) sum += r.mean[c], ++count;
+    series.values.push_back(count > 0 ? sum / count : std::nan(""));
+  }
+  plots::BarPlot plot;
+  plot.y = {words(r.name), unit_text(r.unit), false, {}, {}};
+  plot.categories = key.values;
+  plot.x_label = words(key.name);
+  plot.series = {series};
+  return {plots::draw(plot),
+          fmt::format("{} by {}, mean over everything else.", words(r.name), words(key.name)),
+          fmt::format("{} by {}: {}", words(r.name), words(key.name), range_of(r))};
+}
+
+bool changes(const Responded& r) {
+  std::optional<double> first;
+  for (const double v : r.mean) {
+    if (!std::isfinite(v)) continue;
+    if (first && v != *first) return true;
+    first = v;
+  }
+  return false;
+}
+
+void plots_section(const SweepData& data, page::Page& page) {
+  if (data.keys.empty()) return;
+  std::vector<page::Figure> figures;
+  std::string constant;
+  std::size_t left_out = 0;
+  for (const Responded& r : data.responses) {
+    if (!changes(r)) {
+      constant += (constant.empty() ? "" : ", ") + words(r.name);
+      continue;
+    }
+    for (std::size_t k = 0; k < data.keys.size(); ++k) {
+      if (data.keys[k].values.size() < 2) continue;
+      if (figures.size() == kMostPlots)
+        ++left_out;
+      else
+        figures.push_back(data.keys[k].numbers.empty() ? bars(data, k, r) : curves(data, k, r));
+    }
+  }
+  page::Content& content = page.section("Responses over the keys", "plots");
+  const auto middle =
+      figures.begin() + static_cast<std::ptrdiff_t>(std::min(figures.size(), kOpenPlots));
+  if (!figures.empty())
+    content.paragraph("Means over the seeds; bars are one standard deviation of single runs.")
+        .figures({figures.begin(), middle});
+  if (middle != figures.end()) {
+    page::Content more;
+    more.figures({middle, figures.end()});
+    content.fold(fmt::format("{} more plots", figures.end() - middle), more);
+  }
+  if (left_out > 0)
+    content.paragraph(fmt::format(
+        "{} more plots are left out: name the `responses` of the sweep to choose.", left_out));
+  if (!constant.empty())
+    content.paragraph("The same in all combinations, or undefined: " + constant + ".");
+}
+
+void table_section(const Json& results, const SweepData& data, page::Page& page) {
+  page::Table table;
+  table.caption = "Means over the seeds; ± is one standard deviation of single runs";
+  for (const Varied& key : data.keys)
+    table.columns.push_back({words(key.name), key.numbers.empty() ? "" : key.unit});
+  table.columns.push_back({"finished", ""});
+  for (const Responded& r : data.responses) table.columns.push_back({words(r.name), r.unit});
+  std::vector<std::pair<int, int>> finished(data.value.size());
+  for (const Json& run : list(results, "runs")) {
+    const auto c = static_cast<std::size_t>(whole_number(run, "combination"));
+    if (c >= finished.size()) throw BadValue("a run of a combination that the sweep has not");
+    ++finished[c].second;
+    finished[c].first += text(run, "status") == "finished" ? 1 : 0;
+  }
+  for (std::size_t c = 0; c < data.value.size(); ++c) {
+    std::vector<Cell>& row = table.rows.emplace_back();
+    for (std::size_t k = 0; k < data.keys.size(); ++k) {
+      const Varied& key = data.keys[k];
+      const std::size_t v = data.value[c][k];
+      row.push_back(key.numbers.empty() ? Cell(key.values[v]) : Cell(key.numbers[v], 9));
+    }
+    row.emplace_back(fmt::format("{} of {}", finished[c].first, finished[c].second));
+    for (const Responded& r : data.responses)
+      row.push_back(Cell::measured(r.mean[c], r.deviation[c]));
+  }
+  page.section("All combinations", "combinations").table(table);
+}
+
+void powers_section(const Json& results, page::Page& page) {
+  if (!results.contains("powers") || results.at("powers").empty()) return;
+  page::Table table;
+  table.caption = "Each response as a power of the key; ± is one standard error";
+  table.columns = {{"response", ""}, {"exponent", ""}};
+  for (const auto& [response, law] : results.at("powers").items())
+    table.rows.push_back(
+        {words(response), Cell::measured(number(law, "exponent"), number(law, "standard_error"))});
+  page.section("Power laws", "powers").table(table);
+}
+
+void failures_section(const Json& results, page::Page& page) {
+  page::Table table;
+  table.caption = "Runs that did not finish";
+  table.columns = {{"combination", ""}, {"seed", ""}, {"status", ""}, {"reason", ""}};
+  const Json& combinations = list(results, "combinations");
+  for (const Json& run : list(results, "runs")) {
+    if (text(run, "status") == "finished") continue;
+    std::string values;
+    const auto c = static_cast<std::size_t>(whole_number(run, "combination"));
+    for (const auto& [name, value] : combinations.at(c).at("values").items())
+      values +=
+          fmt::format("{}{} {}", values.empty() ? "" : ", ", words(name), value.get<std::string>());
+    table.rows.push_back(
+        {values, Cell(number(run, "seed"), 9), text(run, "status"), text(run, "reason")});
+  }
+  if (!table.rows.empty()) page.section("Not finished", "failures").table(table);
+}
+
+page::Page page_of(const Json& results) {
+  const SweepData data = read_data(results);
+  page::Page page(text(results, "name"), fmt::format("sweep of {}", text(results, "case")));
+  std::size_t finished = 0, all = 0;
+  for (const Json& run : list(results, "runs")) {
+    ++all;
+    finished += text(run, "status") == "finished" ? 1 : 0;
+  }
+  const bool whole = finished == all;
+  page.top().note(whole ? Badge{Mark::good, "finished"} : Badge{Mark::caution, "incomplete"},
+                  fmt::format("{} of {} runs finished", finished, all));
+  std::vector<page::Fact> facts;
+  for (const Varied& key : data.keys) {
+    std::string values;
+    for (const std::string& v : key.values) values += (values.empty() ? "" : ", ") + v;
+    facts.push_back({words(key.name), values});
+  }
+  if (!facts.empty()) page.top().facts(facts);
+  plots_section(data, page);
+  powers_section(results, page);
+  table_section(results, data, page);
+  failures_section(results, page);
+  page.set_footer(fmt::format("Made by Firn {}.", firn_version()));
+  return page;
+}
+
+}  // namespace
+
+page::Page sweep_page(const std::string& results_file) {
+  const Json results = read_results_json(results_file);
+  if (!results.is_object() || results.value("kind", Json()) != "sweep")
+    throw InputError(
+        fmt::format("{}: is no result of a sweep; expected the results.json that firn sweep writes",
+                    results_file));
+  return page_from(results_file, [&] { return page_of(results); });
+}
+
+}  // namespace firn

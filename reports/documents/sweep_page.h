@@ -1,0 +1,13 @@
+// The page of a sweep: how each response depends on each key, then the table of all combinations.
+#pragma once
+
+#include <string>
+
+#include "reports/html/page.h"
+
+namespace firn {
+
+// From a sweep's results.json. Throws InputError for a file that is none.
+page::Page sweep_page(const std::string& results_file);
+
+}  // namespace firn

@@ -1,0 +1,21 @@
+// The page of a validation: verdicts at a glance, then each comparison with what it rests on.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "reports/html/page.h"
+
+namespace firn {
+
+struct ValidationPageOptions {
+  bool replays = true;                     // of the first run of each experiment
+  std::size_t replay_budget = 12'000'000;  // characters of data over all of them
+};
+
+// From a validation's results.json, and the results files that it names as far as they are there.
+// Throws InputError for a file that is none.
+page::Page validation_page(const std::string& results_file,
+                           const ValidationPageOptions& options = {});
+
+}  // namespace firn

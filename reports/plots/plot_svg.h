@@ -1,0 +1,55 @@
+// What plots share: how gnuplot is asked, and how its SVG becomes a part of a page.
+#pragma once
+
+#include <array>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "experiments/system/gnuplot.h"
+
+namespace firn::plots {
+
+// Colours are names for those of the page's style sheet: gnuplot is given one that nobody would
+// choose, and the SVG says var(--ink) in its place. Quoted for gnuplot.
+namespace ink {
+constexpr const char* text = "'#010203'";
+constexpr const char* faint = "'#010204'";
+constexpr const char* line = "'#010205'";
+}  // namespace ink
+std::string series_ink(int k);  // from 0; eight of them, then again
+
+// Dash and marker of series k, as gnuplot numbers them.
+std::string dash(int k);
+int marker(int k);
+
+std::string palette_script();  // dark blue to yellow, ascending in lightness
+
+class Drawing {
+ public:
+  Drawing(int width, int height) : width_(width), height_(height) {}
+
+  // Writes rows as columns of a file; returns its name, quoted.
+  template <std::size_t Columns>
+  std::string data(const std::string& name,
+                   const std::vector<std::array<double, Columns>>& rows) const;
+
+  // What the script draws, as an element that can stand anywhere in a page: its ids are its own.
+  std::string svg(const std::string& script) const;
+  // Axes without data, which say so.
+  std::string nothing(const std::string& x_title, const std::string& y_title) const;
+
+ private:
+  std::string write(const std::string& name, const double* values, std::size_t rows,
+                    std::size_t columns) const;
+  Gnuplot gnuplot_;
+  int width_, height_;
+};
+
+template <std::size_t Columns>
+std::string Drawing::data(const std::string& name,
+                          const std::vector<std::array<double, Columns>>& rows) const {
+  return write(name, rows.empty() ? nullptr : rows.front().data(), rows.size(), Columns);
+}
+
+}  // namespace firn::plots

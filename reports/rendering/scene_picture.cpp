@@ -1,0 +1,442 @@
+#include "reports/rendering/scene_picture.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <future>
+#include <list>
+#include <set>
+
+#include "experiments/meshes/wall_solids.h"
+#include "experiments/results/bond_results.h"
+#include "experiments/run/placement.h"
+#include "experiments/system/gnuplot.h"
+#include "experiments/system/text_encoding.h"
+#include "reports/rendering/picture_source.h"
+
+namespace firn {
+namespace {
+
+using Bounds = Eigen::AlignedBox3d;
+
+// Dull, so that the ice stands out.
+constexpr std::array<Color, 10> kWallColors = {{{0.63f, 0.70f, 0.76f},
+                                                {0.75f, 0.66f, 0.55f},
+                                                {0.64f, 0.72f, 0.63f},
+                                                {0.73f, 0.63f, 0.68f},
+                                                {0.75f, 0.73f, 0.61f},
+                                                {0.61f, 0.63f, 0.68f},
+                                                {0.60f, 0.71f, 0.71f},
+                                                {0.77f, 0.64f, 0.62f},
+                                                {0.69f, 0.68f, 0.66f},
+                                                {0.70f, 0.68f, 0.77f}}};
+
+Color wall_color(std::size_t wall) { return kWallColors[wall % kWallColors.size()]; }
+
+// Ice, each body a little lighter or darker than the next.
+Color ice(std::size_t k) {
+  const auto shade = static_cast<float>(0.08 * static_cast<double>(k * 7919 % 13) / 12);
+  return {0.84f + shade, 0.92f + 0.7f * shade, 0.99f};
+}
+
+// From dark blue over green to yellow, ascending in lightness: told apart without colour, too.
+Color by_rank(double share) {
+  constexpr std::array<Color, 5> kScale = {{{0.20f, 0.12f, 0.40f},
+                                            {0.19f, 0.40f, 0.56f},
+                                            {0.15f, 0.62f, 0.53f},
+                                            {0.50f, 0.80f, 0.36f},
+                                            {0.99f, 0.90f, 0.20f}}};
+  const double at = share * (kScale.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), kScale.size() - 2);
+  const auto f = static_cast<float>(at - static_cast<double>(i));
+  const Color &a = kScale[i], &b = kScale[i + 1];
+  return {a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b)};
+}
+
+std::vector<Color> particle_colors(const ScenePicture& picture) {
+  std::vector<Color> colors;
+  const std::set<int> known(picture.tags.begin(), picture.tags.end());
+  for (std::size_t k = 0; k < picture.particles.size(); ++k) {
+    if (known.size() < 2) {
+      colors.push_back(ice(k));
+      continue;
+    }
+    const auto rank = std::distance(known.begin(), known.find(picture.tags[k]));
+    colors.push_back(by_rank(static_cast<double>(rank) / static_cast<double>(known.size() - 1)));
+  }
+  return colors;
+}
+
+// What of a mesh lies on the side of the plane that its normal points away from, in world axes.
+TriangleMesh cut_mesh(const PlacedMesh& placed, const Vec3& normal, double offset) {
+  TriangleMesh kept;
+  for (const auto& t : placed.mesh->triangles) {
+    std::vector<Vec3> loop;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 a = placed.pose * placed.mesh->vertices[t[k]];
+      const Vec3 b = placed.pose * placed.mesh->vertices[t[(k + 1) % 3]];
+      const double over_a = normal.dot(a) - offset, over_b = normal.dot(b) - offset;
+      if (over_a <= 0) loop.push_back(a);
+      if (over_a * over_b < 0) loop.push_back(a + over_a / (over_a - over_b) * (b - a));
+    }
+    const int first = static_cast<int>(kept.vertices.size());
+    kept.vertices.insert(kept.vertices.end(), loop.begin(), loop.end());
+    for (int k = 1; k + 1 < static_cast<int>(loop.size()); ++k) {
+      kept.triangles.push_back({first, first + k, first + k + 1});
+    }
+  }
+  return kept;
+}
+
+Bounds bounds_of(const ScenePicture& picture) {
+  Bounds bounds;
+  const auto add = [&](const PlacedMesh& placed) {
+    for (const Vec3& v : placed.mesh->vertices) bounds.extend(placed.pose * v);
+  };
+  for (const auto& wall : picture.walls) add(wall.placed);
+  // Bodies that have fallen out of the scene shall not make it small.
+  if (picture.walls.empty()) std::ranges::for_each(picture.particles, add);
+  return bounds;
+}
+
+Scene scene_of(const ScenePicture& picture, const Bounds& bounds) {
+  Scene scene;
+  for (std::size_t i = 0; i < picture.walls.size(); ++i) {
+    scene.bodies.push_back({picture.walls[i].placed, wall_color(i), true});
+  }
+  const std::vector<Color> colors = particle_colors(picture);
+  for (std::size_t k = 0; k < picture.particles.size(); ++k) {
+    scene.bodies.push_back({picture.particles[k], colors[k], true});
+  }
+  scene.occlusion_radius = 0.05 * bounds.diagonal().norm();
+  return scene;
+}
+
+// The same triangles seen from behind: where they show, a solid is cut.
+TriangleMesh turned(TriangleMesh mesh) {
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+  return mesh;
+}
+
+// A view along an axis, and the axes that run right and up in it.
+struct Panel {
+  const char* title;
+  Vec3 direction, up;
+  int right_axis, up_axis;
+  bool cut;  // through the middle, what is nearer left out
+};
+const std::array<Panel, 3> kPanels = {
+    {{"from above", -Vec3::UnitZ(), Vec3::UnitY(), 0, 1, false},
+     {"section along x, seen from the back", Vec3::UnitY(), Vec3::UnitZ(), 0, 2, true},
+     {"section across x, seen from its end", -Vec3::UnitX(), Vec3::UnitZ(), 1, 2, true}}};
+
+Image draw_panel(const Scene& whole, const Panel& panel, const Bounds& bounds, int width) {
+  Scene scene = whole;
+  std::list<TriangleMesh> cut;  // keeps the meshes where they are
+  if (panel.cut) {
+    scene.bodies.clear();
+    for (const RenderedBody& body : whole.bodies) {
+      cut.push_back(cut_mesh(body.placed, -panel.direction, -panel.direction.dot(bounds.center())));
+      scene.bodies.push_back({{&cut.back(), {}}, body.color, false});
+      cut.push_back(turned(cut.back()));
+      const Color dark{0.45f * body.color.r, 0.45f * body.color.g, 0.5f * body.color.b};
+      scene.bodies.push_back({{&cut.back(), {}}, dark, false});
+    }
+    scene.to_light = (Vec3(0.2, 0, 0.5) - panel.direction).normalized();
+  }
+  const Vec3 size = bounds.sizes();
+  return render(scene,
+                View::parallel(bounds.center(), panel.direction, panel.up, size[panel.right_axis],
+                               size[panel.up_axis]),
+                width);
+}
+
+View overview(const Bounds& bounds) {
+  const Vec3 middle = bounds.center();
+  const Vec3 eye = middle + 1.6 * bounds.diagonal().norm() * Vec3(0.5, 0.7, 0.9).normalized();
+  const View unit = View::perspective(eye, middle, Vec3::UnitZ(), 1, 1);
+  double width = 0, height = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 p = unit.project(bounds.corner(static_cast<Bounds::CornerType>(k)));
+    width = std::max(width, 2 * std::abs(p.x() - 0.5));
+    height = std::max(height, 2 * std::abs(p.y() - 0.5));
+  }
+  const double square = std::max(width, height);
+  return View::perspective(eye, middle, Vec3::UnitZ(), square, square);
+}
+
+// A rectangle of the canvas, pixels from the left and from the top.
+struct Frame2 {
+  double left = 0, top = 0, width = 0, height = 0;
+};
+
+std::string frame_script(const Frame2& f, double canvas_width, double canvas_height) {
+  return fmt::format(
+      "set lmargin at screen {:.6f}\nset rmargin at screen {:.6f}\n"
+      "set tmargin at screen {:.6f}\nset bmargin at screen {:.6f}\n",
+      f.left / canvas_width, (f.left + f.width) / canvas_width, 1 - f.top / canvas_height,
+      1 - (f.top + f.height) / canvas_height);
+}
+
+// 1, 2 or 5 times a power of ten, not below `least`.
+double tick_step(double least) {
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= least) return factor * power;
+  return 10 * power;
+}
+
+std::string panel_script(const Panel& panel, const Bounds& bounds, const Image& image,
+                         const std::string& source) {
+  constexpr double kLabel = 52;  // pixels that the label of a tick needs
+  const int right = panel.right_axis, up = panel.up_axis;
+  const double step = 1e3 * bounds.sizes()[right] / image.width;  // mm a pixel
+  const double left = 1e3 * bounds.min()[right], bottom = 1e3 * bounds.min()[up];
+  return fmt::format(
+      "set border 3 lc rgb '#8a929c'\nset xtics out nomirror textcolor rgb '#30343b'\n"
+      "set ytics out nomirror textcolor rgb '#30343b'\n"
+      "set title '{}' offset 0,-0.6 textcolor rgb '#5b6673'\n"
+      "set xlabel '{} / mm' offset 0,0.5\nset ylabel '{} / mm' offset 1,0\n"
+      "set xrange [{:.4f}:{:.4f}]\nset yrange [{:.4f}:{:.4f}]\n"
+      "set xtics {:g}\nset ytics {:g}\n"
+      "plot {} origin=({:.5f},{:.5f}) dx={:.6f} dy={:.6f} with rgbimage\n",
+      panel.title, "xyz"[right], "xyz"[up], left, left + step * image.width, bottom,
+      bottom + step * image.height, tick_step(kLabel * step), tick_step(kLabel * step), source,
+      left + step / 2, bottom + step / 2, step, step);
+}
+
+struct LegendItem {
+  std::string name;
+  Color color;
+};
+
+// Every boundary, and the ice: by tag, of many tags the first and the last.
+std::vector<LegendItem> legend_items(const ScenePicture& picture) {
+  constexpr std::size_t kMostTags = 8;
+  std::vector<LegendItem> items;
+  for (std::size_t i = 0; i < picture.walls.size(); ++i)
+    items.push_back({picture.walls[i].name, wall_color(i)});
+  if (picture.particles.empty()) return items;
+  const std::set<int> known(picture.tags.begin(), picture.tags.end());
+  if (known.size() < 2) {
+    items.push_back({"bodies", ice(0)});
+    return items;
+  }
+  std::size_t rank = 0;
+  for (const int tag : known) {
+    const bool end = rank == 0 || rank + 1 == known.size();
+    if (end || known.size() <= kMostTags)
+      items.push_back({fmt::format("tag {}", tag),
+                       by_rank(static_cast<double>(rank) / static_cast<double>(known.size() - 1))});
+    ++rank;
+  }
+  return items;
+}
+
+struct Legend {
+  static constexpr double kRow = 20;  // pixels
+  struct Placed {
+    LegendItem item;
+    double x = 0;
+    int row = 0;
+  };
+  std::vector<Placed> placed;
+  int rows = 1;
+};
+
+Legend legend_of(const ScenePicture& picture) {
+  constexpr double kMargin = 20;
+  Legend legend;
+  double x = kMargin;
+  for (LegendItem& item : legend_items(picture)) {
+    const double wide = 34 + 9.0 * static_cast<double>(item.name.size());
+    if (x > kMargin && x + wide > picture.width - kMargin) {
+      x = kMargin;
+      ++legend.rows;
+    }
+    legend.placed.push_back({std::move(item), x, legend.rows - 1});
+    x += wide;
+  }
+  return legend;
+}
+
+std::string legend_script(const Legend& legend, double width, double height) {
+  std::string script;
+  int label = 100;
+  for (const Legend::Placed& p : legend.placed) {
+    const double y = height - Legend::kRow * (legend.rows - p.row);
+    const Color c = p.item.color;
+    const auto byte = [](float v) {
+      return static_cast<int>(std::lround(255 * std::clamp(v, 0.0f, 1.0f)));
+    };
+    script += fmt::format(
+        "set label {} '■ ' at screen {:.5f}, screen {:.5f} front font ',15' tc rgb "
+        "'#{:02x}{:02x}{:02x}'\n"
+        "set label {} {} at screen {:.5f}, screen {:.5f} front font ',13' tc rgb '#1d2733' "
+        "noenhanced\n",
+        label, p.x / width, 1 - y / height, byte(c.r), byte(c.g), byte(c.b), label + 1,
+        encode::gnuplot(p.item.name), (p.x + 18) / width, 1 - y / height);
+    label += 2;
+  }
+  return script;
+}
+
+}  // namespace
+
+void draw_scene(const ScenePicture& picture, const std::string& file) {
+  Gnuplot::check_picture(file);  // refuses a wrong extension before the work begins
+  Bounds bounds = bounds_of(picture);
+  if (bounds.isEmpty()) {
+    throw InputError(picture.title +
+                     ": has neither solid boundaries nor bodies; expected something to draw");
+  }
+  bounds.min().array() -= 0.02 * bounds.diagonal().norm();
+  bounds.max().array() += 0.02 * bounds.diagonal().norm();
+  const Scene scene = scene_of(picture, bounds);
+  const Legend legend = legend_of(picture);
+
+  // Two columns: the overview over the plan, the sections beside them, all to one scale.
+  constexpr double kTitle = 78, kAxisX = 70, kAxisY = 62, kGap = 34;
+  const Vec3 size = bounds.sizes();
+  const double scale =
+      (picture.width - 2 * kAxisX - kGap) / (size.x() + std::max(size.x(), size.y()));
+  std::array<Frame2, 3> frames;
+  for (std::size_t k = 0; k < 3; ++k) {
+    frames[k].width = scale * size[kPanels[k].right_axis];
+    frames[k].height = scale * size[kPanels[k].up_axis];
+  }
+  const double column = kAxisX + scale * size.x() + kGap, second = column + kAxisX;
+  const double row = std::max(scale * std::max(size.z(), 0.75 * size.x()), frames[2].height);
+  frames[1].left = kAxisX, frames[1].top = kTitle + kGap + row - frames[1].height;
+  frames[2].left = second, frames[2].top = kTitle + kGap + row - frames[2].height;
+  const double lower = kTitle + kGap + row + kAxisY + kGap;
+  frames[0].left = kAxisX, frames[0].top = lower;
+  const Frame2 over{second, lower, picture.width - second,
+                    std::max(frames[0].height, 0.8 * (picture.width - second))};
+  const double height = lower + over.height + kAxisY + 20 + Legend::kRow * legend.rows,
+               width = picture.width;
+
+  std::future<Image> images[3];  // side by side: they take seconds
+  for (std::size_t k = 0; k < 3; ++k) {
+    images[k] = std::async(std::launch::async, [&, k] {
+      return draw_panel(scene, kPanels[k], bounds, static_cast<int>(frames[k].width));
+    });
+  }
+  const int square = static_cast<int>(std::min(over.width, over.height));
+  Scene lit = scene;
+  lit.to_light = Vec3(0.75, 0.5, 0.8).normalized();
+  const Image whole = render(lit, overview(bounds), square);
+  const Gnuplot gnuplot;
+  std::string script = "set multiplot\nunset key\n" +
+                       fmt::format(
+                           "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb "
+                           "'#1d2733' noenhanced\n"
+                           "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb "
+                           "'#5b6673' noenhanced\n",
+                           encode::gnuplot(picture.title), 1 - 28 / height,
+                           encode::gnuplot(picture.subtitle), 1 - 58 / height) +
+                       legend_script(legend, width, height);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Image image = images[k].get();
+    script += frame_script(frames[k], width, height) +
+              panel_script(kPanels[k], bounds, image,
+                           image_source(gnuplot, fmt::format("panel{}", k), image)) +
+              "unset label\n";
+  }
+  script +=
+      frame_script({over.left, over.top, static_cast<double>(square), static_cast<double>(square)},
+                   width, height) +
+      fmt::format(
+          "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\n"
+          "set xrange [-0.5:{0}.5]\nset yrange [-0.5:{0}.5]\nplot {1} with rgbimage\n",
+          square - 1, image_source(gnuplot, "overview", whole));
+  gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
+}
+
+namespace {
+
+// Boundaries with a mesh where they are at the start; of one name unless it is empty.
+std::vector<ScenePicture::Wall> walls_at_start(const Case& c, const Solver& start,
+                                               const std::string& name = {}) {
+  std::vector<ScenePicture::Wall> result;
+  const std::vector<BoundaryState>& walls = start.boundaries();
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    const Boundary& b = c.model.boundaries[i];
+    if (b.mesh.triangles.empty() || (!name.empty() && b.name != name)) continue;
+    const Mat3 rotation = walls[i].orientation.toRotationMatrix();
+    result.push_back({b.name, {&b.mesh, {rotation, walls[i].position}}});
+  }
+  return result;
+}
+
+}  // namespace
+
+void draw_boundary(const Case& c, const std::string& name, const std::string& file) {
+  Solver start(c.model);
+  place_start(start, c);
+  ScenePicture picture;
+  picture.title = name;
+  picture.subtitle = fmt::format("of {}, at the start", c.name);
+  picture.walls = walls_at_start(c, start, name);
+  draw_scene(picture, file);
+}
+
+void draw_scene(const Case& c, const std::string& file) {
+  ScenePicture picture;
+  picture.title = c.name;
+  Solver start(c.model);
+  place_start(start, c);
+  picture.walls = walls_at_start(c, start);
+  for (const Case::Placed& p : c.placed) {
+    const Shape& shape = c.model.shapes[c.model.particles[p.particle].shape];
+    const Mat3 rotation = p.orientation.toRotationMatrix();
+    picture.particles.push_back({&shape.mesh, {rotation, p.position - rotation * shape.centroid}});
+  }
+  picture.subtitle =
+      fmt::format("at the start, {} of {} bodies", c.placed.size(), c.model.particles.size());
+  draw_scene(picture, file);
+}
+
+void draw_scene(const Recording& recording, std::size_t index, const std::string& file) {
+  const std::vector<double> times = recording.frame_times();
+  if (index >= times.size()) {
+    throw InputError(fmt::format("{}: has no frame {}; expected less than {}", recording.file(),
+                                 index, times.size()));
+  }
+  const Case c = recording.read_case();
+  const Frame frame = recording.frame(index);
+  const std::vector<int> tags = recording.tag();
+  ScenePicture picture;
+  picture.title = c.name;
+  for (const Boundary& b : c.model.boundaries) {
+    const BoundaryFrame now = recording.boundary(b.name, index);
+    if (b.mesh.triangles.empty() || now.position.hasNaN()) continue;
+    picture.walls.push_back(
+        {b.name, {&b.mesh, {now.orientation.toRotationMatrix(), now.position}}});
+  }
+  for (std::size_t i = 0; i < frame.position.size(); ++i) {
+    if (std::isnan(frame.position[i][0])) continue;
+    const Shape& shape = c.model.shapes[c.model.particles[i].shape];
+    const auto& q = frame.orientation[i];
+    const Mat3 rotation = Quat(q[0], q[1], q[2], q[3]).toRotationMatrix();
+    picture.particles.push_back(
+        {&shape.mesh, {rotation, Vec3(frame.position[i].data()) - rotation * shape.centroid}});
+    picture.tags.push_back(tags[i]);
+  }
+  picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
+                                 picture.particles.size(), frame.position.size());
+  std::list<TriangleMesh> bridges;  // keeps the meshes where they are
+  for (const Bridge& bridge : bridges_at(c, bond_outcomes(recording), times[index], frame)) {
+    bridges.push_back(box_mesh(bridge.size));
+    picture.particles.push_back(
+        {&bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});
+    picture.tags.push_back(
+        tags[static_cast<std::size_t>(c.model.bonds[static_cast<std::size_t>(bridge.bond)].a)]);
+  }
+  if (!c.model.bonds.empty()) picture.subtitle += fmt::format(", {} bonds hold", bridges.size());
+  draw_scene(picture, file);
+}
+
+}  // namespace firn

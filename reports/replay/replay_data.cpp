@@ -1,0 +1,234 @@
+#include "reports/replay/replay_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/system/text_encoding.h"
+#include "reports/html/assets.h"
+#include "reports/html/data_encoding.h"
+#include "reports/rendering/simplify_mesh.h"
+
+namespace firn::replay {
+namespace {
+
+// Triangles of all particles together, for machines without a graphics processor.
+constexpr std::size_t kParticleTriangles = 80'000;
+
+Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+Json box_marker(const char* kind, const std::string& name, const Vec3& low, const Vec3& high) {
+  return {{"kind", kind},
+          {"form", "box"},
+          {"name", name},
+          {"low", vector_json(low)},
+          {"high", vector_json(high)}};
+}
+Json plane_marker(const char* kind, const std::string& name, const Vec3& point,
+                  const Vec3& normal) {
+  return {{"kind", kind},
+          {"form", "plane"},
+          {"name", name},
+          {"point", vector_json(point)},
+          {"normal", vector_json(normal)}};
+}
+// A direction through a point. `turns`: a rotation about it, otherwise a translation along it.
+Json axis_marker(const char* kind, const std::string& name, const Vec3& point,
+                 const Vec3& direction, bool turns) {
+  return {{"kind", kind},
+          {"form", "axis"},
+          {"name", name},
+          {"turns", turns},
+          {"point", vector_json(point)},
+          {"direction", vector_json(direction.normalized())}};
+}
+
+void add_motion(Json& markers, const std::string& mover, const Motion& m, const Vec3& place) {
+  if (m.kind == Motion::Kind::rotation) {
+    const double sense = m.course == Motion::Course::steady && m.angular_speed < 0 ? -1 : 1;
+    markers.push_back(axis_marker("motion", mover, m.center, sense * m.axis, true));
+    return;
+  }
+  const Vec3 way = m.course == Motion::Course::steady ? m.velocity : m.axis;
+  if (way.norm() > 0) markers.push_back(axis_marker("motion", mover, place, way, false));
+}
+
+// The middle of what a frame carries, m, world at t = 0.
+Vec3 middle_of(const Case& c, int frame) {
+  Eigen::AlignedBox3d box;
+  for (const Boundary& b : c.model.boundaries) {
+    if (!hangs_on(c.model.frames, b.frame, frame)) continue;
+    for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
+  }
+  return box.isEmpty() ? c.model.frames[static_cast<std::size_t>(frame)].origin
+                       : Vec3(box.center());
+}
+Vec3 middle_of(const Boundary& b) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
+  return box.isEmpty() ? b.origin : Vec3(box.center());
+}
+
+std::string range_text(const FreeAxis& axis) {
+  const bool turns = axis.kind == FreeAxis::Kind::rotation;
+  const double scale = turns ? 180 / M_PI : 1e3;
+  const char* unit = turns ? "deg" : "mm";
+  std::string text;
+  if (std::isfinite(axis.lower) || std::isfinite(axis.upper))
+    text += fmt::format(", {:.4g} to {:.4g} {}", axis.lower * scale, axis.upper * scale, unit);
+  if (axis.stiffness > 0) text += ", spring";
+  if (axis.damping > 0) text += ", damper";
+  if (axis.friction > 0) text += ", friction";
+  if (!axis.drives.empty()) text += ", drive";
+  return text;
+}
+
+void add_axes(Json& markers, const Case& c) {
+  const Model& model = c.model;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const MotionFrame& frame = model.frames[f];
+    const Vec3 middle = middle_of(c, static_cast<int>(f));
+    for (const Motion& m : frame.motions) add_motion(markers, frame.name, m, middle);
+    if (!frame.free) continue;
+    for (const FreeAxis& axis : frame.free->axes) {
+      const bool turns = axis.kind == FreeAxis::Kind::rotation;
+      markers.push_back(axis_marker("free body", frame.name + range_text(axis),
+                                    turns ? frame.origin : middle, axis.direction, turns));
+    }
+  }
+  for (const Boundary& b : model.boundaries)
+    for (const Motion& m : b.motions) add_motion(markers, b.name, m, middle_of(b));
+  for (const Stage& stage : c.stages) {
+    for (const Stage::StartedMotion& start : stage.motions) {
+      const bool by_frame = start.frame >= 0;
+      const std::string& mover =
+          by_frame ? model.frames[static_cast<std::size_t>(start.frame)].name
+                   : model.boundaries[static_cast<std::size_t>(start.boundary)].name;
+      add_motion(markers, mover + ", stage " + stage.name, start.motion,
+                 by_frame ? middle_of(c, start.frame)
+                          : middle_of(model.boundaries[static_cast<std::size_t>(start.boundary)]));
+    }
+  }
+}
+
+}  // namespace
+
+Json micro(double value) {
+  return std::isfinite(value) ? Json(std::llround(std::clamp(value * 1e6, -9e18, 9e18)))
+                              : Json(nullptr);
+}
+Json micro(const std::vector<double>& values) {
+  Json all = Json::array();
+  for (const double value : values) all.push_back(micro(value));
+  return all;
+}
+
+Json mesh_json(const std::string& name, const TriangleMesh& mesh, const Vec3& origin) {
+  Json vertices = Json::array(), triangles = Json::array();
+  for (const Vec3& v : mesh.vertices)
+    for (int k = 0; k < 3; ++k) vertices.push_back(micro(v[k] - origin[k]));
+  for (const auto& t : mesh.triangles)
+    for (const int corner : t) triangles.push_back(corner);
+  return {{"name", name}, {"vertices", vertices}, {"triangles", triangles}};
+}
+
+Json shapes_json(const Case& c, std::size_t particles) {
+  const std::size_t each =
+      std::clamp<std::size_t>(kParticleTriangles / std::max<std::size_t>(particles, 1), 60, 400);
+  Json shapes = Json::array();
+  for (const Shape& shape : c.model.shapes)
+    shapes.push_back(mesh_json(shape.name, simplified(shape.mesh, each), shape.centroid));
+  return shapes;
+}
+
+Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < tracks.position.size(); ++i) {
+    const auto& p = tracks.position[i];
+    if (i % tracks.bodies < particles && !std::isnan(p[0])) box.extend(Vec3(p[0], p[1], p[2]));
+  }
+  if (box.isEmpty()) box.extend(Vec3::Zero());
+  return box;
+}
+
+TriangleMesh plane_square(const Boundary& plane, const Eigen::AlignedBox3d& box) {
+  const double reach = 0.05 + 0.55 * box.diagonal().norm();
+  const Vec3 middle = plane.orientation.conjugate() * (box.center() - plane.origin);
+  TriangleMesh mesh;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+    mesh.vertices.emplace_back(middle.x() + x * reach, middle.y() + y * reach, 0);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+Json parts_json(const Shape& shape) {
+  Json parts = Json::array();
+  for (const ConvexPart& part : shape.parts) {
+    TriangleMesh mesh = surface_mesh(part);
+    for (Vec3& v : mesh.vertices) v = shape.shape_from_body * v;
+    parts.push_back(mesh_json("", mesh, Vec3::Zero()));
+  }
+  return parts;
+}
+
+Json markers_json(const Case& c) {
+  Json markers = Json::array();
+  for (const Fill& fill : c.fills)
+    markers.push_back(box_marker("fill", fmt::format("{} {}", fill.count, fill.shape),
+                                 fill.region_min, fill.region_max));
+  for (const Source& source : c.sources) {
+    if (source.positions.empty()) continue;
+    Eigen::AlignedBox3d box;
+    for (const Vec3& p : source.positions) box.extend(p);
+    markers.push_back(
+        box_marker("source", source.name, box.min() - source.scatter, box.max() + source.scatter));
+  }
+  for (const Gate& gate : c.gates)
+    markers.push_back(gate.is_box ? box_marker("gate", gate.name, gate.region_min, gate.region_max)
+                                  : plane_marker("gate", gate.name, gate.point, gate.normal));
+  for (const Outlet& outlet : c.outlets)
+    markers.push_back(plane_marker("outlet", outlet.name, outlet.point, outlet.normal));
+  for (const TagRule& rule : c.tag_rules)
+    markers.push_back(
+        box_marker("tag rule", "tags, stage " + rule.stage, rule.region_min, rule.region_max));
+  for (const Measure& m : c.measures) {
+    if (m.kind == Measure::Kind::heap)
+      markers.push_back(
+          box_marker("measurement", m.name.empty() ? "heap" : m.name, m.region_min, m.region_max));
+  }
+  add_axes(markers, c);
+  return markers;
+}
+
+std::string data_text(Json facts, const PoseTracks& tracks) {
+  const PackedTracks packed = pack(tracks);
+  facts["bodies"] = packed.bodies;
+  facts["time"] = micro(tracks.time);
+  facts["low"] = {packed.low.x(), packed.low.y(), packed.low.z()};
+  facts["high"] = {packed.high.x(), packed.high.y(), packed.high.z()};
+  const std::string text = facts.dump();
+  std::vector<std::uint8_t> bytes;
+  for (int k = 0; k < 4; ++k) bytes.push_back(static_cast<std::uint8_t>(text.size() >> (8 * k)));
+  bytes.insert(bytes.end(), text.begin(), text.end());
+  bytes.insert(bytes.end(), packed.bytes.begin(), packed.bytes.end());
+  return base64(deflated(bytes));
+}
+
+void place_view(page::Page& page, page::Content& content, const std::string& anchor,
+                const std::string& title, const std::string& data) {
+  const std::string id = encode::markup(anchor);
+  content.html(fmt::format(
+      "<div class=\"replay\" id=\"replay-{0}\" data-name=\"{0}\" data-title=\"{1}\" "
+      "data-source=\"replay-data-{0}\"><p class=\"replay-message\" role=\"status\">The replay "
+      "needs a browser with JavaScript and WebGL.</p></div>\n",
+      id, encode::markup(title)));
+  page.add_data("replay-data-" + anchor, data);
+  page.add_style(asset("replay.css"));
+  for (const char* script :
+       {"three.min.js", "replay_data.js", "replay_colours.js", "replay_markers.js",
+        "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
+    page.add_script(asset(script));
+}
+
+}  // namespace firn::replay

@@ -1,0 +1,51 @@
+// The data of a three-dimensional view on a page: facts as JSON and poses over time.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "experiments/case/case.h"
+#include "reports/html/page.h"
+#include "reports/replay/pose_tracks.h"
+
+namespace firn::replay {
+
+using Json = nlohmann::ordered_json;
+
+// What reports/assets/replay_data.js reads. `tracks` holds the particles, then the boundaries.
+struct Data {
+  Json facts;
+  PoseTracks tracks;
+};
+
+// Integer millionths (um, us). null for a value that is not finite.
+Json micro(double value);
+Json micro(const std::vector<double>& values);
+
+// A mesh with its vertices relative to `origin` (m), in um.
+Json mesh_json(const std::string& name, const TriangleMesh& mesh, const Vec3& origin);
+// The shapes of a case, simplified for `particles` bodies.
+Json shapes_json(const Case& c, std::size_t particles);
+// The convex parts of a shape that contact uses, without their rounding, axes of the shape about
+// the center of mass.
+Json parts_json(const Shape& shape);
+// A plane, z = 0 of its axes, as a square that covers the box (m, world).
+TriangleMesh plane_square(const Boundary& plane, const Eigen::AlignedBox3d& box);
+// Where the first `particles` bodies are during the tracks, m, world.
+Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles);
+// Regions, planes and axes of a case: fills, sources, gates, outlets, tag rules, measurement
+// regions, and the axes of motions and free bodies. Lengths in m, world at t = 0.
+Json markers_json(const Case& c);
+
+// The length of the JSON text (4 bytes, little endian), the text, the packed poses; deflated, in
+// base64.
+std::string data_text(Json facts, const PoseTracks& tracks);
+
+// The view and its scripts on a page. `anchor`: letters, digits and hyphens, unique on the page.
+void place_view(page::Page& page, page::Content& content, const std::string& anchor,
+                const std::string& title, const std::string& data);
+
+// Triangles of all boundaries together, for machines without a graphics processor.
+inline constexpr std::size_t kBoundaryTriangles = 24'000;
+
+}  // namespace firn::replay

@@ -1,0 +1,55 @@
+// Broad phase: which bodies, and which of their parts, may touch before the list is made again.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "firn/math.h"
+
+namespace firn {
+
+struct Box3 {
+  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  // m
+  bool meets(const Box3& o) const {
+    return (lower.array() <= o.upper.array()).all() && (o.lower.array() <= upper.array()).all();
+  }
+};
+
+// For each box the boxes of higher index that it meets, ascending.
+class BoxNeighbours {
+ public:
+  std::span<const std::int32_t> of(std::size_t box) const {
+    const Place& p = places_[box];
+    return {found_[p.task].data() + p.first, p.count};
+  }
+
+ private:
+  friend BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads);
+  struct Place {
+    std::uint32_t task, first, count;
+  };
+  std::vector<Place> places_;                     // [boxes]
+  std::vector<std::vector<std::int32_t>> found_;  // [tasks]
+};
+// A cell list: linear in the number of boxes, but for sorting them, for boxes of like size.
+BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads = 1);
+
+// A tree over fixed boxes (the parts of a boundary), for queries with one box.
+class BoxTree {
+ public:
+  explicit BoxTree(std::vector<Box3> boxes);
+  ~BoxTree();
+  BoxTree(BoxTree&&) noexcept;
+  BoxTree& operator=(BoxTree&&) noexcept;
+  // Appends the indices of the boxes that meet `query`, in ascending order.
+  void find(const Box3& query, std::vector<int>& found) const;
+  const Box3& bounds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace firn

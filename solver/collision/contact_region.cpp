@@ -1,0 +1,220 @@
+#include "solver/collision/contact_region.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace firn {
+namespace {
+
+// std::hypot guards against overflow that lengths in metres never see, at five times the price.
+double length_of(const PlanePoint& a) { return std::sqrt(a.u * a.u + a.v * a.v); }
+double dot(const PlanePoint& a, const PlanePoint& b) { return a.u * b.u + a.v * b.v; }
+double cross(const PlanePoint& a, const PlanePoint& b) { return a.u * b.v - a.v * b.u; }
+PlanePoint operator-(const PlanePoint& a, const PlanePoint& b) { return {a.u - b.u, a.v - b.v}; }
+
+// A face as height over (u, v).
+struct Slope {
+  double at_origin, du, dv;
+
+  Slope(const ProjectedPart& view, const ConvexPart::Face& face) {
+    const double rise = face.normal.dot(view.n);
+    du = -face.normal.dot(view.u) / rise;
+    dv = -face.normal.dot(view.v) / rise;
+    at_origin = face.offset / rise + view.shift.z() - du * view.shift.x() - dv * view.shift.y();
+  }
+  double height(const PlanePoint& p) const { return at_origin + du * p.u + dv * p.v; }
+};
+
+// Projected corners of a face, counter-clockwise seen against the frame's normal.
+void outline(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
+             PlanePoint* out) {
+  for (int i = 0; i < face.count; ++i) {
+    out[reversed ? face.count - 1 - i : i] = view.flat(view.part.loops[face.first + i]);
+  }
+}
+
+// Cuts a convex polygon by the left side of p -> q. Returns the new number of corners.
+int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q,
+        PlanePoint* out) {
+  const PlanePoint e = q - p;
+  int kept = 0;
+  PlanePoint from = in[count - 1];
+  double from_side = cross(e, from - p);
+  for (int i = 0; i < count; ++i) {
+    const PlanePoint to = in[i];
+    const double to_side = cross(e, to - p);
+    if ((from_side < 0) != (to_side < 0)) {
+      const double t = from_side / (from_side - to_side);
+      out[kept++] = {from.u + t * (to.u - from.u), from.v + t * (to.v - from.v)};
+    }
+    if (to_side >= 0) out[kept++] = to;
+    from = to;
+    from_side = to_side;
+  }
+  return kept;
+}
+
+// An edge as a graph over its partner's and its own mean direction.
+struct Strand {
+  double along0, along1;    // m, along0 < along1
+  double across0, height0;  // at along0
+  double turn, rise;        // per length along
+
+  Strand(const ProjectedPart& view, const std::uint16_t (&ends)[2], const PlanePoint& p,
+         const PlanePoint& q, const PlanePoint& direction) {
+    const bool forward = dot(q - p, direction) > 0;
+    const PlanePoint& first = forward ? p : q;
+    const PlanePoint& last = forward ? q : p;
+    along0 = dot(first, direction);
+    along1 = dot(last, direction);
+    across0 = cross(direction, first);
+    height0 = view.height(ends[forward ? 0 : 1]);
+    turn = (cross(direction, last) - across0) / (along1 - along0);
+    rise = (view.height(ends[forward ? 1 : 0]) - height0) / (along1 - along0);
+  }
+  double across(double s) const { return across0 + (s - along0) * turn; }
+  double height(double s) const { return height0 + (s - along0) * rise; }
+};
+
+}  // namespace
+
+// A fan from the mean of the corners, each triangle giving a third of its area to each corner.
+void weigh_polygon(Region& r) {
+  PlanePoint mean{0, 0};
+  for (int i = 0; i < r.count; ++i) {
+    mean.u += r.points[i].at.u / r.count;
+    mean.v += r.points[i].at.v / r.count;
+  }
+  double polar = 0;  // about the mean
+  PlanePoint p = r.points[r.count - 1].at - mean;
+  RegionPoint* from = &r.points[r.count - 1];
+  for (int i = 0; i < r.count; ++i) {
+    const PlanePoint q = r.points[i].at - mean;
+    const double triangle = 0.5 * cross(p, q);
+    from->weight += triangle / 3;
+    r.points[i].weight += triangle / 3;
+    r.area += triangle;
+    polar += triangle / 6 * (p.u * p.u + p.v * p.v + q.u * q.u + q.v * q.v + p.u * q.u + p.v * q.v);
+    p = q;
+    from = &r.points[i];
+  }
+  PlanePoint centroid{0, 0};  // from the mean
+  for (int i = 0; i < r.count; ++i) {
+    r.points[i].weight += r.area / (3 * r.count);
+    centroid.u += r.points[i].weight * (r.points[i].at.u - mean.u) / r.area;
+    centroid.v += r.points[i].weight * (r.points[i].at.v - mean.v) / r.area;
+  }
+  r.polar = polar - r.area * (centroid.u * centroid.u + centroid.v * centroid.v);
+}
+
+double swept_width(double radius, double overlap, double size) {
+  return std::max(kEdgeWidth * size, 2 * std::sqrt(2 * radius * std::max(0.0, overlap)));
+}
+
+double edge_radius(double radius_a, double radius_b) {
+  const double sum = radius_a + radius_b;
+  return sum > 0 ? radius_a * radius_b / sum : 0;
+}
+
+void weigh_segment(Region& r, double radius, double radii) {
+  const auto overlap = [&](const RegionPoint& p) { return radii - (p.height_b - p.height_a); };
+  const double width =
+      swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])), r.size);
+  const PlanePoint e = r.points[1].at - r.points[0].at;
+  const double length = length_of(e);
+  r.area = width * length;
+  r.points[0].weight = r.points[1].weight = 0.5 * r.area;
+  r.polar = r.area * length * length / 12;
+}
+
+void weigh_point(Region& r, double radius, double radii) {
+  const double width =
+      swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a), r.size);
+  r.area = r.points[0].weight = width * width;
+  r.polar = 0;
+}
+
+bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
+                  const ConvexPart::Face& face_b, Region& r) {
+  const int capacity = region_capacity(face_a.count, face_b.count);
+  Scratch<PlanePoint> first(capacity), second(capacity), other(face_b.count);
+  PlanePoint* polygon = first.data();
+  PlanePoint* spare = second.data();
+  PlanePoint* knife = other.data();
+  outline(a, face_a, false, polygon);
+  outline(b, face_b, true, knife);
+  int count = face_a.count;
+  for (int i = 0; i < face_b.count && count >= 3; ++i) {
+    count = cut(polygon, count, knife[i], knife[i + 1 < face_b.count ? i + 1 : 0], spare);
+    std::swap(polygon, spare);
+  }
+  if (count < 3) return false;
+  const Slope over_a(a, face_a), over_b(b, face_b);
+  for (int i = 0; i < count; ++i) {
+    r.add(polygon[i], over_a.height(polygon[i]), over_b.height(polygon[i]));
+  }
+  weigh_polygon(r);
+  return r.area > std::pow(kEdgeWidth * r.size, 2);
+}
+
+bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
+                  const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
+                  Region& r) {
+  Scratch<PlanePoint> storage(face.count);
+  PlanePoint* polygon = storage.data();
+  outline(face_view, face, edge_is_a, polygon);
+  const PlanePoint p = edge_view.flat(ends[0]), q = edge_view.flat(ends[1]);
+  const double height_p = edge_view.height(ends[0]), height_q = edge_view.height(ends[1]);
+  double from = 0, to = 1;  // along p -> q
+  for (int i = 0; i < face.count && from < to; ++i) {
+    const PlanePoint e = polygon[i + 1 < face.count ? i + 1 : 0] - polygon[i];
+    const double side_p = cross(e, p - polygon[i]), side_q = cross(e, q - polygon[i]);
+    if (side_p < 0 && side_q < 0) return false;
+    if (side_p < 0) from = std::max(from, side_p / (side_p - side_q));
+    if (side_q < 0) to = std::min(to, side_p / (side_p - side_q));
+  }
+  const PlanePoint e = q - p;
+  if ((to - from) * length_of(e) < kLeastExtent * r.size) return false;
+  const Slope slope(face_view, face);
+  for (const double t : {from, to}) {
+    const PlanePoint at{p.u + t * e.u, p.v + t * e.v};
+    const double on_edge = height_p + t * (height_q - height_p), on_face = slope.height(at);
+    r.add(at, edge_is_a ? on_edge : on_face, edge_is_a ? on_face : on_edge);
+  }
+  weigh_segment(r, edge_view.part.radius, edge_view.part.radius + face_view.part.radius);
+  return true;
+}
+
+bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], const ProjectedPart& b,
+                  const std::uint16_t (&ends_b)[2], double aside, Region& r) {
+  const PlanePoint a0 = a.flat(ends_a[0]), a1 = a.flat(ends_a[1]);
+  const PlanePoint b0 = b.flat(ends_b[0]), b1 = b.flat(ends_b[1]);
+  const PlanePoint da = a1 - a0, db = b1 - b0;
+  const double length_a = length_of(da), length_b = length_of(db);
+  if (std::min(length_a, length_b) < kLeastExtent * r.size) return false;
+  if (std::abs(cross(da, db)) > 0.5 * length_a * length_b) return false;  // beyond 30 degrees
+  const double sign = dot(da, db) > 0 ? 1 / length_b : -1 / length_b;
+  PlanePoint middle{da.u / length_a + sign * db.u, da.v / length_a + sign * db.v};
+  const double norm = length_of(middle);
+  middle = {middle.u / norm, middle.v / norm};
+  const Strand on_a(a, ends_a, a0, a1, middle), on_b(b, ends_b, b0, b1, middle);
+  double from = std::max(on_a.along0, on_b.along0), to = std::min(on_a.along1, on_b.along1);
+  const double opening = on_b.turn - on_a.turn;
+  if (opening == 0) {
+    if (std::abs(on_b.across(from) - on_a.across(from)) > aside) return false;
+  } else {
+    const double crossing = from - (on_b.across(from) - on_a.across(from)) / opening;
+    from = std::max(from, crossing - aside / std::abs(opening));
+    to = std::min(to, crossing + aside / std::abs(opening));
+  }
+  if (to - from < kLeastExtent * r.size) return false;
+  for (const double s : {from, to}) {
+    const double across = 0.5 * (on_a.across(s) + on_b.across(s));
+    r.add({s * middle.u - across * middle.v, s * middle.v + across * middle.u}, on_a.height(s),
+          on_b.height(s));
+  }
+  weigh_segment(r, edge_radius(a.part.radius, b.part.radius), a.part.radius + b.part.radius);
+  return true;
+}
+
+}  // namespace firn

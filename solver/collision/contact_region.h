@@ -1,0 +1,134 @@
+// Where two features touch, seen along the contact normal: clipping, and weights of the outcome.
+// Internal to the narrow phase.
+#pragma once
+
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+#include "firn/convex_part.h"
+
+namespace firn {
+
+// In parts of the pair's size: least width given to edges and corners, and the length below which a
+// segment is a point.
+inline constexpr double kEdgeWidth = 1e-4;
+inline constexpr double kLeastExtent = 1e-7;
+
+struct PlanePoint {
+  double u, v;
+};
+
+// Axes u, v across the normal n; right-handed (Duff et al. 2017).
+struct ContactBasis {
+  Vec3 u, v, n;
+
+  explicit ContactBasis(const Vec3& normal) : n(normal) {
+    const double sign = std::copysign(1.0, n.z());
+    const double a = -1 / (sign + n.z());
+    const double b = n.x() * n.y() * a;
+    u = {1 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()};
+    v = {b, sign + n.y() * n.y() * a, -n.y()};
+  }
+  PlanePoint flat(const Vec3& x) const { return {u.dot(x), v.dot(x)}; }
+  Vec3 point(const PlanePoint& at, double height) const { return at.u * u + at.v * v + height * n; }
+};
+
+// A part seen along the normal: positions across it and heights along it, in the pair's frame.
+struct ProjectedPart {
+  const ConvexPart& part;
+  Vec3 u, v, n;  // the frame in part axes
+  Vec3 shift;    // (u, v, height) of the part's origin
+
+  ProjectedPart(const ConvexPart& a, const ContactBasis& frame)
+      : part(a), u(frame.u), v(frame.v), n(frame.n), shift(Vec3::Zero()) {}
+  ProjectedPart(const ConvexPart& b, const ContactBasis& frame, const Pose& b_in_a)
+      : part(b),
+        u(b_in_a.rotation.transpose() * frame.u),
+        v(b_in_a.rotation.transpose() * frame.v),
+        n(b_in_a.rotation.transpose() * frame.n),
+        shift(frame.u.dot(b_in_a.translation), frame.v.dot(b_in_a.translation),
+              frame.n.dot(b_in_a.translation)) {}
+
+  PlanePoint flat(int i) const {
+    const Vec3 x = part.vertex(i);
+    return {u.dot(x) + shift.x(), v.dot(x) + shift.y()};
+  }
+  double height(int i) const { return n.dot(part.vertex(i)) + shift.z(); }
+  // A point of the frame in part axes.
+  Vec3 body_point(const PlanePoint& at, double height) const {
+    return (at.u - shift.x()) * u + (at.v - shift.y()) * v + (height - shift.z()) * n;
+  }
+};
+
+// Room for `count` items: on the stack up to a size that ordinary parts never exceed.
+template <class T>
+class Scratch {
+ public:
+  explicit Scratch(int count) {
+    if (count > kInline) heap_.resize(count);
+  }
+  T* data() { return heap_.empty() ? inline_ : heap_.data(); }
+
+ private:
+  static constexpr int kInline = 64;
+  T inline_[kInline];
+  std::vector<T> heap_;
+};
+
+// One corner of the touching region and the heights of the two cores over it.
+struct RegionPoint {
+  PlanePoint at;
+  double height_a, height_b;  // m
+  double weight;              // m^2
+};
+
+// The touching region seen along the normal: a convex polygon, a segment or a point.
+struct Region {
+  Region(int room, double pair_size)
+      : storage(room), points(storage.data()), capacity(room), size(pair_size) {}
+  Region(const Region&) = delete;
+
+  void add(const PlanePoint& at, double height_a, double height_b) {
+    assert(count < capacity);
+    points[count++] = {at, height_a, height_b, 0};
+  }
+
+  Scratch<RegionPoint> storage;
+  RegionPoint* points;
+  int capacity;
+  double size;  // m, of the pair
+  int count = 0;
+  double area = 0;   // m^2, sum of the weights
+  double polar = 0;  // m^4, about the centroid
+};
+
+// Corners of the common polygon: one more for each cut, and slack for outlines that rounding has
+// left not quite convex.
+inline int region_capacity(int corners_a, int corners_b) { return 2 * (corners_a + corners_b); }
+
+// Weights that integrate linear functions over the polygon exactly, and its moments.
+void weigh_polygon(Region& r);
+// Edges and corners are swept: a rounding of `radius` (m) that overlaps by d touches over a width
+// of 2 sqrt(2 radius d). With a fixed width, an edge that has sunk in deeper than a face beside it
+// would bear next to nothing of what the patch bears. `radii`: sum of both sweep radii, m.
+void weigh_segment(Region& r, double radius, double radii);
+void weigh_point(Region& r, double radius, double radii);
+// The same width for one overlap (m), and the radius of two edges against each other. `size`: of
+// the pair, m.
+double swept_width(double radius, double overlap, double size);
+double edge_radius(double radius_a, double radius_b);
+
+// The region over which two features face each other, weighed. False when it is empty or too small.
+bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,
+                  const ConvexPart::Face& face_b, Region& r);
+// An edge of one part on a face of the other; `edge_is_a` says whose is whose.
+bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2],
+                  const ProjectedPart& face_view, const ConvexPart::Face& face, bool edge_is_a,
+                  Region& r);
+// Two edges that run side by side: the stretch over which they are less than `aside` (m) apart
+// across the normal. Shrinks to the crossing point as they turn against each other.
+bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], const ProjectedPart& b,
+                  const std::uint16_t (&ends_b)[2], double aside, Region& r);
+
+}  // namespace firn

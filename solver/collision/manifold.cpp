@@ -1,0 +1,299 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "solver/collision/contact_region.h"
+#include "solver/collision/gjk.h"
+
+namespace firn {
+namespace {
+
+// What a part shows to the other one: its flattest supporting feature.
+struct Feature {
+  enum class Kind { vertex, edge, face };
+  Kind kind = Kind::vertex;
+  const ConvexPart::Face* face = nullptr;
+  std::uint16_t ends[2] = {0, 0};
+};
+
+// The distinct vertices of one part that carry the contact.
+struct Carriers {
+  std::uint16_t vertex[3];
+  int count = 0;
+
+  // Places behind the last repeat one.
+  explicit Carriers(std::uint16_t only) : vertex{only, only, only}, count(1) {}
+  Carriers(const std::uint16_t* simplex, int simplex_count) : Carriers(simplex[0]) {
+    for (int i = 1; i < simplex_count; ++i) {
+      const bool is_new = !include(simplex[i]);
+      vertex[is_new ? count : 0] = simplex[is_new ? i : 0];
+      count += is_new;
+    }
+  }
+  bool include(int i) const { return (vertex[0] == i) | (vertex[1] == i) | (vertex[2] == i); }
+};
+
+bool is_on_face(const ConvexPart& part, int vertex, std::uint16_t face) {
+  const ConvexPart::Star& star = part.stars[vertex];
+  const auto first = part.star_faces.begin() + star.first_face;
+  return std::find(first, first + star.face_count, face) != first + star.face_count;
+}
+
+// Calls visit(index) for the surface faces that all carriers lie on, in ascending order.
+template <class Visit>
+void for_common_faces(const ConvexPart& part, const Carriers& carriers, const Visit& visit) {
+  if (!part.surface_faces.empty()) {
+    std::uint64_t common = part.surface_faces[carriers.vertex[0]];
+    common &= part.surface_faces[carriers.vertex[1]] & part.surface_faces[carriers.vertex[2]];
+    for (; common != 0; common &= common - 1) visit(std::countr_zero(common));
+    return;
+  }
+  const ConvexPart::Star& star = part.stars[carriers.vertex[0]];
+  for (std::uint32_t k = 0; k < star.face_count; ++k) {
+    const std::uint16_t index = part.star_faces[star.first_face + k];
+    bool common = !part.faces[index].internal;
+    for (int i = 1; i < carriers.count; ++i)
+      common = common && is_on_face(part, carriers.vertex[i], index);
+    if (common) visit(index);
+  }
+}
+
+// The edge of the carriers that drops least along n over the `reach` of the contact, if that is
+// within `depth`: any edge of a lone carrier, or one between two of them.
+void flattest_edge(const ConvexPart& part, const Vec3& n, const Carriers& carriers, double depth,
+                   double reach, Feature& out) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  double least = kNever;
+  int from = -1, to = -1;
+  for (int c = 0; c < carriers.count; ++c) {
+    const std::uint16_t near = carriers.vertex[c];
+    const double height = n.dot(part.vertex(near));
+    const ConvexPart::Spoke* spokes = part.spokes.data() + part.stars[near].first_spoke;
+    const bool alone = carriers.count == 1;
+    for (std::uint32_t k = 0; k < part.stars[near].spoke_count; ++k) {
+      const std::uint16_t far = spokes[k].vertex;
+      const double drop = height - n.dot(part.vertex(far));
+      const double over_reach = drop * std::min(1.0, reach * spokes[k].inverse_length);
+      const bool ours = alone | ((far > near) & carriers.include(far));
+      const double over = pick(ours & (over_reach <= depth), over_reach, kNever);
+      from = pick(over < least, near, from);
+      to = pick(over < least, far, to);
+      least = std::min(over, least);
+    }
+  }
+  if (from < 0) return;
+  out.kind = Feature::Kind::edge;
+  out.ends[0] = static_cast<std::uint16_t>(from);
+  out.ends[1] = static_cast<std::uint16_t>(to);
+}
+
+// The feature of `part` that supports it along n (part axes): a face if it lies within `depth` of
+// the support plane at three vertices, or over the whole `reach` of the contact; else such an edge.
+Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers& carriers,
+                           double depth, double reach) {
+  constexpr double kLeastCosine = 0.9;
+  Feature out;
+  out.ends[0] = carriers.vertex[0];
+  double best = kLeastCosine;
+  int face = -1;
+  for_common_faces(part, carriers, [&](int index) {
+    const double cosine = n.dot(part.faces[index].normal);
+    face = cosine > best ? index : face;
+    best = cosine > best ? cosine : best;
+  });
+  if (face >= 0) {
+    const ConvexPart::Face& f = part.faces[face];
+    const double top = n.dot(part.vertex(carriers.vertex[0]));
+    int near = 0;
+    for (int i = 0; i < f.count; ++i)
+      near += top - n.dot(part.vertex(part.loops[f.first + i])) <= depth;
+    if (near >= 3 || std::sqrt(std::max(0.0, 1 - best * best)) * reach <= depth) {
+      out.kind = Feature::Kind::face;
+      out.face = &f;
+      return out;
+    }
+  }
+  flattest_edge(part, n, carriers, depth, reach, out);
+  return out;
+}
+
+// True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
+// part axes) leans out over the seam and nothing of the region reaches back from it.
+bool belongs_to_neighbour(const ProjectedPart& view, const Carriers& carriers, const Vec3& outward,
+                          const Region& r, double RegionPoint::*height) {
+  const ConvexPart& part = view.part;
+  if (part.internal_normals.empty()) return false;
+  std::uint64_t common = ~std::uint64_t{0};
+  for (int i = 0; i < carriers.count; ++i) common &= part.internal_faces[carriers.vertex[i]];
+  for (int f = 0; common != 0; ++f, common >>= 1) {
+    if (!(common & 1)) continue;
+    const Vec3& seam = part.internal_normals[f];
+    if (outward.dot(seam) <= kSeamTilt) continue;
+    const double offset = seam.dot(part.vertex(carriers.vertex[0]));
+    const bool reaches_back = std::any_of(r.points, r.points + r.count, [&](const RegionPoint& p) {
+      return seam.dot(view.body_point(p.at, p.*height)) < offset - kLeastExtent * r.size;
+    });
+    if (!reaches_back) return true;
+  }
+  return false;
+}
+
+// Contact points and moments of a weighed region; with `flat`, its outline too.
+void emit(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
+          double shell, bool flat, Manifold& out) {
+  out.area = r.area;
+  out.polar = r.polar;
+  for (int i = 0; i < r.count; ++i) {
+    const RegionPoint& p = r.points[i];
+    const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;
+    const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
+    out.centroid += p.weight / r.area * position;
+    if (flat) out.outline.push_back({position, surface_b - surface_a, p.weight});
+    if (surface_b - surface_a >= shell) continue;
+    out.points.push_back({position, surface_b - surface_a, p.weight});
+  }
+}
+
+void clear(Manifold& out) {
+  out.points.clear();
+  out.outline.clear();
+  out.face_a = out.face_b = nullptr;
+  out.area = out.polar = 0;
+  out.centroid.setZero();
+}
+
+// Depth below its support plane at which a feature still counts as touching: everything that
+// overlaps or lies in the shell, and some more so that features change before they bear load.
+double feature_depth(double gap, double shell, double size) {
+  return std::max(0.0, -gap) + 4 * shell + kLeastExtent * size;
+}
+
+// The manifold around the place where the cores meet; `out` is clear.
+void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+          const CoreContact& contact, Manifold& out) {
+  const double radii = a.radius + b.radius;
+  out.gap = contact.distance - radii;
+  out.normal = contact.normal;
+  if (!(out.gap < shell)) return;  // nor a number that is none
+
+  const ContactBasis frame(contact.normal);
+  const ProjectedPart view_a(a, frame), view_b(b, frame, b_in_a);
+  const Carriers carriers_a(contact.simplex.a, contact.simplex.count);
+  const Carriers carriers_b(contact.simplex.b, contact.simplex.count);
+  const double size = pair_size(a, b), depth = feature_depth(out.gap, shell, size);
+  const double reach = 2 * size;
+  const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
+  const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
+
+  Region region(region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2),
+                size);
+  bool found = false;
+  if (on_a.face && on_b.face) {
+    found = face_on_face(view_a, *on_a.face, view_b, *on_b.face, region);
+  } else if (on_a.face && on_b.kind == Feature::Kind::edge) {
+    found = edge_on_face(view_b, on_b.ends, view_a, *on_a.face, false, region);
+  } else if (on_b.face && on_a.kind == Feature::Kind::edge) {
+    found = edge_on_face(view_a, on_a.ends, view_b, *on_b.face, true, region);
+  } else if (on_a.kind == Feature::Kind::edge && on_b.kind == Feature::Kind::edge) {
+    // Swept edges d apart and y aside have opened by about y^2 / 2d.
+    const double opening = 0.25 * shell + kLeastExtent * size;
+    const double aside =
+        std::sqrt(2 * std::max(0.0, contact.distance) * opening) + kLeastExtent * size;
+    found = edge_on_edge(view_a, on_a.ends, view_b, on_b.ends, aside, region);
+  }
+  if (!found) {
+    const double height = frame.n.dot(contact.point_a);
+    region.count = 0;
+    region.add(frame.flat(contact.point_a), height, height + contact.distance);
+    const double radius = on_a.face   ? b.radius
+                          : on_b.face ? a.radius
+                                      : edge_radius(a.radius, b.radius);
+    weigh_point(region, radius, radii);
+  }
+  if (belongs_to_neighbour(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
+      belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
+    return;
+  }
+  const bool flat = found && on_a.face && on_b.face;
+  emit(region, frame, a.radius, b.radius, shell, flat, out);
+  if (flat) {
+    out.face_a = on_a.face;
+    out.face_b = on_b.face;
+  }
+}
+
+}  // namespace
+
+void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
+             GjkCache& cache, Manifold& out) {
+  clear(out);
+  const CoreContact contact = core_contact(a, b, b_in_a, shell, cache);
+  if (!contact.converged) {
+    out.gap = contact.lower - (a.radius + b.radius);
+    out.normal = contact.normal;
+    return;
+  }
+  if (contact.distance <= touching_distance(a, b)) {
+    fill(a, b, b_in_a, shell, penetration(a, b, b_in_a), out);
+  } else {
+    fill(a, b, b_in_a, shell, contact, out);
+  }
+}
+
+void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,
+                  double shell, Manifold& out) {
+  clear(out);
+  fill(a, b, b_in_a, shell, penetration_from(a, b, b_in_a, side), out);
+}
+
+void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out) {
+  clear(out);
+  const ContactBasis frame(-n);
+  const ProjectedPart view(a, frame);
+  const std::uint16_t lowest = static_cast<std::uint16_t>(support(a, frame.n).vertex);
+  out.normal = frame.n;
+  out.gap = -offset - view.height(lowest) - a.radius;
+  if (!(out.gap < shell)) return;  // nor a number that is none
+
+  const double depth = feature_depth(out.gap, shell, a.bounding_radius);
+  const Feature feature =
+      supporting_feature(a, frame.n, Carriers(lowest), depth, 2 * a.bounding_radius);
+  // A vertex on a seam that leans towards the plane is the neighbour's, who reaches lower there.
+  const auto leaning_seams = [&](int i) {
+    std::uint64_t mask = a.internal_normals.empty() ? 0 : a.internal_faces[i];
+    for (std::size_t f = 0; f < a.internal_normals.size(); ++f) {
+      if (frame.n.dot(a.internal_normals[f]) <= kSeamTilt) mask &= ~(std::uint64_t{1} << f);
+    }
+    return mask;
+  };
+  Region region(a.vertex_count, a.bounding_radius);
+  const auto add = [&](int i) { region.add(view.flat(i), view.height(i), -offset); };
+  const std::uint16_t* loop = feature.ends;
+  int loop_count = 0;
+  if (feature.face) {
+    loop = &a.loops[feature.face->first];
+    loop_count = feature.face->count;
+  } else if (feature.kind == Feature::Kind::edge &&
+             (leaning_seams(feature.ends[0]) & leaning_seams(feature.ends[1])) == 0) {
+    loop_count = 2;
+  }
+  for (int i = 0; i < loop_count; ++i) add(loop[i]);
+  const bool flat = loop_count > 2;
+  if (flat) weigh_polygon(region);
+  if (loop_count == 2) weigh_segment(region, a.radius, a.radius);
+  // Whatever else is in the shell, as corners: a part that stands deep and tilted in the plane is
+  // held wherever it is in.
+  for (int i = 0; i < a.vertex_count; ++i) {
+    if (-offset - view.height(i) - a.radius >= shell || leaning_seams(i) != 0) continue;
+    if (std::find(loop, loop + loop_count, i) != loop + loop_count) continue;
+    add(i);
+    const double width = swept_width(a.radius, offset + view.height(i) + a.radius, region.size);
+    region.points[region.count - 1].weight = width * width;
+    region.area += width * width;
+  }
+  emit(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
+  out.face_a = feature.face;
+}
+
+}  // namespace firn

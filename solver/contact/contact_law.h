@@ -1,0 +1,321 @@
+// Contacts between two bodies: patches, their points, their memory, and the force law.
+//
+// What one body feels from another is one or more patches. A patch is a connected touching region
+// with one normal and the full stiffness K of the pair, however many convex parts, facets or
+// clipped vertices lie under it. Its points share K by the area they stand for; each carries its
+// own hysteretic normal force, so that a flat face resists tilting and loses rocking energy.
+// Friction is one tangential and one torsional spring per patch, with a common limit. See
+// docs/contact.md.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "solver/core/simd.h"
+
+namespace firn {
+
+// Constants of a pair of shapes (or shape and boundary), made once from the model.
+struct PairLaw {
+  double stiffness = 0;             // N/m, K_nl of equation (4)
+  double unloading_ratio = 1;       // K_nu / K_nl = 1 / epsilon^2, equation (5)
+  double floor = 0;                 // lambda of equation (3)
+  double tangential_stiffness = 0;  // N/m, K_tau
+  double static_friction = 0;
+  double dynamic_friction = 0;
+  double sliding_speed = 0;      // m/s
+  double rolling_limit = 0;      // m: rolling moment limit / normal force
+  double shell = 0;              // m
+  double refresh = 0;            // m of relative motion between two searches for contacts
+  double merge = 0;              // m, points nearer than this are one
+  double same_place = 0;         // m
+  double deep = 0;               // m, overlap at birth that counts as late detection
+  double overlap_limit = 0;      // m
+  double adhesion_force = 0;     // N, of a patch that touches as a whole
+  double adhesion_fraction = 0;  // of K
+  bool is_plain = true;          // neither rolling resistance nor adhesion
+};
+
+struct ContactPoint {
+  Vec3 offset = Vec3::Zero();  // m, from the patch's reference point, world axes
+  double gap = 0;              // m; negative: overlap
+  double force = 0;            // N, normal, never attractive
+  double share = 0;            // of the stiffness K of the pair
+};
+
+// Two lines of the processor's caches: a bed at rest does little but walk through these.
+struct alignas(64) Patch {
+  // In fours, each one wide load (see PatchBlock).
+  Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
+  double torsion = 0;              // N m, about the normal, on a
+  Vec3 arm = Vec3::Zero();         // m, reference point (pressure centre) minus centre of a, world
+  double torsion_radius = 0;       // m
+  Vec3 tangential = Vec3::Zero();  // N, friction force on a
+  double normal_force = 0;         // N
+
+  double area = 0;            // m^2, of the touching region
+  std::uint64_t parts_a = 0;  // bit i: part i (mod 64) of a takes part
+  std::uint64_t parts_b = 0;
+  std::uint32_t first_point = 0;
+  std::uint16_t point_count = 0;
+  std::uint8_t sliding = 0;  // 1: dynamic friction applies
+  std::uint8_t fresh = 1;    // 1: gaps are those of this instant, not yet to be advanced
+};
+static_assert(sizeof(Patch) == 128 && sizeof(ContactPoint) == 48);
+
+// N, the least force of a point that has borne and still overlaps. It is the state "in contact" and
+// nothing a body feels: a point of exactly zero is one that touches for the first time.
+inline constexpr double kInContact = 1e-150;
+
+// Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`
+// (m, positive: approaching) to `overlap`. Loading along K, unloading and reloading along K_u,
+// never below lambda K s. A point that touches for the first time starts on the loading line.
+inline double normal_force(double previous, double stiffness, double unloading_stiffness,
+                           double floor, double overlap, double ds) {
+  // Written without branches: whether a point touches is anybody's guess to the processor.
+  const double loading = std::max(0.0, stiffness * overlap);
+  const double from = previous > 0 ? previous : std::numeric_limits<double>::infinity();
+  const double least = std::max(floor * loading, kInContact);
+  return std::min(loading, std::max(from + unloading_stiffness * ds, least));
+}
+
+// How the two bodies move against each other at a patch, over one step.
+struct Approach {
+  double closing;  // m, of the reference point, along the normal
+  Vec tilt;        // the point at offset o closes by `closing` + o . tilt
+  Vec slip;        // m/s, across the normal
+  double turn;     // rad, about the normal
+};
+
+// velocity: m/s, of a's material point minus b's at the reference point; spin: rad/s, a minus b.
+[[gnu::always_inline]] inline Approach approach(const Vec& normal, const Vec& velocity,
+                                                const Vec& spin, double dt) {
+  const double closing = dot(velocity, normal);
+  // (v + w x o) . n dt = v . n dt + o . (n x w) dt
+  return {closing * dt, dt * cross(normal, spin), velocity - closing * normal,
+          dot(spin, normal) * dt};
+}
+
+// What the points of a patch bear together.
+struct NormalLoad {
+  double force = 0;    // N
+  Vec offset_force{};  // N m, sum of force times offset
+  double overlap = 0;  // m, deepest point
+  double work = 0;     // J taken from the bodies in this step: stored or lost
+};
+
+// All points of a patch, one after the other: what PatchBlock does for many patches.
+inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, ContactPoint* points,
+                                 const Approach& way) {
+  NormalLoad out;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    ContactPoint& p = points[i];
+    const Vec offset = plain(p.offset);
+    const double ds = way.closing + dot(offset, way.tilt);
+    if (!patch.fresh) p.gap -= ds;
+    const double before = p.force;
+    const double k = law.stiffness * p.share;
+    p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
+    out.force += p.force;
+    out.offset_force = out.offset_force + p.force * offset;
+    out.overlap = std::max(out.overlap, -p.gap);
+    out.work += 0.5 * (before + p.force) * ds;
+  }
+  return out;
+}
+
+// Constants of friction, and its state: the tangential force, the torsion, and whether it slides
+// (1) or sticks (0).
+struct FrictionLaw {
+  double stiffness, static_friction, dynamic_friction, sliding_speed;
+};
+struct FrictionState {
+  Vec tangential;  // N, on a
+  double torsion;  // N m, on a, about the normal
+  double sliding;
+};
+struct FrictionStep {
+  FrictionState state;
+  double work;  // J taken from the bodies
+};
+
+// What a uniform face holds of friction at once as a force f and a torsion m, in parts of what it
+// holds of either alone:
+//   f^2 + m^2 = g(t),  g = 1 - (0.757 - 0.794 t + 0.52 t^2) t (1 - t),  t = m^2 / (f^2 + m^2)
+// The slopes at both ends are those of Coulomb's law integrated over a square, 12 r^2 / a^2 and
+// 2 / (r <1/d>), with d the distance from the centre and r = <d> = 0.3826 a.
+struct FrictionLimit {
+  double size;   // g
+  double slope;  // of g over t
+};
+[[gnu::always_inline]] inline FrictionLimit friction_limit(double t) {
+  const double p = 0.757 + t * (-0.794 + t * 0.52), q = t * (1 - t);
+  return {1 - p * q, -(-0.794 + 1.04 * t) * q - p * (1 - 2 * t)};
+}
+// The t of two squares.
+[[gnu::always_inline]] inline double part_of_torsion(double force2, double torsion2) {
+  const double sum = force2 + torsion2;
+  return torsion2 / (sum > 0 ? sum : 1.0);
+}
+
+// Factors that bring a trial back to the limit along its normal, as slip at the limit goes along
+// the normal. All four are squares, of forces and of torsions over the radius. The normal is that
+// at the state before: a limit that is slid on for some steps is met exactly. `excess`: the trial
+// over the limit in its direction, above 1.
+struct FrictionScale {
+  double force, torsion;
+};
+[[gnu::always_inline]] inline FrictionScale friction_scale(double force2, double torsion2,
+                                                           double before_force2,
+                                                           double before_torsion2, double limit2,
+                                                           double excess) {
+  // With a little of the trial: from rest, its direction decides, and not that of a rounding error.
+  const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over);
+  const double t =
+      part_of_torsion(before_force2 + share * force2, before_torsion2 + share * torsion2);
+  const FrictionLimit at = friction_limit(t);
+  const double relative = at.slope / at.size, way = over - 1;
+  const double force = 1 / (1 + way * (1 + t * relative));
+  const double torsion = 1 / (1 + way * (1 - (1 - t) * relative));
+  const double f2 = force2 * force * force, m2 = torsion2 * torsion * torsion, sum = f2 + m2;
+  const double back =
+      std::sqrt(limit2 * friction_limit(part_of_torsion(f2, m2)).size / (sum > 0 ? sum : 1.0));
+  return {back * force, back * torsion};
+}
+
+// Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
+// and a dynamic coefficient, and a torsional spring about the normal at the radius of the patch.
+// Both share one limit. A patch that bears nothing forgets. Without branches, as above.
+[[gnu::always_inline]] inline FrictionStep advance_friction(const FrictionLaw& law,
+                                                            const FrictionState& before,
+                                                            double normal_force,
+                                                            double torsion_radius,
+                                                            const Approach& way, double dt) {
+  const bool bears = normal_force > 0;
+  const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
+  const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
+  const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
+  const double force2 = square(trial), torsion2 = free * lever * (free * lever);
+  // What a cap must be to hold both.
+  const double needed2 =
+      (force2 + torsion2) / friction_limit(part_of_torsion(force2, torsion2)).size;
+  const double static_cap = law.static_friction * normal_force;
+  const double dynamic_cap = law.dynamic_friction * normal_force;
+  const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
+  const bool held = needed2 <= dynamic_cap * dynamic_cap;
+  double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
+  sliding = needed2 > static_cap * static_cap ? 1.0 : sliding;
+  const double cap = sliding > 0 ? dynamic_cap : static_cap, limit2 = cap * cap;
+  const bool beyond = needed2 > limit2;
+  const double twist = before.torsion * lever;
+  const FrictionScale scale =
+      friction_scale(force2, torsion2, square(before.tangential), twist * twist, limit2,
+                     std::sqrt(needed2 / (limit2 > 0 ? limit2 : 1.0)));
+  FrictionStep out;
+  out.state.tangential = (beyond ? scale.force : 1.0) * trial;
+  out.state.torsion = torsion_radius > 0 ? (beyond ? scale.torsion : 1.0) * free : 0.0;
+  out.state.sliding = bears ? sliding : 0.0;
+  const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -
+                      0.5 * (before.torsion + out.state.torsion) * way.turn;
+  out.work = bears ? work : 0.0;
+  return out;
+}
+
+// Force on a, and moment on a about the reference point; b feels the opposite.
+struct Wrench {
+  Vec force, moment;  // N, N m
+};
+[[gnu::always_inline]] inline Wrench wrench(const Vec& normal, double normal_force,
+                                            const Vec& offset_force,
+                                            const FrictionState& friction) {
+  // Normal forces act at their points: moment sum o x (-f n).
+  return {friction.tangential - normal_force * normal,
+          cross(normal, offset_force) + friction.torsion * normal};
+}
+
+// Elastic-plastic rolling spring, N m/rad (after Wensrich and Katterfeld, Powder Technology 2012).
+inline double rolling_stiffness(const PairLaw& law) {
+  return 2.25 * law.stiffness * law.rolling_limit * law.rolling_limit;
+}
+
+// Advances the rolling moment (on a) and returns the work that it takes, J.
+inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& rolling,
+                              const Vec3& spin, double dt) {
+  const Vec3 across = spin - patch.normal * spin.dot(patch.normal);
+  const Vec3 before = rolling;
+  rolling -= (rolling_stiffness(law) * dt) * across;
+  const double limit = law.rolling_limit * patch.normal_force;
+  const double m = rolling.norm();
+  if (m > limit) rolling *= limit / m;
+  return patch.normal_force > 0 ? -0.5 * dt * (before + rolling).dot(across) : 0;
+}
+
+// Adhesion pulls at the points that overlap. The constant force is shared out by area over all
+// points of the patch, the other one goes with the overlap as the stiffness does: what is felt
+// depends on the contact and not on the number of its points. Both are functions of the overlap
+// alone, so they have a potential, which is below zero.
+inline double sum_of_shares(const Patch& patch, const ContactPoint* points) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].share;
+  return sum;
+}
+struct Adhesion {
+  double force, potential;  // N, J
+};
+// Of one point at this gap; `sum` is that of the shares.
+inline Adhesion adhesion_of(const PairLaw& law, const ContactPoint& point, double gap, double sum) {
+  const double overlap = std::max(0.0, -gap);
+  const double constant = overlap > 0 && sum > 0 ? law.adhesion_force * point.share / sum : 0;
+  const double stiffness = law.adhesion_fraction * law.stiffness * point.share;
+  return {constant + stiffness * overlap, -(constant + 0.5 * stiffness * overlap) * overlap};
+}
+// Of the whole patch after its points have been advanced: force, sum of force times offset, and the
+// work that it takes from the bodies, below zero as they come together. The deepest point is not
+// looked for.
+inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint* points,
+                              const Approach& way) {
+  NormalLoad out;
+  const double sum = sum_of_shares(patch, points);
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const ContactPoint& p = points[i];
+    const Vec offset = plain(p.offset);
+    const double ds = way.closing + dot(offset, way.tilt);
+    const double force = adhesion_of(law, p, p.gap, sum).force;
+    out.force += force;
+    out.offset_force = out.offset_force + force * offset;
+    out.work -= 0.5 * (adhesion_of(law, p, p.gap + ds, sum).force + force) * ds;
+  }
+  return out;
+}
+
+// Recoverable energy of the springs of a patch, J.
+struct StoredEnergy {
+  double normal = 0, friction = 0;
+};
+inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const Vec3& rolling,
+                                  const ContactPoint* points) {
+  StoredEnergy e;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
+    if (ku > 0) e.normal += 0.5 * points[i].force * points[i].force / ku;
+  }
+  const double kt = law.tangential_stiffness;
+  if (kt > 0) {
+    e.friction += 0.5 * patch.tangential.squaredNorm() / kt;
+    const double r = patch.torsion_radius;
+    if (r > 0) e.friction += 0.5 * patch.torsion * patch.torsion / (kt * r * r);
+  }
+  if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
+    const double sum = sum_of_shares(patch, points);
+    for (std::uint32_t i = 0; i < patch.point_count; ++i)
+      e.normal += adhesion_of(law, points[i], points[i].gap, sum).potential;
+  }
+  if (law.rolling_limit > 0) {
+    e.friction += 0.5 * rolling.squaredNorm() / rolling_stiffness(law);
+  }
+  return e;
+}
+
+}  // namespace firn

@@ -1,0 +1,281 @@
+#include "solver/contact/contact_law_batch.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace firn {
+
+namespace {
+
+// Four rows, from wherever they lie, turned into columns.
+template <class RowOf>
+[[gnu::always_inline]] inline void gather_four(int k, const RowOf& row_of, Four& a, Four& b,
+                                               Four& c, Four& d) {
+  get(row_of(k), a);
+  get(row_of(k + 1), b);
+  get(row_of(k + 2), c);
+  get(row_of(k + 3), d);
+  transpose(a, b, c, d);
+}
+
+using Two = double __attribute__((vector_size(16)));
+using TwoInMemory __attribute__((vector_size(16), aligned(8), may_alias)) = double;
+
+// Two neighbouring numbers of each of four places: the first ones, and the second ones.
+[[gnu::always_inline]] inline void get_twos(const double* const* from, Four& first, Four& second) {
+  const auto two = [&](int k) { return Two(*reinterpret_cast<const TwoInMemory*>(from[k])); };
+  const Four even = __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3);
+  const Four odd = __builtin_shufflevector(two(1), two(3), 0, 1, 2, 3);
+  first = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+  second = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
+}
+[[gnu::always_inline]] inline void put_twos(const Four& first, const Four& second,
+                                            double* const* to) {
+  const Four even = __builtin_shufflevector(first, second, 0, 4, 2, 6);
+  const Four odd = __builtin_shufflevector(first, second, 1, 5, 3, 7);
+  *reinterpret_cast<TwoInMemory*>(to[0]) = __builtin_shufflevector(even, even, 0, 1);
+  *reinterpret_cast<TwoInMemory*>(to[1]) = __builtin_shufflevector(odd, odd, 0, 1);
+  *reinterpret_cast<TwoInMemory*>(to[2]) = __builtin_shufflevector(even, even, 2, 3);
+  *reinterpret_cast<TwoInMemory*>(to[3]) = __builtin_shufflevector(odd, odd, 2, 3);
+}
+
+}  // namespace
+
+void PatchBlock::advance(double dt) {
+  fill_up();
+  for (int k = 0; k < count_; k += 4) spread(k);
+  approach_all(dt);
+  press_all();
+  rub_all(dt);
+  for (int k = 0; k < count_; k += 4) collect(k);
+  if (with_options_) add_options(dt);
+}
+
+// Places behind the last patch, up to a multiple of four, get one that is nobody's.
+void PatchBlock::fill_up() {
+  for (int k = count_; k % 4 != 0; ++k) {
+    law_[k] = law_[0];
+    patch_[k] = &nobody_;
+    points_[k] = &nobodys_;
+    motion_[k] = motion_[0];
+  }
+}
+
+template <class RowOf>
+void PatchBlock::Columns::spread(int k, const RowOf& row_of) {
+  Four a, b, c, d;
+  gather_four(k, row_of, a, b, c, d);
+  put(a, x + k);
+  put(b, y + k);
+  put(c, z + k);
+  put(d, w + k);
+}
+
+template <class RowOf>
+void PatchBlock::Columns::collect(int k, const RowOf& row_of) const {
+  Four a, b, c, d;
+  get(x + k, a);
+  get(y + k, b);
+  get(z + k, c);
+  get(w + k, d);
+  transpose(a, b, c, d);
+  put(a, row_of(k));
+  put(b, row_of(k + 1));
+  put(c, row_of(k + 2));
+  put(d, row_of(k + 3));
+}
+
+void PatchBlock::spread(int k) {
+  normal_.spread(k, [&](int i) { return &patch_[i]->normal; });
+  arm_.spread(k, [&](int i) { return &patch_[i]->arm; });
+  tangential_.spread(k, [&](int i) { return &patch_[i]->tangential; });
+  spring_.spread(k, [&](int i) { return &law_[i]->stiffness; });
+  friction_.spread(k, [&](int i) { return &law_[i]->tangential_stiffness; });
+  velocity_.spread(k, [&](int i) { return &motion_[i].velocity; });
+  spin_.spread(k, [&](int i) { return &motion_[i].spin; });
+  apart_.spread(k, [&](int i) { return &motion_[i].apart; });
+  for (int i = k; i < k + 4; ++i) {
+    sliding_[i] = patch_[i]->sliding;
+    ageing_[i] = 1 - patch_[i]->fresh;
+  }
+}
+
+void PatchBlock::collect(int k) {
+  tangential_.collect(k, [&](int i) { return &patch_[i]->tangential; });
+  push_.collect(k, [&](int i) { return force_ + i; });
+  moment_.collect(k, [&](int i) { return moment_a_ + i; });
+  counter_.collect(k, [&](int i) { return moment_b_ + i; });
+  for (int i = k; i < k + 4; ++i) {
+    patch_[i]->torsion = torsion_[i];
+    patch_[i]->sliding = sliding_[i] > 0;
+    patch_[i]->fresh = 0;
+  }
+}
+
+void PatchBlock::approach_all(double dt) {
+  for (int k = 0; k < count_; ++k) {
+    const Vec spin = spin_.vec(k);
+    const Vec velocity = velocity_.vec(k) + cross(spin, arm_.vec(k));
+    const Approach way = approach(normal_.vec(k), velocity, spin, dt);
+    tilt_.set(k, way.tilt, way.closing);
+    slip_.set(k, way.slip, way.turn);
+  }
+}
+
+namespace {
+
+// Four points of any patches, and what their patches and laws say of them, side by side.
+struct FourPoints {
+  Four tilt_x, tilt_y, tilt_z, closing;  // of Approach
+  Four stiffness, ratio, floor;          // of PairLaw
+  Four ageing;                           // see PatchBlock
+};
+struct FourLoads {
+  Four x, y, z, force;  // N m, force times offset; N
+  Four overlap, work;   // m, J
+};
+
+// advance_points() for one point each.
+[[gnu::always_inline]] inline void press_four(ContactPoint* const* points, const FourPoints& in,
+                                              FourLoads& out) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const Four zero = {0, 0, 0, 0};
+  const Four infinite = {kInfinity, kInfinity, kInfinity, kInfinity};
+  double *gaps[4], *forces[4];
+  for (int i = 0; i < 4; ++i) {
+    gaps[i] = &points[i]->gap;
+    forces[i] = &points[i]->force;
+  }
+  Four x, y, z, gap, before, share;
+  gather_four(
+      0, [&](int i) { return &points[i]->offset; }, x, y, z, gap);
+  get_twos(forces, before, share);
+  const Four ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
+  gap -= in.ageing * ds;
+  const Four overlap = -gap, own = in.stiffness * share;
+  // normal_force()
+  const Four pressed = own * overlap, loading = zero < pressed ? pressed : zero;
+  const Four from = before > zero ? before : infinite;
+  const Four touching = {kInContact, kInContact, kInContact, kInContact};
+  const Four floor = in.floor * loading, least = floor < touching ? touching : floor;
+  const Four unloading = from + own * in.ratio * ds;
+  const Four higher = unloading < least ? least : unloading;
+  out.force = higher < loading ? higher : loading;
+  put_twos(gap, out.force, gaps);
+  out.x = out.force * x;
+  out.y = out.force * y;
+  out.z = out.force * z;
+  out.overlap = overlap;
+  out.work = 0.5 * (before + out.force) * ds;
+}
+
+}  // namespace
+
+void PatchBlock::press_other(int k, ContactPoint& p) {
+  const Vec offset = plain(p.offset);
+  const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
+  p.gap -= ageing_[k] * ds;
+  const double before = p.force, own = spring_.x[k] * p.share;
+  p.force = firn::normal_force(before, own, own * spring_.y[k], spring_.z[k], -p.gap, ds);
+  const Vec offset_force = p.force * offset;
+  pressed_.set(k, pressed_.vec(k) + offset_force, pressed_.w[k] + p.force);
+  deepest_ = std::max(deepest_, -p.gap);
+  work_normal_[k] += 0.5 * (before + p.force) * ds;
+}
+
+// advance_points() for all patches. The first points are taken side by side; the others, which
+// fewer than half of the patches have, from one list: the processor would guess wrong how often a
+// loop over one, two or eight points is run.
+void PatchBlock::press_all() {
+  Four deepest = {0, 0, 0, 0};
+  for (int k = 0; k < count_; k += 4) press_first(k, deepest);
+  deepest_ = std::max(std::max(deepest[0], deepest[1]), std::max(deepest[2], deepest[3]));
+  constexpr int kListed = 3;  // of a patch; faces rarely share more than four corners
+  struct Other {
+    ContactPoint* point;
+    int patch;
+  } others[kListed * room];
+  int listed = 0, most = 0;
+  for (int k = 0; k < count_; ++k) {
+    const int others_of_k = patch_[k]->point_count - 1;
+    // All three are written, and stay if they are wanted.
+    for (int i = 0; i < kListed; ++i) others[listed + i] = {points_[k] + 1 + i, k};
+    listed += std::min(others_of_k, kListed);
+    most = std::max(most, others_of_k);
+  }
+  for (int i = 0; i < listed; ++i) press_other(others[i].patch, *others[i].point);
+  for (int k = 0; k < count_ && most > kListed; ++k) {
+    for (int i = 1 + kListed; i < patch_[k]->point_count; ++i) press_other(k, points_[k][i]);
+  }
+}
+
+void PatchBlock::press_first(int k, Four& deepest) {
+  FourPoints in;
+  FourLoads load;
+  get(tilt_.x + k, in.tilt_x);
+  get(tilt_.y + k, in.tilt_y);
+  get(tilt_.z + k, in.tilt_z);
+  get(tilt_.w + k, in.closing);
+  get(spring_.x + k, in.stiffness);
+  get(spring_.y + k, in.ratio);
+  get(spring_.z + k, in.floor);
+  get(ageing_ + k, in.ageing);
+  press_four(points_ + k, in, load);
+  deepest = deepest < load.overlap ? load.overlap : deepest;
+  put(load.x, pressed_.x + k);
+  put(load.y, pressed_.y + k);
+  put(load.z, pressed_.z + k);
+  put(load.force, pressed_.w + k);
+  put(load.work, work_normal_ + k);
+}
+
+void PatchBlock::rub_all(double dt) {
+  for (int k = 0; k < count_; ++k) {
+    const double pressing = pressed_.w[k];
+    const Approach way{0, {}, slip_.vec(k), slip_.w[k]};
+    const FrictionStep step = advance_friction(
+        {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
+        {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing, arm_.w[k], way, dt);
+    const Wrench on_a = wrench(normal_.vec(k), pressing, pressed_.vec(k), step.state);
+    const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
+    const Vec counter = moment + cross(apart_.vec(k), on_a.force);  // arm_b = arm_a + apart
+    tangential_.set(k, step.state.tangential, pressing);
+    torsion_[k] = step.state.torsion;
+    sliding_[k] = step.state.sliding;
+    work_friction_[k] = step.work;
+    push_.set(k, on_a.force, pressing);
+    moment_.set(k, moment, 0);
+    counter_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
+  }
+}
+
+// Rolling resistance and adhesion.
+void PatchBlock::add_options(double dt) {
+  for (int k = 0; k < count_; ++k) {
+    if (!law_[k]->is_plain) add_options(k, dt);
+  }
+}
+
+void PatchBlock::add_options(int k, double dt) {
+  const PairLaw& law = *law_[k];
+  const Patch& patch = *patch_[k];
+  const auto add = [](const Vec& v, Quad& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
+  if (law.rolling_limit > 0) {
+    Vec3& rolling = rolling_[patch_[k] - patches_];
+    work_friction_[k] += advance_rolling(law, patch, rolling, eigen(plain(motion_[k].spin)), dt);
+    add(plain(rolling), moment_a_[k]);
+    add(-1.0 * plain(rolling), moment_b_[k]);
+  }
+  if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
+    const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
+    const NormalLoad pull = adhesion_of(law, patch, points_[k], way);
+    work_normal_[k] += pull.work;
+    const Vec normal = plain(patch.normal), force = pull.force * normal;
+    const Vec moment = cross(plain(patch.arm), force) - cross(normal, pull.offset_force);
+    add(force, force_[k]);
+    add(moment, moment_a_[k]);
+    add(-1.0 * (moment + cross(plain(motion_[k].apart), force)), moment_b_[k]);
+  }
+}
+
+}  // namespace firn

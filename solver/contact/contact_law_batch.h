@@ -1,0 +1,169 @@
+// The force law of many patches side by side: numbers of like kind lie together, so that the
+// compiler makes vector code of it, and the long chain of one patch is hidden behind the others.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+#include "solver/contact/contact_law.h"
+
+namespace firn {
+
+// A pair with patches, as the force law walks through them.
+struct ActivePair {
+  std::uint32_t pair = 0;  // its number
+  std::uint32_t first_patch = 0, patch_count = 0, first_point = 0;
+  std::int32_t a = 0, b = 0;               // bodies
+  std::int32_t law = 0;                    // index into Workspace::laws
+  std::uint16_t local_a = 0, local_b = 0;  // which of the bodies of a range of pairs these are
+};
+
+// What one patch adds to its two bodies in this step. The fourth numbers of the moments are zero.
+struct PatchLoad {
+  std::int32_t a, b;   // bodies
+  std::int32_t law;    // index into Workspace::laws
+  Quad force;          // N, on a; b feels the opposite; and the normal force
+  Quad moment_a;       // N m, on a, about its centre
+  Quad moment_b;       // N m, on b, about its centre (origin)
+  double normal;       // N
+  double work_normal;  // J taken from the bodies by normal forces
+  double work_friction;
+};
+
+// Two bodies against each other. The fourth numbers are of no meaning.
+struct PairMotion {
+  Quad velocity;  // m/s, a's minus b's, of the points of both at the centre of a
+  Quad spin;      // rad/s, a's minus b's
+  Quad apart;     // m, centre of a minus centre of b
+};
+
+class PatchBlock {
+ public:
+  // Few enough to stay in the first cache with what they stand for, and not to have more fetched at
+  // once than the processor can wait for.
+  static constexpr int room = 8;
+
+  // The arrays that patches come from: `rolling` has a moment for each of `patches`. Bodies from
+  // `first_boundary` on are boundaries.
+  PatchBlock(Patch* patches, Vec3* rolling, std::int32_t first_boundary)
+      : patches_(patches), rolling_(rolling), first_boundary_(first_boundary) {}
+
+  // Adds a patch of a pair. Pair, law, patch and points must stay until the block has been read.
+  // Call while !full().
+  void add(const ActivePair& pair, const PairLaw& law, Patch& patch, ContactPoint* points,
+           const PairMotion& motion) {
+    const int k = count_++;
+    pair_[k] = &pair;
+    law_[k] = &law;
+    patch_[k] = &patch;
+    points_[k] = points;
+    copy_four(&motion.velocity, &motion_[k].velocity);
+    copy_four(&motion.spin, &motion_[k].spin);
+    copy_four(&motion.apart, &motion_[k].apart);
+    with_options_ |= !law.is_plain;
+    at_boundary_[boundary_count_] = k;
+    boundary_count_ += pair.b >= first_boundary_;
+  }
+  bool full() const { return count_ == room; }
+  int size() const { return count_; }
+  void clear() {
+    count_ = boundary_count_ = 0;
+    with_options_ = false;
+  }
+  std::span<const int> at_boundary() const {  // the patches at boundaries
+    return {at_boundary_, static_cast<std::size_t>(boundary_count_)};
+  }
+
+  // Advances all patches by dt and writes their memory back.
+  void advance(double dt);
+
+  // What patch k does after that.
+  std::uint16_t local_a(int k) const { return pair_[k]->local_a; }
+  std::uint16_t local_b(int k) const { return pair_[k]->local_b; }
+  const Quad& force(int k) const { return force_[k]; }
+  const Quad& moment_a(int k) const { return moment_a_[k]; }
+  const Quad& moment_b(int k) const { return moment_b_[k]; }
+  double normal_force(int k) const { return pressed_.w[k]; }
+  double deepest() const { return deepest_; }  // m, no patch overlaps by more
+  double overlap(int k) const {                // m, deepest point
+    double deepest = 0;
+    for (int i = 0; i < patch_[k]->point_count; ++i)
+      deepest = std::max(deepest, -points_[k][i].gap);
+    return deepest;
+  }
+  double work_normal(int k) const { return work_normal_[k]; }
+  double work_friction(int k) const { return work_friction_[k]; }
+  PatchLoad load(int k) const {
+    return {pair_[k]->a,  pair_[k]->b,   pair_[k]->law,   force_[k],        moment_a_[k],
+            moment_b_[k], pressed_.w[k], work_normal_[k], work_friction_[k]};
+  }
+
+ private:
+  // The components of a Quad for all patches.
+  struct alignas(32) Columns {
+    double x[room], y[room], z[room], w[room];
+    Vec vec(int k) const { return {x[k], y[k], z[k]}; }
+    void set(int k, const Vec& v, double fourth) {
+      x[k] = v.x;
+      y[k] = v.y;
+      z[k] = v.z;
+      w[k] = fourth;
+    }
+    // From or to four rows, wherever they lie.
+    template <class RowOf>
+    void spread(int k, const RowOf& row_of);
+    template <class RowOf>
+    void collect(int k, const RowOf& row_of) const;
+  };
+  void fill_up();
+  void spread(int k);  // four from k on, as below
+  void approach_all(double dt);
+  void press_all();
+  void press_first(int k, Four& deepest);
+  [[gnu::always_inline]] inline void press_other(int k, ContactPoint& p);  // of patch k
+  void rub_all(double dt);
+  void collect(int k);
+  [[gnu::noinline]] void add_options(double dt);
+  void add_options(int k, double dt);
+
+  Patch* patches_;
+  Vec3* rolling_;
+  std::int32_t first_boundary_;
+  int count_ = 0, boundary_count_ = 0;
+  double deepest_ = 0;
+  const ActivePair* pair_[room];
+  const PairLaw* law_[room];
+  Patch* patch_[room];
+  ContactPoint* points_[room];
+  int at_boundary_[room + 1];
+  bool with_options_ = false;  // a patch has rolling resistance or adhesion
+  Patch nobody_;               // fills up a four,
+  ContactPoint nobodys_;       // and its point
+  // Rows as they come from and go to bodies, and columns as the law wants them.
+  PairMotion motion_[room];
+  Quad force_[room], moment_a_[room], moment_b_[room];
+  Columns normal_;      // and torsion
+  Columns arm_;         // and torsion radius
+  Columns tangential_;  // and normal force, afterwards
+  Columns spring_;      // stiffness, unloading ratio, floor
+  Columns friction_;    // stiffness, static, dynamic, sliding speed
+  Columns velocity_, spin_, apart_, push_, moment_, counter_;
+  Columns tilt_;     // and closing
+  Columns slip_;     // and turn
+  Columns pressed_;  // sum of force times offset, and normal force
+  alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
+  alignas(32) double ageing_[room];  // 1: gaps are to be advanced, 0: they are fresh
+};
+
+static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
+              offsetof(Patch, torsion_radius) == offsetof(Patch, arm) + sizeof(Vec3) &&
+              offsetof(Patch, normal_force) == offsetof(Patch, tangential) + sizeof(Vec3));
+static_assert(offsetof(PairLaw, floor) == offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
+              offsetof(PairLaw, sliding_speed) ==
+                  offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
+static_assert(offsetof(ContactPoint, gap) == offsetof(ContactPoint, offset) + sizeof(Vec3) &&
+              offsetof(ContactPoint, force) == offsetof(ContactPoint, gap) + sizeof(double) &&
+              offsetof(ContactPoint, share) == offsetof(ContactPoint, force) + sizeof(double));
+
+}  // namespace firn

@@ -1,0 +1,470 @@
+#include "solver/contact/patch_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "solver/collision/contact_region.h"
+
+namespace firn {
+
+namespace {
+
+constexpr double kSameFace = 0.9962;  // cosine of 5 degrees: one region whatever else
+constexpr double kSamePatch = 0.9;    // cosine: normals further apart are never one region
+constexpr double kLikeArea = 0.1;     // ratio of areas that share stiffness fairly
+constexpr double kSamePlane = 1e-3;   // of the shell
+constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
+
+std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
+
+// True when two neighbouring contacts belong to one region. Stiffness is shared by area, so a
+// corner that touches deeper than the face beside it would get next to nothing and sink in: it is a
+// region of its own.
+bool same_region(const Manifold& c, const Manifold& d) {
+  const double cosine = c.normal.dot(d.normal);
+  if (cosine >= kSameFace) return true;
+  if (cosine < kSamePatch) return false;
+  const Manifold& smaller = c.area < d.area ? c : d;
+  const Manifold& larger = c.area < d.area ? d : c;
+  return smaller.area > kLikeArea * larger.area || smaller.gap >= larger.gap;
+}
+
+// Connected components of the contacts: neighbouring parts on both bodies and like normals.
+int group_contacts(const PatchInput& in, PatchScratch& scratch) {
+  const int n = static_cast<int>(in.contacts.size());
+  scratch.group.assign(n, -1);
+  int groups = 0;
+  for (int seed = 0; seed < n; ++seed) {
+    if (scratch.group[seed] >= 0) continue;
+    scratch.group[seed] = groups;
+    scratch.stack.assign(1, seed);
+    while (!scratch.stack.empty()) {
+      const PartContact& c = in.contacts[scratch.stack.back()];
+      scratch.stack.pop_back();
+      for (int k = 0; k < n; ++k) {
+        if (scratch.group[k] >= 0) continue;
+        const PartContact& d = in.contacts[k];
+        if (!(in.neighbours_a[c.a] & bit(d.a))) continue;
+        if (!in.neighbours_b.empty() && !(in.neighbours_b[c.b] & bit(d.b))) continue;
+        if (!same_region(c.manifold, d.manifold)) continue;
+        scratch.group[k] = groups;
+        scratch.stack.push_back(k);
+      }
+    }
+    ++groups;
+  }
+  return groups;
+}
+
+// Moments of the touching region of a group, for torsion.
+struct Moments {
+  double area = 0;
+  Vec3 centroid = Vec3::Zero();
+  double polar = 0;
+
+  void add(const Manifold& m) {
+    if (m.area <= 0) return;
+    const double sum = area + m.area;
+    const Vec3 apart = m.centroid - centroid;
+    polar += m.polar + area * m.area / sum * apart.squaredNorm();
+    centroid += apart * (m.area / sum);
+    area = sum;
+  }
+  // A disc-like bound of friction's lever: .3826 a for a uniform square of side a.
+  double torsion_radius() const {
+    return area > 0 ? 0.937 * std::sqrt(std::max(0.0, polar) / area) : 0;
+  }
+};
+
+// Adds a point, or merges it with a near one of the same patch: weights add, place and gap are
+// weighted means. Nothing is dropped. Until the patch is complete, a point's share is its weight.
+void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3& place, double gap,
+               double weight, double merge) {
+  for (std::size_t i = first; i < points.size(); ++i) {
+    ContactPoint& p = points[i];
+    if ((p.offset - place).squaredNorm() < merge * merge) {
+      const double sum = p.share + weight;
+      const double f = sum > 0 ? weight / sum : 0.5;
+      p.offset += f * (place - p.offset);
+      p.gap += f * (gap - p.gap);
+      p.share = sum;
+      return;
+    }
+  }
+  ContactPoint p;
+  p.offset = place;
+  p.gap = gap;
+  p.share = weight;
+  points.push_back(p);
+}
+
+bool is_same_plane(const ConvexPart::Face* a, const ConvexPart::Face* b, double tolerance) {
+  constexpr double kParallel = 1 - 1e-12;  // cosine
+  if (a == b) return true;
+  return a && b && a->normal.dot(b->normal) > kParallel &&
+         std::abs(a->offset - b->offset) <= tolerance;
+}
+
+// Contacts of faces of one plane on each body: a face that is cut, or lies on a surface that is
+// cut.
+bool is_same_flat(const Manifold& c, const Manifold& d, double tolerance) {
+  return !c.outline.empty() && !d.outline.empty() && is_same_plane(c.face_a, d.face_a, tolerance) &&
+         is_same_plane(c.face_b, d.face_b, tolerance);
+}
+
+// Corners of the convex hull of the outlines of such contacts, weighed as one face: cuts have no
+// effect on it. Nothing if it has no area.
+void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
+                  std::vector<ManifoldPoint>& out) {
+  constexpr double kOnLine = 1e-6;  // of the extent: a point on a side is no corner
+  struct Corner {
+    PlanePoint at;
+    const ManifoldPoint* point;
+  };
+  out.clear();
+  const ContactBasis frame(in.contacts[contacts[0]].manifold.normal);
+  std::vector<Corner> all, hull;
+  for (const int i : contacts) {
+    for (const ManifoldPoint& p : in.contacts[i].manifold.outline)
+      all.push_back({frame.flat(p.position), &p});
+  }
+  std::ranges::sort(all, [](const Corner& a, const Corner& b) {
+    return a.at.u != b.at.u ? a.at.u < b.at.u : a.at.v < b.at.v;
+  });
+  // Twice the area of a triangle; counter-clockwise counts as positive.
+  const auto turn = [](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
+    return (b.u - a.u) * (c.v - a.v) - (b.v - a.v) * (c.u - a.u);
+  };
+  // Both chains of the hull, counter-clockwise (Andrew 1979).
+  const auto add = [&](const Corner& next, std::size_t first) {
+    while (hull.size() >= first + 2 && turn(hull[hull.size() - 2].at, hull.back().at, next.at) <= 0)
+      hull.pop_back();
+    hull.push_back(next);
+  };
+  for (const Corner& c : all) add(c, 0);
+  hull.pop_back();
+  const std::size_t lower = hull.size();
+  for (auto c = all.rbegin(); c != all.rend(); ++c) add(*c, lower);
+  hull.pop_back();
+  double extent = 0;
+  for (const Corner& c : hull)
+    extent = std::max(extent, std::hypot(c.at.u - hull[0].at.u, c.at.v - hull[0].at.v));
+  // A corner on the line of its neighbors is the end of a cut, or a copy of one of them.
+  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3;) {
+    const PlanePoint& before = hull[(i + hull.size() - 1) % hull.size()].at;
+    const PlanePoint& after = hull[(i + 1) % hull.size()].at;
+    const double chord = std::hypot(after.u - before.u, after.v - before.v);
+    if (turn(before, hull[i].at, after) > kOnLine * extent * chord) {
+      ++i;
+    } else {
+      hull.erase(hull.begin() + static_cast<std::ptrdiff_t>(i));
+      i = i > 0 ? i - 1 : 0;
+    }
+  }
+  if (hull.size() < 3) return;
+  Region region(static_cast<int>(hull.size()), extent);
+  for (const Corner& c : hull) region.add(c.at, 0, 0);
+  weigh_polygon(region);
+  if (!(region.area > std::pow(kEdgeWidth * extent, 2))) return;
+  for (std::size_t i = 0; i < hull.size(); ++i)
+    out.push_back({hull[i].point->position, hull[i].point->gap, region.points[i].weight});
+}
+
+// One patch of the contacts in group `g`, without history.
+void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches& out) {
+  Patch patch;
+  patch.first_point = static_cast<std::uint32_t>(out.points.size());
+  const double shell = in.law.shell;
+  Vec3 normal = Vec3::Zero();
+  Moments moments;
+  std::vector<int>& rest = scratch.stack;  // contacts of the group
+  rest.clear();
+  for (std::size_t i = 0; i < in.contacts.size(); ++i) {
+    if (scratch.group[i] == g) rest.push_back(static_cast<int>(i));
+  }
+  for (const int i : rest) {
+    const PartContact& c = in.contacts[i];
+    patch.parts_a |= bit(c.a);
+    patch.parts_b |= bit(c.b);
+    moments.add(c.manifold);
+    double depth = 0;
+    for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (shell - p.gap);
+    normal += depth * c.manifold.normal;
+  }
+  const auto add = [&](const ManifoldPoint& p) {
+    if (p.gap < shell)
+      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge);
+  };
+  while (!rest.empty()) {
+    const Manifold& first = in.contacts[rest[0]].manifold;
+    const auto others = std::stable_partition(rest.begin(), rest.end(), [&](int i) {
+      return i == rest[0] || is_same_flat(first, in.contacts[i].manifold, kSamePlane * shell);
+    });
+    const std::span<const int> alike(rest.begin(), others);
+    scratch.hull.clear();
+    if (alike.size() > 1) hull_of_flat(in, alike, scratch.hull);
+    for (const ManifoldPoint& p : scratch.hull) add(p);
+    for (const int i : alike) {
+      if (!scratch.hull.empty()) break;
+      for (const ManifoldPoint& p : in.contacts[i].manifold.points) add(p);
+    }
+    rest.erase(rest.begin(), others);
+  }
+  const std::size_t count = out.points.size() - patch.first_point;
+  if (count > std::numeric_limits<std::uint16_t>::max())
+    throw RunError("more than 65535 contact points between two bodies");
+  patch.point_count = static_cast<std::uint16_t>(count);
+  ContactPoint* points = out.points.data() + patch.first_point;
+
+  double sum = 0, square = 0;
+  Vec3 center = Vec3::Zero();
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double d = shell - points[i].gap;
+    patch.area += points[i].share;
+    sum += points[i].share * d;
+    square += points[i].share * d * d;
+    center += points[i].share * d * points[i].offset;
+  }
+  center /= sum;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    points[i].share *= square / (sum * sum);
+    points[i].offset = in.rotation_a * (points[i].offset - center);
+  }
+  patch.normal = in.rotation_a * normal.normalized();
+  patch.arm = in.rotation_a * center;
+  patch.torsion_radius = moments.torsion_radius();
+  out.patches.push_back(patch);
+  out.rolling.push_back(Vec3::Zero());
+}
+
+// True when `old` lies where `fresh` is: same or neighbouring parts on both bodies, like normals.
+bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
+  if (old.normal.dot(fresh.normal) < kSameHistory) return false;
+  const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbours) {
+    std::uint64_t all = parts;
+    for (std::size_t i = 0; i < neighbours.size(); ++i)
+      all |= neighbours[i] & -(parts >> (i & 63) & 1);
+    return all;
+  };
+  if (!(dilated(old.parts_a, in.neighbours_a) & fresh.parts_a)) return false;
+  return in.neighbours_b.empty() || (dilated(old.parts_b, in.neighbours_b) & fresh.parts_b);
+}
+
+// How the bodies move against each other at a patch in this step.
+Approach approach_of(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
+  return approach(plain(patch.normal), plain(velocity + in.spin.cross(patch.arm)), plain(in.spin),
+                  in.dt);
+}
+
+// m, overlap of a point before the approach of this step.
+double overlap_before(const ContactPoint& point, const Approach& way) {
+  return std::max(0.0, -point.gap - way.closing - dot(plain(point.offset), way.tilt));
+}
+
+// What a patch can hold of energy, over that of the whole stiffness at the shell.
+double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
+  const Approach way = approach_of(in, patch, in.velocity);
+  double sum = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i)
+    sum += points[i].share * std::pow(overlap_before(points[i], way) / in.law.shell, 2);
+  return sum;
+}
+
+// J, recoverable from the springs of an old patch.
+double recoverable_energy(const PatchInput& in, const Patch& old) {
+  double energy = 0;
+  for (std::uint32_t k = 0; k < old.point_count; ++k) {
+    const ContactPoint& q = in.old_points[old.first_point + k];
+    const double unloading = in.law.stiffness * q.share * in.law.unloading_ratio;
+    if (unloading > 0) energy += 0.5 * q.force * q.force / unloading;
+  }
+  return energy;
+}
+
+// J, work of the forces of an old patch over the approach of this step, at the arms of the step
+// before.
+double work_of_step(const PatchInput& in, const Patch& old, const ContactPoint* points) {
+  const Approach way = approach_of(in, old, in.velocity_before);
+  double work = 0;
+  for (std::uint32_t k = 0; k < old.point_count; ++k)
+    work += points[k].force * (way.closing + dot(plain(points[k].offset), way.tilt));
+  return work;
+}
+
+// Records for each point of `fresh` the nearest point of `old`, unless a nearer one is recorded.
+void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
+                  const ContactPoint* points, PointMatch* matches) {
+  constexpr double kLoaded = 0.01;  // part of the loading line below which a share is given up
+  for (std::uint32_t i = 0; i < fresh.point_count; ++i) {
+    const Vec3 place = fresh.arm + points[i].offset - old.arm;
+    for (std::uint32_t k = 0; k < old.point_count; ++k) {
+      const ContactPoint& q = in.old_points[old.first_point + k];
+      const double distance2 = (q.offset - place).squaredNorm();
+      if (distance2 >= matches[i].distance2) continue;
+      const double loading = in.law.stiffness * q.share * -q.gap;
+      const double part = loading > q.force ? q.force / loading : 1.0;
+      const bool stays = distance2 < in.law.same_place * in.law.same_place &&
+                         q.force > kInContact && part > kLoaded;
+      matches[i] = {distance2, part, stays ? q.share : 0, 0};
+    }
+  }
+}
+
+// Loads the points of a patch so that they store `energy` (J) and press with `force` (N). Both are
+// those before this step, so the overlaps before the approach of this step count. Each point bears
+// the same part of its loading line as the point that it matches, times one factor. Where the
+// loading line would be exceeded, shares are scaled and the energy comes first. `work` (J): what
+// the old forces would do in this step.
+void load_points(const PatchInput& in, double energy, double force, double work, Patch& patch,
+                 ContactPoint* points, PointMatch* matches) {
+  constexpr double kMostShare = 4;      // a stiffer point would need a shorter time step
+  constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
+  constexpr double kMostCorrection = 0.1;
+  constexpr double kMostChange = 1.25;  // of a share towards the nominal one
+  const PairLaw& law = in.law;
+  const Approach way = approach_of(in, patch, in.velocity);
+  double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
+  double change_from = 0, change_to = 0;
+  double deepest = 0, step = 0;  // m, and how far that point has moved in this step
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    PointMatch& match = matches[i];
+    const double ds = way.closing + dot(plain(points[i].offset), way.tilt);
+    const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
+    match.overlap = s;
+    const double own = points[i].share, old = match.share > 0 ? match.share : own;
+    points[i].share = std::clamp(own, old / kMostChange, old * kMostChange);
+    if (!(s > 0)) continue;
+    const double bears = points[i].share * s * part;
+    change_from += old * s * part;
+    change_to += std::sqrt(old * points[i].share) * s * part;
+    nominal += own * s * s;
+    before += points[i].share * s * s;
+    first += bears;
+    second += bears * s * part;
+    done += bears * ds;
+    most = std::max(most, part);
+    largest = std::max(largest, points[i].share);
+    step = s > deepest ? std::abs(ds) : step;
+    deepest = std::max(deepest, s);
+  }
+  if (!(second > 0)) return;
+  force *= change_to / change_from;  // a share changes at constant energy
+  // The energy of a contact that began in the last step or two is not known well.
+  const double range = 1 + deepest / (step + std::numeric_limits<double>::min());
+  const double least = std::clamp(kLeastScale * nominal / before, 1 / range, 1.0);
+  const double limit = std::max(least, std::min(kMostShare / largest, range));
+  double factor = 0, scale = 0;
+  const auto solve = [&](double stored) {
+    const double twice = 2 * stored * law.unloading_ratio;
+    factor = std::min(1 / most, twice * first / (force * second));
+    const double wanted = twice / (factor * factor * law.stiffness * second);
+    scale = std::clamp(wanted, least, limit);
+    if (scale != wanted)
+      factor = std::min(1 / most, std::sqrt(twice / (scale * law.stiffness * second)));
+  };
+  solve(energy);
+  // The first half of this step's work was done along the old normal at the old arms. Of work on
+  // the loading line, a part of 1 / unloading_ratio is recoverable.
+  const double taken = 0.5 * (work - factor * scale * law.stiffness * done) / law.unloading_ratio;
+  solve(energy + std::clamp(taken, -kMostCorrection * energy, kMostCorrection * energy));
+  patch.normal_force = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double s = matches[i].overlap;
+    if (!(s > 0)) continue;
+    points[i].share *= scale;
+    points[i].force = factor * matches[i].part * law.stiffness * points[i].share * s;
+    patch.normal_force += points[i].force;
+  }
+}
+
+// Friction carried over into the plane of the new normal, its size kept.
+Vec3 turned_into_plane(const Vec3& t, const Vec3& normal) {
+  const double size = t.norm();
+  if (size == 0) return t;
+  const Vec3 flat = t - normal * normal.dot(t);
+  const double rest = flat.norm();
+  return rest > 0 ? Vec3(flat * (size / rest)) : Vec3(Vec3::Zero());
+}
+
+// Transfers the state of the old patches to the new ones. A split shares what the old patch carries
+// in proportion to what the parts can hold; a merge adds. Normal force and recoverable energy of a
+// pair are continuous.
+void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+  const auto points_of = [&](const Patch& p) { return out.points.data() + p.first_point; };
+  const auto matches_of = [&](const Patch& p) { return scratch.matches.data() + p.first_point; };
+  scratch.matches.assign(out.points.size(), PointMatch{});
+  scratch.energy.assign(out.patches.size(), 0.0);
+  scratch.work.assign(out.patches.size(), 0.0);
+  for (std::size_t o = 0; o < in.old_patches.size(); ++o) {
+    const Patch& old = in.old_patches[o];
+    if (old.normal_force <= 0) {
+      // Near but without load: its place is known, so a touch there is no late detection.
+      for (std::size_t i = 0; i < out.patches.size(); ++i) {
+        if (inherits(in, old, out.patches[i])) scratch.has_parent[i] = 1;
+      }
+      continue;
+    }
+    // A lone patch takes all.
+    const auto size_of = [&](const Patch& fresh) {
+      return out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh));
+    };
+    double all = 0;
+    for (const Patch& fresh : out.patches) {
+      if (inherits(in, old, fresh)) all += size_of(fresh);
+    }
+    if (all <= 0) continue;
+    const double energy = recoverable_energy(in, old);
+    const double work = work_of_step(in, old, in.old_points + old.first_point);
+    for (std::size_t i = 0; i < out.patches.size(); ++i) {
+      Patch& fresh = out.patches[i];
+      if (!inherits(in, old, fresh)) continue;
+      const double f = size_of(fresh) / all;
+      match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
+      scratch.energy[i] += f * energy;
+      scratch.work[i] += f * work;
+      fresh.normal_force += f * old.normal_force;
+      fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
+      out.rolling[i] += f * turned_into_plane(in.old_rolling[o], fresh.normal);
+      // A smaller patch has a shorter lever: what it cannot hold is lost as slip.
+      const double lever =
+          old.torsion_radius > 0 ? std::min(1.0, fresh.torsion_radius / old.torsion_radius) : 0;
+      fresh.torsion += f * lever * lever * old.torsion;
+      fresh.sliding |= old.sliding;
+      scratch.has_parent[i] = 1;
+    }
+  }
+  for (std::size_t i = 0; i < out.patches.size(); ++i) {
+    Patch& fresh = out.patches[i];
+    if (!(fresh.normal_force > 0)) continue;
+    load_points(in, scratch.energy[i], fresh.normal_force, scratch.work[i], fresh, points_of(fresh),
+                matches_of(fresh));
+  }
+}
+
+}  // namespace
+
+int build_patches(const PatchInput& in, PatchScratch& scratch, FoundPatches& out) {
+  out.clear();
+  if (in.contacts.empty()) return 0;
+  const int groups = group_contacts(in, scratch);
+  for (int g = 0; g < groups; ++g) make_patch(in, scratch, g, out);
+
+  scratch.has_parent.assign(out.patches.size(), 0);
+  transfer_history(in, scratch, out);
+
+  int deep = 0;
+  for (std::size_t i = 0; i < out.patches.size(); ++i) {
+    if (scratch.has_parent[i]) continue;
+    const Patch& patch = out.patches[i];
+    for (std::uint32_t k = 0; k < patch.point_count; ++k) {
+      if (-out.points[patch.first_point + k].gap > in.law.deep) {
+        ++deep;
+        break;
+      }
+    }
+  }
+  return deep;
+}
+
+}  // namespace firn

@@ -1,0 +1,484 @@
+// Narrow phase with temporal coherence: only pairs whose motion bounds say that something can have
+// changed are looked at; their parts are queried and their patches made anew.
+#include <fmt/format.h>
+
+#include "solver/contact_detection/relative_poses.h"
+#include "solver/contact_detection/tunnelling_guard.h"
+#include "solver/core/prefetch.h"
+#include "solver/state/workspace.h"
+
+namespace firn {
+
+namespace {
+
+// The gap of two parts as of a query: how long they may be left alone, m.
+double slack(double gap, const PairLaw& law) { return std::max(gap - law.shell, law.refresh); }
+
+double deepest(const FoundPatches& found) {
+  double gap = 0;
+  for (const ContactPoint& p : found.points) gap = std::min(gap, p.gap);
+  return -gap;
+}
+
+// Looks at pairs that are due, and searches for the contacts of those that have moved enough.
+class Looker {
+ public:
+  Looker(const Model& model, const Workspace& w, State& s, TaskScratch& scratch)
+      : model_(model),
+        w_(w),
+        s_(s),
+        n_(static_cast<int>(model.particles.size())),
+        scratch_(scratch),
+        contacts_(scratch.contacts) {}
+
+  // Looks at `count` pairs, whose poses are found: sets their wake-up calls, and puts those that
+  // have moved enough on the list. Without branches: which of them have is anybody's guess.
+  void look(const std::uint32_t* numbers, int count, const PairPoses& poses) {
+    struct Found {
+      int k;
+      double path, moved;
+    } found[PairPoses::room + 1];
+    int many = 0;
+    for (int k = 0; k < count; ++k) {
+      const Pair& pair = s_.pairs[numbers[k]];
+      const PairWatch& watch = s_.watch[numbers[k]];
+      const double path = s_.path[pair.a] + s_.path[pair.b];
+      const double moved = watch.moved + moved_since(pair, watch, poses, k, path);
+      const double turn_left = turn_left_of(pair, watch);
+      s_.wake[numbers[k]] = path + std::min(watch.need - moved, turn_left);
+      found[many].k = k;
+      found[many].path = path;
+      found[many].moved = moved;
+      many += (moved >= watch.need) | (turn_left <= 0);
+    }
+    for (int i = 0; i < many; ++i) {
+      DuePair& due = scratch_.searched.emplace_back();
+      due.pair = numbers[found[i].k];
+      due.path = found[i].path;
+      due.moved = found[i].moved;
+      poses.get_pose(found[i].k, due.pose);
+    }
+  }
+
+  void search(const DuePair& due, Search& out) {
+    const Pair& pair = s_.pairs[due.pair];
+    PairWatch& watch = s_.watch[due.pair];
+    const PairLaw& law = w_.laws[pair.law];
+    out.deep_births = 0;
+    out.passed = false;
+    const bool first_look = watch.moved == 0 && watch.need == 0;
+    const double part_need = query(pair, due.pose, law, due.moved, out);
+    out.buried = first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
+
+    watch.moved = due.moved;
+    watch.need =
+        out.found.patches.empty() ? part_need : std::min(due.moved + law.refresh, part_need);
+    watch.reference_path = due.path;
+    watch.reference_turn = s_.turn[pair.a];
+    std::copy_n(due.pose.rotation.data(), 9, watch.reference_rotation);
+    std::copy_n(due.pose.translation.data(), 3, watch.reference_translation);
+    s_.wake[due.pair] = due.path + (watch.need - due.moved);
+  }
+
+ private:
+  // A bound on how far any point of b has moved relative to a since the reference pose: the smaller
+  // of the ways both have gone and of the displacement in a's axes. A boundary may be large: its
+  // own points say nothing about the contact.
+  double moved_since(const Pair& pair, const PairWatch& watch, const PairPoses& poses, int k,
+                     double path) const {
+    const double by_path = path - watch.reference_path;
+    const bool is_particle = pair.b < n_;
+    const double reach_b = w_.reach[model_.particles[is_particle ? pair.b : pair.a].shape];
+    const double by_pose = poses.shift(k) + poses.turn(k) * reach_b;
+    return std::min(by_path, is_particle ? by_pose : by_path);
+  }
+
+  // World-fixed normals and arms also age when both bodies turn together, m.
+  double turn_left_of(const Pair& pair, const PairWatch& watch) const {
+    const double left = w_.laws[pair.law].refresh - (s_.turn[pair.a] - watch.reference_turn) *
+                                                        w_.reach[model_.particles[pair.a].shape];
+    return pick(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
+  }
+
+  // Returns when the next part that does not touch must be queried, in the measure of `moved`.
+  double query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Search& out) {
+    const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
+    const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
+    const Mat3 rotation_a = rotation_of(s_, pair.a);
+    std::optional<Sides> sides;
+    if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
+    std::size_t used = 0;
+    PartPair* const parts = s_.part_pairs.data() + pair.first_part;
+    double need = list_due_parts({parts, pair.part_count}, moved);
+    bool left_to_neighbor = false;
+    for (const std::uint32_t k : scratch_.due_parts) {
+      PartPair& p = parts[k];
+      if (contacts_.size() == used) contacts_.emplace_back();
+      PartContact& c = contacts_[used];
+      c.a = p.a;
+      c.b = static_cast<int>(p.b);
+      collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
+      if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
+        out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
+      p.touching = c.manifold.points.empty() ? 0 : 1;
+      // A part that leaves its contact to the one beyond a seam takes it over as soon as that one
+      // loses it: it is queried whenever the pair is.
+      const bool at_seam = !p.touching && c.manifold.gap < law.shell;
+      left_to_neighbor |= at_seam;
+      p.wake = moved + (p.touching || at_seam ? 0 : slack(c.manifold.gap, law));
+      if (!p.touching && !at_seam) need = std::min(need, p.wake);
+      used += p.touching;
+    }
+    if (left_to_neighbor && used == 0) need = moved;
+    out.queries = static_cast<int>(scratch_.due_parts.size());
+    PatchInput in{law,
+                  rotation_a,
+                  {contacts_.data(), used},
+                  shape_a.part_neighbours,
+                  {},
+                  {s_.patches.data() + pair.first_patch, pair.patch_count},
+                  s_.rolling.data() + pair.first_patch,
+                  s_.points.data()};
+    const BodyMotion &motion_a = s_.motion[pair.a], &motion_b = s_.motion[pair.b];
+    const Vec3 apart = motion_a.position - motion_b.position;
+    const Vec3 closing = motion_a.velocity - motion_b.velocity;
+    in.velocity = closing - motion_b.spin.cross(apart);
+    in.velocity_before = closing - motion_b.spin.cross(apart - model_.timestep * closing);
+    in.spin = motion_a.spin - motion_b.spin;
+    in.dt = model_.timestep;
+    if (pair.b < n_)
+      in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
+    out.deep_births = build_patches(in, scratch_.patches, out.found);
+    return need;
+  }
+
+  void collide_parts(const Pair& pair, const ConvexPart& part_a, PartPair& p, const Pose& pose,
+                     double shell, Manifold& out) const {
+    if (pair.b < n_) {
+      collide(part_a, model_.shapes[model_.particles[pair.b].shape].parts[p.b], pose, shell,
+              p.cache, out);
+      return;
+    }
+    const Boundary& boundary = model_.boundaries[pair.b - n_];
+    if (boundary.kind == Boundary::Kind::plane) {
+      const Vec3 normal = pose.rotation.col(2);
+      collide_plane(part_a, normal, normal.dot(pose.translation), shell, out);
+    } else {
+      collide(part_a, boundary.parts[p.b], pose, shell, p.cache, out);
+    }
+  }
+
+  // Lists the parts to be queried, and returns when the first of the others will be. Without
+  // branches, as above.
+  double list_due_parts(std::span<const PartPair> parts, double moved) const {
+    std::vector<std::uint32_t>& due = scratch_.due_parts;
+    due.resize(parts.size());
+    std::size_t many = 0;
+    double need = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const PartPair& p = parts[k];
+      const bool is_due = (p.touching != 0) | (p.wake <= moved);
+      due[many] = static_cast<std::uint32_t>(k);
+      many += is_due;
+      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), p.wake), need);
+    }
+    due.resize(many);
+    return need;
+  }
+
+  const Model& model_;
+  const Workspace& w_;
+  State& s_;
+  int n_;
+  TaskScratch& scratch_;
+  std::vector<PartContact>& contacts_;
+};
+
+// Bodies are placed by somebody who may err; one that starts deeper in another than this part of
+// its smallest edge would be thrown out by the spring.
+constexpr double kBuried = 0.05;
+
+void check_look(const Model& model, const Workspace& w, const State& s, const Suspect& look) {
+  const Pair& pair = s.pairs[look.pair];
+  if (look.passed) {
+    throw RunError(fmt::format(
+        "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
+        "the thin one thicker or the contact stiffer",
+        name_of_body(model, pair.a), name_of_body(model, pair.b), s.time,
+        step_motion(model, w, s, pair.a, pair.b)));
+  }
+  const int n = static_cast<int>(model.particles.size());
+  double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
+  if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
+  if (look.buried > kBuried * edge) {
+    throw RunError(
+        fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
+                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
+  }
+}
+
+// Stores what a look found in the pair's place.
+void store(const FoundPatches& f, Pair& pair, State& s) {
+  const auto patches = static_cast<std::uint32_t>(f.patches.size());
+  for (std::uint32_t k = 0; k < patches; ++k) {
+    Patch& patch = s.patches[pair.first_patch + k];
+    patch = f.patches[k];
+    patch.first_point += pair.first_point;
+  }
+  std::copy(f.rolling.begin(), f.rolling.end(), s.rolling.begin() + pair.first_patch);
+  std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
+  pair.patch_count = patches;
+}
+
+bool fits(const FoundPatches& f, const Pair& pair) {
+  return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
+}
+
+// Gives a pair that has outgrown its place another one at the end.
+void make_room(const FoundPatches& f, Pair& pair, State& s) {
+  const auto patches = static_cast<std::uint32_t>(f.patches.size());
+  const auto points = static_cast<std::uint32_t>(f.points.size());
+  if (patches > pair.patch_capacity) {
+    pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
+    pair.patch_capacity = std::max(patches, 2u);
+    s.patches.resize(s.patches.size() + pair.patch_capacity);
+    s.rolling.resize(s.patches.size(), Vec3::Zero());
+  }
+  if (points > pair.point_capacity) {
+    pair.first_point = static_cast<std::uint32_t>(s.points.size());
+    pair.point_capacity = std::max(points, 6u);
+    s.points.resize(s.points.size() + pair.point_capacity);
+  }
+}
+
+// What looks and searches further down the list will read: it lies scattered, and waiting for it
+// would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
+// Always inlined, see prefetch.h.
+[[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
+  fetch(&s.pairs[p]);
+  fetch(&s.watch[p]);
+}
+[[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
+                                                std::uint32_t p) {
+  const Pair& pair = s.pairs[p];
+  const int last = static_cast<int>(model.particles.size()) - 1;
+  for (const std::int32_t body : {pair.a, pair.b}) {
+    fetch(&s.motion[body]);
+    fetch(&s.orientation[body]);
+    fetch(&model.particles[std::min(body, last)].shape);
+  }
+  fetch(&s.turn[pair.a]);
+}
+[[gnu::always_inline]] inline void fetch_contacts(const State& s, std::uint32_t p) {
+  constexpr std::size_t kPoints = 128;  // bytes: what most pairs have
+  const Pair& pair = s.pairs[p];
+  fetch(s.part_pairs.data() + pair.first_part, pair.part_count);
+  fetch(s.patches.data() + pair.first_patch);
+  fetch_bytes(s.points.data() + pair.first_point, kPoints);
+  fetch(s.rolling.data() + pair.first_patch);
+}
+
+// Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
+// for that is fetched meanwhile: so little is done with it that one would only wait for it.
+void find_due(const Workspace& w, const State& s, std::size_t r, const PairRange* next,
+              std::vector<std::uint32_t>& out) {
+  const PairRange& range = w.ranges[r];
+  const std::size_t begin = r * kPairsOfRange;
+  const std::size_t end = std::min(s.pairs.size(), begin + kPairsOfRange);
+  // Every body is in some seven pairs: its way is fetched from afar once.
+  double path[2 * kPairsOfRange];
+  for (std::size_t k = 0; k < range.bodies.size(); ++k) path[k] = s.path[range.bodies[k]];
+  if (next) fetch(next->bodies.data(), next->bodies.size());
+  std::uint32_t due[kPairsOfRange];
+  std::size_t many = 0;
+  constexpr std::size_t kSome = 16;
+  std::size_t body = 0;
+  for (std::size_t from = begin; from < end; from += kSome) {
+    if (next) {
+      fetch(s.wake.data() + from + kPairsOfRange, kSome);
+      fetch(next->locals.data() + (from - begin), kSome);
+      for (; body < next->bodies.size() * (from - begin) / kPairsOfRange; ++body)
+        fetch(&s.path[next->bodies[body]]);
+    }
+    // Without a branch: which of them are due is anybody's guess.
+    for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
+      const auto [a, b] = range.locals[p - begin];
+      due[many] = static_cast<std::uint32_t>(p);
+      many += s.wake[p] <= path[a] + path[b];
+    }
+  }
+  out.assign(due, due + many);
+}
+
+// Looks at the pairs that are due, several side by side.
+void look_at_due(const Model& model, const State& s, TaskScratch& scratch, Looker& looker) {
+  constexpr std::size_t kFar = 16, kNear = 8;  // looks ahead
+  const std::vector<std::uint32_t>& due = scratch.due;
+  PairPoses poses;
+  scratch.searched.clear();
+  for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
+  for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_bodies(model, s, due[k]);
+  for (std::size_t k = 0; k < due.size(); k += PairPoses::room) {
+    const std::size_t end = std::min(k + PairPoses::room, due.size());
+    for (std::size_t i = k + kFar; i < std::min(end + kFar, due.size()); ++i) fetch_pair(s, due[i]);
+    for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
+      fetch_bodies(model, s, due[i]);
+    poses.find(s, &due[k], static_cast<int>(end - k));
+    looker.look(&due[k], static_cast<int>(end - k), poses);
+  }
+}
+
+// Fetches what the looks at the next range will read, a part of it with each of the searches in
+// this one: looks alone would only wait for it.
+class LooksAhead {
+ public:
+  LooksAhead(const Model& model, const State& s, const TaskScratch& scratch)
+      : model_(model),
+        s_(s),
+        due_(scratch.next_due),
+        some_(due_.size() / std::max<std::size_t>(scratch.searched.size(), 1) + 1) {}
+
+  void fetch_some() {
+    for (; bodies_ < pairs_; ++bodies_) fetch_bodies(model_, s_, due_[bodies_]);
+    const std::size_t stop = std::min(pairs_ + some_, due_.size());
+    for (; pairs_ < stop; ++pairs_) fetch_pair(s_, due_[pairs_]);
+  }
+
+ private:
+  const Model& model_;
+  const State& s_;
+  const std::vector<std::uint32_t>& due_;
+  std::size_t some_, pairs_ = 0, bodies_ = 0;  // so many are fetched
+};
+
+// Searches the contacts of those of a range's pairs that have moved enough.
+void search_range(const Model& model, State& s, PairRange& range, TaskScratch& scratch,
+                  Looker& looker) {
+  range.refreshed.clear();
+  range.outgrown.clear();
+  range.suspects.clear();
+  range.queries = range.refreshes = range.deep_births = 0;
+  range.more_patches = range.more_points = 0;
+  constexpr std::size_t kAhead = 4;  // searches
+  const std::vector<DuePair>& searched = scratch.searched;
+  LooksAhead looks_ahead(model, s, scratch);
+  for (std::size_t k = 0; k < std::min(kAhead, searched.size()); ++k)
+    fetch_contacts(s, searched[k].pair);
+  Search& search = scratch.search;
+  for (std::size_t k = 0; k < searched.size(); ++k) {
+    if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
+    looks_ahead.fetch_some();
+    const std::uint32_t p = searched[k].pair;
+    looker.search(searched[k], search);
+    Pair& pair = s.pairs[p];
+    range.queries += search.queries;
+    range.deep_births += search.deep_births;
+    if (search.passed || search.buried > 0)
+      range.suspects.push_back({p, search.passed, search.buried});
+    if (search.found.patches.empty() && pair.patch_count == 0) continue;
+    ++range.refreshes;
+    range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
+    range.more_points += static_cast<std::int64_t>(search.found.points.size()) - points_of(pair, s);
+    if (fits(search.found, pair)) {
+      store(search.found, pair, s);
+      range.refreshed.push_back(active_pair(range, s, p));
+      continue;
+    }
+    const std::size_t kept = range.outgrown.size();
+    range.outgrown.push_back(static_cast<std::uint32_t>(range.refreshed.size()));
+    range.refreshed.push_back({.pair = p});  // the rest when it has its place
+    if (range.found.size() == kept) range.found.emplace_back();
+    std::swap(range.found[kept], search.found);
+  }
+}
+
+// The ranges [first, last) of one task.
+void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first,
+                   std::size_t last) {
+  TaskScratch& scratch = w.scratch[first / w.ranges_of_task];
+  Looker looker(model, w, s, scratch);
+  const auto find_due_of = [&](std::size_t r, std::vector<std::uint32_t>& due) {
+    due.clear();
+    if (r < last) find_due(w, s, r, r + 1 < last ? &w.ranges[r + 1] : nullptr, due);
+  };
+  find_due_of(first, scratch.due);
+  for (std::size_t r = first; r < last; ++r) {
+    look_at_due(model, s, scratch, looker);
+    find_due_of(r + 1, scratch.next_due);
+    search_range(model, s, w.ranges[r], scratch, looker);
+    std::swap(scratch.due, scratch.next_due);
+  }
+}
+
+// Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
+// come to rest is walked through in every step: what lies close costs least.
+void close_holes(int threads, ListArrays& spare, State& s) {
+  struct Sizes {
+    std::size_t patches = 0, points = 0;
+  };
+  const std::size_t pairs = s.pairs.size(), ranges = (pairs + kPairsOfRange - 1) / kPairsOfRange;
+  std::vector<Sizes> first(ranges + 1);
+  for_ranges(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    Sizes& size = first[begin / kPairsOfRange + 1];
+    for (std::size_t p = begin; p < end; ++p) {
+      size.patches += s.pairs[p].patch_count;
+      size.points += static_cast<std::size_t>(points_of(s.pairs[p], s));
+    }
+  });
+  for (std::size_t r = 0; r < ranges; ++r) {
+    first[r + 1].patches += first[r].patches;
+    first[r + 1].points += first[r].points;
+  }
+  resize_afresh(spare.patches, first.back().patches);
+  resize_afresh(spare.rolling, first.back().patches);
+  resize_afresh(spare.points, first.back().points);
+  for_ranges(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    Sizes at = first[begin / kPairsOfRange];
+    for (std::size_t p = begin; p < end; ++p)
+      copy_contacts(s, s.pairs[p], s.pairs[p], spare, at.patches, at.points);
+  });
+  std::swap(s.patches, spare.patches);
+  std::swap(s.rolling, spare.rolling);
+  std::swap(s.points, spare.points);
+}
+
+bool has_holes(const Workspace& w, const State& s) {
+  constexpr std::size_t kFew = 1000;  // not worth the while
+  return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
+         s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
+}
+
+}  // namespace
+
+void find_contacts(const Model& model, Workspace& w, State& s) {
+  if (w.list_is_new) take_up_list(model, w, s);
+  for_ranges(
+      model.numerics.threads, w.ranges.size(), w.ranges_of_task,
+      [&](std::size_t first, std::size_t last) { search_ranges(model, w, s, first, last); },
+      &w.pair_shares);
+  // What must go in order: room at the end, and counts.
+  for (PairRange& range : w.ranges) {
+    s.health.queries += range.queries;
+    s.health.refreshes += range.refreshes;
+    s.health.deep_births += range.deep_births;
+    w.patches += range.more_patches;
+    w.points += range.more_points;
+    for (std::size_t k = 0; k < range.outgrown.size(); ++k) {
+      ActivePair& refreshed = range.refreshed[range.outgrown[k]];
+      Pair& pair = s.pairs[refreshed.pair];
+      make_room(range.found[k], pair, s);
+      store(range.found[k], pair, s);
+      refreshed = active_pair(range, s, refreshed.pair);
+    }
+  }
+  for (const PairRange& range : w.ranges) {
+    for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);
+  }
+  w.points_moved = has_holes(w, s);
+  if (w.points_moved) {
+    close_holes(model.numerics.threads, w.spare_list, s);
+    for (PairRange& range : w.ranges) range.active_is_stale = true;
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,252 @@
+#include "solver/contact_detection/tunnelling_guard.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "solver/collision/gjk.h"
+
+namespace firn {
+
+namespace {
+
+// Overlaps deeper than this part of both thicknesses are watched: at a half of them the shortest
+// way out may lead through to the far side, or over a cut to a neighbour.
+constexpr double kWatched = 0.25;
+constexpr double kSameSide =
+    0.7;  // cosine: as far as a patch hands on its memory (patch_builder.cpp)
+constexpr double kOtherSide = -0.5;
+
+std::uint64_t bit(std::uint32_t part) { return std::uint64_t{1} << (part & 63u); }
+
+double watched_depth(const ConvexPart& a, const ConvexPart& b) {
+  return kWatched * (a.thickness + b.thickness);
+}
+
+}  // namespace
+
+double step_motion(const Model& model, const Workspace& w, const State& s, int a, int b) {
+  const BodyMotion &ma = s.motion[a], &mb = s.motion[b];
+  const Vec3 relative = ma.velocity - mb.velocity - mb.spin.cross(ma.position - mb.position);
+  const double turning = (ma.spin - mb.spin).norm() * w.reach[model.particles[a].shape];
+  return (relative.norm() + turning) * model.timestep;
+}
+
+Sides::Sides(const SideInput& input) : in_(input) {
+  const auto& [model, w, s, pair] = in_;
+  const int n = static_cast<int>(model.particles.size());
+  const double thick_a = w.thinnest[model.particles[pair.a].shape];
+  const double thick_b =
+      pair.b < n ? w.thinnest[model.particles[pair.b].shape] : w.thinnest[w.shapes + pair.b - n];
+  motion_ = step_motion(model, w, s, pair.a, pair.b);
+  fast_ = motion_ > kWatched * (thick_a + thick_b);
+}
+
+const ConvexPart& Sides::part_b(std::uint32_t index) const {
+  const int n = static_cast<int>(in_.model.particles.size());
+  const int b = in_.pair.b;
+  return b < n ? in_.model.shapes[in_.model.particles[b].shape].parts[index]
+               : in_.model.boundaries[b - n].parts[index];
+}
+
+// The placement of b's axes in a's a while before now, within the present step.
+Pose Sides::pose_before(double seconds) const {
+  const State& s = in_.state;
+  const auto place = [&](int body) {
+    const BodyMotion& m = s.motion[body];
+    const Vec3 turned = -seconds * m.spin;
+    const double angle = turned.norm();
+    Pose p{rotation_of(s, body), m.position - seconds * m.velocity};
+    if (angle > 0) {
+      p.rotation = Eigen::AngleAxisd(angle, turned / angle).toRotationMatrix() * p.rotation;
+    }
+    return p;
+  };
+  const Pose a = place(in_.pair.a), b = place(in_.pair.b);
+  return {a.rotation.transpose() * b.rotation,
+          a.rotation.transpose() * (b.translation - a.translation)};
+}
+
+// The masks of a patch repeat after 64 parts, as many as a boundary with more may have. True when a
+// patch that may be of this part lies on it: one of its points is within the part, but for half the
+// gap there and the way of a step.
+bool Sides::lies_on(const Patch& patch, const ConvexPart& b) const {
+  const State& s = in_.state;
+  const Mat3 axes = rotation_of(s, in_.pair.b);
+  const Vec3 place = s.motion[in_.pair.a].position + patch.arm - s.motion[in_.pair.b].position;
+  const double shell = in_.workspace.laws[in_.pair.law].shell;
+  for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
+    const ContactPoint& point = s.points[i];
+    const Vec3 at = axes.transpose() * (place + point.offset);
+    const double near = 0.5 * std::abs(point.gap) + shell + motion_;
+    if (std::ranges::all_of(b.faces, [&](const ConvexPart::Face& face) {
+          return face.normal.dot(at) - face.offset <= near;
+        })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Calls visit(patch) for those of the last look that bear a force on the same parts, or on their
+// neighbours too.
+template <class Visit>
+void Sides::for_patches(const PartPair& parts, bool neighbours, const Visit& visit) const {
+  const auto& [model, w, s, pair] = in_;
+  const int n = static_cast<int>(model.particles.size());
+  std::uint64_t mask_a = bit(parts.a), mask_b = bit(parts.b);
+  bool ambiguous = pair.b >= n && model.boundaries[pair.b - n].parts.size() > 64;
+  if (neighbours) {
+    mask_a = model.shapes[model.particles[pair.a].shape].part_neighbours[parts.a];
+    mask_b = pair.b < n ? model.shapes[model.particles[pair.b].shape].part_neighbours[parts.b]
+                        : ~std::uint64_t{0};
+    ambiguous = false;
+  }
+  for (std::uint32_t k = pair.first_patch; k < pair.first_patch + pair.patch_count; ++k) {
+    const Patch& patch = s.patches[k];
+    if (!(patch.normal_force > 0) || !(patch.parts_a & mask_a) || !(patch.parts_b & mask_b)) {
+      continue;
+    }
+    if (!ambiguous || lies_on(patch, part_b(parts.b))) visit(patch);
+  }
+}
+
+// The one of these patches whose normal is nearest to `normal` (world); null without any.
+const Patch* Sides::nearest(const PartPair& parts, bool neighbours, const Vec3& normal) const {
+  const Patch* best = nullptr;
+  for_patches(parts, neighbours, [&](const Patch& patch) {
+    if (!best || patch.normal.dot(normal) > best->normal.dot(normal)) best = &patch;
+  });
+  return best;
+}
+
+// Conservative advancement over the present step: true when the parts were apart at its beginning
+// and met at the fraction `at` of it, with the normal (axes of body a, from a to b) of the gap
+// that closed there.
+bool Sides::entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const {
+  constexpr int kTries = 64;
+  const double radii = a.radius + b.radius, dt = in_.model.timestep;
+  const double touching = 1e-3 * watched_depth(a, b);
+  GjkCache cache;
+  at = 0;
+  for (int i = 0; i < kTries; ++i) {
+    const CoreContact contact = core_contact(a, b, pose_before((1 - at) * dt),
+                                             std::numeric_limits<double>::infinity(), cache);
+    const double gap = contact.distance - radii;
+    if (i == 0 && gap <= 0) return false;
+    if (contact.distance > touching_distance(a, b)) normal = contact.normal;
+    if (gap <= touching) return true;
+    at += gap / motion_;
+    if (!(at < 1)) return false;
+  }
+  return true;
+}
+
+// What entered over one piece and is past its cut at the end of the step lies in pieces that it
+// came to through their cuts: each of them says that a neighbour has the contact. The piece that
+// was met first knows the side.
+bool Sides::first_entry(const PartPair& parts, Vec3& side) const {
+  const auto& [model, w, s, pair] = in_;
+  const Shape& shape_a = model.shapes[model.particles[pair.a].shape];
+  double first = std::numeric_limits<double>::infinity();
+  for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
+    const PartPair& other = s.part_pairs[k];
+    const bool near = other.a == parts.a ||
+                      (other.b == parts.b && shape_a.part_neighbours[parts.a] & bit(other.a));
+    if (!near) continue;
+    Vec3 normal;
+    double at;
+    if (!entry(shape_a.parts[other.a], part_b(other.b), normal, at) || at >= first) continue;
+    first = at;
+    side = normal;
+  }
+  return std::isfinite(first);
+}
+
+bool Sides::deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from,
+                            double deep) const {
+  constexpr int kPlaces = 8;
+  const double dt = in_.model.timestep;
+  Manifold m;
+  for (int i = 1; i < kPlaces; ++i) {
+    const double at = from + (1 - from) * i / kPlaces;
+    GjkCache cold;
+    collide(a, b, pose_before((1 - at) * dt), 0, cold, m);
+    if (-m.gap > deep) return true;
+  }
+  return false;
+}
+
+bool Sides::keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifold& m) const {
+  const auto& [model, w, s, pair] = in_;
+  const ConvexPart& a = model.shapes[model.particles[pair.a].shape].parts[parts.a];
+  const ConvexPart& b = part_b(parts.b);
+  const Mat3 axes = rotation_of(s, pair.a);
+  const double watched = watched_depth(a, b);
+  const bool deep = -m.gap > watched;
+  // Cores that overlap, and no contact: it went to the neighbour over a cut, by which the shortest
+  // way out leads. The neighbour may say the same of this part.
+  const bool dropped = m.points.empty() && -m.gap > a.radius + b.radius;
+  if (const Patch* own = nearest(parts, false, axes * m.normal)) {
+    const Vec3 side = axes.transpose() * own->normal;
+    const double cosine = side.dot(m.normal);
+    if (!dropped && (cosine > kSameSide || (cosine > 0 && !deep))) return true;
+    if (m.gap >= 0) return cosine > kOtherSide && !(fast_ && deep_on_the_way(a, b, 0, watched));
+    collide_from(a, b, b_in_a, side, shell, m);
+    return true;
+  }
+  if (!deep && !dropped && !fast_) return true;
+  Vec3 side;
+  double at;
+  if (entry(a, b, side, at) && !leads_through_seam(a, side) &&
+      !leads_through_seam(b, -(b_in_a.rotation.transpose() * side))) {
+    const double cosine = side.dot(m.normal);
+    if (m.gap >= 0) return cosine > kOtherSide && !deep_on_the_way(a, b, at, watched);
+    if (dropped || cosine < kSameSide) collide_from(a, b, b_in_a, side, shell, m);
+    return true;
+  }
+  if (!deep && !dropped) return true;
+  const Patch* like = nearest(parts, true, axes * m.normal);
+  if (!like) {
+    if (dropped && first_entry(parts, side)) collide_from(a, b, b_in_a, side, shell, m);
+    return true;
+  }
+  if (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide) return true;
+  // A patch near by tells the side; where several do, as in a corner, the one by which it is the
+  // shortest way out. A side by which this part is far deeper than that patch is not its side.
+  Manifold best, tried;
+  for_patches(parts, true, [&](const Patch& patch) {
+    double depth = watched;
+    for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
+      depth = std::max(depth, watched - in_.state.points[i].gap);
+    }
+    collide_from(a, b, b_in_a, axes.transpose() * patch.normal, shell, tried);
+    if (-tried.gap <= depth && (best.points.empty() || tried.gap > best.gap))
+      std::swap(best, tried);
+  });
+  if (!best.points.empty()) m = std::move(best);
+  return true;
+}
+
+void check_step_lengths(const Model& model, const Workspace& w, const State& s) {
+  const std::size_t n = model.particles.size();
+  double walls = 0;  // m, the most that a point of a boundary moves
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    if (!s.boundary_present[b] || model.boundaries[b].kind == Boundary::Kind::plane) continue;
+    const BodyMotion& m = s.motion[n + b];
+    walls = std::max(walls, m.velocity.norm() + m.spin.norm() * w.reach[w.shapes + b]);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (s.presence[i] != Presence::present) continue;
+    const double way = (s.motion[i].velocity.norm() + walls) * model.timestep;
+    const double size = w.smallest_part[model.particles[i].shape];
+    if (way > size) {
+      throw RunError(fmt::format(
+          "particle {} and a boundary move by up to {:.4g} m in one step at {:.6g} s, more than "
+          "the radius {:.4g} m of the particle's smallest part: shorten the time step",
+          i, way, s.time, size));
+    }
+  }
+}
+
+}  // namespace firn

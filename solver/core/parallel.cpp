@@ -1,0 +1,105 @@
+#include "solver/core/parallel.h"
+
+#include <algorithm>
+
+// The thread sanitizer does not see what Debian's oneTBB does to hand work over, and would take
+// everything that two threads touch in turn for a race.
+#ifdef __SANITIZE_THREAD__
+#include <atomic>
+#include <thread>
+#include <vector>
+#else
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace firn {
+
+#ifdef __SANITIZE_THREAD__
+struct Shares::Impl {};
+#else
+struct Shares::Impl {
+  tbb::affinity_partitioner partitioner;
+};
+#endif
+Shares::Shares() : impl_(std::make_unique<Impl>()) {}
+Shares::~Shares() = default;
+Shares::Shares(Shares&&) noexcept = default;
+Shares& Shares::operator=(Shares&&) noexcept = default;
+
+namespace {
+
+#ifdef __SANITIZE_THREAD__
+// Calls one(k) for every k below `ranges`.
+template <class One>
+void share_out(int threads, std::size_t ranges, const One& one, Shares*) {
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t k = next++; k < ranges; k = next++) one(k);
+  };
+  std::vector<std::jthread> others;
+  for (int i = 1; i < threads; ++i) others.emplace_back(work);
+  work();
+}
+
+void sort_shared(int, std::vector<Keyed>& list) { std::sort(list.begin(), list.end()); }
+#else
+// An arena of as many threads as asked for, also where there are fewer cores.
+tbb::task_arena& arena_of(int threads) {
+  static thread_local std::unique_ptr<tbb::global_control> allowed;
+  static thread_local std::unique_ptr<tbb::task_arena> arena;
+  if (!arena || arena->max_concurrency() != threads) {
+    allowed.reset();
+    if (threads > tbb::info::default_concurrency()) {
+      allowed = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                      static_cast<std::size_t>(threads));
+    }
+    arena = std::make_unique<tbb::task_arena>(threads);
+  }
+  return *arena;
+}
+
+template <class One>
+void share_out(int threads, std::size_t ranges, const One& one, Shares* shares) {
+  const std::size_t from = 0;
+  arena_of(threads).execute([&] {
+    if (ranges <= static_cast<std::size_t>(threads)) {  // one for each, sent to it at once
+      tbb::parallel_for(from, ranges, one, tbb::static_partitioner());
+    } else if (shares) {
+      tbb::parallel_for(from, ranges, one, (**shares).partitioner);
+    } else {
+      tbb::parallel_for(from, ranges, one);
+    }
+  });
+}
+
+void sort_shared(int threads, std::vector<Keyed>& list) {
+  arena_of(threads).execute([&] { tbb::parallel_sort(list.begin(), list.end()); });
+}
+#endif
+
+}  // namespace
+
+void for_ranges(int threads, std::size_t n, std::size_t grain,
+                const std::function<void(std::size_t, std::size_t)>& body, Shares* shares) {
+  const std::size_t ranges = (n + grain - 1) / grain;
+  const auto one = [&](std::size_t k) { body(k * grain, std::min(n, (k + 1) * grain)); };
+  if (threads <= 1 || ranges <= 1) {
+    for (std::size_t k = 0; k < ranges; ++k) one(k);
+    return;
+  }
+  share_out(threads, ranges, one, shares);
+}
+
+void sort_by_key(int threads, std::vector<Keyed>& list) {
+  if (threads <= 1) {
+    std::sort(list.begin(), list.end());
+  } else {
+    sort_shared(threads, list);
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,135 @@
+// Three plain numbers. Innermost loops that live in registers, or that the compiler turns into
+// vector code, use these instead of Eigen's vectors.
+#pragma once
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "firn/math.h"
+
+namespace firn {
+
+struct Vec {
+  double x, y, z;
+};
+inline Vec operator-(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec operator+(const Vec& a, const Vec& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec operator*(double s, const Vec& a) { return {s * a.x, s * a.y, s * a.z}; }
+inline double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline double square(const Vec& a) { return dot(a, a); }
+inline Vec cross(const Vec& a, const Vec& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// yes ? a : b, never by a branch: for what is anybody's guess to the processor.
+inline double pick(bool yes, double a, double b) {
+  const std::uint64_t mask = -static_cast<std::uint64_t>(yes);
+  return std::bit_cast<double>((std::bit_cast<std::uint64_t>(a) & mask) |
+                               (std::bit_cast<std::uint64_t>(b) & ~mask));
+}
+inline int pick(bool yes, int a, int b) {
+  const int mask = -static_cast<int>(yes);
+  return (a & mask) | (b & ~mask);
+}
+
+// Three numbers and a fourth that rides along: what one wide register holds.
+struct alignas(32) Quad {
+  double x, y, z, w;
+};
+// The register, and the same wherever it lies in memory. Never passed by value: sources compiled
+// without AVX would warn. (std::memcpy would move it in halves, which a wide load then waits for.)
+using Four = double __attribute__((vector_size(32)));
+using FourInMemory __attribute__((vector_size(32), aligned(8), may_alias)) = double;
+[[gnu::always_inline]] inline void get(const void* from, Four& v) {
+  v = *static_cast<const FourInMemory*>(from);
+}
+[[gnu::always_inline]] inline void put(const Four& v, void* to) {
+  *static_cast<FourInMemory*>(to) = v;
+}
+[[gnu::always_inline]] inline void copy_four(const void* from, void* to) {
+  *static_cast<FourInMemory*>(to) = *static_cast<const FourInMemory*>(from);
+}
+// Four rows of four into four columns of four, or back.
+[[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
+  const Four ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Four ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Four cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Four cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+// The square roots, in place.
+[[gnu::always_inline]] inline void root(Four& v) {
+#ifdef __AVX__
+  v = _mm256_sqrt_pd(v);
+#else
+  for (int k = 0; k < 4; ++k) v[k] = std::sqrt(v[k]);
+#endif
+}
+
+// Which of four comparisons hold, one bit each.
+using FourBits = std::int64_t __attribute__((vector_size(32)));
+[[gnu::always_inline]] inline unsigned bits_of(const FourBits& holds) {
+#ifdef __AVX__
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(holds)));
+#else
+  unsigned bits = 0;
+  for (int k = 0; k < 4; ++k) bits |= static_cast<unsigned>(holds[k] & 1) << k;
+  return bits;
+#endif
+}
+
+// Eight numbers side by side, as two registers of four (AVX2): operations on both overlap, which
+// hides the latency of a long chain of them. Always inline: sources compiled with and
+// without AVX would pass them differently.
+struct Lanes {
+  static constexpr int size = 8;
+  Four low, high;
+
+  Lanes() = default;
+  explicit Lanes(double all) : low{all, all, all, all}, high(low) {}
+  [[gnu::always_inline]] Lanes(const Four& l, const Four& h) : low(l), high(h) {}
+  double operator[](int i) const { return i < 4 ? low[i] : high[i - 4]; }
+  void set(int i, double value) {
+    if (i < 4)
+      low[i] = value;
+    else
+      high[i - 4] = value;
+  }
+
+  [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes root(const Lanes& a) {
+    Lanes out = a;
+    root(out.low);
+    root(out.high);
+    return out;
+  }
+  [[gnu::always_inline]] friend Lanes operator*(double a, const Lanes& b) {
+    return {a * b.low, a * b.high};
+  }
+  [[gnu::always_inline]] friend Lanes operator-(double a, const Lanes& b) {
+    return {a - b.low, a - b.high};
+  }
+};
+
+inline Vec plain(const Quad& a) { return {a.x, a.y, a.z}; }
+
+inline Vec plain(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
+inline Vec3 eigen(const Vec& a) { return {a.x, a.y, a.z}; }
+
+}  // namespace firn

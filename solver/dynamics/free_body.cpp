@@ -1,0 +1,338 @@
+#include "solver/dynamics/free_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace firn {
+namespace {
+
+// A drive that has a target approaches it with this time constant, at most at its speed.
+constexpr double kApproach = 5e-3;  // s
+// So near to a stop a coordinate is on it.
+constexpr double kAtStop = 1e-12;
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostAxes, kMostAxes>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostAxes, 1>;
+using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostAxes>;
+
+// Rates that are found by repetition differ by less than this part from one to the next.
+constexpr double kSame = 1e-15;
+constexpr int kMostRepetitions = 60;
+
+// What unit rates do to the centre of mass, and the inertia against them. Turning freely counts
+// along the parent's axes.
+struct Axes {
+  Columns velocity, spin;  // m/s and rad/s for each rate
+  Mat3 inertia;            // kg m^2, world axes
+  Vec3 arm;                // m, from the body's origin to its centre of mass
+  Matrix mass;             // kg, kg m, kg m^2
+
+  Axes(const FreeBody& body, const Vec3& origin, const Mat3& parent, const Mat3& rotation)
+      : inertia(rotation * body.inertia * rotation.transpose()),
+        arm(rotation * (body.center - origin)) {
+    const auto given = static_cast<Eigen::Index>(body.axes.size());
+    const Eigen::Index n = given + (body.turns_freely ? 3 : 0);
+    velocity.resize(3, n);
+    spin.resize(3, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const bool turns =
+          k >= given || body.axes[static_cast<std::size_t>(k)].kind == FreeAxis::Kind::rotation;
+      const Vec3 axis = k >= given
+                            ? Vec3(parent.col(k - given))
+                            : Vec3(parent * body.axes[static_cast<std::size_t>(k)].direction);
+      velocity.col(k) = turns ? axis.cross(arm) : axis;
+      spin.col(k) = turns ? axis : Vec3::Zero();
+    }
+    mass = body.mass * velocity.transpose() * velocity + spin.transpose() * inertia * spin;
+  }
+};
+
+Vector rates(const FreeBodyMotion& m, Eigen::Index n) {
+  return Eigen::Map<const Vector>(m.rate, n);
+}
+
+double spring_force(const FreeAxis& axis, double coordinate) {
+  return -axis.stiffness * (coordinate - axis.rest);
+}
+
+// Speed of a drive that holds it. In the first half of a step that which arrives where the approach
+// to a target is at the step's end.
+double wanted_rate(const Drive& drive, double coordinate, double dt, HalfKick half) {
+  if (!drive.target) return drive.speed;
+  const double most = std::abs(drive.speed);
+  const double rate = half == HalfKick::first ? -std::expm1(-dt / kApproach) / dt : 1 / kApproach;
+  return std::clamp((*drive.target - coordinate) * rate, -most, most);
+}
+
+// But for rounding.
+bool is_at(double rate, double wanted) {
+  return std::abs(rate - wanted) <= 1e-9 * std::abs(wanted) + 1e-12;
+}
+
+bool is_rotation(const FreeAxis& axis) { return axis.kind == FreeAxis::Kind::rotation; }
+
+// The inertia against the axes does not change with the place, as seen from the parent.
+bool has_constant_inertia(const FreeBody& body) {
+  if (body.turns_freely) return false;
+  const bool turns = std::ranges::any_of(body.axes, is_rotation);
+  return !turns || body.axes.size() == 1;
+}
+
+// How the rates answer impulses that act evenly over `h` s beside the dampers.
+Matrix response(const FreeBody& body, const Matrix& mass, double h) {
+  const Eigen::Index n = mass.rows();
+  Vector damping = Vector::Zero(n);
+  for (std::size_t k = 0; k < body.axes.size(); ++k)
+    damping[static_cast<Eigen::Index>(k)] = body.axes[k].damping;
+  if (damping.isZero(0)) return mass.inverse();
+  // In the axes of the damped modes, (1 - exp(-h c)) / (h c) for each.
+  const Eigen::LLT<Matrix> llt(mass);
+  const Matrix lower = llt.matrixL().solve(Matrix(Matrix::Identity(n, n)));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(
+      Eigen::MatrixXd(lower * damping.asDiagonal() * lower.transpose()));
+  Vector gain(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double z = h * std::max(0.0, modes.eigenvalues()[i]);
+    gain[i] = z < 1e-8 ? 1 - 0.5 * z : -std::expm1(-z) / z;
+  }
+  const Matrix to_rates = lower.transpose() * modes.eigenvectors();
+  return to_rates * gain.asDiagonal() * to_rates.transpose();
+}
+
+// Generalized forces by contacts, gravity and inertia at these rates. Accelerations count at
+// constant rates; where the inertia changes with the place, at constant momenta.
+Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyScene& at, const Vector& u) {
+  const Vec3 relative_spin = axes.spin * u, spin = at.parent_spin + relative_spin;
+  Vec3 sliding = Vec3::Zero();  // m/s, of the origin against the parent
+  for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    if (!is_rotation(body.axes[k])) sliding += axes.velocity.col(i) * u[i];
+  }
+  const Vec3 turning = at.parent_spin.cross(relative_spin);
+  const Vec3 acceleration = 2 * at.parent_spin.cross(sliding) +
+                            at.parent_spin.cross(at.parent_spin.cross(at.offset)) +
+                            turning.cross(axes.arm) + spin.cross(spin.cross(axes.arm));
+  const Vec3 force = at.force + body.mass * (at.gravity - acceleration);
+  const Vec3 torque = at.torque - axes.arm.cross(at.force) - axes.inertia * turning -
+                      spin.cross(axes.inertia * spin);
+  Vector out = axes.velocity.transpose() * force + axes.spin.transpose() * torque;
+  if (has_constant_inertia(body)) return out;
+  // What the momenta change by at constant rates, as seen from the parent.
+  const Vec3 velocity = axes.velocity * u, swing = relative_spin.cross(axes.arm);
+  const Vec3 inward = body.mass * relative_spin.cross(swing);
+  for (Eigen::Index k = 0; k < out.size(); ++k) {
+    const Vec3 w = axes.spin.col(k);
+    out[k] += body.mass * w.cross(swing).dot(velocity) + axes.velocity.col(k).dot(inward) +
+              w.dot(relative_spin.cross(axes.inertia * relative_spin));
+  }
+  return out;
+}
+
+// Forces depend on the rates.
+bool is_coupled(const FreeBody& body, const FreeBodyScene& at) {
+  const std::size_t n = body.axes.size() + (body.turns_freely ? 3 : 0);
+  if (n < 2) return false;
+  const bool slides = !std::ranges::all_of(body.axes, is_rotation);
+  const bool turns = body.turns_freely || std::ranges::any_of(body.axes, is_rotation);
+  return (slides && turns) || !at.parent_spin.isZero(0);
+}
+
+bool is_same(const Vector& a, const Vector& b) { return (a - b).norm() <= kSame * b.norm(); }
+
+}  // namespace
+
+KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
+                          const std::vector<const Drive*>* drives, const FreeBodyScene& at,
+                          double t, double dt, HalfKick half, FreeBodyMotion motion) {
+  const Axes axes(body, origin, at.parent, at.rotation);
+  const Eigen::Index n = axes.velocity.cols();
+  const double h = 0.5 * dt;
+  Vector u = rates(motion, n);
+  // What friction and drives give against a jump of the parent, of what they can give in all.
+  double friction_given[kMostAxes] = {}, drive_given[kMostAxes] = {};
+  if (half == HalfKick::first && at.parent_moves) {
+    const Vector before = u;
+    const Vec3 jump = at.parent_velocity_change + at.parent_spin_change.cross(at.offset + axes.arm);
+    u -= axes.mass.inverse() * (axes.velocity.transpose() * (body.mass * jump) +
+                                axes.spin.transpose() * (axes.inertia * at.parent_spin_change));
+    const Matrix mobility = axes.mass.inverse();
+    const auto hold = [&](std::size_t k, double most) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const double given = std::clamp((before[i] - u[i]) / mobility(i, i), -most, most);
+      u += mobility.col(i) * given;
+      return given;
+    };
+    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+      const double rate = before[static_cast<Eigen::Index>(k)];
+      if (is_at(rate, 0) && body.axes[k].friction > 0)
+        friction_given[k] = hold(k, h * body.axes[k].friction);
+      for (const Drive* drive : drives[k]) {
+        const bool holds = drive->acts(t) && is_at(rate, wanted_rate(*drive, motion.coordinate[k],
+                                                                     dt, HalfKick::second));
+        if (holds) drive_given[k] += hold(k, h * drive->limit);
+      }
+    }
+  }
+  const Vector start = u;
+  const Matrix inverse = response(body, axes.mass, h);
+  KickResult result;
+  double drive_impulse[kMostAxes] = {};
+  const auto kicked = [&](const Vector& rates_of_forces) {
+    Vector impulse = h * forces_at(body, axes, at, rates_of_forces);
+    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const FreeAxis& axis = body.axes[k];
+      impulse[i] += h * (spring_force(axis, motion.coordinate[k]) - axis.damping * start[i]);
+    }
+    Vector now = start + inverse * impulse;
+    result = {};
+    const auto push = [&](std::size_t k, double wanted, double most, double spent) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const double needed = (wanted - now[i]) / inverse(i, i);
+      const double given = std::clamp(needed, -most - spent, most - spent);
+      now += inverse.col(i) * given;
+      result.held[k] = given == needed;
+      return given;
+    };
+    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+      double spent = drive_given[k];
+      drive_impulse[k] = spent;
+      if (body.axes[k].friction > 0) push(k, 0, h * body.axes[k].friction, friction_given[k]);
+      for (const Drive* drive : drives[k]) {
+        if (!drive->acts(t)) continue;
+        result.driven = true;
+        drive_impulse[k] += push(k, wanted_rate(*drive, motion.coordinate[k], dt, half),
+                                 h * drive->limit, std::exchange(spent, 0));
+      }
+    }
+    return now;
+  };
+  u = kicked(start);
+  if (half == HalfKick::first && is_coupled(body, at)) {
+    for (int r = 0; r < kMostRepetitions; ++r) {
+      const Vector next = kicked(u);
+      const bool done = is_same(next, u);
+      u = next;
+      if (done) break;
+    }
+  }
+  for (std::size_t k = 0; k < body.axes.size(); ++k) motion.drive_impulse[k] += drive_impulse[k];
+  for (Eigen::Index i = 0; i < n; ++i) motion.rate[i] = u[i];
+  return result;
+}
+
+Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& held,
+           FreeBodyMotion motion, Quat& orientation) {
+  const std::size_t given = body.axes.size();
+  const auto n = static_cast<Eigen::Index>(given + (body.turns_freely ? 3 : 0));
+  if (has_constant_inertia(body)) {
+    Vec3 turned = Vec3::Zero();
+    for (std::size_t k = 0; k < given; ++k) {
+      const FreeAxis& axis = body.axes[k];
+      motion.coordinate[k] += motion.rate[k] * dt;
+      if (!is_rotation(axis)) continue;
+      orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
+      turned += axis.direction * (motion.rate[k] * dt);
+    }
+    return turned;
+  }
+  const Vector first = rates(motion, n);
+  const auto spin_of = [&](const Vector& u) {
+    Vec3 spin = Vec3::Zero();
+    if (body.turns_freely) spin = u.tail<3>();
+    for (std::size_t k = 0; k < given; ++k) {
+      if (is_rotation(body.axes[k]))
+        spin += body.axes[k].direction * u[static_cast<Eigen::Index>(k)];
+    }
+    return spin;
+  };
+  const auto turn = [&](const Vector& u) {
+    const Vec3 angles = 0.5 * dt * spin_of(u);
+    const double angle = angles.norm();
+    return angle > 0 ? Quat(Eigen::AngleAxisd(angle, angles / angle)) : Quat::Identity();
+  };
+  const Mat3 parent = Mat3::Identity();
+  const Vector momenta = Axes(body, origin, parent, orientation.toRotationMatrix()).mass * first;
+  const Quat half_way = turn(first) * orientation;
+  Vector last = first;
+  Quat end;
+  for (int r = 0; r < kMostRepetitions; ++r) {
+    end = (turn(last) * half_way).normalized();
+    Matrix mass = Axes(body, origin, parent, end.toRotationMatrix()).mass;
+    Vector known = momenta;
+    for (std::size_t k = 0; k < given; ++k) {
+      if (!held[k]) continue;
+      const auto i = static_cast<Eigen::Index>(k);
+      mass.row(i).setZero();
+      mass(i, i) = 1;
+      known[i] = first[i];
+    }
+    const Vector next = mass.partialPivLu().solve(known);
+    const bool done = is_same(next, last);
+    last = next;
+    if (done) break;
+  }
+  end = (turn(last) * half_way).normalized();
+  for (std::size_t k = 0; k < given; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const FreeAxis& axis = body.axes[k];
+    const double before = motion.coordinate[k], next = before + 0.5 * dt * (first[i] + last[i]);
+    const bool is_within = before >= axis.lower && before <= axis.upper;
+    motion.coordinate[k] = is_within ? std::clamp(next, axis.lower, axis.upper) : next;
+    if (is_rotation(axis)) end = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
+  }
+  for (Eigen::Index i = 0; i < n; ++i) motion.rate[i] = last[i];
+  orientation = end;
+  return 0.5 * dt * (spin_of(first) + spin_of(last));
+}
+
+void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& at, double dt,
+                FreeBodyMotion motion, HeldAxes& held) {
+  const auto leaves = [&](std::size_t k) {
+    const FreeAxis& axis = body.axes[k];
+    const double rate = motion.rate[k], next = motion.coordinate[k] + rate * dt,
+                 near = dt > 0 ? 0 : kAtStop * (1 + std::abs(next));
+    if (rate < 0 && next < axis.lower + near) return -1;
+    if (rate > 0 && next > axis.upper - near) return 1;
+    return 0;
+  };
+  for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    const int side = leaves(k);
+    if (side == 0) continue;
+    const FreeAxis& axis = body.axes[k];
+    const Axes axes(body, origin, at.parent, at.rotation);
+    const Matrix inverse = axes.mass.inverse();
+    const auto i = static_cast<Eigen::Index>(k);
+    const double limit = side < 0 ? axis.lower : axis.upper;
+    const double wanted = axis.stop_restitution > 0 ? -axis.stop_restitution * motion.rate[k]
+                          : dt > 0                  ? (limit - motion.coordinate[k]) / dt
+                                                    : 0;
+    const double given = (wanted - motion.rate[k]) / inverse(i, i);
+    for (Eigen::Index j = 0; j < inverse.rows(); ++j) motion.rate[j] += inverse(j, i) * given;
+    motion.stop_impulse[k] += given;
+    held[k] = true;
+  }
+}
+
+double highest_frequency(const FreeBody& body, const Vec3& origin) {
+  const Matrix mass = Axes(body, origin, Mat3::Identity(), Mat3::Identity()).mass;
+  Vector root = Vector::Zero(mass.rows());
+  for (std::size_t k = 0; k < body.axes.size(); ++k)
+    root[static_cast<Eigen::Index>(k)] = std::sqrt(body.axes[k].stiffness);
+  if (root.isZero(0)) return 0;
+  const Eigen::MatrixXd squares = root.asDiagonal() * mass.inverse() * root.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(squares, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+}
+
+double least_apparent_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm) {
+  const Axes axes(body, origin, Mat3::Identity(), Mat3::Identity());
+  Columns point = axes.velocity;
+  for (Eigen::Index k = 0; k < point.cols(); ++k)
+    point.col(k) += axes.spin.col(k).cross(arm - axes.arm);
+  const Mat3 mobility = point * axes.mass.inverse() * point.transpose();  // 1/kg
+  return 1 / Eigen::SelfAdjointEigenSolver<Mat3>(mobility).eigenvalues().maxCoeff();
+}
+
+}  // namespace firn

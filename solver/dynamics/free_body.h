@@ -1,0 +1,79 @@
+// A rigid body with a few ways to move, hung on a frame whose motion is prescribed.
+#pragma once
+
+#include <array>
+
+#include "firn/motion.h"
+
+namespace firn {
+
+// Where a free body is and what acts on it, in world axes at one instant. The spin of the parent is
+// that over the step.
+struct FreeBodyScene {
+  Mat3 parent = Mat3::Identity();    // axes of what it hangs on -> world
+  Mat3 rotation = Mat3::Identity();  // axes of the body -> world
+  Vec3 offset = Vec3::Zero();        // m, from the parent's origin to the body's own
+  Vec3 parent_spin = Vec3::Zero();   // rad/s
+  // Of the parent's origin since the last step: accelerations times the time step, jumps included.
+  Vec3 parent_velocity_change = Vec3::Zero();  // m/s
+  Vec3 parent_spin_change = Vec3::Zero();      // rad/s
+  bool parent_moves = false;                   // either of them is not zero
+  Vec3 force = Vec3::Zero();                   // N, by contacts
+  Vec3 torque = Vec3::Zero();                  // N m, by contacts, about the body's origin
+  Vec3 gravity = Vec3::Zero();                 // m/s^2
+};
+
+// [kMostAxes] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that turns
+// freely are its spin against the parent, in the parent's axes.
+struct FreeBodyMotion {
+  double* coordinate;
+  double* rate;
+  double* drive_impulse;
+  double* stop_impulse;
+};
+
+// The half kicks of a step mirror each other: the first one takes forces that depend on the rates
+// as they are at its end, and the whole change of the parent's motion; the second one as they are
+// at its start.
+enum class HalfKick { first, second };
+
+// Which axes are held by friction, a drive or a stop.
+using HeldAxes = std::array<bool, kMostAxes>;
+struct KickResult {
+  bool driven = false;  // a drive acted
+  HeldAxes held = {};
+};
+
+// Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`
+// (m, world). d'Alembert's principle over the axes: for each axis k with the velocity v_k and spin
+// w_k that a unit rate gives the centre of mass,
+// (F + m g - m a) . v_k + (M - I alpha - w x I w) . w_k + spring + damper = 0.
+// Where the inertia against the axes changes with the place, the kick is one of the momenta
+// sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for constant other forces.
+// Friction and drives are impulses within their bounds, taken in turn, so that what sticks sticks
+// and what is driven has its speed exactly.
+KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
+                          const std::vector<const Drive*>* drives, const FreeBodyScene& scene,
+                          double t, double dt, HalfKick half, FreeBodyMotion motion);
+
+// Takes from the rates what would carry a coordinate beyond its stops within `dt`, so that it
+// arrives there, or turns them round by the restitution. After a kick, before the coordinates move;
+// with a dt of 0 for what lies on its stop already, after the second kick. Marks what it stopped as
+// held.
+void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& scene, double dt,
+                FreeBodyMotion motion, HeldAxes& held);
+
+// Moves the coordinates and turns `orientation` (body axes -> parent axes) by dt, half of it with
+// the rates at its start and half with those at its end, at which the momenta are the same; rates
+// of held axes are kept instead. Returns the way turned, rad, parent axes.
+Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& held,
+           FreeBodyMotion motion, Quat& orientation);
+
+// Of its springs alone, at t = 0, rad/s; 0: it has none.
+double highest_frequency(const FreeBody& body, const Vec3& origin);
+
+// Mass that a force at a point `arm` (m from the body's origin, world at t = 0) in the worst
+// direction meets at t = 0, kg: for time steps.
+double least_apparent_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm);
+
+}  // namespace firn

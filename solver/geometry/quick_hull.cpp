@@ -1,0 +1,240 @@
+#include "solver/geometry/quick_hull.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+// A triangle of the hull under construction.
+struct Facet {
+  std::array<int, 3> corners = {};
+  std::array<int, 3> neighbours = {-1, -1, -1};  // across corners k, k + 1
+  Vec3 normal = Vec3::Zero();
+  double offset = 0;
+  std::vector<int> above;  // points that this facet must still take in
+  int farthest = -1;
+  double distance = 0;
+  bool alive = true;
+};
+
+class Builder {
+ public:
+  Builder(const std::vector<Vec3>& points, double tolerance)
+      : points_(points), tolerance_(tolerance), edge_to_(points.size(), -1) {}
+
+  std::optional<QuickHull> build() {
+    if (points_.size() < 4 || !start()) return std::nullopt;
+    for (std::size_t f = 0; f < facets_.size(); ++f) {
+      // New facets come at the end; one facet is asked again until nothing lies above it.
+      while (facets_[f].alive && facets_[f].farthest >= 0) {
+        if (!take_in(static_cast<int>(f))) skip_farthest(facets_[f]);
+      }
+    }
+    return finish();
+  }
+
+ private:
+  double height(const Facet& f, int p) const { return f.normal.dot(points_[p]) - f.offset; }
+
+  bool set_plane(Facet& f) const {
+    const Vec3 &a = points_[f.corners[0]], &b = points_[f.corners[1]], &c = points_[f.corners[2]];
+    const Vec3 n = (b - a).cross(c - a);
+    const double length = n.norm();
+    if (!(length > 0)) return false;
+    f.normal = n / length;
+    f.offset = f.normal.dot(a + b + c) / 3;
+    return true;
+  }
+
+  static void note(Facet& f, int p, double distance) {
+    f.above.push_back(p);
+    if (distance > f.distance) {
+      f.distance = distance;
+      f.farthest = p;
+    }
+  }
+
+  void skip_farthest(Facet& f) const {
+    std::erase(f.above, f.farthest);
+    f.farthest = -1;
+    f.distance = 0;
+    for (const int p : f.above) {
+      const double d = height(f, p);
+      if (d > f.distance) {
+        f.distance = d;
+        f.farthest = p;
+      }
+    }
+  }
+
+  // A first tetrahedron of points far from each other.
+  bool start() {
+    const int count = static_cast<int>(points_.size());
+    std::array<int, 2> line = {0, 0};
+    double longest = 0;
+    for (int k = 0; k < 3; ++k) {
+      const auto [low, high] =
+          std::minmax_element(points_.begin(), points_.end(),
+                              [k](const Vec3& a, const Vec3& b) { return a(k) < b(k); });
+      const double length = (*high - *low).norm();
+      if (length > longest) {
+        longest = length;
+        line = {static_cast<int>(low - points_.begin()), static_cast<int>(high - points_.begin())};
+      }
+    }
+    if (longest <= tolerance_) return false;
+    const Vec3 origin = points_[line[0]], along = (points_[line[1]] - origin).normalized();
+    int third = -1, fourth = -1;
+    double widest = tolerance_;
+    for (int i = 0; i < count; ++i) {
+      const Vec3 arm = points_[i] - origin;
+      const double width = (arm - along.dot(arm) * along).norm();
+      if (width > widest) {
+        widest = width;
+        third = i;
+      }
+    }
+    if (third < 0) return false;
+    const Vec3 normal = along.cross(points_[third] - origin).normalized();
+    double highest = tolerance_;
+    for (int i = 0; i < count; ++i) {
+      const double up = std::abs(normal.dot(points_[i] - origin));
+      if (up > highest) {
+        highest = up;
+        fourth = i;
+      }
+    }
+    if (fourth < 0) return false;
+    const bool above = normal.dot(points_[fourth] - origin) > 0;
+    const int a = line[0], b = above ? third : line[1], c = above ? line[1] : third, d = fourth;
+    const std::array<std::array<int, 3>, 4> loops = {{{a, b, c}, {a, d, b}, {b, d, c}, {c, d, a}}};
+    const std::array<std::array<int, 3>, 4> across = {{{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}}};
+    for (int k = 0; k < 4; ++k) {
+      Facet f;
+      f.corners = loops[k];
+      f.neighbours = across[k];
+      if (!set_plane(f)) return false;
+      facets_.push_back(std::move(f));
+    }
+    for (int i = 0; i < count; ++i) hand_out(i, {0, 1, 2, 3});
+    return true;
+  }
+
+  // Gives a point to the facet that it lies highest above.
+  void hand_out(int p, const std::vector<int>& facets) {
+    int best = -1;
+    double most = tolerance_;
+    for (const int f : facets) {
+      const double d = height(facets_[f], p);
+      if (d > most) {
+        most = d;
+        best = f;
+      }
+    }
+    if (best >= 0) note(facets_[best], p, most);
+  }
+
+  // Extends the hull to the farthest point of a facet. False when rounding forbids it.
+  bool take_in(int first) {
+    const int eye = facets_[first].farthest;
+    visible_ = {first};
+    state_.resize(facets_.size(), 0);
+    state_[first] = 1;
+    horizon_.clear();
+    bool simple = true;
+    for (std::size_t i = 0; i < visible_.size(); ++i) {
+      const Facet& f = facets_[visible_[i]];
+      for (int k = 0; k < 3; ++k) {
+        const int next = f.neighbours[k];
+        if (state_[next]) continue;
+        if (height(facets_[next], eye) > tolerance_) {
+          state_[next] = 1;
+          visible_.push_back(next);
+        }
+      }
+    }
+    for (const int v : visible_) {
+      const Facet& f = facets_[v];
+      for (int k = 0; k < 3; ++k) {
+        if (!state_[f.neighbours[k]]) {
+          horizon_.push_back({f.corners[k], f.corners[(k + 1) % 3], f.neighbours[k]});
+        }
+      }
+    }
+    std::vector<Facet> fresh;
+    const int base = static_cast<int>(facets_.size());
+    for (const auto& [a, b, outer] : horizon_) {
+      Facet f;
+      f.corners = {a, b, eye};
+      f.neighbours = {outer, -1, -1};
+      simple = simple && edge_to_[a] < 0 && set_plane(f);
+      edge_to_[a] = base + static_cast<int>(fresh.size());
+      fresh.push_back(std::move(f));
+    }
+    for (std::size_t i = 0; simple && i < fresh.size(); ++i) {
+      const int next = edge_to_[fresh[i].corners[1]];
+      simple = next >= 0;
+      if (!simple) break;
+      fresh[i].neighbours[1] = next;
+      fresh[next - base].neighbours[2] = base + static_cast<int>(i);
+    }
+    for (const auto& edge : horizon_) edge_to_[edge[0]] = -1;
+    for (const int v : visible_) state_[v] = 0;
+    if (!simple || fresh.size() < 3) return false;
+    added_.clear();
+    for (auto& f : fresh) {
+      const int index = static_cast<int>(facets_.size());
+      Facet& outer = facets_[f.neighbours[0]];
+      for (int k = 0; k < 3; ++k) {
+        if (outer.corners[k] == f.corners[1] && outer.corners[(k + 1) % 3] == f.corners[0]) {
+          outer.neighbours[k] = index;
+        }
+      }
+      added_.push_back(index);
+      facets_.push_back(std::move(f));
+    }
+    for (const int v : visible_) {
+      facets_[v].alive = false;
+      for (const int p : facets_[v].above) {
+        if (p != eye) hand_out(p, added_);
+      }
+      facets_[v].above.clear();
+    }
+    return true;
+  }
+
+  QuickHull finish() const {
+    QuickHull hull;
+    const Vec3 origin = points_[facets_.front().corners[0]];
+    for (const Facet& f : facets_) {
+      if (!f.alive) continue;
+      hull.triangles.push_back(f.corners);
+      hull.planes.push_back({f.normal, f.offset, false});
+      hull.corners.insert(hull.corners.end(), f.corners.begin(), f.corners.end());
+      hull.volume +=
+          (points_[f.corners[0]] - origin)
+              .dot((points_[f.corners[1]] - origin).cross(points_[f.corners[2]] - origin)) /
+          6;
+    }
+    std::sort(hull.corners.begin(), hull.corners.end());
+    hull.corners.erase(std::unique(hull.corners.begin(), hull.corners.end()), hull.corners.end());
+    return hull;
+  }
+
+  const std::vector<Vec3>& points_;
+  double tolerance_;
+  std::vector<Facet> facets_;
+  std::vector<char> state_;   // [facets] seen from the present point
+  std::vector<int> edge_to_;  // [points] the new facet whose horizon edge starts here, or -1
+  std::vector<int> visible_, added_;
+  std::vector<std::array<int, 3>> horizon_;  // corner, corner, facet beyond
+};
+
+}  // namespace
+
+std::optional<QuickHull> quick_hull(const std::vector<Vec3>& points, double tolerance) {
+  return Builder(points, tolerance).build();
+}
+
+}  // namespace firn

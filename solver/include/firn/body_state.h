@@ -1,0 +1,81 @@
+// What a caller of the solver reads of particles, boundaries, motion frames and bonds.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "firn/model.h"
+
+namespace firn {
+
+enum class Presence : std::uint8_t { waiting, present, left };
+
+// What a user may read of the particles at the end of a step. Arrays have one entry a particle, in
+// order of the ids, particles that wait or have left included.
+struct ParticleState {
+  std::vector<Presence> presence;
+  std::vector<Vec3> position;             // m, centre of mass, world
+  std::vector<Quat> orientation;          // body (principal) axes -> world
+  std::vector<Vec3> velocity;             // m/s, world
+  std::vector<Vec3> angular_velocity;     // rad/s, world
+  std::vector<double> peak_normal_force;  // N, largest patch force over all steps so far
+};
+
+struct BoundaryState {
+  Vec3 position = Vec3::Zero();          // m, of its origin, world
+  Quat orientation = Quat::Identity();   // boundary axes -> world
+  Vec3 velocity = Vec3::Zero();          // m/s, of the origin
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  bool present = true;
+  // Since the last take_boundary_loads():
+  Vec3 impulse = Vec3::Zero();          // N s, on the boundary
+  Vec3 angular_impulse = Vec3::Zero();  // N m s, about the moving origin
+  double peak_normal_force = 0;         // N, largest single patch
+};
+
+// Where a motion frame stands before the first step, other than as drawn.
+struct FrameStart {
+  int frame = 0;
+  // World. Of a free frame the coordinates say it, and the orientation of one that turns freely.
+  Vec3 position = Vec3::Zero();  // m, of its origin
+  Quat orientation = Quat::Identity();
+  std::vector<double> coordinates, rates;  // of a free one's axes: m or rad, m/s or rad/s
+  Vec3 spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
+};
+
+// A motion frame, at the end of a step.
+struct FrameState {
+  Vec3 position = Vec3::Zero();          // m, of its origin, world
+  Quat orientation = Quat::Identity();   // its axes -> world
+  Vec3 velocity = Vec3::Zero();          // m/s, of the origin
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  bool driven = false;                   // a drive acted in the last step
+  Vec3 free_spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
+  // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
+  Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
+  struct Axis {
+    double coordinate = 0, rate = 0;  // m or rad, m/s or rad/s
+    double drive_impulse = 0, stop_impulse = 0;
+  };
+  std::vector<Axis> axes;  // of a free one
+};
+
+// What has become of a bond.
+struct BondRecord {
+  BondMode mode = BondMode::whole;
+  double time = 0;            // s, when it broke or parted
+  double stress = 0;          // Pa, that broke it
+  Vec3 place = Vec3::Zero();  // m, of its middle then, world
+};
+
+// What a bond bears at the end of a step; zero unless it is whole and both particles are there.
+struct BondState {
+  bool acts = false;
+  Vec3 middle = Vec3::Zero();           // m, world
+  Quat orientation = Quat::Identity();  // beam axes -> world
+  BeamForces forces;                    // elastic ones
+  BeamStress stress;
+  BeamLoad load;  // as the last step has put it on the bodies, damping included
+};
+
+}  // namespace firn

@@ -1,0 +1,116 @@
+// Statistics of contacts, kept over every step of a simulation beside its motion: what may be asked
+// for, and what comes of it. They change nothing of the motion. docs/statistics.md.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "firn/mesh.h"
+
+namespace firn {
+
+// A boundary whose triangles are told apart. The mesh need not be the one that it is drawn with.
+struct WatchedBoundary {
+  int boundary = 0;
+  TriangleMesh mesh;  // m, boundary axes
+};
+
+// Classes of energy of equal width on a logarithmic scale. Class 0 has what is below the lowest
+// bound, the last one what is at the highest or above.
+struct EnergyClasses {
+  double lowest = 0;   // J, above 0
+  int per_decade = 0;  // 0: no classes
+  int decades = 0;
+
+  int count() const { return per_decade > 0 ? per_decade * decades + 2 : 0; }
+  int of(double energy) const;
+  double lower_bound(int k) const;  // J; of class 0: 0
+};
+
+// What a simulation keeps. Nothing of it costs anything while it is not asked for.
+struct StatisticsOptions {
+  double merge = 0;  // s: a pair parted for less than this is in the same contact still
+
+  bool events = false;   // contacts, one by one
+  double threshold = 0;  // N: those whose peak normal force stays below are not kept
+
+  bool opposed_loads = false;  // on each particle
+
+  std::vector<WatchedBoundary> watched;  // loads on the triangles of boundaries
+  double interval = 0;                   // s, summed up over so long each; 0: over the whole run
+
+  // Contacts on the surface of each shape, over all of its particles; [shapes] of meshes in shape
+  // axes as drawn (m), or none.
+  std::vector<TriangleMesh> surfaces;
+
+  EnergyClasses energies;  // how much contacts dissipate
+
+  bool contacts() const { return events || !surfaces.empty() || energies.count() > 0; }
+  bool any() const { return contacts() || opposed_loads || !watched.empty(); }
+};
+
+// One contact of two bodies: from the first step in which they bear on each other to the last one
+// before they part. Forces are sums over the patches of the pair. `a` is a particle; `b` a particle
+// above a, or number of particles + boundary.
+struct ContactEvent {
+  std::int32_t a = 0, b = 0;
+  double start = 0;               // s, first step with a force
+  double duration = 0;            // s, steps with a force and merged gaps
+  double peak_time = 0;           // s
+  double peak_normal_force = 0;   // N
+  double peak_friction = 0;       // N, friction at that moment
+  double normal_impulse = 0;      // N s, of the normal force
+  double tangential_impulse = 0;  // N s, of the size of friction
+  Vec3 impulse = Vec3::Zero();    // N s, world, on a, of the whole force
+  // m/s, of a against b at the place of the first force: along the normal (positive: approaching),
+  // and across it.
+  double approach_normal = 0, approach_tangential = 0;
+  Vec3 normal = Vec3::UnitZ();  // unit, world, from a to b, at the peak
+  Vec3 place = Vec3::Zero();    // m, world, at the peak; between the patches by their forces
+  // m, the same in the axes in which each body's mesh is drawn (a boundary: its own)
+  Vec3 place_on_a = Vec3::Zero(), place_on_b = Vec3::Zero();
+  double dissipated = 0;    // J lost; while the contact lasts, what its springs hold included
+  std::uint64_t lasts = 0;  // 1: still under way
+};
+
+// What presses a particle from two sides at once: of all pairs of patches on it in one step, the
+// largest min(F_i, F_j) (-n_i . n_j), with the normal forces F and the normals n out of the
+// particle. Patches that face the same way, or across, do not oppose each other.
+struct OpposedLoad {
+  double load = 0;                            // N, largest over all steps; 0: none
+  double time = 0;                            // s, when
+  std::array<std::int32_t, 2> by = {-1, -1};  // bodies, the one that pressed harder first
+};
+
+// What has acted on one triangle of a boundary over an interval. Each contact point of a patch acts
+// on the triangle that was nearest to it when the contacts of its pair were last found anew, and
+// friction in the proportion of the points' normal forces.
+struct TriangleSums {
+  double normal_impulse = 0;      // N s, of normal forces
+  double tangential_impulse = 0;  // N s, of the size of friction
+  Vec3 impulse = Vec3::Zero();    // N s, on the boundary, its axes
+  double peak = 0;                // N, largest sum of normal forces in a step
+  double sliding_distance = 0;    // m, of patches that slid, each by its part on this triangle
+  double sliding_work = 0;        // N m, normal force times way of what slid: Archard's F s
+  double friction_work = 0;       // J taken from the bodies by friction
+};
+struct LoadInterval {
+  double start = 0, end = 0;            // s
+  std::vector<TriangleSums> triangles;  // of all watched boundaries, one behind the other
+};
+
+// Ended contacts whose peak lay on one triangle of a shape.
+struct SurfaceSums {
+  double normal_impulse = 0;     // N s
+  double peak_normal_force = 0;  // N, largest
+  std::uint64_t contacts = 0;
+};
+
+// Ended contacts of one kind of pair that dissipated about as much.
+struct EnergySums {
+  double dissipated = 0;  // J
+  std::uint64_t contacts = 0;
+};
+
+}  // namespace firn

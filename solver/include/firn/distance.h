@@ -1,0 +1,21 @@
+// Distance and overlap of two convex parts, for callers outside the solver.
+#pragma once
+
+#include <optional>
+
+#include "firn/convex_part.h"
+
+namespace firn {
+
+// Distance of the two cores (no sweep), m; 0 when they overlap.
+double core_distance(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
+
+struct PartOverlap {
+  double depth = 0;           // m
+  Vec3 place = Vec3::Zero();  // m, A's axes
+};
+// Overlap of the swept parts where it is at least `tolerance` (m).
+std::optional<PartOverlap> part_overlap(const ConvexPart& a, const ConvexPart& b,
+                                        const Pose& b_in_a, double tolerance);
+
+}  // namespace firn

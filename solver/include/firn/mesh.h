@@ -1,0 +1,54 @@
+// Closed triangle meshes: what mass, measuring and drawing see of a body.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "firn/math.h"
+
+namespace firn {
+
+struct TriangleMesh {
+  std::vector<Vec3> vertices;                 // m
+  std::vector<std::array<int, 3>> triangles;  // counter-clockwise seen from outside
+};
+
+// Defects that make a mesh useless as a solid. All zero for a closed, outward-facing manifold.
+struct MeshDefects {
+  int open_edges = 0;         // edges with one triangle
+  int nonmanifold_edges = 0;  // edges with more than two
+  int flipped_edges = 0;      // edges run twice in the same direction
+  int degenerate = 0;         // triangles of no area
+  int duplicated = 0;         // the same three corners twice
+  bool inside_out = false;    // signed volume below zero
+  bool non_finite = false;    // a coordinate is NaN or infinite
+  bool sound() const {
+    return !(open_edges || nonmanifold_edges || flipped_edges || degenerate || duplicated ||
+             inside_out || non_finite);
+  }
+  std::string sentence() const;  // names and counts every defect; empty when sound
+};
+MeshDefects inspect(const TriangleMesh& mesh);
+
+// Volume integrals at unit density (divergence theorem; exact for a closed polyhedron).
+struct MassProperties {
+  double volume = 0;             // m^3
+  Vec3 centroid = Vec3::Zero();  // m, mesh axes
+  Mat3 inertia = Mat3::Zero();   // m^5: integral of (|x|^2 I - x x^T) dV about the centroid
+};
+MassProperties mass_properties(const TriangleMesh& mesh);
+
+// Axis-aligned extents, m: {lower corner, upper corner}.
+std::array<Vec3, 2> bounding_box(const TriangleMesh& mesh);
+
+// Merges vertices nearer than `tolerance` (m); triangles that collapse are dropped.
+TriangleMesh weld(const TriangleMesh& mesh, double tolerance);
+
+// Outward, as long as twice the triangle's area: m^2.
+Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle);
+
+// The same surface in triangles whose edges are no longer than `edge` (m): each longer one is cut
+// at its middle, in both triangles that share it. The triangles of one stay together, in its order.
+TriangleMesh refined(const TriangleMesh& mesh, double edge);
+
+}  // namespace firn

@@ -1,0 +1,46 @@
+// Where a closed mesh bounds no solid: surfaces that cross, and shells that hold others.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firn/mesh.h"
+
+namespace firn {
+
+// A shell is a set of triangles that are connected by their edges.
+struct MeshConflict {
+  enum class Kind {
+    crossing,     // two triangles of one shell pass through each other
+    overlapping,  // the same of two shells
+    nested,       // a shell that faces outwards inside another one
+    inverted,     // a shell that faces inwards and is no cavity of another one
+  };
+  Kind kind;
+  // Numbers of the triangles, from 0; of a nested or inverted shell, its first triangle, and the
+  // first one of a shell around it or -1.
+  int triangle = -1, other = -1;
+  Vec3 place = Vec3::Zero();  // m, mesh axes: a point of both triangles, or the first one's centre
+};
+
+struct MeshConflicts {
+  int intersections = 0;       // pairs of triangles of one shell
+  int overlapping_shells = 0;  // pairs of shells
+  int nested_shells = 0;
+  int inverted_shells = 0;
+  std::vector<MeshConflict> examples;  // at most one of each kind
+
+  bool none() const { return examples.empty(); }
+  // Names and counts every conflict, with triangle numbers from 1 and a place in mm; empty when
+  // there is none.
+  std::string sentence() const;
+};
+
+// A shell that faces inwards inside another one is a cavity and no conflict, and so is a solid
+// inside the cavity. Surfaces that touch, or overlap by less than a millionth of the bounding box's
+// diagonal, have no conflict. The search stops at
+// 1000 pairs and at 100 nested or inverted shells. Open meshes are searched for triangles that
+// cross only.
+MeshConflicts find_conflicts(const TriangleMesh& mesh);
+
+}  // namespace firn

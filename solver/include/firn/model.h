@@ -1,0 +1,109 @@
+// The constant model of a simulation: what never changes while it runs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firn/bond.h"
+#include "firn/contact_statistics.h"
+#include "firn/motion.h"
+#include "firn/shape.h"
+
+namespace firn {
+
+struct Material {
+  std::string name;
+  double density = 0;        // kg/m^3; walls need none
+  double young_modulus = 0;  // Pa
+  double poisson_ratio = 0;  // kept for the record: no equation of this contact model uses it
+};
+
+// Contact law of a pair of materials, equations (3)-(9).
+struct Interaction {
+  double static_friction = 0;
+  double dynamic_friction = 0;
+  double restitution = 1;                  // epsilon of equation (5), in (0, 1]
+  double tangential_stiffness_ratio = 1;   // K_tau / K_nl
+  double unloading_floor = 0.001;          // lambda of equation (3)
+  double rolling_resistance = 0;           // limit of the rolling moment / (normal force * L)
+  double sliding_speed = 1e-3;             // m/s, below which a sliding contact may stick again
+  double adhesion_force = 0;               // N, pulls while two bodies overlap, once per contact
+  double adhesion_stiffness_fraction = 0;  // and so much of K_nl times the overlap
+};
+
+struct Particle {
+  int shape = 0;
+  int tag = 0;
+};
+
+struct Boundary {
+  enum class Kind { plane, solid };
+  std::string name;
+  int material = 0;
+  bool rigid = false;    // no compliance in series, whatever its Young's modulus
+  double stiffness = 0;  // N/m; 0: E_b * L of the particle, equation (7)
+  Kind kind = Kind::plane;
+  // Axes of the boundary. A plane is the half-space z <= 0 of its own axes, solid below.
+  Vec3 origin = Vec3::Zero();           // m, world, at t = 0
+  Quat orientation = Quat::Identity();  // boundary axes -> world, at t = 0
+  std::vector<ConvexPart> parts;        // m, boundary axes (solids)
+  TriangleMesh mesh;                    // m, boundary axes, for drawing
+  std::vector<Motion> motions;          // on top of those of its frame
+  int frame = -1;                       // motion frame that carries it; -1: the world
+};
+
+struct Numerics {
+  // Points nearer than the shell are tracked as contact points, touching or not. It is this
+  // fraction of the smaller sweep radius of a pair, and never more than shell_limit.
+  double contact_shell = 0.06;
+  double shell_limit = 60e-6;  // m
+  // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
+  // each other. 0: the plain path, every contact found anew at every step.
+  double refresh_fraction = 1;
+  double skin = 0;  // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
+  int threads = 1;
+  // A run whose overlap exceeds this fraction of the smaller shape's smallest box edge is stopped.
+  double overlap_limit = 0.5;
+};
+
+struct Model {
+  Vec3 gravity = Vec3(0, 0, -9.81);  // m/s^2
+  double timestep = 0;               // s
+  std::vector<Material> materials;
+  std::vector<Interaction> interactions;  // [material a * materials.size() + b], symmetric
+  std::vector<Shape> shapes;
+  std::vector<Particle> particles;  // all that will ever exist, in order of their ids
+  std::vector<Boundary> boundaries;
+  std::vector<MotionFrame> frames;
+  std::vector<BeamLaw> beams;
+  std::vector<Bond> bonds;  // act while both particles are there, until they break
+  Numerics numerics;
+  StatisticsOptions statistics;
+
+  const Interaction& interaction(int material_a, int material_b) const {
+    return interactions[static_cast<std::size_t>(material_a) * materials.size() + material_b];
+  }
+};
+
+// Loading stiffness of a pair, equation (4), N/m.
+double particle_pair_stiffness(const Shape& a, const Shape& b);
+double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundary& b);
+
+// The largest safe step and why: `steps` per quarter period (pi/2 sqrt(m_eff / K)) of the stiffest
+// loading or unloading spring over all pairs of shapes and boundaries that the model holds, of its
+// bonds and of the springs of free bodies.
+struct TimestepAdvice {
+  double timestep = 0;      // s
+  bool is_a_limit = false;  // something can swing; otherwise the step is a guess
+  std::string reason;       // one sentence naming the pair, stiffness, mass and period
+};
+TimestepAdvice advise_timestep(const Model& model, double steps);
+// With fewer steps in that quarter period a bed is not stable, with fewer than the second number
+// the restitution of an impact is off by more than 1 %. docs/contact.md, "Time step".
+inline constexpr double kStableSteps = 3, kAccurateSteps = 6;
+
+// Throws InputError with one sentence when the model cannot be simulated (no interaction for a
+// pair that can meet, restitution outside (0, 1], dynamic above static friction, no time step...).
+void validate(const Model& model);
+
+}  // namespace firn

@@ -1,0 +1,100 @@
+// How boundaries move: prescribed motions, and frames that carry boundaries and each other, along
+// prescribed motions or as free bodies.
+//
+// Everything is given in world axes as the scene stands at t = 0. What hangs on a frame goes along
+// with it: directions and points turn with the frame that they hang on.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firn/math.h"
+
+namespace firn {
+
+inline constexpr double kForever = std::numeric_limits<double>::infinity();
+
+// When something acts: from start to stop, or between them in every period.
+struct Schedule {
+  double start = 0;        // s
+  double stop = kForever;  // s
+  double period = 0;       // s; 0: once; otherwise stop - start is at most one period
+  double end = kForever;   // s, after which it does not act any more
+
+  bool acts(double t) const;
+};
+
+// Prescribed motion, active while its schedule says so. In a list each motion is carried by those
+// before it, as if it hung on a frame that they move: its axis, center and direction are those at
+// t = 0 and go along. The pose at t is T_1(t) T_2(t) ... T_n(t) of the pose at t = 0.
+struct Motion : Schedule {
+  enum class Kind { translation, rotation };
+  enum class Course {
+    steady,  // at `velocity` or `angular_speed`
+    ramp,    // rate from `rate` to `end_rate` within `ramp_time`, then at end_rate
+    swing,   // amplitude (sin(2 pi frequency t + phase) - sin phase): vibration, pendulum
+    table    // `ways` at `times`, linear in between, and held after the last
+  };
+  Kind kind = Kind::translation;
+  Course course = Course::steady;
+  Vec3 velocity = Vec3::Zero();  // m/s (steady translation)
+  Vec3 axis = Vec3::UnitZ();     // unit; direction of a translation that is not steady
+  Vec3 center = Vec3::Zero();    // m, a point on the axis of a rotation
+  double angular_speed = 0;      // rad/s about the axis (steady rotation)
+  // m/s and m, or rad/s and rad; times from the start of each period.
+  double rate = 0, end_rate = 0, ramp_time = 0;
+  double amplitude = 0, frequency = 0, phase = 0;  // frequency in 1/s
+  std::vector<double> times, ways;                 // as many each, times ascending from 0
+
+  // Way covered within [t, t + dt], m or rad; for a steady translation the time in s.
+  double way(double t, double dt) const;
+  // Way covered from the start to t, in all periods.
+  double covered(double t) const;
+};
+
+// A motor on one axis of a free body: pushes towards a speed, with no more than its limit.
+struct Drive : Schedule {
+  double speed = 0;              // m/s or rad/s; with a target, the greatest
+  std::optional<double> target;  // m or rad: goes there, and holds
+  double limit = kForever;       // N or N m
+};
+
+// One way in which a free body may move. Its coordinate is 0 at t = 0.
+struct FreeAxis {
+  enum class Kind { translation, rotation };
+  Kind kind = Kind::rotation;
+  Vec3 direction = Vec3::UnitZ();              // unit; a rotation is about the frame's origin
+  double stiffness = 0, rest = 0;              // spring towards `rest`: N/m, m or N m/rad, rad
+  double damping = 0;                          // N s/m or N m s/rad
+  double friction = 0;                         // N or N m, against any motion
+  double lower = -kForever, upper = kForever;  // m or rad, hard stops
+  double stop_restitution = 0;                 // speed after over speed before a stop
+  std::vector<Drive> drives;
+};
+
+// A rigid body that moves along its axes under gravity, contacts, springs and drives.
+struct FreeBody {
+  double mass = 0;              // kg
+  Vec3 center = Vec3::Zero();   // m, centre of mass, world at t = 0
+  Mat3 inertia = Mat3::Zero();  // kg m^2 about the centre of mass, world axes at t = 0
+  std::vector<FreeAxis> axes;   // at most kMostAxes; at most one rotation
+  bool turns_freely = false;    // about all axes, and none of `axes` is a rotation
+};
+inline constexpr int kMostAxes = 6;
+
+struct MotionFrame {
+  std::string name;
+  int parent = -1;              // an earlier frame; -1: the world
+  Vec3 origin = Vec3::Zero();   // m, world at t = 0; axes are the world's at t = 0
+  std::vector<Motion> motions;  // none for a free one
+  std::optional<FreeBody> free;
+};
+
+// Frame `frame` is `above`, or hangs on it; -1 (the world) hangs on nothing.
+bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above);
+// The free frame that it is, or hangs on; -1: none.
+int free_frame(const std::vector<MotionFrame>& frames, int frame);
+
+}  // namespace firn

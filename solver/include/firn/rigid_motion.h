@@ -1,0 +1,36 @@
+// Rigid motion that a list of prescribed motions makes up.
+#pragma once
+
+#include <vector>
+
+#include "firn/motion.h"
+
+namespace firn {
+
+// Rigid motion from t = 0: x -> turn x + shift.
+struct RigidMotion {
+  Quat turn = Quat::Identity();
+  Vec3 shift = Vec3::Zero();  // m
+
+  Vec3 operator()(const Vec3& x) const { return turn * x + shift; }
+  // First `other`, then this one.
+  RigidMotion operator*(const RigidMotion& other) const {
+    return {turn * other.turn, turn * other.shift + shift};
+  }
+
+  // Followed, in what it carries, by a motion that has covered `way` (m, rad, or s for a steady
+  // translation). Centers of rotation count from `origin` (m).
+  void carry(const Motion& m, const Vec3& origin, double way) {
+    if (way == 0) return;
+    if (m.kind == Motion::Kind::translation) {
+      shift += turn * (m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+      return;
+    }
+    const Quat one(Eigen::AngleAxisd(way, m.axis));
+    const Vec3 center = m.center - origin;
+    shift += turn * Vec3(center - one * center);
+    turn = (turn * one).normalized();
+  }
+};
+
+}  // namespace firn

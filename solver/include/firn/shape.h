@@ -1,0 +1,94 @@
+// Shapes of particles: the user's mesh, its mass, and its convex parts for contact.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firn/convex_part.h"
+#include "firn/mesh.h"
+
+namespace firn {
+
+struct Shape {
+  std::string name;
+  int material = 0;               // index into Model::materials
+  TriangleMesh mesh;              // m, shape axes (as drawn)
+  std::vector<ConvexPart> parts;  // m, body axes (see below); convex, or pieces of a concave body
+  std::vector<std::uint64_t>
+      part_neighbours;  // [parts] bit j: part j touches this one (and itself)
+
+  // Body axes are the principal axes about the centre of mass:
+  //   x_shape = centroid + shape_from_body * x_body.
+  // Of all such frames it is the one nearest to the shape axes; those themselves where they are
+  // principal already (a box, a sphere, a crescent).
+  Vec3 centroid = Vec3::Zero();  // m, shape axes
+  Quat shape_from_body = Quat::Identity();
+  double volume = 0;              // m^3
+  double mass = 0;                // kg
+  Vec3 inertia = Vec3::Zero();    // kg m^2, principal, body axes
+  double bounding_radius = 0;     // m, about the centre of mass
+  Vec3 box = Vec3::Zero();        // m, bounding box edges in shape axes
+  double rounding = 0;            // m, sweep radius of edges and corners (a sphere: R)
+  double size_for_stiffness = 0;  // m, L of equation (6): middle edge of the bounding box
+  double stiffness = 0;           // N/m, loading stiffness K of equation (6), or given
+  double contact_deviation = 0;   // m, largest distance mesh <-> swept parts, sampled
+  std::string deviation_reason;   // what decides contact_deviation, a few words
+};
+
+// What every maker below needs to know beside the geometry.
+struct ShapeOptions {
+  std::string name;
+  int material = 0;
+  double density = 0;             // kg/m^3
+  double young_modulus = 0;       // Pa
+  double mass = 0;                // kg; 0: density * volume
+  double rounding = -1;           // m; below 0: chosen, see default_rounding()
+  double size_for_stiffness = 0;  // m; 0: the middle bounding-box edge
+  double stiffness = 0;           // N/m; 0: young_modulus * size_for_stiffness
+  int max_parts = 64;             // for the decomposition of a concave mesh
+};
+
+Shape make_sphere(double radius, const ShapeOptions& options);
+Shape make_box(const Vec3& size, const ShapeOptions& options);
+Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
+// Any closed mesh of up to 20000 triangles. One whose hull exceeds it by no more than 1.6 % of the
+// smallest edge of its bounding box becomes one part; others are cut into pieces that convex, or
+// into max_parts. The deviation is measured and stored with its reason. Throws InputError naming
+// the defects of an unsound mesh.
+Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options);
+// Rigid union of non-overlapping shapes placed in common axes; mass and inertia add. Density and
+// rounding of the options are not used: the components have theirs. `rounding` becomes the least of
+// them, contact_deviation the largest.
+struct Component {
+  Shape shape;
+  Pose pose;  // component's shape axes -> compound's shape axes
+};
+Shape make_compound(const std::vector<Component>& components, const ShapeOptions& options);
+
+// The parametric crescent of an icemaker: x chord, y width, z depth (up, water line at z = 0 ...
+// -depth at the bottom of the arc). See docs/shapes.md for the drawing.
+struct CrescentParameters {
+  double chord = 60.96e-3;      // m, along x
+  double width = 20.574e-3;     // m, along y, at the water line
+  double depth = 13.716e-3;     // m, along z
+  double tip = 2e-3;            // m, height of the blunt vertical tip wall
+  double dish = 1e-3;           // m, depth of the concave top in the middle
+  double draft = 0.0523598776;  // rad, sides lean in by this downwards
+  int facets = 1272;            // wanted triangles of the mesh (the nearest even count is made)
+  int parts = 4;                // convex pieces along the chord, for contact
+  int arc_segments = 12;        // flat pieces of the outer arc, for contact
+
+  bool operator==(const CrescentParameters&) const = default;
+};
+TriangleMesh crescent_mesh(const CrescentParameters& p);
+Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options);
+
+// "table1", "mass-matched" (13.7 g at 916.7 kg/m^3 by its depth, solved for the mesh in use) or
+// "table1-heavy" (table1's box, 13.7 g by mass override). Throws InputError for another name.
+struct NamedCrescent {
+  CrescentParameters parameters;
+  double mass = 0;  // kg, override; 0: none
+};
+NamedCrescent named_crescent(const std::string& name, const CrescentParameters& base);
+
+}  // namespace firn

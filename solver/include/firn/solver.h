@@ -1,0 +1,152 @@
+// The simulation: one mutable state over one constant model.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "firn/body_state.h"
+#include "firn/diagnostics.h"
+#include "firn/model.h"
+
+namespace firn {
+
+// One contact point of a patch, as the force law sees it.
+struct ContactSpot {
+  Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
+  double gap = 0;                // m, along the patch's normal; negative: overlap
+  double share = 0;              // of the stiffness K of the pair; may not add up to 1 (contact.md)
+  double force = 0;              // N, normal
+  double area = 0;               // m^2 that it stands for
+};
+
+// One patch: what body b does to body a over one touching region, at the end of a step. Points that
+// are merely near (gap above 0) bear nothing; a patch of such points alone bears nothing.
+struct Contact {
+  int a = 0;                     // particle
+  int b = 0;                     // particle above a, or number of particles + boundary
+  int patch = 0;                 // counts the patches of this pair from 0
+  Vec3 place = Vec3::Zero();     // m, world: the reference point, where friction acts
+  Vec3 normal = Vec3::UnitZ();   // unit, world, from a to b
+  double normal_force = 0;       // N, sum over the points
+  Vec3 friction = Vec3::Zero();  // N, world, on a, across the normal
+  double friction_cap = 0;       // N: static while it sticks, dynamic while it slides
+  bool sliding = false;
+  double torsion = 0;            // N m, about the normal, on a
+  double torsion_cap = 0;        // N m
+  Vec3 rolling = Vec3::Zero();   // N m, world, on a
+  double overlap = 0;            // m, of the deepest point; 0 when none touches
+  double gap = 0;                // m, the smallest; negative: overlap
+  double stiffness = 0;          // N/m, K of the pair, loading, equation (4)
+  double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
+  double adhesion = 0;           // N, against the normal force
+  Vec3 force = Vec3::Zero();     // N, world, on a: friction - (normal_force - adhesion) * normal
+  Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its centre of mass
+  Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its centre of mass (origin)
+  std::vector<ContactSpot> spots;
+};
+
+// The instructions that a solver made now would use: "baseline", or "avx2" where build and
+// processor have them. The environment variable FIRN_INSTRUCTIONS asks for one of them; results are
+// the same. Throws InputError when it asks for what is not there.
+std::string instruction_set();
+
+class Solver {
+ public:
+  struct Load {
+    Vec3 force, moment;  // N, N m about the centre of mass (frames: the origin), world
+  };
+
+  // Keeps its own copy of the model. Particles start waiting, boundaries present.
+  // Throws InputError when validate(model) does.
+  explicit Solver(Model model);
+  ~Solver();
+  Solver(Solver&&) noexcept;
+  Solver& operator=(Solver&&) noexcept;
+
+  const Model& model() const;
+
+  // Places a waiting particle. orientation: shape axes -> world; velocities in world axes.
+  void insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
+              const Vec3& velocity, const Vec3& angular_velocity);
+  // Before the first step, parents before their children: takes along what hangs on the frame.
+  void start_frame(const FrameStart& start);
+  void remove_particle(int particle);
+  void remove_boundary(int boundary);
+  // Starts an extra motion or drive now or later (stages that begin on events). Those of a group
+  // above 0 end together.
+  void add_motion(int boundary, const Motion& motion, int group = 0);
+  void add_frame_motion(int frame, const Motion& motion, int group = 0);
+  void add_drive(int frame, int axis, const Drive& drive, int group = 0);
+  void end_started(int group, double time);
+
+  // True when a body of this shape placed there would touch a present particle or boundary, or
+  // come nearer than `clearance` (m). For placement; does not change the state.
+  bool overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
+                double clearance) const;
+  // What it would touch first: a particle, or number of particles + boundary; none: nothing.
+  std::optional<int> obstacle(int shape, const Vec3& center_of_mass, const Quat& orientation,
+                              double clearance) const;
+
+  // Advances by one time step. Throws RunError (non-finite state, runaway energy, overlap beyond
+  // the limit) naming the particle and the time. The second half kick is left for the next step to
+  // make together with its first one; who asks for velocities, loads or energy, or saves the state,
+  // gets it made before, and pays for a pass over all bodies. What is computed is the same.
+  void step();
+
+  double time() const;  // s
+  std::uint64_t steps() const;
+  // A copy made when asked for: valid until the next step(), insert() or removal; ask again then.
+  const ParticleState& particles() const;
+  // Orientation as the results file wants it: shape axes -> world.
+  Quat shape_orientation(int particle) const;
+  const std::vector<BoundaryState>& boundaries() const;
+  std::vector<FrameState> frames() const;
+  // Contacts' force and moment, about its origin, on all that a frame carries, at this step.
+  Load frame_load(int frame) const;
+  void clear_boundary_loads();  // and those of frames, after they were recorded
+  Energy energy() const;
+  const Health& health() const;
+  // Overlap of the deepest point of every patch that bears a force now, m.
+  std::vector<double> contact_overlaps() const;
+  const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
+  BondState bond(int number) const;
+  // Every patch of the neighbour list, in order of (a, b): a copy, nothing is changed. What it says
+  // of forces is what the next half kick reads. A particle or boundary removed since the last step
+  // still has its last contacts.
+  std::vector<Contact> contacts() const;
+  // Contacts that have ended since the last call, in order of their ends, and those under way, in
+  // order of their starts, whatever their force. None unless the model's statistics ask for them.
+  std::vector<ContactEvent> take_events();
+  std::vector<ContactEvent> open_events() const;
+  // Loads on the triangles of watched boundaries over the intervals that have ended since the last
+  // call; `up_to_now`: ends the one under way first, if a step has been taken in it.
+  std::vector<LoadInterval> take_load_intervals(bool up_to_now = false);
+  // Since the start, empty unless asked for: [particles]; [triangles of all shapes, one behind the
+  // other]; [1 + boundaries][classes], pairs of particles first.
+  const std::vector<OpposedLoad>& opposed_loads() const;
+  const std::vector<SurfaceSums>& surface_sums() const;
+  const std::vector<EnergySums>& energy_sums() const;
+  // Force and moment of all contacts and bonds on a particle at the end of the step, as the motion
+  // uses them.
+  Load load(int particle) const;
+  std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
+
+  // Every byte that the next step reads. restore() makes a solver over the same model go on bit
+  // for bit; it throws RunError when the bytes were made by another program version or model.
+  std::vector<std::byte> save() const;
+  void restore(const std::vector<std::byte>& bytes);
+  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it tells
+  // chance apart, not malice.
+  std::uint64_t hash() const;
+  std::vector<GroupHash> group_hashes() const;  // together, all that save() packs but the model
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace firn

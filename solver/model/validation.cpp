@@ -1,0 +1,260 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "firn/model.h"
+#include "solver/dynamics/free_body.h"
+#include "solver/model/bond_checks.h"
+
+namespace firn {
+
+namespace {
+
+double in_series(double k1, double k2) { return k1 * k2 / (k1 + k2); }
+
+// One candidate for the stiffest spring of the model.
+struct Spring {
+  std::string name;
+  double stiffness = 0;  // N/m, the stiffer of loading and unloading
+  bool unloading = true;
+  double mass = 0;  // kg
+  double quarter_period() const { return 0.5 * std::numbers::pi * std::sqrt(mass / stiffness); }
+};
+
+Spring spring(std::string name, double loading, const Interaction& law, double mass) {
+  Spring s;
+  s.name = std::move(name);
+  s.unloading = law.restitution < 1;
+  s.stiffness = loading / (law.restitution * law.restitution);
+  s.mass = mass;
+  return s;
+}
+
+void check_interaction(const Model& model, int a, int b) {
+  const Interaction& law = model.interaction(a, b);
+  const std::string pair = model.materials[a].name + "-" + model.materials[b].name;
+  const auto fail = [&](const std::string& what) {
+    throw InputError("interactions." + pair + ": " + what);
+  };
+  if (!(law.restitution > 0 && law.restitution <= 1)) {
+    fail(fmt::format("restitution is {}; expected a number above 0 and up to 1", law.restitution));
+  }
+  if (!(law.dynamic_friction >= 0)) fail("dynamic friction is negative; expected 0 or more");
+  if (law.static_friction < law.dynamic_friction) {
+    fail(fmt::format("static friction {} is below dynamic friction {}; expected at least as much",
+                     law.static_friction, law.dynamic_friction));
+  }
+  if (!(law.tangential_stiffness_ratio > 0)) fail("tangential stiffness ratio must be above 0");
+  if (!(law.unloading_floor >= 0 && law.unloading_floor < 1)) {
+    fail("unloading floor must be at least 0 and below 1");
+  }
+  if (!(law.rolling_resistance >= 0)) fail("rolling resistance is negative; expected 0 or more");
+  if (!(law.sliding_speed >= 0)) fail("sliding speed is negative; expected 0 or more");
+  if (!(law.adhesion_force >= 0)) fail("adhesion force is negative; expected 0 or more");
+  if (!(law.adhesion_stiffness_fraction >= 0 && law.adhesion_stiffness_fraction < 1))
+    fail("adhesion stiffness fraction must be at least 0 and below 1");
+  if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) && law.unloading_floor == 0)
+    fail("adhesion acts while a contact bears; expected an unloading floor above 0 beside it");
+}
+
+// Shapes that some particle of the model has.
+std::vector<char> used_shapes(const Model& model) {
+  std::vector<char> used(model.shapes.size(), 0);
+  for (const Particle& p : model.particles) used[p.shape] = 1;
+  return used;
+}
+
+// How easily a boundary on a free body gives way where it is lightest, 1/kg; 0: it does not.
+double greatest_mobility(const Model& model, const Boundary& b) {
+  const int free = free_frame(model.frames, b.frame);
+  if (free < 0) return 0;
+  const MotionFrame& frame = model.frames[static_cast<std::size_t>(free)];
+  double least = kForever;
+  const auto meet = [&](const Vec3& at) {
+    const Vec3 arm = b.origin + b.orientation * at - frame.origin;
+    least = std::min(least, least_apparent_mass(*frame.free, frame.origin, arm));
+  };
+  for (const Vec3& v : b.mesh.vertices) meet(v);
+  if (b.mesh.vertices.empty()) meet(Vec3::Zero());
+  return 1 / least;
+}
+
+void check_free_body(const MotionFrame& frame) {
+  const auto fail = [&](const std::string& what) {
+    throw InputError("motion_frames." + frame.name + ": " + what);
+  };
+  const FreeBody& body = *frame.free;
+  const auto rotations = std::ranges::count(body.axes, FreeAxis::Kind::rotation, &FreeAxis::kind);
+  if (body.axes.empty() && !body.turns_freely) fail("is free, but has no axis to move along");
+  if (rotations + (body.turns_freely ? 1 : 0) > 1)
+    fail("turns about more than one axis; expected one rotation, or free turning about all");
+  if (body.axes.size() + (body.turns_freely ? 3 : 0) > kMostAxes)
+    fail(fmt::format("has {} axes; expected at most {}", body.axes.size(),
+                     kMostAxes - (body.turns_freely ? 3 : 0)));
+  if (!(body.mass > 0) || !body.inertia.allFinite()) fail("is free, but has no mass or inertia");
+  if (!(least_apparent_mass(body, frame.origin, body.center - frame.origin) > 0))
+    fail(
+        "cannot be moved along its axes by finite forces: two of them are the same, or mass or "
+        "inertia is zero there");
+  if (!frame.motions.empty())
+    fail("is free and has motions; expected one of the two, or drives of its axes");
+}
+
+void check_frames(const Model& model) {
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const MotionFrame& frame = model.frames[f];
+    if (frame.parent >= static_cast<int>(f))
+      throw InputError("motion_frames." + frame.name + ": hangs on a later one");
+    if (frame.free) check_free_body(frame);
+    const int above = free_frame(model.frames, frame.parent);
+    if (above >= 0 && (frame.free || !frame.motions.empty()))
+      throw InputError(
+          fmt::format("motion_frames.{}: moves on its own on the free frame \"{}\"; expected it to "
+                      "be fixed there",
+                      frame.name, model.frames[static_cast<std::size_t>(above)].name));
+  }
+}
+
+}  // namespace
+
+double particle_pair_stiffness(const Shape& a, const Shape& b) {
+  return in_series(a.stiffness, b.stiffness);
+}
+
+double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundary& b) {
+  if (b.rigid) return a.stiffness;
+  const double wall = b.stiffness > 0
+                          ? b.stiffness
+                          : model.materials[b.material].young_modulus * a.size_for_stiffness;
+  return in_series(a.stiffness, wall);
+}
+
+namespace {
+
+TimestepAdvice advise_for_contacts(const Model& model, double steps) {
+  const std::vector<char> used = used_shapes(model);
+  std::vector<double> mobility;
+  for (const Boundary& b : model.boundaries) mobility.push_back(greatest_mobility(model, b));
+  std::vector<Spring> springs;
+  for (std::size_t i = 0; i < model.shapes.size(); ++i) {
+    if (!used[i]) continue;
+    const Shape& a = model.shapes[i];
+    for (std::size_t j = i; j < model.shapes.size(); ++j) {
+      if (!used[j]) continue;
+      const Shape& b = model.shapes[j];
+      springs.push_back(spring(a.name + " on " + b.name, particle_pair_stiffness(a, b),
+                               model.interaction(a.material, b.material),
+                               a.mass * b.mass / (a.mass + b.mass)));
+    }
+    for (std::size_t k = 0; k < model.boundaries.size(); ++k) {
+      const Boundary& b = model.boundaries[k];
+      springs.push_back(spring(a.name + " on " + b.name, boundary_pair_stiffness(model, a, b),
+                               model.interaction(a.material, b.material),
+                               1 / (1 / a.mass + mobility[k])));
+    }
+  }
+  if (springs.empty()) {
+    return {1e-4, false, "no particle can touch anything: 0.1 ms"};
+  }
+  const Spring& s = *std::min_element(
+      springs.begin(), springs.end(),
+      [](const auto& x, const auto& y) { return x.quarter_period() < y.quarter_period(); });
+  TimestepAdvice advice;
+  advice.timestep = s.quarter_period() / steps;
+  advice.is_a_limit = true;
+  advice.reason = fmt::format(
+      "{:.4g} steps in the quarter period {:.4g} s of {}: {} stiffness {:.4g} N/m, effective mass "
+      "{:.4g} kg",
+      steps, s.quarter_period(), s.name, s.unloading ? "unloading" : "loading", s.stiffness,
+      s.mass);
+  return advice;
+}
+
+}  // namespace
+
+TimestepAdvice advise_timestep(const Model& model, double steps) {
+  TimestepAdvice advice = advise_for_contacts(model, steps);
+  const auto swings = [&](double frequency, const auto& what) {
+    const double quarter_period = 0.5 * std::numbers::pi / frequency;
+    if (advice.is_a_limit && quarter_period / steps >= advice.timestep) return;
+    advice = {quarter_period / steps, true,
+              fmt::format("{:.4g} steps in the quarter period {:.4g} s of {}", steps,
+                          quarter_period, what())};
+  };
+  for (const MotionFrame& frame : model.frames) {
+    const double frequency = frame.free ? highest_frequency(*frame.free, frame.origin) : 0;
+    if (frequency > 0)
+      swings(frequency,
+             [&] { return fmt::format("the free body \"{}\" on its springs", frame.name); });
+  }
+  const FastestBond fastest = fastest_bond(model);
+  if (fastest.bond >= 0) {
+    swings(fastest.frequency, [&] {
+      const Bond& bond = model.bonds[static_cast<std::size_t>(fastest.bond)];
+      return fmt::format("the bond \"{}\" between particles {} and {}",
+                         model.beams[static_cast<std::size_t>(bond.law)].name, bond.a, bond.b);
+    });
+  }
+  return advice;
+}
+
+namespace {
+
+// What read them has seen to the rest.
+void check_statistics(const Model& model) {
+  const StatisticsOptions& options = model.statistics;
+  for (const WatchedBoundary& watched : options.watched) {
+    if (watched.boundary < 0 || watched.boundary >= static_cast<int>(model.boundaries.size()) ||
+        watched.mesh.triangles.empty())
+      throw InputError("statistics: a watched boundary has no triangles, or does not exist");
+  }
+  if (!options.surfaces.empty() && options.surfaces.size() != model.shapes.size())
+    throw InputError("statistics: expected a surface for every shape, or none");
+  for (const TriangleMesh& surface : options.surfaces)
+    if (surface.triangles.empty()) throw InputError("statistics: a surface has no triangles");
+  if (options.energies.count() > 0 && !(options.energies.lowest > 0))
+    throw InputError("statistics: the lowest energy is not positive");
+}
+
+}  // namespace
+
+void validate(const Model& model) {
+  const std::size_t m = model.materials.size();
+  if (model.interactions.size() != m * m) {
+    throw InputError(fmt::format("interactions: {} given for {} materials; expected {}",
+                                 model.interactions.size(), m, m * m));
+  }
+  if (!(model.timestep > 0) || !std::isfinite(model.timestep)) {
+    throw InputError(fmt::format("timestep is {} s; expected a positive time", model.timestep));
+  }
+  if (!model.gravity.allFinite()) throw InputError("gravity is not finite");
+  for (const Shape& s : model.shapes) {
+    if (!(s.mass > 0) || !(s.inertia.minCoeff() > 0)) {
+      throw InputError("shapes." + s.name + ": mass or inertia is not positive");
+    }
+    if (!(s.stiffness > 0)) throw InputError("shapes." + s.name + ": stiffness is not positive");
+    if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
+  }
+  check_frames(model);
+  check_bonds(model);
+  check_statistics(model);
+  const std::vector<char> used = used_shapes(model);
+  for (std::size_t i = 0; i < model.shapes.size(); ++i) {
+    if (!used[i]) continue;
+    for (std::size_t j = 0; j < model.shapes.size(); ++j) {
+      if (used[j]) check_interaction(model, model.shapes[i].material, model.shapes[j].material);
+    }
+    for (const Boundary& b : model.boundaries) {
+      check_interaction(model, model.shapes[i].material, b.material);
+      if (!(boundary_pair_stiffness(model, model.shapes[i], b) > 0)) {
+        throw InputError(
+            "boundaries." + b.name +
+            ": has no stiffness; expected a Young's modulus, a stiffness or rigid = true");
+      }
+    }
+  }
+}
+
+}  // namespace firn

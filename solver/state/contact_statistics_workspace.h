@@ -1,0 +1,84 @@
+// Scratch memory and tables of statistics (solver/include/firn/contact_statistics.h), and the parts
+// of their phase.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "firn/model.h"
+#include "solver/geometry/nearest_triangle.h"
+#include "solver/state/contact_statistics_state.h"
+
+namespace firn {
+
+struct PairRange;
+struct State;
+struct Workspace;
+
+// Work taken from the bodies by one patch in this step, J: stored, or lost.
+struct PatchWork {
+  double normal = 0, friction = 0;
+};
+
+struct BegunContact {
+  OpenContact contact;
+  ContactSums sums;
+};
+
+// A patch that bears more than the particle's largest opposed load so far.
+struct PressedParticle {
+  std::int32_t particle = 0, by = 0;  // bodies
+  double force = 0;                   // N
+  Vec3 out = Vec3::Zero();            // unit, normal out of the particle, world
+  std::int32_t before = -1;           // the one noted before on the same particle; -1: none
+};
+
+// What one contact point does to a triangle in this step.
+struct TriangleLoad {
+  std::uint32_t triangle = 0;
+  double normal_force = 0, friction = 0;  // N
+  Vec3 force = Vec3::Zero();              // N, on the boundary, its axes
+  double sliding_speed = 0;               // m/s, the patch's, in proportion; 0: it sticks
+  double sliding_power = 0;               // N m/s
+  double friction_work = 0;               // J
+};
+
+// What statistics want of the present step in one range of pairs.
+struct RangeNotes {
+  std::vector<PatchWork> work;       // [patches of the active pairs]
+  std::vector<BegunContact> begun;   // contacts, in order of their pairs
+  std::vector<std::int32_t> parted;  // open contacts that bear nothing any more
+  std::vector<PressedParticle> pressed;
+  std::vector<TriangleLoad> triangle_loads;
+};
+
+struct StatisticsWorkspace {
+  explicit StatisticsWorkspace(const Model& model);
+
+  std::vector<std::int32_t> watched;            // [boundaries] its number among them; -1: not one
+  std::vector<TriangleIndex> watched_index;     // [watched]
+  std::vector<std::uint32_t> first_of_watched;  // [watched] triangle, in StatisticsState::triangles
+  std::vector<TriangleIndex> surface_index;     // [shapes], or none
+  std::vector<std::uint32_t> first_of_shape;    // [shapes] triangle, in StatisticsState::surfaces
+  // Of the present step:
+  std::vector<PressedParticle> pressed;
+  std::vector<std::int32_t> last_pressed;  // [particles] in `pressed`; -1 between two steps
+  std::vector<double> force;               // N, [triangles] 0 between two steps
+  std::vector<std::uint32_t> touched;      // triangles
+};
+
+// Sized for what the model asks for, before the first step.
+StatisticsState empty_statistics(const Model& model);
+
+// The parts of the phase.
+void follow_contacts(const Model& model, Workspace& workspace, State& state);
+void note_opposed_loads(const Model& model, Workspace& workspace, State& state);
+void sum_triangle_loads(const Model& model, Workspace& workspace, State& state);
+
+// Hands what has been summed up to this step over to the finished intervals.
+void end_load_interval(const Model& model, std::uint64_t step, StatisticsState& statistics);
+
+// Contacts under way, in order of their start and bodies.
+std::vector<ContactEvent> open_events(const Model& model, const State& state);
+
+}  // namespace firn

@@ -1,0 +1,43 @@
+// The arrays of a state that hold its neighbour list, for a copy that is written while they are
+// read.
+#pragma once
+
+#include <algorithm>
+
+#include "solver/state/state.h"
+
+namespace firn {
+
+struct ListArrays {
+  LargeArray<Pair> pairs;
+  LargeArray<double> wake;
+  LargeArray<PairWatch> watch;
+  LargeArray<PartPair> part_pairs;
+  LargeArray<Patch> patches;
+  LargeArray<Vec3> rolling;
+  LargeArray<ContactPoint> points;
+};
+
+// Copies the patches and points of a pair of `s` to places of `to`, from `patches` and `points` on,
+// which move behind them, and tells `pair` where they are. `old` may be `pair`.
+inline void copy_contacts(const State& s, const Pair& old, Pair& pair, ListArrays& to,
+                          std::size_t& patches, std::size_t& points) {
+  const std::uint32_t first = old.first_patch;
+  pair.patch_count = pair.patch_capacity = old.patch_count;
+  pair.first_patch = pair.first_point = pair.point_capacity = 0;
+  if (pair.patch_count == 0) return;
+  pair.first_patch = static_cast<std::uint32_t>(patches);
+  pair.first_point = static_cast<std::uint32_t>(points);
+  for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
+    Patch& patch = to.patches[patches];
+    patch = s.patches[first + k];
+    to.rolling[patches++] = s.rolling[first + k];
+    std::copy_n(s.points.begin() + patch.first_point, patch.point_count,
+                to.points.begin() + static_cast<std::ptrdiff_t>(points));
+    patch.first_point = static_cast<std::uint32_t>(points);
+    points += patch.point_count;
+  }
+  pair.point_capacity = static_cast<std::uint32_t>(points) - pair.first_point;
+}
+
+}  // namespace firn

@@ -1,0 +1,85 @@
+// Ranges of pairs, which tasks work on, and who knows which body: tables over a neighbour list.
+#include "solver/state/workspace.h"
+
+namespace firn {
+
+namespace {
+
+// Numbers bodies in the order in which they come.
+class LocalBodies {
+ public:
+  explicit LocalBodies(std::vector<std::int32_t>& bodies) : bodies_(bodies) {
+    bodies_.clear();
+    slots_.fill(kNone);
+  }
+  std::uint16_t number(std::int32_t body) {
+    std::size_t at = static_cast<std::size_t>(body) * 2654435761u % slots_.size();
+    while (slots_[at] != kNone && bodies_[slots_[at]] != body) at = (at + 1) % slots_.size();
+    if (slots_[at] == kNone) {
+      slots_[at] = static_cast<std::uint16_t>(bodies_.size());
+      bodies_.push_back(body);
+    }
+    return slots_[at];
+  }
+
+ private:
+  static constexpr std::uint16_t kNone = 0xffff;
+  std::vector<std::int32_t>& bodies_;
+  std::array<std::uint16_t, 4 * kPairsOfRange> slots_;  // open addressing, at most half full
+};
+
+// Which loads of ranges make up that of each particle.
+void make_load_lists(std::size_t particles, Workspace& w) {
+  LoadLists& lists = w.load_lists;
+  std::size_t loads = 0;
+  lists.first.assign(particles + 1, 0);
+  for (PairRange& range : w.ranges) {
+    range.first_load = loads;
+    loads += range.bodies.size();
+    for (const std::int32_t i : range.bodies) {
+      if (static_cast<std::size_t>(i) < particles) ++lists.first[i + 1];
+    }
+  }
+  for (std::size_t i = 0; i < particles; ++i) lists.first[i + 1] += lists.first[i];
+  lists.loads.resize(lists.first.back());
+  std::vector<std::uint32_t> end(lists.first.begin(), lists.first.end() - 1);
+  for (const PairRange& range : w.ranges) {
+    for (std::size_t k = 0; k < range.bodies.size(); ++k) {
+      const auto i = static_cast<std::size_t>(range.bodies[k]);
+      if (i < particles) lists.loads[end[i]++] = static_cast<std::uint32_t>(range.first_load + k);
+    }
+  }
+  resize_afresh(w.loads, loads);
+}
+
+}  // namespace
+
+void take_up_list(const Model& model, Workspace& w, const State& s) {
+  const std::size_t pairs = s.pairs.size();
+  w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
+  for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    PairRange& range = w.ranges[begin / kPairsOfRange];
+    LocalBodies local(range.bodies);
+    range.locals.clear();
+    range.more_patches = range.more_points = 0;
+    for (std::size_t p = begin; p < end; ++p) {
+      const Pair& pair = s.pairs[p];
+      const std::uint16_t a = local.number(pair.a), b = local.number(pair.b);
+      range.locals.push_back({a, b});
+      range.more_patches += pair.patch_count;
+      range.more_points += points_of(pair, s);
+    }
+    range.active_is_stale = true;
+  });
+  w.patches = w.points = 0;
+  for (const PairRange& range : w.ranges) {
+    w.patches += range.more_patches;
+    w.points += range.more_points;
+  }
+  w.ranges_of_task = ranges_of_task(model.numerics.threads, w.ranges.size());
+  w.scratch.resize((w.ranges.size() + w.ranges_of_task - 1) / w.ranges_of_task);
+  make_load_lists(model.particles.size(), w);
+  w.list_is_new = false;
+}
+
+}  // namespace firn

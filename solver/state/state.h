@@ -1,0 +1,148 @@
+// The mutable state of a simulation: every byte that the next step reads.
+//
+// Bodies are numbered particles first, then boundaries. Arrays by quantity; sizes in brackets:
+// N particles, B boundaries, M = N + B bodies, P listed pairs.
+#pragma once
+
+#include <vector>
+
+#include "firn/body_state.h"
+#include "firn/diagnostics.h"
+#include "solver/collision/narrowphase.h"
+#include "solver/contact/contact_law.h"
+#include "solver/core/huge_page_vector.h"
+#include "solver/state/contact_statistics_state.h"
+
+namespace firn {
+
+// Both are padded so that a vector and a zero are one wide load.
+struct alignas(32) BodyMotion {
+  Vec3 position = Vec3::Zero();  // m, centre of mass (a boundary: its origin), world
+  double zero_0 = 0;
+  Vec3 velocity = Vec3::Zero();  // m/s
+  double zero_1 = 0;
+  Vec3 spin = Vec3::Zero();  // rad/s, world
+  double zero_2 = 0;
+};
+struct alignas(32) BodyLoad {
+  Vec3 force = Vec3::Zero();  // N, world
+  double zero_0 = 0;
+  Vec3 torque = Vec3::Zero();  // N m, about the centre of mass, world
+  double zero_1 = 0;
+};
+
+// Where a frame is and how it moves; of a free one, its coordinates. All of equal alignment.
+struct FrameMotion {
+  Vec3 position = Vec3::Zero();                      // m, of the origin, world
+  double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // frame -> world, column by column
+  Vec3 velocity = Vec3::Zero();                      // m/s, of the origin, over the last step
+  Vec3 spin = Vec3::Zero();                          // rad/s, world
+  Vec3 velocity_change = Vec3::Zero();               // of both, from the step before
+  Vec3 spin_change = Vec3::Zero();
+  Vec3 impulse = Vec3::Zero();           // N s, by contacts since it was cleared
+  Vec3 angular_impulse = Vec3::Zero();   // N m s, about the moving origin
+  double coordinate[kMostAxes] = {};     // m or rad, of the axes
+  double rate[kMostAxes] = {};           // m/s or rad/s; the last three of a body that turns
+                                         // freely: its spin against the parent, in whose axes
+  double drive_impulse[kMostAxes] = {};  // N s or N m s, by drives
+  double stop_impulse[kMostAxes] = {};   // and by hard stops, both since they were cleared
+  double driven = 0;                     // 1: a drive acted in the last step
+};
+
+// Two bodies that may come to touch before the neighbour list is made again.
+struct Pair {
+  std::int32_t a = 0, b = 0;     // bodies, a < b
+  std::int32_t law = 0;          // index into Workspace::laws
+  std::uint32_t first_part = 0;  // PartPair range
+  std::uint32_t part_count = 0;
+  std::uint32_t first_patch = 0;  // Patch range; the points of a pair are contiguous too
+  std::uint32_t patch_count = 0;
+  std::uint32_t patch_capacity = 0;
+  std::uint32_t first_point = 0;
+  std::uint32_t point_capacity = 0;
+};
+
+// When to look at a pair again. `moved` is a bound on how far any two points of the bodies have
+// moved relative to each other up to the reference pose; part pairs carry their own wake-up calls
+// in the same measure. Aligned to lie on two lines of the cache.
+struct alignas(64) PairWatch {
+  double reference_rotation[9] = {};     // b in a, column by column
+  double reference_translation[3] = {};  // m
+  double reference_path = 0;             // m, path[a] + path[b] then
+  double reference_turn = 0;             // rad, turn[a] then
+  double moved = 0;                      // m
+  double need = 0;                       // m: the value of `moved` at which parts must be queried
+};
+
+// One convex part of a against one of b.
+struct PartPair {
+  double wake = 0;             // query when the pair's `moved` reaches this
+  std::uint32_t b = 0;         // part of b
+  std::uint16_t a = 0;         // part of a
+  std::uint16_t touching = 0;  // 1: gave points at the last query
+  GjkCache cache;
+  std::uint16_t unused[3] = {0, 0, 0};
+};
+
+struct State {
+  double time = 0;  // s
+  std::uint64_t steps = 0;
+  // Bodies
+  LargeArray<BodyMotion> motion;               // [M]
+  LargeArray<Quat> orientation;                // [M] body axes -> world
+  LargeArray<Vec3> angular_momentum;           // [N] kg m^2/s, body axes
+  LargeArray<BodyLoad> load;                   // [N] by contacts and bonds, at `time`; while a
+                                               // half kick is put off, one step older with bonds
+                                               // and of no meaning without
+  LargeArray<double> path;                     // [M] m, bound on the way of any point of the body
+  LargeArray<double> turn;                     // [M] rad, bound on the angle turned
+  LargeArray<double> margin;                   // [M] m, what the neighbour list lets it move
+  LargeArray<double> relist_path;              // [M] m, path at which the list must be made anew
+  LargeArray<Presence> presence;               // [N]
+  LargeArray<double> peak_normal_force;        // [N] N
+  std::vector<std::uint8_t> boundary_present;  // [B]
+  std::vector<Vec3> boundary_impulse, boundary_angular_impulse;  // [B] N s, N m s
+  std::vector<double> boundary_peak;                             // [B] N
+  std::vector<BodyLoad> boundary_load;                           // [B] by contacts, at `time`,
+                                                                 // torque about the origin
+  // Motion frames. Local poses are those in the parent's axes, from the parent's origin.
+  std::vector<FrameMotion> frames;         // [F]
+  std::vector<Vec3> frame_position;        // [F] m, local
+  std::vector<Quat> frame_orientation;     // [F] local
+  std::vector<Vec3> boundary_position;     // [B] m, local; of those that a frame carries
+  std::vector<Quat> boundary_orientation;  // [B]
+  // Started by stages.
+  std::vector<Motion> extra_motions;
+  std::vector<std::int32_t> extra_motion_mover, extra_motion_group;  // a boundary, or B + frame
+  std::vector<Drive> extra_drives;
+  std::vector<std::int32_t> extra_drive_axis, extra_drive_group;  // frame * kMostAxes + axis
+  // Contacts
+  bool list_is_stale = true;
+  LargeArray<Pair> pairs;       // [P] along a curve through space (neighbor_list.cpp)
+  LargeArray<double> wake;      // [P] look when path[a] + path[b] reaches this
+  LargeArray<PairWatch> watch;  // [P]
+  LargeArray<PartPair> part_pairs;
+  LargeArray<Patch> patches;         // with holes
+  LargeArray<Vec3> rolling;          // N m, rolling moment on a, of each place of a patch
+  LargeArray<ContactPoint> points;   // with holes
+  std::vector<BondRecord> bonds;     // [bonds]
+  std::vector<BeamLoad> bond_loads;  // [bonds] at `time`
+  // Accounts
+  double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
+  double work_walls = 0;                         // J, the part of both at boundaries
+  double boundary_work = 0, removed_energy = 0;  // J
+  double lost_in_bonds = 0;                      // J
+  double lowest_energy = 0, largest_kinetic = 0;  // J
+  bool energy_known = false;
+  Health health;
+  StatisticsState statistics;  // empty unless asked for
+};
+
+inline std::int64_t points_of(const Pair& pair, const State& s) {
+  std::int64_t points = 0;
+  for (std::uint32_t k = 0; k < pair.patch_count; ++k)
+    points += s.patches[pair.first_patch + k].point_count;
+  return points;
+}
+
+}  // namespace firn

@@ -1,0 +1,116 @@
+#include "solver/state/workspace.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+namespace firn {
+
+namespace {
+
+PairLaw base_law(const Model& model, const Interaction& i, double stiffness, double rounding,
+                 double box_edge) {
+  PairLaw law;
+  law.stiffness = stiffness;
+  law.unloading_ratio = 1 / (i.restitution * i.restitution);
+  law.floor = i.unloading_floor;
+  law.tangential_stiffness = i.tangential_stiffness_ratio * stiffness;
+  law.static_friction = i.static_friction;
+  law.dynamic_friction = i.dynamic_friction;
+  law.sliding_speed = i.sliding_speed;
+  law.shell = std::min(model.numerics.contact_shell * rounding, model.numerics.shell_limit);
+  law.refresh = model.numerics.refresh_fraction * law.shell;
+  law.merge = 0.01 * rounding;
+  law.same_place = 2 * rounding;
+  law.deep = 0.01 * rounding;
+  law.overlap_limit = model.numerics.overlap_limit * box_edge;
+  law.adhesion_force = i.adhesion_force;
+  law.adhesion_fraction = i.adhesion_stiffness_fraction;
+  law.is_plain =
+      i.rolling_resistance == 0 && i.adhesion_force == 0 && i.adhesion_stiffness_fraction == 0;
+  return law;
+}
+
+Box3 part_box(const ConvexPart& part) {
+  Box3 box{part.vertex(0), part.vertex(0)};
+  for (int i = 1; i < part.vertex_count; ++i) {
+    box.lower = box.lower.cwiseMin(part.vertex(i));
+    box.upper = box.upper.cwiseMax(part.vertex(i));
+  }
+  box.lower.array() -= part.radius;
+  box.upper.array() += part.radius;
+  return box;
+}
+
+double farthest_vertex(const std::vector<ConvexPart>& parts) {
+  double r = 0;
+  for (const ConvexPart& p : parts) {
+    for (int i = 0; i < p.vertex_count; ++i) r = std::max(r, p.vertex(i).norm() + p.radius);
+  }
+  return r;
+}
+
+double thinnest_part(const std::vector<ConvexPart>& parts) {
+  double t = std::numeric_limits<double>::infinity();
+  for (const ConvexPart& p : parts) t = std::min(t, p.thickness);
+  return t;
+}
+
+}  // namespace
+
+Workspace::Workspace(const Model& model) : bonds(model), statistics(model) {
+  shapes = static_cast<int>(model.shapes.size());
+  columns = shapes + static_cast<int>(model.boundaries.size());
+  laws.resize(static_cast<std::size_t>(shapes) * columns);
+  double smallest_radius = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < shapes; ++i) {
+    const Shape& a = model.shapes[i];
+    rigid.push_back({a.mass, 1 / a.mass, a.inertia.cwiseInverse()});
+    reach.push_back(a.bounding_radius);
+    thinnest.push_back(thinnest_part(a.parts));
+    smallest_part.push_back(std::numeric_limits<double>::infinity());
+    for (const ConvexPart& p : a.parts)
+      smallest_part.back() = std::min(smallest_part.back(), p.bounding_radius);
+    const double edge = a.box.minCoeff();
+    smallest_radius = std::min(smallest_radius, a.bounding_radius);
+    for (int j = 0; j < shapes; ++j) {
+      const Shape& b = model.shapes[j];
+      const Interaction& law = model.interaction(a.material, b.material);
+      PairLaw& out = laws[law_index(i, j)];
+      out = base_law(model, law, particle_pair_stiffness(a, b), std::min(a.rounding, b.rounding),
+                     std::min(edge, b.box.minCoeff()));
+      out.rolling_limit =
+          law.rolling_resistance * std::min(a.size_for_stiffness, b.size_for_stiffness);
+    }
+    for (std::size_t j = 0; j < model.boundaries.size(); ++j) {
+      const Boundary& b = model.boundaries[j];
+      const Interaction& law = model.interaction(a.material, b.material);
+      PairLaw& out = laws[law_index_boundary(i, static_cast<int>(j))];
+      out = base_law(model, law, boundary_pair_stiffness(model, a, b), a.rounding, edge);
+      out.rolling_limit = law.rolling_resistance * a.size_for_stiffness;
+    }
+  }
+  least_overlap_limit = std::numeric_limits<double>::infinity();
+  for (const PairLaw& law : laws)
+    least_overlap_limit = std::min(least_overlap_limit, law.overlap_limit);
+  skin = model.numerics.skin > 0 ? model.numerics.skin : 0.16 * smallest_radius;
+  for (const Boundary& b : model.boundaries) {
+    reach.push_back(farthest_vertex(b.parts));
+    thinnest.push_back(thinnest_part(b.parts));
+    if (b.kind == Boundary::Kind::solid) {
+      std::vector<Box3> boxes;
+      for (const ConvexPart& p : b.parts) boxes.push_back(part_box(p));
+      trees.emplace_back(BoxTree(std::move(boxes)));
+    } else {
+      trees.emplace_back(std::nullopt);
+    }
+  }
+}
+
+std::string name_of_body(const Model& model, int body) {
+  const int n = static_cast<int>(model.particles.size());
+  return body < n ? fmt::format("particle {}", body)
+                  : fmt::format("boundary \"{}\"", model.boundaries[body - n].name);
+}
+
+}  // namespace firn

@@ -1,0 +1,218 @@
+// What a step needs beside model and state: tables made once from the model, and scratch memory.
+// Nothing here outlives a step in meaning but the loads of a half kick that has been put off (see
+// Solver::step()), which is made before a state is saved: a restored one may use a new workspace.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solver/collision/broadphase.h"
+#include "solver/contact/contact_law_batch.h"
+#include "solver/contact/patch_builder.h"
+#include "solver/core/parallel.h"
+#include "solver/dynamics/rigid_body.h"
+#include "solver/state/contact_statistics_workspace.h"
+#include "solver/state/neighbor_list_arrays.h"
+#include "solver/state/neighbor_list_pieces.h"
+#include "solver/state/state.h"
+
+namespace firn {
+
+// A pair whose contacts are to be searched, as a look has found it.
+struct DuePair {
+  std::uint32_t pair = 0;
+  double path = 0;   // m, of both bodies
+  double moved = 0;  // m, see PairWatch
+  Pose pose;         // b in a
+};
+
+// Outcome of one search.
+struct Search {
+  int queries = 0;
+  int deep_births = 0;
+  bool passed = false;  // parts have gone through each other
+  double buried = 0;    // m, overlap of bodies that were placed into each other
+  FoundPatches found;
+};
+
+// What a step sums up over the contacts of one range of pairs. The ranges are the same for any
+// number of threads, and are added up in their order, so the sums are the same bits.
+struct ContactAccounts {
+  struct Wall {
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, on the boundary
+    double peak = 0;                                              // N
+    bool touched = false;
+  };
+  double work_normal = 0, work_friction = 0, work_walls = 0, boundary_work = 0;  // J
+  double largest_overlap = 0;                                                    // m
+  std::int32_t largest_overlap_particle = -1;
+  double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
+  std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // bodies
+  std::vector<Wall> walls;                                // [boundaries]
+  std::vector<std::int32_t> touched;                      // of them
+};
+
+// A pair that may have gone through each other, or been placed into each other.
+struct Suspect {
+  std::uint32_t pair;
+  bool passed;
+  double buried;  // m
+};
+
+// What the patches of one range of pairs do to one of its bodies. In fours, each one wide load.
+struct alignas(64) RangeLoad {
+  Quad force{};   // N, and in the fourth place the largest normal force of a patch
+  Quad torque{};  // N m
+};
+
+// A range of kPairsOfRange listed pairs, which one task works on. As pairs lie along a curve
+// through space, they are pairs of few bodies.
+inline constexpr std::size_t kPairsOfRange = 1024;
+struct alignas(64) PairRange {
+  std::vector<std::int32_t> bodies;                  // in order of their first pair
+  std::vector<std::array<std::uint16_t, 2>> locals;  // [pairs of the range] into bodies
+  std::size_t first_load = 0;                        // of bodies, in Workspace::loads
+  std::vector<ActivePair> active;                    // ascending
+  bool active_is_stale = true;
+  // Of the present step:
+  std::vector<ActivePair> refreshed;    // pairs whose patches were made anew, ascending; may have
+                                        // none left; places are those before holes are closed
+  std::vector<std::uint32_t> outgrown;  // of them, those whose patches do not fit into their place,
+  std::vector<FoundPatches> found;      // and these patches; may be longer
+  std::vector<Suspect> suspects;
+  std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
+  std::int64_t more_patches = 0, more_points = 0;  // than before
+  ContactAccounts accounts;
+  RangeNotes notes;  // empty without statistics
+};
+
+// Scratch memory of a task, the same for all of its ranges: what is used again and again stays
+// near. Aligned, as the tasks beside it belong to other threads.
+struct alignas(64) TaskScratch {
+  std::vector<std::uint32_t> due, next_due;  // pairs to look at, of a range and the one behind it
+  std::vector<DuePair> searched;             // those of them whose contacts are searched
+  std::vector<std::uint32_t> due_parts;      // of the pair that is searched
+  std::vector<PartContact> contacts;
+  PatchScratch patches;
+  Search search;
+  std::vector<ActivePair> active;
+};
+
+inline ActivePair active_pair(const PairRange& range, const State& s, std::uint32_t p) {
+  const Pair& pair = s.pairs[p];
+  const auto [local_a, local_b] = range.locals[p % kPairsOfRange];
+  return {p,      pair.first_patch, pair.patch_count, pair.first_point, pair.a,
+          pair.b, pair.law,         local_a,          local_b};
+}
+
+// The loads of a particle in all ranges that know it, in their order.
+struct LoadLists {
+  LargeArray<std::uint32_t> first;  // [particles + 1] into:
+  LargeArray<std::uint32_t> loads;  // into Workspace::loads
+};
+
+// The six dampers of a bond.
+struct BeamDampers {
+  Vec6 constants;  // N s/m and N m s/rad
+  Mat6 implicit;   // (1 + dt/2 mobility constants)^-1
+};
+
+struct BondWorkspace {
+  explicit BondWorkspace(const Model& model);
+
+  std::vector<BeamSprings> stiffness;  // [bonds]
+  std::vector<BeamDampers> dampers;    // [bonds]
+  // The bonds of particle i are ends[first[i]] ... ends[first[i + 1] - 1], ascending: twice the
+  // number of the bond, and 1 more for its end b.
+  std::vector<std::uint32_t> first;  // [particles + 1]
+  std::vector<std::uint32_t> ends;   // [2 * bonds]
+  std::vector<double> lost;          // [bonds] J, in the present step
+};
+
+struct Workspace {
+  explicit Workspace(const Model& model);
+
+  std::vector<RigidBody> rigid;               // [shapes]
+  std::vector<PairLaw> laws;                  // [shape * (shapes + boundaries) + other]
+  std::vector<std::optional<BoxTree>> trees;  // [boundaries]; none for planes
+  std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the centre
+  std::vector<double> thinnest;       // [shapes + boundaries] m, least thickness of a part
+  std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part
+  double skin = 0;                    // m
+  double least_overlap_limit = 0;     // m, over all laws
+
+  // A new list is found in pieces, and written here while the old one is read, then both change
+  // places.
+  std::vector<ListPiece> list_pieces;
+  ListArrays spare_list;
+
+  // Made anew with the neighbour list:
+  bool list_is_new = true;
+  std::vector<PairRange> ranges;
+  std::size_t ranges_of_task = 1;
+  std::vector<TaskScratch> scratch;      // [tasks]
+  std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
+  bool points_moved = false;             // holes were closed in this step
+  LargeArray<RangeLoad> loads;           // of all ranges, one behind the other
+  LoadLists load_lists;
+  Shares pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
+  std::vector<char> must_relist;    // [tasks] somebody has left its margin
+
+  BondWorkspace bonds;
+  StatisticsWorkspace statistics;
+
+  int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
+  int law_index_boundary(int shape_a, int boundary) const {
+    return shape_a * columns + shapes + boundary;
+  }
+  int shapes = 0, columns = 0;
+};
+
+// The phases of a step, in order (see Solver::step).
+void advance_boundaries(const Model& model, State& state);  // and first half kick of free bodies
+// With both kicks: after the last step's second half kick, which has been put off.
+void kick_and_drift(const Model& model, Workspace& workspace, State& state, bool both_kicks);
+void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
+void find_contacts(const Model& model, Workspace& workspace, State& state);
+void take_up_list(const Model& model, Workspace& workspace,
+                  const State& state);  // after a new list
+void contact_forces(const Model& model, Workspace& workspace, State& state);
+void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
+void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
+void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
+// After this step; only then is the state to be checked.
+bool check_is_due(const State& state);
+void check_state(const Model& model, const Workspace& workspace, State& state);
+
+// Contacts' force and torque about the frame's origin, on all that it carries, at this step.
+BodyLoad load_on_frame(const Model& model, const State& state, int frame);
+// Boundaries and frames where they are at t = 0.
+void place_boundaries(const Model& model, State& state);
+void start_frame(const Model& model, const FrameStart& start, State& state);
+
+// Energy of the present state, J.
+Energy energy_of(const Model& model, const Workspace& workspace, const State& state);
+// Kinetic plus gravitational energy of one particle, J.
+double particle_energy(const Model& model, const Workspace& workspace, const State& state,
+                       int particle);
+
+// "particle 3" or "boundary "floor"".
+std::string name_of_body(const Model& model, int body);
+
+// Body axes -> world. Made when somebody asks: few do, and every step would have to keep it.
+inline Mat3 rotation_of(const State& s, int body) { return s.orientation[body].toRotationMatrix(); }
+
+// The placement of b's axes in a's.
+inline Pose relative_pose(const State& s, int a, int b) {
+  Pose p;
+  const Mat3 at = rotation_of(s, a).transpose();
+  p.rotation = at * rotation_of(s, b);
+  p.translation = at * (s.motion[b].position - s.motion[a].position);
+  return p;
+}
+
+}  // namespace firn

@@ -1,0 +1,210 @@
+#include "solver/step/bond_forces.h"
+
+#include <algorithm>
+
+#include "solver/core/parallel.h"
+#include "solver/state/workspace.h"
+
+namespace firn {
+
+namespace {
+
+constexpr std::size_t kGrain = 64;  // bonds a task
+
+const Shape& shape_of(const Model& model, int particle) {
+  return model.shapes[model.particles[particle].shape];
+}
+
+BodyInMotion body(const State& s, int particle) {
+  const BodyMotion& m = s.motion[particle];
+  return {m.position, m.velocity, m.spin, s.orientation[particle]};
+}
+
+bool acts(const Model& model, const State& s, std::size_t bond) {
+  const Bond& b = model.bonds[bond];
+  return s.bonds[bond].mode == BondMode::whole && s.presence[b.a] == Presence::present &&
+         s.presence[b.b] == Presence::present;
+}
+
+Vec3 middle_of(const BodyInMotion& a, const BeamPose& pose) {
+  return a.position + pose.arm_a + 0.5 * pose.apart;
+}
+
+double energy_now(const Model& model, const BondWorkspace& w, const State& s, std::size_t bond) {
+  if (!acts(model, s, bond)) return 0;
+  const Bond& b = model.bonds[bond];
+  return elastic_energy(w.stiffness[bond],
+                        pose_of(model.beams[b.law], b, body(s, b.a), body(s, b.b)));
+}
+
+BeamDampers dampers_of(const Model& model, const Bond& bond) {
+  const BeamLaw& law = model.beams[bond.law];
+  const Shape &a = shape_of(model, bond.a), &b = shape_of(model, bond.b);
+  const BeamSprings c = damping_of(law, bond, a, b);
+  BeamDampers out;
+  out.constants << c.ways, c.turns;
+  const Mat6 half =
+      0.5 * model.timestep * mobility_of(law, bond, a, b) * out.constants.asDiagonal();
+  out.implicit = (Mat6::Identity() + half).inverse();
+  return out;
+}
+
+// The body with its accelerations by a load in the place of its velocities.
+BodyInMotion accelerated(const Model& model, const State& s, int particle, const Vec3& force,
+                         const Vec3& torque) {
+  const Shape& shape = shape_of(model, particle);
+  const Quat& q = s.orientation[particle];
+  return {s.motion[particle].position, force / shape.mass,
+          q * Vec3((q.conjugate() * torque).cwiseQuotient(shape.inertia)), q};
+}
+
+Vec6 accelerations(const Model& model, const State& s, const Bond& bond, const BeamPose& pose,
+                   const BeamLoad& load) {
+  return rates_of(pose, accelerated(model, s, bond.a, load.force, load.moment_a),
+                  accelerated(model, s, bond.b, -load.force, load.moment_b));
+}
+
+// Adds the forces of the dampers to the elastic ones; returns the power that they take, W.
+//
+// The bodies have the velocities of the half step before and the places of the full step. The rates
+// of the full step lack half a kick by all forces. That of the bond itself, damper included, is
+// taken implicitly. That of everything else is taken from the step before: State::load and
+// State::bond_loads are still those. So force and deformation belong to the same time to second
+// order.
+double add_damping(const Model& model, const BeamDampers& dampers, const State& s,
+                   std::size_t number, const BeamPose& pose, BeamForces& forces) {
+  const Bond& bond = model.bonds[number];
+  const double half = 0.5 * model.timestep;
+  const BodyLoad &on_a = s.load[bond.a], &on_b = s.load[bond.b];
+  const BeamLoad& own = s.bond_loads[number];
+  const Vec6 others = rates_of(
+      pose, accelerated(model, s, bond.a, on_a.force - own.force, on_a.torque - own.moment_a),
+      accelerated(model, s, bond.b, on_b.force + own.force, on_b.torque - own.moment_b));
+  const Vec6 before = rates_of(pose, body(s, bond.a), body(s, bond.b)) + half * others;
+  const auto with = [&](const Vec6& rates) {
+    const Vec6 damping = dampers.constants.cwiseProduct(rates);
+    return BeamForces{forces.force + damping.head<3>(), forces.moment + damping.tail<3>()};
+  };
+  // `implicit` belongs to the pose without stress: one correction makes up for that.
+  Vec6 rates = Vec6::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const Vec6 kicked =
+        before + half * accelerations(model, s, bond, pose, load_of(pose, with(rates)));
+    rates += dampers.implicit * (kicked - rates);
+  }
+  forces = with(rates);
+  return dampers.constants.dot(rates.cwiseAbs2());
+}
+
+BeamLoad strained(const Model& model, BondWorkspace& w, State& s, std::size_t number) {
+  w.lost[number] = 0;
+  if (!acts(model, s, number)) return {};
+  const Bond& bond = model.bonds[number];
+  const BeamLaw& law = model.beams[bond.law];
+  const BodyInMotion a = body(s, bond.a), b = body(s, bond.b);
+  const BeamPose pose = pose_of(law, bond, a, b);
+  BeamForces forces = elastic_forces(w.stiffness[number], pose);
+  const BeamStress stress = stress_of(law, forces);
+  const BondMode mode = broken_by(law, stress);
+  if (mode != BondMode::whole) {
+    const bool pulled = mode == BondMode::tension || mode == BondMode::bending;
+    s.bonds[number] = {mode, static_cast<double>(s.steps + 1) * model.timestep,
+                       pulled ? stress.tension + stress.bending : stress.shear + stress.torsion,
+                       middle_of(a, pose)};
+    w.lost[number] = elastic_energy(w.stiffness[number], pose);
+    return {};
+  }
+  if (law.damping_ratio > 0) {
+    w.lost[number] =
+        model.timestep * add_damping(model, w.dampers[number], s, number, pose, forces);
+  }
+  return load_of(pose, forces);
+}
+
+// Calls visit(bond, is_b) for the bonds of a particle.
+template <class Visit>
+void for_bonds_of(const BondWorkspace& w, int particle, const Visit& visit) {
+  for (std::uint32_t k = w.first[particle]; k < w.first[particle + 1]; ++k)
+    visit(w.ends[k] / 2, w.ends[k] % 2 != 0);
+}
+
+}  // namespace
+
+BondWorkspace::BondWorkspace(const Model& model)
+    : first(model.particles.size() + 1, 0),
+      ends(2 * model.bonds.size()),
+      lost(model.bonds.size(), 0) {
+  for (const Bond& b : model.bonds) {
+    const BeamLaw& law = model.beams[b.law];
+    stiffness.push_back(stiffness_of(law));
+    dampers.push_back(dampers_of(model, b));
+    ++first[b.a + 1];
+    ++first[b.b + 1];
+  }
+  for (std::size_t i = 0; i + 1 < first.size(); ++i) first[i + 1] += first[i];
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t k = 0; k < model.bonds.size(); ++k) {
+    const auto number = static_cast<std::uint32_t>(k);
+    ends[next[model.bonds[k].a]++] = 2 * number;
+    ends[next[model.bonds[k].b]++] = 2 * number + 1;
+  }
+}
+
+void strain_bonds(const Model& model, BondWorkspace& w, State& s) {
+  for_ranges(model.numerics.threads, model.bonds.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) {
+               for (std::size_t k = begin; k < end; ++k) s.bond_loads[k] = strained(model, w, s, k);
+             });
+  for (const double lost : w.lost) s.lost_in_bonds += lost;
+}
+
+void add_bond_loads(const BondWorkspace& w, const State& s, std::size_t begin, std::size_t end,
+                    BodyLoad* loads) {
+  for (std::size_t i = begin; i < end; ++i) {
+    BodyLoad& load = loads[i - begin];
+    for_bonds_of(w, static_cast<int>(i), [&](std::size_t bond, bool is_b) {
+      const BeamLoad& one = s.bond_loads[bond];
+      load.force += is_b ? Vec3(-one.force) : one.force;
+      load.torque += is_b ? one.moment_b : one.moment_a;
+    });
+  }
+}
+
+double bond_energy(const Model& model, const BondWorkspace& w, const State& s) {
+  double sum = 0;
+  for (std::size_t k = 0; k < model.bonds.size(); ++k) sum += energy_now(model, w, s, k);
+  return sum;
+}
+
+double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s, int particle) {
+  double sum = 0;
+  for_bonds_of(w, particle, [&](std::size_t k, bool) { sum += energy_now(model, w, s, k); });
+  return sum;
+}
+
+void part_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
+  for_bonds_of(w, particle, [&](std::size_t k, bool) {
+    if (s.bonds[k].mode != BondMode::whole) return;
+    const BondState now = bond_state(model, w, s, k);
+    s.bonds[k] = {BondMode::parted, s.time, 0, now.middle};
+  });
+}
+
+BondState bond_state(const Model& model, const BondWorkspace& w, const State& s,
+                     std::size_t number) {
+  BondState out;
+  out.acts = acts(model, s, number);
+  if (!out.acts) return out;
+  const Bond& bond = model.bonds[number];
+  const BeamLaw& law = model.beams[bond.law];
+  const BodyInMotion a = body(s, bond.a), b = body(s, bond.b);
+  const BeamPose pose = pose_of(law, bond, a, b);
+  out.middle = middle_of(a, pose);
+  out.orientation = Quat(pose.axes);
+  out.forces = elastic_forces(w.stiffness[number], pose);
+  out.stress = stress_of(law, out.forces);
+  out.load = s.bond_loads[number];
+  return out;
+}
+
+}  // namespace firn

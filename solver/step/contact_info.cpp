@@ -1,0 +1,67 @@
+#include "solver/step/contact_info.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace firn {
+
+namespace {
+
+// The forces are those that the last step has put on the bodies: see wrench() and PatchBlock.
+Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int number) {
+  const Patch& patch = s.patches[pair.first_patch + static_cast<std::uint32_t>(number)];
+  const Vec3& center_a = s.motion[pair.a].position;
+  const Vec3& center_b = s.motion[pair.b].position;
+  Contact c;
+  c.a = pair.a;
+  c.b = pair.b;
+  c.patch = number;
+  c.place = center_a + patch.arm;
+  c.normal = patch.normal;
+  c.normal_force = patch.normal_force;
+  c.sliding = patch.sliding != 0;
+  c.friction_cap = (c.sliding ? law.dynamic_friction : law.static_friction) * patch.normal_force;
+  c.torsion_cap = c.friction_cap * patch.torsion_radius;
+  c.stiffness = law.stiffness;
+  c.unloading_ratio = law.unloading_ratio;
+  c.gap = std::numeric_limits<double>::infinity();
+  Vec3 offset_force = Vec3::Zero();
+  const double shares = sum_of_shares(patch, s.points.data() + patch.first_point);
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const ContactPoint& p = s.points[patch.first_point + i];
+    c.spots.push_back({c.place + p.offset, p.gap, p.share, p.force, patch.area * p.share / shares});
+    c.gap = std::min(c.gap, p.gap);
+    offset_force += p.force * p.offset;
+  }
+  c.overlap = std::max(0.0, -c.gap);
+  if (!(patch.normal_force > 0)) return c;  // a patch that bears nothing does nothing
+  c.friction = patch.tangential;
+  c.torsion = patch.torsion;
+  c.rolling = s.rolling[pair.first_patch + static_cast<std::uint32_t>(number)];
+  const NormalLoad pull = adhesion_of(law, patch, s.points.data() + patch.first_point, Approach{});
+  c.adhesion = pull.force;
+  offset_force -= eigen(pull.offset_force);
+  c.force = patch.tangential - (patch.normal_force - pull.force) * patch.normal;
+  // Normal forces act at their points: about the reference point, sum o x (-f n) = n x sum f o.
+  const Vec3 moment = patch.normal.cross(offset_force) + patch.torsion * patch.normal + c.rolling;
+  c.moment_a = moment + patch.arm.cross(c.force);
+  c.moment_b = -moment - (c.place - center_b).cross(c.force);
+  return c;
+}
+
+}  // namespace
+
+std::vector<Contact> contacts_of(const Workspace& w, const State& s) {
+  std::vector<Contact> out;
+  for (const Pair& pair : s.pairs) {
+    for (std::uint32_t k = 0; k < pair.patch_count; ++k)
+      out.push_back(
+          contact_of(s, w.laws[static_cast<std::size_t>(pair.law)], pair, static_cast<int>(k)));
+  }
+  std::sort(out.begin(), out.end(), [](const Contact& c, const Contact& d) {
+    return std::tie(c.a, c.b, c.patch) < std::tie(d.a, d.b, d.patch);
+  });
+  return out;
+}
+
+}  // namespace firn

@@ -1,0 +1,14 @@
+// What the contacts of a state are, for people to look at.
+#pragma once
+
+#include <vector>
+
+#include "firn/solver.h"
+#include "solver/state/workspace.h"
+
+namespace firn {
+
+// All patches of the neighbour list, in order of (a, b) and of their number (see Contact).
+std::vector<Contact> contacts_of(const Workspace& workspace, const State& state);
+
+}  // namespace firn

@@ -1,0 +1,299 @@
+// Kicks and drifts of all present particles, eight side by side: each lane does what half_kick()
+// and rotate_free() do, in the same order of operations.
+#include <algorithm>
+
+#include "solver/core/prefetch.h"
+#include "solver/core/simd_batch.h"
+#include "solver/state/workspace.h"
+#include "solver/step/bond_forces.h"
+
+namespace firn {
+
+namespace {
+constexpr std::size_t kGrain = 128;  // bodies a task
+constexpr std::size_t kAhead = 32;   // bodies, to be fetched
+
+// Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
+struct Crew {
+  std::size_t body[Lanes::size];
+  int count = 0;
+
+  void fill_up() {
+    for (int k = count; k < Lanes::size; ++k) body[k] = body[count - 1];
+  }
+};
+
+class Mover {
+ public:
+  // `loads` are those of the particles from `first` on.
+  Mover(const Model& model, const Workspace& w, State& s, const BodyLoad* loads, std::size_t first)
+      : model_(model), w_(w), s_(s), loads_(loads), first_(first), dt_(model.timestep) {
+    get_three(model.gravity, gravity_);
+  }
+
+  // Half kicks of the velocity, one body at a time: its vectors are rows already.
+  template <int kicks>
+  [[gnu::always_inline]] void kick_velocity(std::size_t i, Four& velocity) const {
+    Four force;
+    get(&s_.motion[i].velocity, velocity);
+    get(&load(i).force, force);
+    const Four change = half_ * (body(i).inverse_mass * force + gravity_);
+    for (int k = 0; k < kicks; ++k) velocity += change;
+    put(velocity, &s_.motion[i].velocity);
+  }
+
+  template <int kicks>
+  [[gnu::always_inline]] void kick_momentum(const Crew& crew, const Rotations& r,
+                                            Columns4& momentum) const {
+    Columns4 torque;
+    Columns3 turned;
+    gather(
+        crew.body, [&](std::size_t i, Four& row) { get(&load(i).torque, row); }, torque);
+    gather(
+        crew.body, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); },
+        momentum);
+    r.turn_back(half_, torque, turned);
+    for (int k = 0; k < kicks; ++k) {
+      momentum.x = momentum.x + turned.x;
+      momentum.y = momentum.y + turned.y;
+      momentum.z = momentum.z + turned.z;
+    }
+  }
+
+  [[gnu::always_inline]] void gather_orientation(const Crew& crew, Columns4& q) const {
+    gather(
+        crew.body, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); },
+        q);
+  }
+  [[gnu::always_inline]] void gather_inverse_inertia(const Crew& crew, Columns4& inverse) const {
+    gather(
+        crew.body, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); },
+        inverse);
+  }
+  [[gnu::always_inline]] void spin_of(const Rotations& r, const Columns4& momentum,
+                                      const Columns4& inverse, Columns4& spin) const {
+    const Columns3 rates{momentum.x * inverse.x, momentum.y * inverse.y, momentum.z * inverse.z};
+    r.turn(rates, spin);
+    spin.w = Lanes(0.0);
+  }
+
+  [[gnu::always_inline]] void store_spin(const Crew& crew, Columns4& spin) const {
+    Four rows[Lanes::size];
+    scatter(spin, rows);
+    for (int k = 0; k < crew.count; ++k) put(rows[k], &s_.motion[crew.body[k]].spin);
+  }
+  [[gnu::always_inline]] void store_momentum(const Crew& crew, Columns4& momentum) const {
+    Four rows[Lanes::size];
+    scatter(momentum, rows);
+    for (int k = 0; k < crew.count; ++k) put_three(rows[k], s_.angular_momentum[crew.body[k]]);
+  }
+
+  const RigidBody& body(std::size_t i) const { return w_.rigid[model_.particles[i].shape]; }
+  const BodyLoad& load(std::size_t i) const { return loads_[i - first_]; }
+
+  const Model& model_;
+  const Workspace& w_;
+  State& s_;
+  const BodyLoad* loads_;
+  std::size_t first_;
+  double dt_, half_ = 0.5 * dt_;
+  Four gravity_;
+};
+
+// Tells whether somebody has left its margin.
+template <int kicks>
+bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
+  bool leaves = false;
+  State& s = mover.s_;
+  crew.fill_up();
+  Columns4 q, momentum, inverse, spin, velocity;
+  Four rows[Lanes::size];
+  for (int k = 0; k < crew.count; ++k) {
+    const std::size_t i = crew.body[k];
+    Four place;
+    mover.kick_velocity<kicks>(i, rows[k]);
+    get(&s.motion[i].position, place);
+    put(place + mover.dt_ * rows[k], &s.motion[i].position);
+  }
+  for (int k = crew.count; k < Lanes::size; ++k) get(&s.motion[crew.body[k]].velocity, rows[k]);
+  mover.gather_orientation(crew, q);
+  mover.kick_momentum<kicks>(crew, Rotations(q), momentum);
+  mover.gather_inverse_inertia(crew, inverse);
+  FreeRotations free{{q.x, q.y, q.z, q.w},
+                     {momentum.x, momentum.y, momentum.z},
+                     {inverse.x, inverse.y, inverse.z}};
+  rotate_free(free, mover.dt_);
+  q = {free.q[0], free.q[1], free.q[2], free.q[3]};
+  momentum = {free.momentum[0], free.momentum[1], free.momentum[2], Lanes(0.0)};
+  const Rotations r(q);
+  mover.spin_of(r, momentum, inverse, spin);
+  const Lanes turned = norm(spin.x, spin.y, spin.z) * Lanes(mover.dt_);
+  velocity = {{rows[0], rows[4]}, {rows[1], rows[5]}, {rows[2], rows[6]}, {rows[3], rows[7]}};
+  transpose(velocity.x.low, velocity.y.low, velocity.z.low, velocity.w.low);
+  transpose(velocity.x.high, velocity.y.high, velocity.z.high, velocity.w.high);
+  const Lanes gone = norm(velocity.x, velocity.y, velocity.z) * Lanes(mover.dt_);
+  for (int k = 0; k < crew.count; ++k) {
+    const std::size_t i = crew.body[k];
+    s.turn[i] += turned[k];
+    s.path[i] += gone[k] + turned[k] * mover.w_.reach[mover.model_.particles[i].shape];
+    leaves |= s.path[i] > s.relist_path[i];
+  }
+  mover.store_spin(crew, spin);
+  mover.store_momentum(crew, momentum);
+  scatter(q, rows);
+  for (int k = 0; k < crew.count; ++k) put(rows[k], s.orientation[crew.body[k]].coeffs().data());
+  return leaves;
+}
+
+void kick_crew(const Mover& mover, Crew& crew) {
+  crew.fill_up();
+  Columns4 q, momentum, inverse, spin;
+  Four velocity;
+  for (int k = 0; k < crew.count; ++k) mover.kick_velocity<1>(crew.body[k], velocity);
+  mover.gather_orientation(crew, q);
+  const Rotations r(q);
+  mover.kick_momentum<1>(crew, r, momentum);
+  mover.gather_inverse_inertia(crew, inverse);
+  mover.spin_of(r, momentum, inverse, spin);
+  mover.store_spin(crew, spin);
+  mover.store_momentum(crew, momentum);
+}
+
+// Adds up what contacts and bonds do to the bodies [begin, end), into `loads`.
+void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end, BodyLoad* loads) {
+  constexpr std::uint32_t kAhead = 16;  // loads of a body may be anywhere
+  const std::uint32_t* const first = w.load_lists.first.data();
+  const std::uint32_t* const list = w.load_lists.loads.data();
+  const std::uint32_t last = first[end];
+  const RangeLoad* const of_ranges = w.loads.data();
+  for (std::size_t i = begin; i < end; ++i) {
+    Four force = {0, 0, 0, 0}, torque = force, more;
+    double peak = s.peak_normal_force[i];
+    for (std::uint32_t k = first[i]; k < first[i + 1]; ++k) {
+      if (k + kAhead < last) fetch<Cache::first>(of_ranges + list[k + kAhead]);
+      const RangeLoad& load = of_ranges[list[k]];
+      peak = std::max(peak, load.force.w);
+      get(&load.force, more);
+      force += more;
+      get(&load.torque, more);
+      torque += more;
+    }
+    force[3] = 0;
+    put(force, &loads[i - begin].force);
+    put(torque, &loads[i - begin].torque);
+    s.peak_normal_force[i] = peak;
+  }
+  if (!s.bonds.empty()) add_bond_loads(w.bonds, s, begin, end, loads);
+}
+
+// Fetches the loads of the bodies [begin, end), as many at a time as a crew has: they lie anywhere,
+// and sum_loads() alone would only wait for them.
+class LoadsAhead {
+ public:
+  LoadsAhead(const Workspace& w, std::size_t begin, std::size_t end)
+      : loads_(w.loads.data()),
+        next_(w.load_lists.loads.data() + w.load_lists.first[begin]),
+        end_(w.load_lists.loads.data() + w.load_lists.first[end]) {}
+
+  void fetch_some() {
+    constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
+    const std::uint32_t* const stop = next_ + std::min(kSome, end_ - next_);
+    while (next_ < stop) fetch(loads_ + *next_++);
+  }
+
+ private:
+  const RangeLoad* loads_;
+  const std::uint32_t *next_, *end_;
+};
+
+// Fetches what a crew reads of as many bodies from the first one on, which may lie beyond the last.
+// Processors follow an array by themselves, but stop at the end of every page, and a crew reads
+// six. Always inlined, see prefetch.h.
+[[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
+  constexpr std::size_t kMany = Lanes::size;
+  fetch(s.motion.data() + first, kMany);
+  fetch(s.orientation.data() + first, kMany);
+  fetch(s.angular_momentum.data() + first, kMany);
+  fetch(s.path.data() + first, kMany);
+  fetch(s.turn.data() + first, kMany);
+  fetch(s.relist_path.data() + first, kMany);
+}
+
+// Calls move(crew) for the present bodies of [begin, end).
+template <class Move>
+void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& move) {
+  Crew crew;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (s.presence[i] != Presence::present) continue;
+    crew.body[crew.count++] = i;
+    if (crew.count < Lanes::size) continue;
+    move(crew);
+    crew.count = 0;
+  }
+  if (crew.count > 0) move(crew);
+}
+
+}  // namespace
+
+void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks) {
+  const double dt = model.timestep;
+  const std::size_t n = model.particles.size();
+  w.must_relist.assign((n + kGrain - 1) / kGrain, 0);
+  const auto move = [&](std::size_t begin, bool goes_on) {
+    const std::size_t end = std::min(n, begin + kGrain);
+    bool leaves = false;
+    if (both_kicks) {
+      // Not kept in the state: nobody else needs them, and they are a line of the cache each.
+      BodyLoad loads[kGrain];
+      sum_loads(w, s, begin, end, loads);
+      // Dampers of bonds read them (bond_forces.cpp).
+      if (!s.bonds.empty()) std::copy_n(loads, end - begin, s.load.data() + begin);
+      const Mover mover(model, w, s, loads, begin);
+      LoadsAhead ahead(w, end, goes_on ? std::min(n, end + kGrain) : end);
+      for_crews(s, begin, end, [&](Crew& crew) {
+        ahead.fetch_some();
+        if (goes_on || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
+        leaves |= kick_and_drift_crew<2>(mover, crew);
+      });
+    } else {
+      const Mover mover(model, w, s, s.load.data(), 0);
+      for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
+    }
+    w.must_relist[begin / kGrain] = leaves;
+  };
+  const std::size_t ranges = w.must_relist.size();
+  for_ranges(
+      model.numerics.threads, ranges, ranges_of_task(model.numerics.threads, ranges),
+      [&](std::size_t first, std::size_t last) {
+        for (std::size_t r = first; r < last; ++r) move(r * kGrain, r + 1 < last);
+      },
+      &w.body_shares);
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const BodyMotion& m = s.motion[n + b];
+    const double turned = m.spin.norm() * dt;
+    if (turned == 0 && m.velocity.isZero(0)) continue;
+    // A turning plane has no farthest point of its own: take that of the particles around it.
+    double reach = w.reach[w.shapes + b];
+    if (turned > 0 && model.boundaries[b].kind == Boundary::Kind::plane) {
+      for (std::size_t i = 0; i < n; ++i) {
+        if (s.presence[i] != Presence::present) continue;
+        reach = std::max(
+            reach, (s.motion[i].position - m.position).norm() + w.reach[model.particles[i].shape]);
+      }
+    }
+    s.turn[n + b] += turned;
+    s.path[n + b] += m.velocity.norm() * dt + turned * reach;
+  }
+}
+
+void sum_loads_and_kick(const Model& model, const Workspace& w, State& s) {
+  for_ranges(model.numerics.threads, model.particles.size(), kGrain,
+             [&](std::size_t begin, std::size_t end) {
+               BodyLoad* const loads = s.load.data() + begin;
+               sum_loads(w, s, begin, end, loads);
+               const Mover mover(model, w, s, loads, begin);
+               for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
+             });
+}
+
+}  // namespace firn

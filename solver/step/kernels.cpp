@@ -1,0 +1,14 @@
+// Compiled with each set of kernels; FIRN_KERNELS is its function and FIRN_KERNELS_NAME its name.
+#include "solver/step/kernels.h"
+
+#include "solver/state/workspace.h"
+
+namespace firn {
+
+const Kernels& FIRN_KERNELS() {
+  static constexpr Kernels kernels{FIRN_KERNELS_NAME, kick_and_drift, refresh_neighbours,
+                                   find_contacts,     contact_forces, sum_loads_and_kick};
+  return kernels;
+}
+
+}  // namespace firn

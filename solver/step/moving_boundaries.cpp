@@ -1,0 +1,306 @@
+// Motion frames and the boundaries that they carry.
+#include <algorithm>
+#include <vector>
+
+#include "firn/rigid_motion.h"
+#include "solver/dynamics/free_body.h"
+#include "solver/state/workspace.h"
+
+namespace firn {
+
+namespace {
+
+struct Place {
+  Vec3 position;
+  Quat orientation;
+  Vec3 turned = Vec3::Zero();  // rad, rotation vector of the step
+};
+
+// A step of one motion, whose directions and centre `by` has carried along; nothing has at first.
+void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t, double dt,
+           Place& place) {
+  const double way = m.way(t, dt);
+  if (way == 0) return;
+  const auto direction = [&](const Vec3& v) { return by ? Vec3(by->turn * v) : v; };
+  if (m.kind == Motion::Kind::translation) {
+    place.position += direction(m.course == Motion::Course::steady ? m.velocity : m.axis) * way;
+    return;
+  }
+  const Vec3 axis = direction(m.axis);
+  const Quat turn(Eigen::AngleAxisd(way, axis));
+  Vec3 center = m.center - origin;
+  if (by) center = by->turn * center + by->shift;
+  place.position = center + turn * (place.position - center);
+  place.orientation = turn * place.orientation;
+  if (place.turned.isZero(0)) {
+    place.turned = axis * way;
+  } else {
+    const Quat so_far(Eigen::AngleAxisd(place.turned.norm(), place.turned.normalized()));
+    const Eigen::AngleAxisd both(turn * so_far);
+    place.turned = both.angle() * both.axis();
+  }
+}
+
+// All motions of a boundary or frame (`mover` as in State::extra_motion_mover). Each is carried by
+// those before it, as by a frame that each of them moves: in a step from t the motion j turns about
+// the place where the motions before it have put its centre at t. These steps, the last motion's
+// first, make up exactly the change of the whole, since a motion's step commutes with its own way.
+void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3& origin,
+               const State& s, double dt, Place& place) {
+  std::vector<const Motion*> all;
+  for (const Motion& m : motions) all.push_back(&m);
+  for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
+    if (s.extra_motion_mover[k] == static_cast<int>(mover)) all.push_back(&s.extra_motions[k]);
+  }
+  std::vector<RigidMotion> carried(all.size());  // by the motions before each
+  std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
+  for (std::size_t j = 1; j < all.size(); ++j) {
+    const double way = all[j - 1]->covered(s.time);
+    carried[j] = carried[j - 1];
+    carried[j].carry(*all[j - 1], origin, way);
+    if (way == 0 && still == j) ++still;
+  }
+  for (std::size_t j = all.size(); j-- > 0;)
+    apply(*all[j], j < still ? nullptr : &carried[j], origin, s.time, dt, place);
+  if (!place.turned.isZero(0)) place.orientation.normalize();
+}
+
+using RotationMap = Eigen::Map<const Mat3>;
+
+// rad, of the turn from one orientation to the next.
+Vec3 rotation_vector(const Mat3& from, const Mat3& to) {
+  const Eigen::AngleAxisd turn(Quat(Mat3(to * from.transpose())));
+  return turn.angle() * turn.axis();
+}
+
+// Spin over a step of what turned by `turned` (rad) in the axes of its carrier, which turns as
+// well.
+Vec3 spin_of(const Vec3& carrier_spin, const Mat3& carrier, const Vec3& turned, const Mat3& from,
+             const Mat3& to, double dt) {
+  if (carrier_spin.isZero(0) || turned.isZero(0)) return carrier_spin + carrier * turned / dt;
+  return rotation_vector(from, to) / dt;
+}
+
+Vec3 origin_of(const Model& model, int frame) {
+  return frame < 0 ? Vec3(Vec3::Zero()) : model.frames[static_cast<std::size_t>(frame)].origin;
+}
+
+// `parents`: where they are when the loads act; how they move comes from the state.
+FreeBodyScene scene_of(const Model& model, const State& s, const std::vector<FrameMotion>& parents,
+                       std::size_t f, const BodyLoad& load) {
+  const MotionFrame& frame = model.frames[f];
+  const FrameMotion& motion = s.frames[f];
+  FreeBodyScene scene;
+  scene.rotation = RotationMap(motion.rotation);
+  scene.force = load.force;
+  scene.torque = load.torque;
+  scene.gravity = model.gravity;
+  if (frame.parent >= 0) {
+    const FrameMotion& parent = s.frames[static_cast<std::size_t>(frame.parent)];
+    const FrameMotion& place = parents[static_cast<std::size_t>(frame.parent)];
+    scene.parent = RotationMap(place.rotation);
+    scene.offset = motion.position - place.position;
+    scene.parent_spin = parent.spin;
+    scene.parent_velocity_change = parent.velocity_change;
+    scene.parent_spin_change = parent.spin_change;
+    scene.parent_moves = !parent.velocity_change.isZero(0) || !parent.spin_change.isZero(0);
+  }
+  return scene;
+}
+
+FreeBodyMotion coordinates(FrameMotion& m) {
+  return {m.coordinate, m.rate, m.drive_impulse, m.stop_impulse};
+}
+
+HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& parents, std::size_t f,
+              const BodyLoad& load, HalfKick half) {
+  const MotionFrame& frame = model.frames[f];
+  std::vector<const Drive*> drives[kMostAxes];
+  for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
+    for (const Drive& d : frame.free->axes[k].drives) drives[k].push_back(&d);
+    for (std::size_t e = 0; e < s.extra_drives.size(); ++e) {
+      if (s.extra_drive_axis[e] == static_cast<int>(f * kMostAxes + k))
+        drives[k].push_back(&s.extra_drives[e]);
+    }
+  }
+  FrameMotion& motion = s.frames[f];
+  const FreeBodyScene scene = scene_of(model, s, parents, f, load);
+  KickResult result = kick_free_body(*frame.free, frame.origin, drives, scene, s.time,
+                                     model.timestep, half, coordinates(motion));
+  motion.driven = result.driven ? 1 : 0;
+  meet_stops(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
+             coordinates(motion), result.held);
+  return result.held;
+}
+
+// Where the coordinates of a free body put it in its parent's axes.
+Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& motion) {
+  Vec3 position = rest;
+  for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    if (body.axes[k].kind == FreeAxis::Kind::translation)
+      position += body.axes[k].direction * motion.coordinate[k];
+  }
+  return position;
+}
+
+void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>& before,
+                   std::size_t f) {
+  const MotionFrame& frame = model.frames[f];
+  FrameMotion& motion = s.frames[f];
+  const FrameMotion world;
+  const FrameMotion& parent =
+      frame.parent < 0 ? world : s.frames[static_cast<std::size_t>(frame.parent)];
+  const Mat3 axes = RotationMap(parent.rotation);
+  const double dt = model.timestep;
+  const Vec3 parent_origin = origin_of(model, frame.parent);
+  Place place{s.frame_position[f], s.frame_orientation[f]};
+  if (frame.free) {
+    const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+    const HeldAxes held = kick(model, s, before, f, load, HalfKick::first);
+    place.turned =
+        drift(*frame.free, frame.origin, dt, held, coordinates(motion), place.orientation);
+    place.position = position_of(*frame.free, frame.origin - parent_origin, motion);
+  } else {
+    apply_all(frame.motions, model.boundaries.size() + f, parent_origin, s, dt, place);
+  }
+  s.frame_position[f] = place.position;
+  s.frame_orientation[f] = place.orientation;
+  const Vec3 position = parent.position + axes * place.position;
+  const Vec3 velocity = (position - motion.position) / dt;
+  const Mat3 rotation = axes * place.orientation.toRotationMatrix();
+  const Vec3 spin =
+      spin_of(parent.spin, axes, place.turned, RotationMap(motion.rotation), rotation, dt);
+  motion.velocity_change = velocity - motion.velocity;
+  motion.spin_change = spin - motion.spin;
+  motion.velocity = velocity;
+  motion.spin = spin;
+  motion.position = position;
+  Eigen::Map<Mat3>(motion.rotation) = rotation;
+}
+
+void advance_boundary(const Model& model, State& s, std::size_t b) {
+  const Boundary& boundary = model.boundaries[b];
+  const std::size_t body = model.particles.size() + b;
+  const double dt = model.timestep;
+  BodyMotion& motion = s.motion[body];
+  if (boundary.frame < 0) {
+    Place place{motion.position, s.orientation[body]};
+    apply_all(boundary.motions, b, Vec3::Zero(), s, dt, place);
+    motion.velocity = (place.position - motion.position) / dt;
+    motion.spin = place.turned / dt;
+    motion.position = place.position;
+    s.orientation[body] = place.orientation;
+    return;
+  }
+  Place place{s.boundary_position[b], s.boundary_orientation[b]};
+  apply_all(boundary.motions, b, origin_of(model, boundary.frame), s, dt, place);
+  s.boundary_position[b] = place.position;
+  s.boundary_orientation[b] = place.orientation;
+  const FrameMotion& frame = s.frames[static_cast<std::size_t>(boundary.frame)];
+  const Mat3 axes = RotationMap(frame.rotation);
+  const Vec3 position = frame.position + axes * place.position;
+  motion.velocity = (position - motion.position) / dt;
+  const Quat orientation = (Quat(axes) * place.orientation).normalized();
+  motion.spin = spin_of(frame.spin, axes, place.turned, s.orientation[body].toRotationMatrix(),
+                        orientation.toRotationMatrix(), dt);
+  motion.position = position;
+  if (!motion.spin.isZero(0)) s.orientation[body] = orientation;
+}
+
+}  // namespace
+
+void advance_boundaries(const Model& model, State& s) {
+  const std::vector<FrameMotion> before = s.frames;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, before, f);
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b);
+}
+
+BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
+  BodyLoad sum;
+  const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    if (!hangs_on(model.frames, model.boundaries[b].frame, frame)) continue;
+    const BodyLoad& load = s.boundary_load[b];
+    const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
+    sum.force += load.force;
+    sum.torque += load.torque + arm.cross(load.force);
+  }
+  return sum;
+}
+
+void finish_frames(const Model& model, State& s) {
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+    if (model.frames[f].free) kick(model, s, s.frames, f, load, HalfKick::second);
+    s.frames[f].impulse += load.force * model.timestep;
+    s.frames[f].angular_impulse += load.torque * model.timestep;
+  }
+}
+
+void place_boundaries(const Model& model, State& s) {
+  const std::size_t n = model.particles.size();
+  s.frames.resize(model.frames.size());
+  s.frame_position.resize(model.frames.size());
+  s.frame_orientation.resize(model.frames.size(), Quat::Identity());
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const MotionFrame& frame = model.frames[f];
+    s.frames[f].position = frame.origin;
+    s.frame_position[f] = frame.origin - origin_of(model, frame.parent);
+  }
+  s.boundary_position.resize(model.boundaries.size());
+  s.boundary_orientation.resize(model.boundaries.size());
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const Boundary& boundary = model.boundaries[b];
+    s.motion[n + b].position = boundary.origin;
+    s.orientation[n + b] = boundary.orientation;
+    s.boundary_position[b] = boundary.origin - origin_of(model, boundary.frame);
+    s.boundary_orientation[b] = boundary.orientation;
+  }
+}
+
+void start_frame(const Model& model, const FrameStart& start, State& s) {
+  const auto f = static_cast<std::size_t>(start.frame);
+  const MotionFrame& frame = model.frames[f];
+  FrameMotion& motion = s.frames[f];
+  const FrameMotion world;
+  const FrameMotion& parent =
+      frame.parent < 0 ? world : s.frames[static_cast<std::size_t>(frame.parent)];
+  const Mat3 axes = RotationMap(parent.rotation);
+  const Quat turned = (Quat(axes).conjugate() * start.orientation).normalized();
+  Place place{axes.transpose() * (start.position - parent.position), turned};
+  if (frame.free) {
+    std::ranges::copy(start.coordinates, motion.coordinate);
+    std::ranges::copy(start.rates, motion.rate);
+    if (frame.free->turns_freely)
+      Eigen::Map<Vec3>(motion.rate + frame.free->axes.size()) = axes.transpose() * start.spin;
+    place.position =
+        position_of(*frame.free, frame.origin - origin_of(model, frame.parent), motion);
+    if (!frame.free->turns_freely) place.orientation = Quat::Identity();
+    for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
+      const FreeAxis& axis = frame.free->axes[k];
+      if (axis.kind == FreeAxis::Kind::rotation)
+        place.orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
+    }
+  }
+  s.frame_position[f] = place.position;
+  s.frame_orientation[f] = place.orientation;
+  for (std::size_t k = f; k < model.frames.size(); ++k) {
+    const int above = model.frames[k].parent;
+    if (!hangs_on(model.frames, static_cast<int>(k), start.frame)) continue;
+    const FrameMotion& carrier = above < 0 ? world : s.frames[static_cast<std::size_t>(above)];
+    const Mat3 turn = RotationMap(carrier.rotation);
+    s.frames[k].position = carrier.position + turn * s.frame_position[k];
+    Eigen::Map<Mat3>(s.frames[k].rotation) = turn * s.frame_orientation[k].toRotationMatrix();
+  }
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    const int carrier = model.boundaries[b].frame;
+    if (!hangs_on(model.frames, carrier, start.frame)) continue;
+    const FrameMotion& at = s.frames[static_cast<std::size_t>(carrier)];
+    const std::size_t body = model.particles.size() + b;
+    const Mat3 turn = RotationMap(at.rotation);
+    s.motion[body].position = at.position + turn * s.boundary_position[b];
+    s.orientation[body] = (Quat(turn) * s.boundary_orientation[b]).normalized();
+  }
+}
+
+}  // namespace firn

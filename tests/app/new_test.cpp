@@ -1,0 +1,166 @@
+// firn new: every template runs by the commands of its README.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "tests/app/program.h"
+
+namespace firn::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+TEST(NewCommand, ListsItsTemplates) {
+  const Folder folder;
+  const Outcome o = folder.firn({"new", "--list", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  std::vector<std::string> names;
+  for (const auto& t : nlohmann::json::parse(o.out)) {
+    names.push_back(t.at("name"));
+    EXPECT_GT(t.at("description").get<std::string>().size(), 20u);
+  }
+  EXPECT_THAT(names, testing::ElementsAre("bucket", "drum", "hopper", "icemaker", "own-study",
+                                          "own-validation", "repose"));
+  const std::string help = folder.firn({"new", "--help"}).out;
+  for (const std::string& name : names) EXPECT_THAT(help, HasSubstr(name));
+}
+
+TEST(NewCommand, KeepsWhatIsThere) {
+  const Folder folder;
+  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& text) {
+    const Outcome o = folder.firn(arguments);
+    EXPECT_EQ(o.status, 2) << text;
+    EXPECT_EQ(lines(o.err), 1u) << o.err;
+    EXPECT_THAT(o.err, HasSubstr(text));
+  };
+  fs::create_directory(folder.path() / "full");
+  folder.write("full/mine.txt", "mine");
+  folder.write("file", "mine");
+  fs::create_symlink("nowhere", folder.path() / "link");
+  refused({"new", "full", "--from", "hopper"}, "full: exists");
+  refused({"new", "file", "--from", "hopper"}, "file: exists");
+  refused({"new", "link", "--from", "hopper"}, "link: exists");
+  refused({"new", "fresh", "--from", "bin"}, "\"bin\" is no template; expected one of bucket");
+  refused({"new", "fresh"}, "--from: is missing");
+  refused({"new", "--from", "hopper"}, "NAME: is missing");
+  EXPECT_FALSE(folder.contains("fresh"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path() / "full"), {}), 1);
+  fs::create_directory(folder.path() / "empty");
+  EXPECT_EQ(folder.firn({"new", "empty", "--from", "hopper"}).status, 0);
+  EXPECT_EQ(folder.firn({"new", "deep/er", "--from", "hopper"}).status, 0);
+  EXPECT_TRUE(folder.contains("deep/er/case.toml"));
+}
+
+// The commands of the first block of a README, as words.
+std::vector<std::vector<std::string>> commands_of(const fs::path& readme) {
+  const std::string text = read_text(readme);
+  const std::size_t from = text.find("```\n") + 4;
+  std::istringstream block(text.substr(from, text.find("```", from) - from));
+  std::vector<std::vector<std::string>> commands;
+  for (std::string line; std::getline(block, line);) {
+    std::istringstream words(line);
+    std::vector<std::string>& command = commands.emplace_back();
+    for (std::string word; words >> word;) command.push_back(word);
+  }
+  return commands;
+}
+
+void runs_as_its_readme_says(const std::string& name) {
+  const Folder folder;
+  const Outcome made = folder.firn({"new", "project", "--from", name});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(made.out, "project\n");
+  const auto in_project = [&](const std::vector<std::string>& arguments) {
+    return folder.start(arguments, [] {
+      if (chdir("project") != 0) _exit(126);
+    });
+  };
+  int seen = 0;
+  for (const std::vector<std::string>& command : commands_of(folder.path() / "project/README.md")) {
+    ASSERT_EQ(command.at(0), "firn");
+    std::vector<std::string> arguments(command.begin() + 1, command.end());
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    ++seen;
+    if (arguments[0] == "view") {
+      arguments.push_back("--no-open");
+      const pid_t pid = in_project(arguments);
+      for (int i = 0; i < 1200 && !read_text(folder.path() / ".out").ends_with("\n"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::this_thread::sleep_for(std::chrono::seconds(1));  // the page of the case is made
+      ::kill(pid, SIGINT);
+      const Outcome o = folder.wait(pid);
+      EXPECT_EQ(o.status, 0) << o.err;
+      EXPECT_THAT(o.out, HasSubstr("http://127.0.0.1:"));
+      EXPECT_EQ(lines(o.err), 1u) << o.err;  // no error of the case
+      continue;
+    }
+    const Outcome o = folder.wait(in_project(arguments));
+    EXPECT_EQ(o.status, 0) << o.err;
+    if (arguments[0] == "run") {
+      EXPECT_THAT(o.out, HasSubstr("present_count"));
+    }
+  }
+  EXPECT_GE(seen, 2);
+}
+
+// The commands of docs/tutorials.md, section by section, as words; without those of firn view.
+std::map<std::string, std::vector<std::vector<std::string>>> tutorials() {
+  std::map<std::string, std::vector<std::vector<std::string>>> all;
+  std::istringstream page(read_text(fs::path(FIRN_SOURCE_DIR) / "docs/tutorials.md"));
+  std::string section;
+  bool block = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("## ")) section = line.substr(3);
+    if (line.starts_with("```")) block = !block;
+    if (!block || !line.starts_with("./firn ")) continue;
+    std::istringstream words(line);
+    std::vector<std::string> command;
+    for (std::string word; words >> word;) command.push_back(word);
+    if (command.at(1) != "view") all[section].emplace_back(command.begin() + 1, command.end());
+  }
+  return all;
+}
+
+void runs_as_written(const std::string& section) {
+  const auto all = tutorials();
+  ASSERT_TRUE(all.contains(section)) << section;
+  const Folder folder;
+  for (const std::vector<std::string>& command : all.at(section)) {
+    const Outcome o = folder.firn(command);
+    EXPECT_EQ(o.status, 0) << testing::PrintToString(command) << o.err;
+  }
+}
+
+TEST(Tutorials, AreAllTested) {
+  std::vector<std::string> sections;
+  for (const auto& [section, commands] : tutorials()) sections.push_back(section);
+  EXPECT_THAT(sections, testing::ElementsAre("First picture",
+                                             "Your load cell: from a measurement "
+                                             "to a verdict",
+                                             "Your own bucket", "Your own ice"));
+}
+TEST(Tutorials, FirstPicture) { runs_as_written("First picture"); }
+TEST(Tutorials, YourOwnBucket) { runs_as_written("Your own bucket"); }
+TEST(TutorialsLong, YourOwnIce) { runs_as_written("Your own ice"); }
+TEST(TutorialsLong, YourLoadCell) {
+  runs_as_written("Your load cell: from a measurement to a verdict");
+}
+
+class Template : public testing::TestWithParam<const char*> {};
+TEST_P(Template, RunsAsItsReadmeSays) { runs_as_its_readme_says(GetParam()); }
+INSTANTIATE_TEST_SUITE_P(Each, Template, testing::Values("bucket", "hopper", "repose"));
+
+class TemplateLong : public testing::TestWithParam<const char*> {};
+TEST_P(TemplateLong, RunsAsItsReadmeSays) { runs_as_its_readme_says(GetParam()); }
+INSTANTIATE_TEST_SUITE_P(Each, TemplateLong,
+                         testing::Values("drum", "icemaker", "own-study", "own-validation"));
+
+}  // namespace
+}  // namespace firn::cli

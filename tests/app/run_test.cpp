@@ -1,0 +1,197 @@
+// Real runs, end to end.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "experiments/results/results_file.h"
+#include "tests/app/program.h"
+#include "tests/support/small_cases.h"
+
+namespace firn::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+TEST(RunCommand, TwoBoxesEndToEnd) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const Outcome o = folder.firn(
+      {"run", "case.toml", "--json", "--seed", "7", "--set", "case.duration=\"30 ms\""});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  EXPECT_EQ(result["status"], "finished");
+  EXPECT_EQ(result["results_file"], "runs/two-boxes-seed7.h5");
+  EXPECT_EQ(result["particles"], 2);
+  EXPECT_NEAR(result["simulated"], 0.03, 1e-4);
+  EXPECT_GT(result["health"]["largest_overlap"], 0.0);
+  EXPECT_THAT(o.err, HasSubstr("cube: box, 20.00 x 20.00 x 20.00 mm, 7.33 g"));
+  EXPECT_THAT(o.err, HasSubstr("time step"));
+
+  const Recording recording((folder.path() / "runs/two-boxes-seed7.h5").string());
+  EXPECT_EQ(recording.status(), "finished");
+  EXPECT_EQ(recording.seed(), 7U);
+  // Both boxes have fallen 2 mm and lie on each other: 10 and 30 mm, less the elastic overlap.
+  const Frame last = recording.frame(recording.frame_times().size() - 1);
+  EXPECT_NEAR(last.position[0][2], 0.010, 2e-4);
+}
+
+TEST(RunCommand, QuietRunTellsOnlyResults) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const Outcome o = folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet"});
+  EXPECT_EQ(o.status, 0);
+  EXPECT_EQ(o.err, "");
+}
+
+TEST(RunCommand, WarnsInOneLineOfPartsThatDeviate) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const auto run = [&](const std::string& rounding) {
+    return folder.firn({"run", "case.toml", "-o", "a.h5", "--quiet", "--set",
+                        "shapes.cube.rounding=\"" + rounding + "\"", "--set",
+                        "case.duration=\"1 ms\""});
+  };
+  EXPECT_EQ(run("0.2 mm").err, "");
+  const Outcome rounded = run("2 mm");
+  EXPECT_EQ(rounded.status, 0);
+  EXPECT_EQ(lines(rounded.err), 1U) << rounded.err;
+  EXPECT_THAT(rounded.err, HasSubstr("shape cube: the contact parts deviate by "));
+}
+
+TEST(RunCommand, NamesTheLikelyCauseOfDeepOverlapsAtItsEnd) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const auto run = [&](const std::string& key_and_value) {
+    return folder.firn(
+        {"run", "case.toml", "-o", "a.h5", "--quiet", "--json", "--set", key_and_value});
+  };
+  const Outcome soft = run("materials.ice.young_modulus=\"2 kPa\"");
+  EXPECT_EQ(soft.status, 0) << soft.err;
+  EXPECT_EQ(lines(soft.err), 1U) << soft.err;
+  EXPECT_THAT(soft.err, HasSubstr("likely cause: the stiffness"));
+  const std::string told = nlohmann::json::parse(soft.out)["health"]["warning"];
+  EXPECT_THAT(told, HasSubstr("likely cause: the stiffness"));
+  const Outcome good = run("case.duration=\"50 ms\"");
+  EXPECT_EQ(good.err, "");
+  EXPECT_EQ(nlohmann::json::parse(good.out)["health"]["warning"], "");
+}
+
+TEST(RunCommand, EarlierResultsAreKept) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "a.h5"}).status, 0);
+  const Outcome again = folder.firn({"run", "case.toml", "-o", "a.h5"});
+  ASSERT_EQ(again.status, 0);
+  EXPECT_TRUE(folder.contains("a.1.h5"));
+  EXPECT_THAT(again.err, HasSubstr("a.1.h5"));
+}
+
+TEST(RunCommand, TruncatedResultsFileIsRefused) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "a.h5"}).status, 0);
+  const auto file = folder.path() / "a.h5";
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"measure", "a.h5"}, {"run", "--resume", "a.h5"}}) {
+    const Outcome o = folder.firn(arguments);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_EQ(o.out, "");
+    EXPECT_EQ(lines(o.err), 1U) << o.err;
+    EXPECT_THAT(o.err, HasSubstr("a.h5"));
+  }
+}
+
+TEST(RunCommand, ExportsTables) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "a.h5"}).status, 0);
+  ASSERT_EQ(folder.firn({"export", "a.h5", "--to", "csv"}).status, 0);
+  // A header and two particles.
+  EXPECT_EQ(lines(read_text(folder.path() / "a-csv" / "particles.csv")), 3U);
+  ASSERT_EQ(folder.firn({"export", "a.h5", "--to", "vtk", "-o", "view"}).status, 0);
+  EXPECT_TRUE(folder.contains("view/particles.pvd"));
+}
+
+TEST(RunCommand, RequirementsDecideTheStatus) {
+  const Folder folder;
+  folder.write("case.toml", small_drain);
+  const Outcome met = folder.firn({"run", "case.toml", "-o", "a.h5", "--json", "--require",
+                                   "discharged_count>=1", "--require", "discharged_count <= 29"});
+  ASSERT_EQ(met.status, 0) << met.err;
+  const json result = json::parse(met.out);
+  const double count = result["responses"]["discharged_count"]["value"];
+  EXPECT_EQ(result["requirements"][0]["met"], true);
+
+  const Outcome missed = folder.firn({"measure", "a.h5", "--response", "discharged_count", "--json",
+                                      "--require", "discharged_count>30"});
+  EXPECT_EQ(missed.status, 3);
+  const json measured = json::parse(missed.out);
+  EXPECT_EQ(measured["responses"].size(), 1U);
+  EXPECT_EQ(measured["responses"]["discharged_count"]["value"], count);
+  EXPECT_EQ(measured["requirements"][0]["met"], false);
+
+  const Outcome unknown = folder.firn({"measure", "a.h5", "--require", "angle_of_rest<=3"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("angle_of_rest: no such response"));
+}
+
+TEST(RunCommand, InterruptedRunIsSavedAndGoesOn) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  // A million steps: seconds, so that it cannot end before it is interrupted.
+  const pid_t pid = folder.start({"run", "case.toml", "--json", "-o", "a.h5", "--set",
+                                  "case.duration=30s", "--set", "output.frames_every=1s"});
+  while (!folder.contains("a.h5")) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  kill(pid, SIGINT);
+  const Outcome stopped = folder.wait(pid);
+  ASSERT_EQ(stopped.status, 130) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("firn run --resume a.h5"));
+  const json interrupted = json::parse(stopped.out);
+  EXPECT_EQ(interrupted["status"], "interrupted");
+  EXPECT_LT(interrupted["simulated"], 29);
+
+  const Outcome resumed = folder.firn({"run", "--resume", "a.h5", "--json"});
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  const json finished = json::parse(resumed.out);
+  EXPECT_EQ(finished["status"], "finished");
+  EXPECT_NEAR(finished["simulated"], 30, 1e-3);
+  EXPECT_GT(finished["steps"], interrupted["steps"]);
+}
+
+// A run that is finished has nothing left to do, and says again what it found.
+TEST(RunCommand, ResumingAFinishedRunTellsItsResponses) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  const Outcome first = folder.firn({"run", "case.toml", "-o", "a.h5", "--json"});
+  ASSERT_EQ(first.status, 0) << first.err;
+  const Outcome again = folder.firn({"run", "--resume", "a.h5", "--json"});
+  ASSERT_EQ(again.status, 0) << again.err;
+  EXPECT_EQ(json::parse(again.out)["responses"], json::parse(first.out)["responses"]);
+}
+
+// As on a full disk: the file cannot grow beyond a limit.
+TEST(RunCommand, FullDiskIsAFailureThatSaysSo) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{100 * 1024, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const Outcome o = folder.firn({"run", "case.toml", "-o", "run.h5", "-q"});
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(o.status, 1) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("run.h5: cannot write: File too large"));
+}
+
+}  // namespace
+}  // namespace firn::cli

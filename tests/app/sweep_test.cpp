@@ -1,0 +1,164 @@
+// firn sweep, end to end.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/app/program.h"
+#include "tests/support/small_cases.h"
+
+namespace firn::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+constexpr const char* sweep = R"([sweep]
+name = "boxes"
+case = "case.toml"
+seeds = 2
+responses = ["present_mass", "peak_normal_force"]
+[[vary]]
+name = "density"
+keys = ["materials.ice.density"]
+values = ["900 kg/m^3", "1800 kg/m^3"]
+[[vary]]
+name = "friction"
+keys = ["interactions.ice-ice.static_friction", "interactions.ice-ice.dynamic_friction"]
+values = [0.1, 0.2, 0.3]
+)";
+
+struct Sweep : Folder {
+  Sweep() {
+    write("case.toml", two_boxes);
+    write("sweep.toml", sweep);
+  }
+  Outcome with(const std::string& part, const std::string& other) const {
+    std::string text = sweep;
+    const std::size_t at = text.find(part);
+    EXPECT_NE(at, std::string::npos) << part;
+    write("changed.toml", text.replace(at, part.size(), other));
+    return firn({"sweep", "changed.toml", "-o", "changed", "--progress", "none", "--json"});
+  }
+};
+
+TEST(SweepCommand, RunsEveryCombinationOnce) {
+  const Sweep folder;
+  const Outcome o = folder.firn({"sweep", "sweep.toml", "-o", "out", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["combinations"].size(), 6u);
+  EXPECT_EQ(result["runs"].size(), 12u);
+  // The last key varies fastest; the mass tells which density a run had.
+  for (std::size_t c = 0; c < 6; ++c) {
+    const json& row = result["combinations"][c];
+    EXPECT_EQ(row["values"]["density"], c < 3 ? "900 kg/m^3" : "1800 kg/m^3");
+    EXPECT_NEAR(row["responses"]["present_mass"]["mean"], (c < 3 ? 900 : 1800) * 2 * 8e-6, 3e-4);
+    EXPECT_EQ(row["responses"]["present_mass"]["runs"], 2);
+  }
+  EXPECT_EQ(result["combinations"][4]["values"]["friction"], "0.2");
+  // The table: a header and a line for every run.
+  std::istringstream csv(read_text(folder.path() / "out/runs.csv"));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line,
+            "density,friction,seed,status,wall [s],key,present_mass [kg],peak_normal_force [N]");
+  int lines = 0;
+  while (std::getline(csv, line)) ++lines;
+  EXPECT_EQ(lines, 12);
+  const Outcome again =
+      folder.firn({"sweep", "sweep.toml", "-o", "out", "--json", "--progress", "json"});
+  EXPECT_EQ(again.out, o.out);
+  EXPECT_THAT(again.err, testing::Not(HasSubstr("\"started\"")));
+}
+
+TEST(SweepCommand, TakesListsAndRepetitions) {
+  const Sweep folder;
+  const Outcome lists = folder.with("seeds = 2", "seeds = 1\ndesign = \"list\"");
+  EXPECT_EQ(lists.status, 2);
+  EXPECT_THAT(lists.err, HasSubstr("has 3 values; expected 2"));
+  folder.write(
+      "list.toml",
+      "[sweep]\nname = \"l\"\ncase = \"case.toml\"\ndesign = \"list\"\n"
+      "[[vary]]\nname = \"a\"\nkeys = [\"materials.ice.density\"]\n"
+      "values = [\"900 kg/m^3\", \"1000 kg/m^3\"]\n"
+      "[[vary]]\nname = \"b\"\nkeys = [\"case.duration\"]\nvalues = [\"10 ms\", \"20 ms\"]\n");
+  const Outcome list = folder.firn({"sweep", "list.toml", "--json", "--progress", "none"});
+  ASSERT_EQ(list.status, 0) << list.err;
+  const json result = json::parse(list.out);
+  ASSERT_EQ(result["combinations"].size(), 2u);
+  EXPECT_EQ(result["combinations"][1]["values"]["b"], "20 ms");
+  EXPECT_GT(result["responses"].size(), 3u);  // all single-valued ones
+  EXPECT_TRUE(folder.contains("runs/l/runs.csv"));
+  folder.write("repeat.toml", "[sweep]\nname = \"r\"\ncase = \"case.toml\"\nseeds = 3\n");
+  const Outcome repeat = folder.firn({"sweep", "repeat.toml", "--progress", "none"});
+  ASSERT_EQ(repeat.status, 0) << repeat.err;
+  EXPECT_THAT(repeat.out, HasSubstr("r: 3 of 3 runs finished"));
+}
+
+TEST(SweepCommand, LeavesAPageInAFolderWithoutBlanks) {
+  const Sweep folder;
+  std::string text = sweep;
+  folder.write("named.toml", text.replace(text.find("boxes"), 5, "two boxes, soft"));
+  const Outcome o = folder.firn({"sweep", "named.toml", "--progress", "none"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(o.err, HasSubstr("to be read: runs/two-boxes-soft/report.html"));
+  const std::string page = read_text(folder.path() / "runs/two-boxes-soft/report.html");
+  EXPECT_THAT(page, HasSubstr("12 of 12 runs finished"));
+  EXPECT_THAT(page, HasSubstr("present mass over density"));
+  const Outcome made = folder.firn({"report", "runs/two-boxes-soft", "-o", "again.html"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(read_text(folder.path() / "again.html"), page);
+  // A folder of an earlier version is gone on with.
+  std::filesystem::rename(folder.path() / "runs/two-boxes-soft",
+                          folder.path() / "runs/two boxes, soft");
+  const Outcome again = folder.firn({"sweep", "named.toml", "--progress", "none"});
+  EXPECT_EQ(again.status, 0) << again.err;
+  EXPECT_FALSE(folder.contains("runs/two-boxes-soft"));
+}
+
+TEST(SweepCommand, TellsTheExponentOverOneKeyThatIsANumber) {
+  const Sweep folder;
+  const auto swept = [&](const char* name, const char* key, const char* values) {
+    folder.write("one.toml", std::string("[sweep]\nname = \"") + name +
+                                 "\"\ncase = \"case.toml\"\nresponses = [\"present_mass\"]\n"
+                                 "[[vary]]\nname = \"x\"\nkeys = [\"" +
+                                 key + "\"]\nvalues = " + values + "\n");
+    return folder.firn({"sweep", "one.toml", "--progress", "none"});
+  };
+  // Mass goes with density to the first power, whatever the unit.
+  const Outcome three =
+      swept("three", "materials.ice.density", R"(["900 kg/m^3", "1.8 g/cm^3", "3600 kg/m^3"])");
+  ASSERT_EQ(three.status, 0) << three.err;
+  EXPECT_THAT(three.out, HasSubstr("as a power of x:"));
+  EXPECT_THAT(three.out, testing::ContainsRegex("present_mass +1\\.00 ± 0\\.0"));
+  const Outcome two = swept("two", "materials.ice.density", R"(["900 kg/m^3", "1800 kg/m^3"])");
+  ASSERT_EQ(two.status, 0) << two.err;
+  EXPECT_THAT(two.out, testing::ContainsRegex("present_mass +1\\.00 \\(two values"));
+  const Outcome vectors = swept("vectors", "case.gravity", R"(["0 0 -9 m/s^2", "0 0 -8 m/s^2"])");
+  ASSERT_EQ(vectors.status, 0) << vectors.err;
+  EXPECT_THAT(vectors.out, testing::Not(HasSubstr("as a power")));
+}
+
+TEST(SweepCommand, RefusesInOneLine) {
+  const Sweep folder;
+  const auto refused = [&](const char* part, const char* other, const char* says) {
+    const Outcome o = folder.with(part, other);
+    EXPECT_EQ(o.status, 2) << other;
+    EXPECT_THAT(o.err, HasSubstr(says));
+    EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  };
+  refused("case.toml", "none.toml", "changed.toml:3: sweep.case");
+  refused("seeds = 2", "seds = 2", "seeds");
+  refused("materials.ice.density", "materials.ice.densty", "densty");
+  refused("\"materials.ice.density\"", "\"case.seed\"", "is the sweep's own");
+  refused("values = [0.1, 0.2, 0.3]", "values = []", "is missing");
+  refused("values = [0.1, 0.2, 0.3]", "values = 0.1", "expected a list");
+  refused("\"present_mass\"", "\"present mass\"", "is no operand");
+  refused("\"present_mass\"", "\"absent_mass\"", "is no response");
+  refused("name = \"friction\"", "name = \"density\"", "is taken already");
+}
+
+}  // namespace
+}  // namespace firn::cli

@@ -1,0 +1,165 @@
+// Help, version, exit statuses, and one line for every mistake.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "experiments/storage/version.h"
+#include "tests/app/program.h"
+#include "tests/support/small_cases.h"
+
+namespace firn::cli {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+// Exit status 2, nothing on standard output, one line on standard error.
+void expect_one_line(const Outcome& o, const std::string& about) {
+  EXPECT_EQ(o.status, 2) << o.err;
+  EXPECT_EQ(o.out, "");
+  EXPECT_EQ(lines(o.err), 1U) << o.err;
+  EXPECT_THAT(o.err, HasSubstr(about));
+}
+
+Outcome run_text(const std::string& text) {
+  const Folder folder;
+  return folder.firn({"run", folder.write("case.toml", text), "-o", "run.h5"});
+}
+
+TEST(Usage, HelpListsEverySubCommand) {
+  const Outcome o = Folder().firn({"--help"});
+  EXPECT_EQ(o.status, 0);
+  EXPECT_EQ(o.err, "");
+  for (const char* name :
+       {"run", "measure", "calibrate", "shape", "export", "contacts", "hashes", "Exit status"}) {
+    EXPECT_THAT(o.out, HasSubstr(name));
+  }
+}
+
+TEST(Usage, EverySubCommandHasHelp) {
+  const Folder folder;
+  for (const char* name :
+       {"run", "measure", "calibrate", "shape", "export", "contacts", "hashes"}) {
+    const Outcome o = folder.firn({name, "--help"});
+    EXPECT_EQ(o.status, 0) << name;
+    EXPECT_THAT(o.out, HasSubstr(std::string("firn ") + name)) << name;
+  }
+}
+
+TEST(Usage, VersionTellsTheCommit) {
+  const Outcome o = Folder().firn({"--version"});
+  EXPECT_EQ(o.status, 0);
+  EXPECT_EQ(o.out, std::string("firn ") + firn_version() + " (" + firn_git_commit() + ")\n");
+}
+
+TEST(Usage, NothingToDoIsAMistake) {
+  const Outcome o = Folder().firn({});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_EQ(o.out, "");
+  EXPECT_THAT(o.err, HasSubstr("Usage"));
+}
+
+TEST(Usage, UnknownSubCommand) {
+  const Outcome o = Folder().firn({"simulate", "case.toml"});
+  expect_one_line(o, "simulate: no such sub-command; expected one of new, run, measure");
+}
+
+TEST(Usage, UnknownOption) { expect_one_line(Folder().firn({"run", "--sead", "3"}), "--sead"); }
+
+TEST(Usage, OptionWithoutSense) {
+  expect_one_line(Folder().firn({"run", "case.toml", "--threads", "-2"}), "--threads");
+}
+
+TEST(Usage, RunNeedsACase) {
+  expect_one_line(Folder().firn({"run"}), "expected CASE.toml or --resume");
+}
+
+TEST(Usage, ResumeTakesNoSettings) {
+  expect_one_line(Folder().firn({"run", "--resume", "run.h5", "--seed", "2"}), "--resume");
+}
+
+TEST(Mistakes, MissingFile) {
+  const Folder folder;
+  expect_one_line(folder.firn({"run", "nowhere.toml"}), "nowhere.toml");
+  expect_one_line(folder.firn({"measure", "nowhere.h5"}), "nowhere.h5");
+  expect_one_line(folder.firn({"shape", "nowhere.stl"}), "nowhere.stl");
+  expect_one_line(folder.firn({"export", "nowhere.h5", "--to", "csv"}), "nowhere.h5");
+  expect_one_line(folder.firn({"calibrate", "nowhere.toml"}), "nowhere.toml");
+}
+
+TEST(Mistakes, UnknownKeyNamesTheNearest) {
+  const Outcome o = run_text(replaced(two_boxes, "density =", "densty ="));
+  expect_one_line(o, "case.toml:6: ");
+  EXPECT_THAT(o.err, HasSubstr("density"));
+}
+
+TEST(Mistakes, MissingUnit) {
+  const Outcome o = run_text(replaced(two_boxes, "\"916.7 kg/m^3\"", "916.7"));
+  expect_one_line(o, "case.toml:6: materials.ice.density");
+}
+
+TEST(Mistakes, NotToml) { expect_one_line(run_text("[case\nname = 1\n"), "case.toml:1"); }
+
+TEST(Mistakes, NegativeMass) {
+  const Outcome o = run_text(
+      replaced(two_boxes, "rounding = \"0.5 mm\"", "rounding = \"0.5 mm\"\nmass = \"-13.7 g\""));
+  expect_one_line(o, "case.toml:25: shapes.cube.mass");
+}
+
+TEST(Mistakes, UnknownMaterial) {
+  expect_one_line(run_text(replaced(two_boxes, "material = \"plastic\"", "material = \"brass\"")),
+                  "brass");
+}
+
+TEST(Mistakes, DoorWiderThanTheBox) {
+  expect_one_line(
+      run_text(replaced(small_drain, "door_width = \"80 mm\"", "door_width = \"400 mm\"")),
+      "door_width");
+}
+
+TEST(Mistakes, ImpossibleFill) {
+  const Outcome o = run_text(replaced(small_drain, "count = 30", "count = 3000"));
+  expect_one_line(o, "case.toml:33: experiment.fill.count");
+}
+
+TEST(Mistakes, BadSet) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  expect_one_line(folder.firn({"run", "case.toml", "--set", "seed"}), "--set");
+  expect_one_line(folder.firn({"run", "case.toml", "--set", "case.sede=3"}), "case.sede");
+  expect_one_line(folder.firn({"run", "case.toml", "--set", "case.duration=4"}), "case.duration");
+}
+
+TEST(Mistakes, BadRequire) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  for (const char* bound : {"angle", "angle=3", "angle<=", "<=3", "angle<=3 deg"}) {
+    expect_one_line(folder.firn({"run", "case.toml", "--require", bound}), "--require");
+  }
+}
+
+TEST(Mistakes, ResultsFileOfAnotherKind) {
+  const Folder folder;
+  expect_one_line(folder.firn({"measure", folder.write("run.h5", "no HDF5 at all")}), "run.h5");
+}
+
+TEST(Mistakes, UnknownExportFormat) {
+  expect_one_line(Folder().firn({"export", "run.h5", "--to", "xlsx"}), "xlsx");
+}
+
+TEST(Mistakes, WrittenFolderIsAFile) {
+  const Folder folder;
+  folder.write("case.toml", two_boxes);
+  folder.write("runs", "in the way");
+  const Outcome o = folder.firn({"run", "case.toml"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_THAT(o.err, HasSubstr("runs"));
+}
+
+}  // namespace
+}  // namespace firn::cli

@@ -1,0 +1,266 @@
+// firn validate, end to end, and what its suite files may not say.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "experiments/material_records/material_database.h"
+#include "tests/app/program.h"
+#include "tests/support/sample_records.h"
+#include "tests/support/small_cases.h"
+
+namespace firn::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+// Two boxes come to lie on a plane: their peak force is a number, that they are there a claim.
+constexpr const char* suite = R"([suite]
+name = "boxes"
+seeds = 6
+[[parameter_sets]]
+name = "as it is"
+[[parameter_sets]]
+name = "printed"
+material = "paper-text"
+[[experiments]]
+name = "fall"
+case = "case.toml"
+[experiments.refine]
+timestep = 0.5
+material = "ice"
+stiffness = ["2 MPa", "4 MPa"]
+seeds = 1
+[[experiments.variants]]
+name = "heavier"
+set = { "materials.ice.density" = "1833.4 kg/m^3" }
+seeds = 2
+[[comparisons]]
+name = "mass"
+kind = "value"
+experiment = "fall"
+measurement = "mass.toml"
+[[comparisons]]
+name = "claims"
+kind = "claims"
+experiment = "fall"
+measurement = "claims.toml"
+[[comparisons]]
+name = "stiffness"
+kind = "softening"
+experiment = "fall"
+responses = ["peak_normal_force"]
+real_modulus = "9.2 GPa"
+[[comparisons]]
+name = "choices"
+kind = "choices"
+experiment = "fall"
+responses = ["present_mass"]
+)";
+
+constexpr const char* mass = R"(name = "mass of two boxes"
+response = "present_mass"
+values = ["0.0146 kg", "0.0147 kg", "0.0148 kg"]
+status = "measured"
+source = "a balance"
+)";
+
+constexpr const char* claims = R"(name = "what was seen"
+status = "qualitative"
+statement = "both stay"
+source = "a notebook"
+[[claims]]
+statement = "both stay"
+larger = "present_count"
+than = "1.5"
+because = "they are two"
+[[claims]]
+statement = "a third comes"
+larger = "present_count"
+than = "2.5"
+because = "it would be three"
+)";
+
+struct Suite : Folder {
+  Suite() {
+    write("case.toml", two_boxes);
+    write("mass.toml", mass);
+    write("claims.toml", claims);
+    write("suite.toml", suite);
+  }
+  // What `firn validate` says of the suite when `part` of it reads `other`.
+  Outcome with(const std::string& part, const std::string& other) const {
+    std::string text = suite;
+    const std::size_t at = text.find(part);
+    EXPECT_NE(at, std::string::npos) << part;
+    write("changed.toml", text.replace(at, part.size(), other));
+    return firn({"validate", "changed.toml", "-o", "changed", "--progress", "none"});
+  }
+};
+
+TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
+  const Suite folder;
+  const Outcome o = folder.firn({"validate", "suite.toml", "-o", "out", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["comparisons"].size(), 6u);  // two for both sets, two for the first alone
+  const json& value = result["comparisons"][0];
+  // The variant doubles the mass, and what it changes is taken for uncertainty: as much as is
+  // measured could hide in that.
+  EXPECT_EQ(value["verdict"], "not enough data to say");
+  EXPECT_EQ(value["value"]["parts"][5]["name"], "heavier");
+  EXPECT_NEAR(value["value"]["parts"][5]["value"], 2 * 916.7 * 8e-6, 1e-5);
+  EXPECT_NEAR(value["value"]["simulated"], 2 * 916.7 * 8e-6, 1e-5);
+  EXPECT_EQ(value["value"]["runs"], 6);
+  EXPECT_NEAR(value["value"]["measured"], 0.0147, 1e-12);
+  EXPECT_EQ(value["value"]["parts"][1]["name"], "time step");
+  EXPECT_NEAR(value["value"]["parts"][1]["value"], 0, 1e-12);
+  EXPECT_TRUE(value["value"]["area_metric"].is_array());
+  const json& printed = result["comparisons"][1];
+  EXPECT_EQ(printed["parameter_set"], "printed");
+  EXPECT_EQ(printed["value"]["parts"][2]["value"], value["value"]["parts"][2]["value"]);
+  const json& seen = result["comparisons"][2];
+  EXPECT_EQ(seen["verdict"], "inconsistent");
+  EXPECT_EQ(seen["claims"][0]["verdict"], "consistent");
+  EXPECT_EQ(seen["claims"][1]["holds_in"], 0);
+  const json& soft = result["comparisons"][4]["softening"][0];
+  EXPECT_EQ(soft["modulus"], json({1e6, 2e6, 4e6}));
+  EXPECT_GT(soft["exponent"], 0.2);
+  EXPECT_LT(soft["exponent"], 0.8);
+  const json& choices = result["comparisons"][5]["choices"];
+  ASSERT_EQ(choices.size(), 4u);  // time step, two stiffnesses, the variant
+  EXPECT_EQ(choices[3]["choice"], "heavier");
+  EXPECT_EQ(choices[3]["seeds"], 2);
+  EXPECT_NEAR(choices[3]["after"], 2 * choices[3]["before"].get<double>(), 1e-12);
+  EXPECT_EQ(result["experiments"][0]["runs"].size(), 17u);
+  EXPECT_EQ(result, json::parse(read_text(folder.path() / "out/results.json")));
+
+  const Outcome again =
+      folder.firn({"validate", "suite.toml", "-o", "out", "--json", "--progress", "json"});
+  EXPECT_EQ(again.out, o.out);
+  EXPECT_THAT(again.err, testing::Not(HasSubstr("\"started\"")));
+  // A neighbour shares what was simulated.
+  const Outcome neighbour =
+      folder.firn({"validate", "suite.toml", "-o", "other", "--progress", "json"});
+  EXPECT_EQ(neighbour.status, 0);
+  EXPECT_THAT(neighbour.err, testing::Not(HasSubstr("\"started\"")));
+  EXPECT_THAT(neighbour.out, HasSubstr("a third comes"));
+
+  EXPECT_EQ(
+      folder.firn({"validate", "suite.toml", "-o", "out", "--require", "none-inconsistent"}).status,
+      3);
+}
+
+TEST(ValidateCommand, TakesARecordInPlaceOfTheSets) {
+  const Suite folder;
+  const Outcome o =
+      folder.firn({"validate", "suite.toml", "-o", "out", "--json", "--material", "paper-table-1"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["parameter_sets"].size(), 1u);
+  EXPECT_EQ(result["parameter_sets"][0]["material"], "paper-table-1@1");
+}
+
+TEST(ValidateCommand, RunsAnExperimentWithSomeSetsOnly) {
+  const Suite folder;
+  std::string text = suite;
+  const std::string at = "case = \"case.toml\"\n";
+  folder.write("some.toml",
+               text.replace(text.find(at), at.size(), at + "parameter_sets = [\"printed\"]\n"));
+  const Outcome o = folder.firn({"validate", "some.toml", "-o", "some", "--json"});
+  ASSERT_EQ(o.status, 0) << o.err;
+  const json result = json::parse(o.out);
+  ASSERT_EQ(result["comparisons"].size(), 4u);
+  for (const json& c : result["comparisons"]) EXPECT_EQ(c["parameter_set"], "printed");
+  // Numerics are looked at with the set that there is.
+  EXPECT_TRUE(result["comparisons"][0]["value"]["parts"][1]["value"].is_number());
+  EXPECT_EQ(result["experiments"][0]["runs"].size(), 11u);
+}
+
+// The values of a record that was calibrated to the very measurement, without the record.
+TEST(ValidateCommand, KnowsTheValuesOfARecordThatTheCaseHas) {
+  const Suite folder;
+  MaterialRecord record = test::calibrated_record("fitted");
+  record.materials = {"ice", "plastic"};
+  record.parameters = {
+      {"ice_ice", {"interactions.ice-ice.static_friction"}, 0.17, "1", 0.02, {}, ""},
+      {"ice_plastic", {"interactions.ice-plastic.static_friction"}, 0.33, "1", {}, {}, ""}};
+  record.family.reset();
+  record.provenance.cases.front().parameters = {"ice_ice", "ice_plastic"};
+  record.provenance.measurements = {{"m", "present_mass", 0.0147, 1e-4, "kg", "elsewhere"}};
+  MaterialDatabase((folder.path() / "m.db").string(), MaterialDatabase::Access::write)
+      .add({record});
+  const auto verdict = [&](const std::string& set) {
+    std::string text = suite;
+    const std::string at = "name = \"as it is\"\n";
+    folder.write("set.toml", text.replace(text.find(at), at.size(), at + set));
+    const Outcome o = folder.firn({"validate", "set.toml", "-o", "set", "--json", "--database",
+                                   "m.db", "--progress", "none"});
+    EXPECT_EQ(o.status, 0) << o.err;
+    return json::parse(o.out)["comparisons"][0]["verdict"].get<std::string>();
+  };
+  EXPECT_EQ(verdict(""), "not enough data to say");
+  EXPECT_EQ(verdict("set = { \"interactions.ice-ice.static_friction\" = 0.17, "
+                    "\"interactions.ice-plastic.static_friction\" = 0.329 }\n"),
+            "not independent");
+  EXPECT_EQ(verdict("material = \"fitted\"\n"), "not independent");
+}
+
+TEST(ValidateCommand, RefusesInOneLine) {
+  const Suite folder;
+  const auto refused = [&](const char* part, const char* other, const char* says) {
+    const Outcome o = folder.with(part, other);
+    EXPECT_EQ(o.status, 2) << other;
+    EXPECT_THAT(o.err, HasSubstr(says));
+    EXPECT_EQ(std::count(o.err.begin(), o.err.end(), '\n'), 1) << o.err;
+  };
+  refused("seeds = 6", "seeds = 0", "changed.toml:3: suite.seeds");
+  refused("seeds = 6", "seds = 6", "seeds");
+  refused("case = \"case.toml\"", "case = \"none.toml\"", "does not exist");
+  refused("experiment = \"fall\"", "experiment = \"fly\"", "is no experiment of this suite");
+  refused("kind = \"claims\"", "kind = \"value\"", "is qualitative");
+  refused("measurement = \"mass.toml\"", "measurement = \"claims.toml\"", "is qualitative");
+  refused("kind = \"value\"", "kind = \"values\"", "value");
+  refused("timestep = 0.5", "timestep = 2", "expected factors between 0 and 1");
+  refused("timestep = 0.5", "timestep = [0.5, 0.3]", "expected powers of 0.5");
+  refused("timestep = 0.5", "timestep = [0.5, \"x\"]", "expected factors between 0 and 1");
+  refused("timestep = 0.5", "timestep = [0.5, 0.6]", "smaller than the one before");
+  refused("[[comparisons]]",
+          "[[chosen]]\nwhat = \"a\"\nmeasurement = \"none.toml\"\n[[comparisons]]", "none.toml");
+  refused("[[comparisons]]",
+          "[[chosen]]\nwhat = \"a\"\nmeasurement = \"mass.toml\"\nexperiments = [\"b\"]\n"
+          "[[comparisons]]",
+          "\"b\" is no experiment of this suite");
+  refused("seeds = 2\n", "seeds = 2\nassumed = true\nnumerics = true\n", "does not go with");
+  refused("responses = [\"present_mass\"]", "responses = [\"a\"]\nnot_comparable = \"b\"",
+          "does not go with");
+  refused("material = \"ice\"", "material = \"snow\"", "is no material of the case");
+  refused("material = \"paper-text\"", "material = \"paper-txt\"", "paper-txt");
+  refused("material = \"paper-text\"", "material = \"paper-text\"\nsamples = 3", "has no family");
+  refused("responses = [\"peak_normal_force\"]", "responses = [\"a b c\"]", "is no operand");
+  refused("responses = [\"peak_normal_force\"]", "", "is missing");
+  refused("name = \"claims\"", "name = \"mass\"", "is taken already");
+  refused("stiffness = [\"2 MPa\", \"4 MPa\"]", "stiffness = [\"2 m\"]", "stiffness");
+  refused("seeds = 1", "seeds = 1\nparameter_sets = [\"x\"]", "parameter_sets");
+  refused("case = \"case.toml\"", "case = \"case.toml\"\nparameter_sets = [\"print\"]",
+          "is none of the suite's");
+  refused("name = \"heavier\"\nset = {", "name = \"heavier\"\nset_ = {", "set_");
+  refused("{ \"materials.ice.density\" = \"1833.4 kg/m^3\" }", "{}", "expected what differs");
+  refused("{ \"materials.ice.density\"", "{ \"materials.ice.densty\"", "densty");
+  refused("responses = [\"present_mass\"]", "tolerance = \"1 kg\"", "does not go with");
+  EXPECT_EQ(folder.firn({"validate", "none.toml"}).status, 2);
+}
+
+TEST(ValidateCommand, RefusesAFolderOfAnotherSuite) {
+  const Suite folder;
+  ASSERT_EQ(folder.firn({"validate", "suite.toml", "-o", "out", "--progress", "none"}).status, 0);
+  std::string text = suite;
+  folder.write("other.toml", text.replace(text.find("boxes"), 5, "cubes"));
+  const Outcome o = folder.firn({"validate", "other.toml", "-o", "out"});
+  EXPECT_EQ(o.status, 2);
+  EXPECT_THAT(o.err, HasSubstr("another"));
+}
+
+}  // namespace
+}  // namespace firn::cli

@@ -1,0 +1,348 @@
+// Studies of several experiments, numerics checks, advice, stopping, limits and direct search, on
+// formulas whose answers are known.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibrate/calibrate.h"
+#include "calibrate/study/study_file.h"
+#include "tests/support/fake_experiment.h"
+
+namespace firn {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using Values = FakeExperiment::Values;
+
+// A heap whose angle mixes both frictions, and a slide on the wall that knows mu2 alone.
+double heap(const Values& v) {
+  return 35 * std::pow(v.at("a.mu1"), 0.27) * std::pow(v.at("a.mu2"), 0.22);
+}
+double slide(const Values& v) { return std::atan(v.at("a.mu2")) * 180 / M_PI; }
+
+// Told apart by the case: a run is given the keys of its own experiment only.
+JobResult bench(const Values& v, std::mt19937_64& random) {
+  if (!v.contains("a.mu1"))
+    return finished({scalar("slide_angle", slide(v) + 0.3 * normal(random), "deg"),
+                     scalar("bounce", 0.3 + 0.01 * normal(random), "1")});
+  const double step = v.contains("case.timestep") ? v.at("case.timestep") : 1;
+  return finished({scalar("aor", heap(v) + 3 * (1 - step) + 0.4 * normal(random), "deg")});
+}
+
+std::string two_experiments(const std::string& more, const std::string& budget =
+                                                         "centre_runs = 3\ndesign_points = 8\n"
+                                                         "runs_per_point = 2\nconfirm_runs = 4\n") {
+  std::string text = friction_study(more, budget);
+  const std::string head = "case = \"case.toml\"\n";
+  text.erase(text.find(head), head.size());
+  return text +
+         "\n[[experiments]]\nname = \"drained\"\ncase = \"case.toml\"\n"
+         "[[experiments]]\nname = \"slide\"\ncase = \"case.toml\"\nparameters = [\"mu2\"]\n";
+}
+
+const std::string heap_target =
+    "[[targets]]\nexperiment = \"drained\"\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
+    "uncertainty = \"0.5 deg\"\n";
+const std::string slide_target =
+    "[[targets]]\nexperiment = \"slide\"\nresponse = \"slide_angle\"\nvalue = \"8.5 deg\"\n"
+    "uncertainty = \"0.5 deg\"\n";
+const std::string slide_candidate =
+    "[[observe]]\nexperiment = \"slide\"\nresponse = \"slide_angle\"\nuncertainty = \"0.5 deg\"\n";
+const std::string bounce_candidate =
+    "[[observe]]\nexperiment = \"slide\"\nresponse = \"bounce\"\nuncertainty = \"0.02\"\n";
+
+TEST(Experiments, ASecondTestDeterminesWhatTheFirstLeavesOpen) {
+  const Folder folder("two");
+  FakeExperiment experiment(bench);
+  const StudySummary s =
+      run_study(folder.write("study.toml", two_experiments(heap_target + slide_target)),
+                folder / "out", experiment);
+  EXPECT_EQ(s.verdict, StudyVerdict::calibrated) << s.table;
+  const json j = json::parse(s.json);
+  const double mu2 = std::tan(8.5 * M_PI / 180);
+  const double mu1 = std::pow(10.0 / 35 / std::pow(mu2, 0.22), 1 / 0.27);
+  EXPECT_LT(j["parameters"][0]["interval_95"][0], mu1);
+  EXPECT_GT(j["parameters"][0]["interval_95"][1], mu1);
+  EXPECT_LT(j["parameters"][1]["interval_95"][0], mu2);
+  EXPECT_GT(j["parameters"][1]["interval_95"][1], mu2);
+  // The profile agrees where the posterior is near to normal.
+  EXPECT_NEAR(std::log(j["parameters"][1]["profile"]["interval_95"][1].get<double>() /
+                       j["parameters"][1]["interval_95"][1].get<double>()),
+              0, 0.05);
+  // The slide is all mu2's doing.
+  const json& slides = j["sensitivity"][1];
+  EXPECT_EQ(slides["response"], "slide.slide_angle");
+  EXPECT_LT(slides["parameters"]["mu1"]["total"], 0.03);
+  EXPECT_GT(slides["parameters"]["mu2"]["total"], 0.95);
+  EXPECT_THAT(read_text(folder / "out/runs.csv"), HasSubstr(",slide,design,"));
+}
+
+TEST(Experiments, RunsThatDoNotDependOnAParameterAreMadeOnce) {
+  // Nothing varies for the slide: seeds of one point serve all points.
+  const Folder folder("shared");
+  int slides = 0;
+  FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
+    slides += !v.contains("a.mu1");
+    return bench(v, random);
+  });
+  std::string text = two_experiments(heap_target);
+  text.replace(text.rfind("[\"mu2\"]"), 7, "[]");
+  text += "set = { \"a.mu2\" = 0.2 }\n";
+  run_study(folder.write("study.toml", text), folder / "out", experiment);
+  EXPECT_EQ(slides, 3 + 4);  // seeds of the centre, of which the others are some, and fresh ones
+}
+
+TEST(Advice, RanksTheTestThatCutsTheValleyFirst) {
+  const Folder folder("advice");
+  FakeExperiment experiment(bench);
+  const json j = json::parse(
+      run_study(folder.write("study.toml",
+                             two_experiments(heap_target + slide_candidate + bounce_candidate)),
+                folder / "out", experiment)
+          .json);
+  const json& next = j["measure_next"];
+  ASSERT_EQ(next.size(), 3u);
+  EXPECT_EQ(next[0]["response"], "slide.slide_angle");
+  EXPECT_LT(next[0]["longest_direction_left"], 0.5);
+  EXPECT_EQ(next[2]["response"], "slide.bounce");  // knows nothing of friction
+  EXPECT_LT(next[2]["information_bits"], 0.05);
+  EXPECT_GT(next[2]["longest_direction_left"], 0.97);
+}
+
+TEST(Advice, EffortCounts) {
+  const Folder folder("effort");
+  FakeExperiment experiment(bench);
+  const json j =
+      json::parse(run_study(folder.write("study.toml",
+                                         two_experiments(heap_target + "effort = \"1 min\"\n" +
+                                                         slide_candidate + "effort = \"24 h\"\n")),
+                            folder / "out", experiment)
+                      .json);
+  EXPECT_EQ(j["measure_next"][0]["response"], "drained.aor");
+  EXPECT_GT(j["measure_next"][1]["information_bits"], j["measure_next"][0]["information_bits"]);
+}
+
+// One linear parameter p on [0, 1], known to 0.05 by a measurement: its outcome is worth
+// ln(1 + s^2 / u^2) / 2 nats, and leaves s u / sqrt(s^2 + u^2).
+TEST(Advice, OfAGaussianInClosedForm) {
+  const Folder folder("gauss");
+  FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+    return finished({scalar("y", v.at("p") + 1e-4 * normal(random), "1")});
+  });
+  const std::string text =
+      "[study]\nname = \"fake\"\ncase = \"case.toml\"\n[budget]\ncentre_runs = 2\n"
+      "design_points = 6\nruns_per_point = 2\n[[parameters]]\nname = \"p\"\nkeys = [\"p\"]\nmin = "
+      "0\nmax = 1\n[[targets]]\nresponse = \"y\"\nvalue = 0.5\nuncertainty = 0.05\n";
+  const json j =
+      json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
+  // 1024 samples tell s^2 to 6 % or so, and so the bits to 0.02.
+  EXPECT_NEAR(j["measure_next"][0]["information_bits"], 0.5 * std::log2(2.0), 0.06);
+  EXPECT_NEAR(j["measure_next"][0]["longest_direction_left"], std::sqrt(0.5), 0.02);
+}
+
+TEST(Numerics, AStepThatMattersIsNamed) {
+  const Folder folder("numerics");
+  FakeExperiment experiment(bench);
+  const StudySummary s = run_study(
+      folder.write("study.toml",
+                   two_experiments(heap_target + "[[numerics]]\nname = \"half the step\"\nset = { "
+                                                 "\"case.timestep\" = 0.5 }\n"
+                                                 "[[numerics]]\nname = \"the same step\"\nset = { "
+                                                 "\"case.timestep\" = 1 }\n")),
+      folder / "out", experiment);
+  const json n = json::parse(s.json)["numerics"];
+  ASSERT_EQ(n.size(), 2u);
+  EXPECT_NEAR(n[0]["shifts"]["drained.aor"]["shift"], 1.5, 1.0);
+  EXPECT_NEAR(n[1]["shifts"]["drained.aor"]["shift"], 0, 1.0);
+  EXPECT_NEAR(n[0]["shifts"]["drained.aor"]["standard_error"], 0.4 * std::sqrt(1.0 / 2 + 1.0 / 3),
+              0.2);
+  EXPECT_THAT(s.table, HasSubstr("half the step"));
+}
+
+TEST(Refinement, StopsWhenFurtherRunsCannotHelp) {
+  // The measurement is coarse and the simulation quiet: nothing left to learn by simulating.
+  const Folder folder("stop");
+  FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+    return finished({scalar("aor", heap(v) * (1 + 0.005 * normal(random)), "deg")});
+  });
+  std::string text = friction_study(
+      "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"2 deg\"\n",
+      "centre_runs = 3\ndesign_points = 8\nruns_per_point = 2\nrefine_rounds = 10\n");
+  const StudySummary s = run_study(folder.write("study.toml", text), folder / "out", experiment);
+  const json j = json::parse(s.json);
+  EXPECT_EQ(j["refinement"]["rounds"], 0);
+  EXPECT_THAT(j["refinement"]["stopped"].get<std::string>(), HasSubstr("further runs cannot help"));
+}
+
+TEST(Refinement, GoesOnWhileItHelpsAndStopsAtTheTimeGiven) {
+  const Folder folder("time");
+  const auto noisy = [](const Values& v, std::mt19937_64& random) {
+    JobResult r = finished({scalar("aor", heap(v) * (1 + 0.15 * normal(random)), "deg")});
+    r.wall = 60;
+    return r;
+  };
+  const auto rounds = [&](const std::string& time, const std::string& out) {
+    FakeExperiment experiment(noisy);
+    const std::string text = friction_study(
+        "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = "
+        "\"0.2 deg\"\n",
+        "centre_runs = 3\ndesign_points = 6\nruns_per_point = 2\n"
+        "confirm_runs = 2\nrefine_points = 2\ntime = \"" +
+            time + "\"\n");
+    const StudySummary s = run_study(folder.write(out + ".toml", text), folder / out, experiment);
+    EXPECT_LE(experiment.runs, std::stoi(time)) << "more minutes than given";
+    EXPECT_THAT(json::parse(s.json)["refinement"]["stopped"].get<std::string>(),
+                HasSubstr("the budget's time is used"));
+    return json::parse(s.json)["refinement"]["rounds"].get<int>();
+  };
+  // 15 minutes to explore, 4 a round, 2 to confirm.
+  EXPECT_EQ(rounds("22 min", "short"), 1);
+  EXPECT_EQ(rounds("34 min", "long"), 4);
+}
+
+TEST(Budget, ANumberOfRunsDividesItself) {
+  const Folder folder("budget");
+  for (const int runs : {24, 30, 56, 100, 200}) {
+    const Study s = read_study(folder.write(
+        "study.toml", friction_study(heap_target.substr(0, 12) + heap_target.substr(35) +
+                                         "[[numerics]]\nname = \"n\"\nset = { a = 1 }\n",
+                                     "runs = " + std::to_string(runs) + "\n")));
+    EXPECT_LE(s.largest_total(), runs);
+    EXPECT_GT(s.largest_total(), runs - 2 * s.budget.refine_points - 1) << runs;
+    EXPECT_GE(s.budget.confirm_runs, 3);
+  }
+  try {
+    read_study(folder.write(
+        "study.toml",
+        friction_study(heap_target.substr(0, 12) + heap_target.substr(35), "runs = 8\n")));
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("budget.runs: 8 are too few"));
+  }
+}
+
+TEST(Budget, CostlyNumericsDoNotMakeTheRunsToComeCostly) {
+  // Noise 3 x 1 s, numerics 2 x 100 s, design 16 x 1 s: 219 s. A round of six runs and the five
+  // that confirm take 11 s more.
+  const auto rounds_within = [](const std::string& time) {
+    const Folder folder("time");
+    FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+      JobResult r = finished({scalar("aor", heap(v) + 2 * normal(random), "deg")});
+      if (v.contains("stiff")) r.wall = 100;
+      return r;
+    });
+    const std::string study = friction_study(
+        "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n"
+        "[[numerics]]\nname = \"stiff\"\nset = { stiff = 1 }\n",
+        "centre_runs = 3\nnumerics_runs = 2\ndesign_points = 8\nruns_per_point = 2\n"
+        "refine_rounds = 2\nrefine_points = 3\nconfirm_runs = 5\ntime = \"" +
+            time + "\"\n");
+    const json j =
+        json::parse(run_study(folder.write("study.toml", study), folder / "out", experiment).json);
+    return j["refinement"]["rounds"].get<int>();
+  };
+  EXPECT_EQ(rounds_within("229 s"), 0);
+  EXPECT_EQ(rounds_within("231 s"), 1);
+  EXPECT_EQ(rounds_within("237 s"), 2);
+}
+
+TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
+  // Smooth but for one spike, as narrow as one of the points of the design.
+  const auto explains = [](double spike) {
+    const Folder folder("spike");
+    FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
+      const double away = std::log(v.at("a.mu1") / 0.0548) / 0.1;
+      return finished(
+          {scalar("aor", heap(v) + spike * std::exp(-away * away) + 0.1 * normal(random), "deg")});
+    });
+    const StudySummary s = run_study(
+        folder.write("study.toml",
+                     friction_study("[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
+                                    "uncertainty = \"0.5 deg\"\n",
+                                    "centre_runs = 3\ndesign_points = 20\nruns_per_point = 2\n")),
+        folder / "out", experiment);
+    const bool told = s.table.find("DOES NOT EXPLAIN ITS OWN RUNS") != std::string::npos;
+    EXPECT_EQ(told, !json::parse(s.json)["models"][0]["explains_its_runs"].get<bool>());
+    return !told;
+  };
+  EXPECT_TRUE(explains(0));
+  EXPECT_FALSE(explains(30));
+}
+
+TEST(Refinement, AValleyThatBendsIsToldFromAStraightOne) {
+  // A quarter of a circle about one corner of the ranges: no combination holds along all of it.
+  const Folder folder("bent");
+  FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+    const double p = std::log(v.at("a.mu1") / 0.01) / std::log(30);
+    const double q = std::log(v.at("a.mu2") / 0.03) / std::log(0.5 / 0.03);
+    return finished({scalar("r", p * p + q * q + 1e-3 * normal(random), "1")});
+  });
+  const StudySummary s = run_study(
+      folder.write("study.toml", friction_study("[[targets]]\nresponse = \"r\"\nvalue = 0.7\n"
+                                                "uncertainty = 0.02\n")),
+      folder / "out", experiment);
+  EXPECT_THAT(s.table, HasSubstr("bend away from it"));
+  const json c = json::parse(s.json)["combinations"][0];
+  EXPECT_GT(c["spread_over_posterior"], 3 * c["uncertainty_near_the_answer"].get<double>());
+  EXPECT_GE(c["uncertainty"], c["spread_over_posterior"]);
+}
+
+TEST(Limits, RunsThatMeetALimitBiasNothing) {
+  // Heaps of low friction take long to come to rest: those above 20 s meet the limit. The answer
+  // lies among them, and must not be pushed away.
+  const auto truth = [](const Values& v) { return 20 * std::sqrt(v.at("a.mu1") / 0.05); };
+  const auto study = [&](double limit) {
+    const Folder folder("limit");
+    FakeExperiment experiment([&](const Values& v, std::mt19937_64& random) {
+      const double wall = 1 / v.at("a.mu1") * (0.8 + 0.4 * std::abs(normal(random)));
+      if (wall > limit) return JobResult{JobStatus::timed_out, "time limit", {}, limit};
+      return finished({scalar("aor", truth(v) + 0.3 * normal(random), "deg")});
+    });
+    const std::string target =
+        "[[targets]]\nresponse = \"aor\"\nvalue = \"18 deg\"\nuncertainty = \"0.5 deg\"\n";
+    return json::parse(
+        run_study(folder.write("study.toml", friction_study(target)), folder / "out", experiment)
+            .json);
+  };
+  const json free = study(1e9), limited = study(25);
+  EXPECT_EQ(free["runs"]["timed_out"], 0);
+  EXPECT_GT(limited["runs"]["timed_out"], 3);
+  const double mu1 = 0.05 * std::pow(18.0 / 20, 2);
+  EXPECT_LT(limited["parameters"][0]["interval_95"][0], mu1);
+  EXPECT_GT(limited["parameters"][0]["interval_95"][1], mu1);
+  EXPECT_NEAR(std::log(limited["parameters"][0]["median"].get<double>() /
+                       free["parameters"][0]["median"].get<double>()),
+              0, 0.1);
+}
+
+TEST(Direct, FindsTheTargetAndConfessesItsLuck) {
+  for (const char* search : {"bobyqa", "cobyla", "nelder-mead", "crs"}) {
+    const Folder folder("direct");
+    FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+      return finished({scalar("aor", heap(v) * (1 + 0.08 * normal(random)), "deg")});
+    });
+    const std::string target =
+        "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n";
+    const StudySummary s =
+        run_study(folder.write("study.toml", friction_study(target + "[direct]\nsearch = \"" +
+                                                            search + "\"\nevaluations = 40\n")),
+                  folder / "out", experiment);
+    EXPECT_EQ(s.verdict, StudyVerdict::searched);
+    EXPECT_EQ(s.exit_status(), 0);
+    const json j = json::parse(s.json);
+    EXPECT_LE(j["direct_search"]["evaluations"], 40);
+    EXPECT_NEAR(heap({{"a.mu1", j["answer"]["parameters"]["mu1"]},
+                      {"a.mu2", j["answer"]["parameters"]["mu2"]}}),
+                10, 2.5)
+        << search;
+    // Journalled: asked again, it replays.
+    FakeExperiment again([](const Values&, std::mt19937_64&) -> JobResult { std::abort(); });
+    EXPECT_EQ(run_study(folder / "study.toml", folder / "out", again).json, s.json);
+  }
+}
+
+}  // namespace
+}  // namespace firn

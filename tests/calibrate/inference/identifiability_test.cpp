@@ -1,0 +1,158 @@
+// What the data determine, where the answer is known in closed form.
+#include "calibrate/inference/identifiability.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibrate/numerics/experimental_design.h"
+#include "tests/support/fake_experiment.h"
+
+namespace firn {
+namespace {
+
+using Eigen::VectorXd;
+
+// Two linear parameters on [0, 1] and targets that are linear in them.
+struct Linear {
+  // Target k: coefficients . u, measured as `value` with `uncertainty`.
+  struct Line {
+    double a, b, value, uncertainty;
+  };
+  explicit Linear(const std::vector<Line>& lines) {
+    for (const char* name : {"p", "q"}) {
+      Parameter parameter;
+      parameter.name = name;
+      parameter.max = 1;
+      study.parameters.push_back(parameter);
+    }
+    for (std::size_t k = 0; k < lines.size(); ++k)
+      study.targets.push_back({{0, std::string(1, static_cast<char>('a' + k)), "line"},
+                               lines[k].value,
+                               lines[k].uncertainty,
+                               "1",
+                               "",
+                               0});
+    study.experiments.push_back({"", "", {}, {true, true}});
+    std::vector<Point> points;
+    for (const VectorXd& u : maximin_latin_hypercube(20, 2, 1, {})) {
+      Point point;
+      point.u = u;
+      point.results.resize(1);
+      for (const double noise : {-1e-4, 1e-4}) {  // two seeds: hardly any noise
+        JobResult r = finished({});
+        for (std::size_t k = 0; k < lines.size(); ++k)
+          r.responses.push_back(scalar(study.targets[k].response.name,
+                                       lines[k].a * u[0] + lines[k].b * u[1] + noise, "1"));
+        point.results[0].push_back(r);
+      }
+      points.push_back(point);
+    }
+    knowledge = learn(study, points);
+  }
+  Study study;
+  std::optional<Knowledge> knowledge;
+};
+
+TEST(Identify, TwoLinesThatCrossDetermineBothParameters) {
+  // p = 0.4 +- 0.02 and q = 0.7 +- 0.05, straight.
+  const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.7, 0.05}});
+  const Misfit misfit(line.study, *line.knowledge);
+  const VectorXd best = misfit.best().x;
+  EXPECT_NEAR(best[0], 0.4, 1e-3);
+  EXPECT_NEAR(best[1], 0.7, 1e-3);
+  const auto c = combinations(line.study, *line.knowledge, best);
+  EXPECT_TRUE(c[0].identified && c[1].identified);
+  EXPECT_NEAR(c[0].sd, 0.02, 1e-4);
+  EXPECT_NEAR(c[1].sd, 0.05, 1e-4);
+  EXPECT_NEAR(std::sqrt(c[1].split.measurement), 0.05, 1e-4);
+  const Posterior posterior = sample_posterior(line.study, misfit);
+  EXPECT_NEAR(posterior.marginals[0].sd, 0.02, 5e-4);
+  EXPECT_NEAR(posterior.marginals[1].sd, 0.05, 2e-3);
+  EXPECT_NEAR(posterior.marginals[0].width_ratio, 0.02 * std::sqrt(12), 2e-3);
+  EXPECT_NEAR(posterior.marginals[1].median, 0.7, 2e-3);
+  EXPECT_NEAR(posterior.marginals[1].low, 0.7 - 1.96 * 0.05, 3e-3);
+}
+
+TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
+  const Linear line({{3, 4, 3.5, 0.1}});  // (3 p + 4 q) / 5 = 0.7 +- 0.02
+  const Misfit misfit(line.study, *line.knowledge);
+  const VectorXd best = misfit.best().x;
+  const auto c = combinations(line.study, *line.knowledge, best);
+  ASSERT_EQ(c.size(), 2u);
+  EXPECT_TRUE(c[0].identified);
+  EXPECT_NEAR(c[0].coefficients[0], 0.6, 1e-3);
+  EXPECT_NEAR(c[0].coefficients[1], 0.8, 1e-3);
+  EXPECT_NEAR(c[0].value, 0.7, 1e-3);
+  EXPECT_NEAR(c[0].sd, 0.02, 2e-4);
+  EXPECT_FALSE(c[1].identified);
+  EXPECT_TRUE(std::isinf(c[1].sd));
+  const Posterior posterior = sample_posterior(line.study, misfit);
+  auto strayed = c;
+  spread_over(posterior, line.study, strayed);
+  EXPECT_NEAR(strayed[0].spread, 0.02, 1e-3);  // a straight valley
+  EXPECT_NEAR(std::abs(posterior.longest[0]), 0.8, 0.02);
+  for (const ValleyMember& member : valley(line.study, misfit, posterior))
+    EXPECT_NEAR(0.6 * member.u[0] + 0.8 * member.u[1], 0.7, 4e-3);  // a fifth of the band's 0.02
+  // p may be anything: q from 0.125 to 0.875 makes up for it.
+  EXPECT_GT(posterior.marginals[0].width_ratio, 0.9);
+}
+
+TEST(Identify, AWeakDirectionCountsAsOpenAlthoughNothingIsSingular) {
+  // q moves its response by one standard deviation over the whole range: nothing to learn of it.
+  const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.5, 1.0}});
+  const auto c = combinations(line.study, *line.knowledge, Eigen::Vector2d(0.4, 0.5));
+  EXPECT_TRUE(c[0].identified);
+  EXPECT_FALSE(c[1].identified);
+  EXPECT_NEAR(c[1].singular_value, 1, 0.01);
+}
+
+TEST(Identify, ResidualsHaveExactDerivatives) {
+  Linear line({{3, 4, 3.5, 0.1}, {1, -2, 0, 0.3}});
+  line.study.parameters[1].prior_mean = 0.3;
+  line.study.parameters[1].prior_sd = 0.1;
+  const Misfit misfit(line.study, *line.knowledge);
+  const VectorXd at = Eigen::Vector2d(0.3, 0.6);
+  EXPECT_LT(jacobian_error(misfit.residuals(at), at), 1e-6);
+}
+
+TEST(Identify, SplittingPointsLieInTheValleyAndApart) {
+  const Linear line({{3, 4, 3.5, 0.1}});
+  const Misfit misfit(line.study, *line.knowledge);
+  const auto points =
+      splitting_points(line.study, *line.knowledge, sample_posterior(line.study, misfit),
+                       misfit.best().x, FirstPoint::answer_if_unsure, {}, 3, 2);
+  ASSERT_EQ(points.size(), 3u);
+  for (const VectorXd& u : points) EXPECT_NEAR(0.6 * u[0] + 0.8 * u[1], 0.7, 0.1);
+  EXPECT_GT((points[0] - points[1]).norm(), 0.3);
+}
+
+TEST(Noise, PoolsOverPointsAndNoticesThatItGrowsWithTheResponse) {
+  // By hand: squares 2 x 0.5^2 and 2 x 1.5^2 over 2 degrees of freedom.
+  const auto constant = pool_noise({sample({9.5, 10.5}), sample({8.5, 11.5}), sample({3})});
+  ASSERT_TRUE(constant);
+  EXPECT_EQ(constant->degrees_of_freedom, 2);
+  EXPECT_FALSE(constant->relative);
+  EXPECT_NEAR(constant->sd, std::sqrt((0.5 + 4.5) / 2), 1e-12);
+  const auto relative = pool_noise({sample({0.9, 1.1}), sample({9, 11}), sample({90, 110})});
+  EXPECT_TRUE(relative->relative);
+  EXPECT_NEAR(relative->at(50), 50 * 0.1 * std::sqrt(2), 1e-9);
+  EXPECT_FALSE(pool_noise({sample({1}), sample({2})}));
+}
+
+TEST(Noise, ArchedRunsAreAFractionOfTheirNeighbourhood) {
+  Point flows, arches;
+  flows.u = Eigen::Vector2d(0.1, 0.1);
+  flows.results = {{finished({}), finished({})}};
+  arches.u = Eigen::Vector2d(0.9, 0.9);
+  arches.results = {{{JobStatus::arched, "", {}, 1}, {JobStatus::arched, "", {}, 1}}};
+  const auto share = [](const std::vector<Point>& points) {
+    return OutcomeShare(points, 0, {JobStatus::arched}, {JobStatus::finished});
+  };
+  EXPECT_LT(share({flows, arches}).at(flows.u), 1e-6);
+  EXPECT_NEAR(share({flows, arches}).at(arches.u), 2 / 2.5, 1e-6);
+  EXPECT_EQ(share({flows}).at(arches.u), 0);
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,146 @@
+// What a study leaves behind as a material record.
+#include "calibrate/output/result_to_record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "experiments/material_records/material_database.h"
+#include "experiments/material_records/material_json.h"
+#include "experiments/storage/sha256.h"
+#include "tests/support/fake_experiment.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using Values = FakeExperiment::Values;
+
+const std::string first_key = "interactions.ice-ice.static_friction";
+const std::string second_key = "interactions.ice-plastic.static_friction";
+
+// The fake study with keys of materials.
+std::string study_text(const std::string& more = "") {
+  std::string text = friction_study(
+      "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n" + more);
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("a.mu1", first_key);
+  replace("a.mu2\", \"b.mu2", second_key + "\", \"interactions.ice-plastic.dynamic_friction");
+  return text;
+}
+
+// Zhou's law: one angle, a valley of frictions.
+double angle(double mu1, double mu2) { return 35 * std::pow(mu1, 0.27) * std::pow(mu2, 0.22); }
+JobResult noisy(const Values& v, std::mt19937_64& random) {
+  return finished({scalar(
+      "aor", angle(v.at(first_key), v.at(second_key)) * (1 + 0.05 * normal(random)), "deg")});
+}
+
+StudySummary run_and_save(const std::string& file, const std::string& directory,
+                          Executor& executor) {
+  StudyOptions options;
+  options.study_file = file;
+  options.directory = directory;
+  options.show_progress = false;
+  options.plot = false;
+  options.replace_executor = &executor;
+  options.save = {"mine", "somebody", "a remark", {{"temperature", "-10 C"}}};
+  return calibrate(options);
+}
+
+TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
+  const Folder folder("material");
+  FakeExperiment experiment(noisy);
+  const std::string file = folder.write("study.toml", study_text());
+  const StudySummary s = run_and_save(file, folder / "out", experiment);
+  ASSERT_TRUE(s.record) << s.not_saved << s.table;
+  const MaterialRecord& r = *s.record;
+  EXPECT_NO_THROW(check(r));
+  EXPECT_EQ(r.kind, RecordKind::calibrated);
+  EXPECT_EQ(r.materials, (std::vector<std::string>{"ice", "plastic"}));
+  ASSERT_EQ(r.parameters.size(), 2u);
+  EXPECT_EQ(r.parameters[1].keys.size(), 2u);
+  EXPECT_EQ(r.scope.back().name, "temperature");
+  // Moments of the kept points are those of the whole posterior: 256 of them, by their weights.
+  const MaterialFamily& f = *r.family;
+  for (std::size_t i = 0; i < 2; ++i) {
+    double mean = 0, square = 0, weight = 0;
+    for (const FamilyPoint& p : f.points) {
+      weight += p.weight;
+      mean += p.weight * std::log(p.values[i]);
+      square += p.weight * std::pow(std::log(p.values[i]), 2);
+    }
+    EXPECT_NEAR(weight, 1, 1e-9);
+    const double sd = std::sqrt(f.covariance[i][i]);
+    EXPECT_NEAR(mean, f.axes[i].mean, 0.2 * sd);
+    EXPECT_NEAR(std::sqrt(square - mean * mean), sd, 0.2 * sd);
+  }
+  EXPECT_LT(f.covariance[0][1], 0);  // more of the one wants less of the other
+  ASSERT_EQ(f.combinations.size(), 2u);
+  EXPECT_TRUE(f.combinations[0].identified);
+  EXPECT_FALSE(f.combinations[1].identified);
+  // Whatever is drawn meets the target as well as the study knows: 0.5 deg measured, noise besides.
+  for (std::uint64_t k = 1; k <= 50; ++k) {
+    MaterialChoice choice;
+    choice.sample = k;
+    const std::vector<double> v = chosen_values(r, choice);
+    EXPECT_NEAR(angle(v[0], v[1]), 10, 4 * 0.7);
+  }
+  // The answer was simulated five times, with seeds of its own; every value is here.
+  const Anchor& answer = f.anchors.front();
+  EXPECT_EQ(answer.name, "answer");
+  EXPECT_EQ(answer.values[0], r.parameters[0].value);
+  ASSERT_EQ(answer.runs.size(), 5u);
+  EXPECT_EQ(answer.runs[0].seed, 1001u);
+  EXPECT_EQ(answer.runs[0].responses.at(0).name, "aor");
+  // Who, from what, by which program, measured how: nothing is left out.
+  const Provenance& p = r.provenance;
+  EXPECT_EQ(p.author, "somebody");
+  EXPECT_EQ(p.measurements.at(0).value, 10);
+  EXPECT_EQ(p.estimators.at(0).method, "formula");
+  EXPECT_THAT(p.seeds, testing::IsSupersetOf({1u, 2u, 3u, 1001u, 1005u}));
+  ASSERT_EQ(p.cases.size(), 1u);
+  EXPECT_THAT(p.cases[0].text, HasSubstr("case.seed = 1001"));
+  EXPECT_EQ(p.cases[0].parameters, (std::vector<std::string>{"mu1", "mu2"}));
+  EXPECT_THAT(p.command, HasSubstr("firn calibrate " + file));
+  for (const RawData& d : p.raw_data) EXPECT_EQ(sha256(read_text(d.file)), d.sha256) << d.file;
+  // The same study again, from its journal: the same record but for the time.
+  const int runs = experiment.runs;
+  StudySummary again = run_and_save(file, folder / "out", experiment);
+  EXPECT_EQ(experiment.runs, runs);
+  again.record->provenance.date = p.date;
+  EXPECT_EQ(canonical_text(*again.record), canonical_text(r));
+  MaterialDatabase database(folder / "m.db", MaterialDatabase::Access::write);
+  EXPECT_EQ(database.add({r}).front().record.reference(), "mine@1");
+}
+
+TEST(StudyMaterial, AnAnswerThatIsNoneIsNotSaved) {
+  const Folder folder("material-none");
+  FakeExperiment experiment([](const Values&, std::mt19937_64& random) {
+    return finished({scalar("aor", 40 + normal(random), "deg")});
+  });
+  const StudySummary s =
+      run_and_save(folder.write("study.toml", study_text()), folder / "out", experiment);
+  EXPECT_EQ(s.verdict, StudyVerdict::out_of_reach);
+  EXPECT_FALSE(s.record);
+  EXPECT_THAT(s.not_saved,
+              HasSubstr("material mine: not saved, because the study is out of reach"));
+}
+
+TEST(StudyMaterial, OtherKeysAreRefusedBeforeAnyRun) {
+  const Folder folder("material-keys");
+  FakeExperiment experiment(noisy);
+  std::string text = study_text();
+  text.replace(text.find(first_key), first_key.size(), "shapes.cube.rounding");
+  try {
+    run_and_save(folder.write("study.toml", text), folder / "out", experiment);
+    FAIL() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("parameters: mu1: \"shapes.cube.rounding\" is no key of a"));
+  }
+  EXPECT_EQ(experiment.runs, 0);
+}
+
+}  // namespace
+}  // namespace firn

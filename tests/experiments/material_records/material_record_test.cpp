@@ -1,0 +1,446 @@
+// Records: what is accepted, what is refused, JSON there and back, and samples of a family.
+#include "experiments/material_records/material_record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <regex>
+#include <set>
+
+#include "experiments/material_records/material_database.h"
+#include "experiments/material_records/material_json.h"
+#include "tests/support/sample_records.h"
+
+namespace firn {
+namespace {
+
+using test::calibrated_record;
+using test::printed_record;
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+std::string refusal(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+std::string refusal(const MaterialRecord& r) {
+  return refusal([&] { check(r); });
+}
+template <class Change>
+std::string refusal_of(Change change, MaterialRecord r = calibrated_record()) {
+  change(r);
+  return refusal(r);
+}
+
+TEST(MaterialRecord, CompleteOnesAreAccepted) {
+  EXPECT_EQ(refusal(printed_record()), "accepted");
+  EXPECT_EQ(refusal(calibrated_record()), "accepted");
+}
+
+TEST(MaterialRecord, NothingGoesWithoutProvenance) {
+  using R = MaterialRecord;
+  const auto without = [](auto change) { return refusal_of(change); };
+  EXPECT_THAT(without([](R& r) { r.provenance.author = ""; }), HasSubstr("provenance.author"));
+  EXPECT_THAT(without([](R& r) { r.provenance.date = "yesterday"; }),
+              HasSubstr("provenance.date: is \"yesterday\"; expected a date"));
+  EXPECT_THAT(without([](R& r) { r.provenance.date = "2026-13-01"; }),
+              HasSubstr("expected a date"));
+  EXPECT_THAT(without([](R& r) { r.provenance.source = ""; }), HasSubstr("provenance.source"));
+  EXPECT_THAT(without([](R& r) { r.provenance.raw_data.clear(); }),
+              HasSubstr("provenance.raw_data: is missing"));
+  EXPECT_THAT(without([](R& r) { r.provenance.raw_data[0].sha256 = "abc"; }),
+              HasSubstr("provenance.raw_data.0.sha256: is no hash"));
+  EXPECT_THAT(without([](R& r) { r.provenance.program_commit = ""; }), HasSubstr("commit"));
+  EXPECT_THAT(without([](R& r) { r.provenance.study = ""; }), HasSubstr("provenance.study"));
+  EXPECT_THAT(without([](R& r) { r.provenance.measurements.clear(); }), HasSubstr("measurements"));
+  EXPECT_THAT(without([](R& r) { r.provenance.seeds.clear(); }), HasSubstr("provenance.seeds"));
+  EXPECT_THAT(without([](R& r) { r.provenance.estimators.clear(); }), HasSubstr("estimators"));
+  EXPECT_THAT(without([](R& r) { r.provenance.command = ""; }), HasSubstr("provenance.command"));
+  EXPECT_THAT(without([](R& r) { r.scope.clear(); }), HasSubstr("scope: is missing"));
+}
+
+TEST(MaterialRecord, ValuesThatNoCaseCouldTakeAreRefused) {
+  using R = MaterialRecord;
+  EXPECT_THAT(refusal_of([](R& r) { r.name = "a@2"; }), HasSubstr("name: is \"a@2\""));
+  EXPECT_THAT(refusal_of([](R& r) { r.parameters[0].keys[0] = "shapes.cube.size"; }),
+              HasSubstr("parameters.0.keys.0: \"shapes.cube.size\" is no key of a material"));
+  EXPECT_THAT(
+      refusal_of([](R& r) { r.parameters[1].keys[0] = "interactions.ice-tin.restitution"; }),
+      HasSubstr("is about \"tin\", which is none of the record's materials"));
+  EXPECT_THAT(refusal_of([](R& r) { r.parameters[2].unit = "mm"; }),
+              HasSubstr("parameters.2.unit: is \"mm\", but young_modulus takes"));
+  EXPECT_THAT(refusal_of([](R& r) { r.parameters[2].unit = "1"; }), HasSubstr("parameters.2.unit"));
+  EXPECT_THAT(refusal_of([](R& r) { r.parameters[0].keys[0] = r.parameters[1].keys[0]; }),
+              HasSubstr("bound twice"));
+  EXPECT_THAT(refusal_of([](R& r) { r.parameters[0].value = std::nan(""); }),
+              HasSubstr("parameters.0.value"));
+  EXPECT_THAT(refusal_of([](R& r) { r.properties[1].statement = ""; }), HasSubstr("says nothing"));
+}
+
+TEST(MaterialRecord, FamiliesAreConsistent) {
+  using R = MaterialRecord;
+  EXPECT_THAT(refusal_of([](R& r) { r.family->axes[0].parameter = "x"; }),
+              HasSubstr("\"x\" is no parameter of the record"));
+  EXPECT_THAT(refusal_of([](R& r) { r.family->axes[0].bounds.low = 0; }), HasSubstr("logarithmic"));
+  EXPECT_THAT(refusal_of([](R& r) { r.family->covariance[0][1] = 1; }), HasSubstr("not symmetric"));
+  EXPECT_THAT(refusal_of([](R& r) {
+                r.family->covariance = {{1, 2}, {2, 1}};
+              }),
+              HasSubstr("negative variance"));
+  EXPECT_THAT(refusal_of([](R& r) { r.family->anchors[0].values[1] = 0.7; }),
+              HasSubstr("family.anchors.0.values.1: is 0.7; expected a value within the bounds"));
+  EXPECT_THAT(refusal_of([](R& r) {
+                r.family->points = {{{0.1, 0.3}, 0.5}};
+              }),
+              HasSubstr("weigh 0.5 together"));
+}
+
+TEST(MaterialRecord, ReferencesAreReadWhole) {
+  EXPECT_EQ(parse_material_choice("ice").version, 0);
+  EXPECT_EQ(parse_material_choice("ice@12").version, 12);
+  EXPECT_EQ(*parse_material_choice("ice#3").sample, 3u);
+  EXPECT_EQ(parse_material_choice("ice@2#valley end").anchor, "valley end");
+  for (const char* bad : {"", "@1", "ice@", "ice@0", "ice@-1", "ice@1x", "ice#", "ice#0", "a b",
+                          "ice@1@2", "ice#99999999999999999999"})
+    EXPECT_THAT(refusal([&] { parse_material_choice(bad); }), HasSubstr("is no record")) << bad;
+}
+
+// ---- JSON ----
+
+TEST(MaterialJson, RoundTripIsExact) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 200; ++i) {
+    MaterialRecord r = calibrated_record();
+    // Any finite bits will do where the record does not limit them.
+    double wild = 0;
+    do {
+      const std::uint64_t bits = random();
+      std::memcpy(&wild, &bits, sizeof wild);
+    } while (!std::isfinite(wild));
+    r.parameters[0].value = wild;
+    r.family->anchors[0].runs[0].responses[0].value = -wild;
+    r.family->anchors[0].runs[0].seed = random();
+    r.remark = "\"quotes\", \\, \xc3\xa4\xc3\xb6, \u00b5 and\ttabs";
+    const std::string text = export_text({r});
+    const ReadRecord back = read_records_text(text, "export.json").at(0);
+    EXPECT_EQ(std::memcmp(&back.record.parameters[0].value, &wild, sizeof wild), 0);
+    EXPECT_EQ(back.record.family->anchors[0].runs[0].seed, r.family->anchors[0].runs[0].seed);
+    EXPECT_EQ(canonical_text(back.record), canonical_text(r));
+    EXPECT_EQ(export_text({back.record}), text);
+    EXPECT_EQ(back.sha256, record_hash(r));
+    EXPECT_EQ(canonical_text(read_canonical(canonical_text(r), "here")), canonical_text(r));
+  }
+}
+
+// The hash can be recomputed by anybody who has Python.
+TEST(MaterialJson, PythonSpellsTheCanonicalTextTheSameWay) {
+  const test::ScratchFolder folder("python");
+  MaterialRecord r = calibrated_record();
+  std::vector<MaterialRecord> all;
+  for (const double value : {1e-5, 1e-4, 1e15, 1e16, 123456789012345680.0, 5e-324, -0.0, 2.0, 0.1,
+                             1.7976931348623157e308, 9007199254740993.0}) {
+    r.parameters[0].value = value;
+    r.remark = "\xc3\xa4 \"x\" \\ \n\t /";
+    all.push_back(r);
+  }
+  std::ofstream(folder / "r.json") << export_text(all);
+  const std::string command =
+      "python3 -c \"import json, hashlib\n"
+      "for r in json.load(open('" +
+      (folder / "r.json") +
+      "'))['records']:\n"
+      " given = r.pop('sha256')\n"
+      " text = json.dumps(r, sort_keys=True, separators=(',', ':'), ensure_ascii=False)\n"
+      " assert hashlib.sha256(text.encode()).hexdigest() == given, text\n"
+      "\"";
+  if (std::system("python3 -c pass") != 0) GTEST_SKIP() << "there is no Python here";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+}
+
+std::string reading(const std::string& text) {
+  return refusal([&] { read_records_text(text, "r.json"); });
+}
+// One change to an accepted document.
+std::string reading_with(const std::string& pointer, const Json& value) {
+  Json document = Json::parse(export_text({calibrated_record()}));
+  document[Json::json_pointer(pointer)] = value;
+  return reading(document.dump());
+}
+
+TEST(MaterialJson, MistakesAreToldWithTheirPlace) {
+  EXPECT_THAT(reading("{\n\n\"a\": }"), HasSubstr("r.json:3: JSON:"));
+  EXPECT_THAT(reading("{\"a\": 1, \"a\": 2}"), HasSubstr("\"a\" stands twice"));
+  EXPECT_THAT(reading("{\"a\": 1e999}"), HasSubstr("no computer can"));
+  EXPECT_THAT(reading("\xff"), HasSubstr("UTF-8"));
+  EXPECT_THAT(reading("[]"), HasSubstr("r.json: document: is an array; expected an object"));
+  EXPECT_THAT(reading("{}"), HasSubstr("r.json: format: missing"));
+  EXPECT_THAT(reading_with("/format_version", 2), HasSubstr("of a newer Firn"));
+  EXPECT_THAT(reading_with("/records/0/colour", 1),
+              HasSubstr("records.0: unknown key \"colour\"; the nearest known one is"));
+  EXPECT_THAT(reading_with("/records/0/parameters/1/value", "0.1"),
+              HasSubstr("r.json: records.0.parameters.1.value: is \"0.1\"; expected a number"));
+  EXPECT_THAT(reading_with("/records/0/parameters/0/interval_95", Json::array({1})),
+              HasSubstr("records.0.parameters.0.interval_95: has 1 numbers; expected two ends"));
+  EXPECT_THAT(reading_with("/records/0/version", 0),
+              HasSubstr("records.0.version: is the number 0"));
+  EXPECT_THAT(reading_with("/records/0/version", 1.5), HasSubstr("expected a whole number"));
+  EXPECT_THAT(reading_with("/records/0/kind", "guessed"),
+              HasSubstr("expected one of printed, measured, calibrated, assumed"));
+  EXPECT_THAT(reading_with("/records/0/family/axes/0/scale", "cubic"),
+              HasSubstr("records.0.family.axes.0.scale"));
+  EXPECT_THAT(reading_with("/records/0/provenance/seeds/0", -1),
+              HasSubstr("records.0.provenance.seeds.0: is the number -1"));
+  EXPECT_THAT(reading_with("/records/0/provenance", Json()),
+              HasSubstr("records.0.provenance: missing"));
+}
+
+// ---- The schema that ships ----
+
+// The part of JSON Schema that the file uses. The first thing that is wrong; empty: nothing.
+std::string violation(const Json& schema, const Json& root, const Json& value,
+                      const std::string& path) {
+  if (schema.contains("$ref")) {
+    const std::string ref = schema["$ref"];
+    return violation(root.at(Json::json_pointer(ref.substr(1))), root, value, path);
+  }
+  if (schema.contains("const") && value != schema["const"]) return path + " is not the constant";
+  if (schema.contains("enum") &&
+      std::find(schema["enum"].begin(), schema["enum"].end(), value) == schema["enum"].end())
+    return path + " is none of the words";
+  if (schema.contains("type")) {
+    const std::string type = schema["type"];
+    const bool fits =
+        (type == "object" && value.is_object()) || (type == "array" && value.is_array()) ||
+        (type == "string" && value.is_string()) || (type == "number" && value.is_number()) ||
+        (type == "integer" && value.is_number_integer()) ||
+        (type == "boolean" && value.is_boolean());
+    if (!fits) return path + " is no " + type;
+  }
+  if (schema.contains("pattern") &&
+      !std::regex_search(value.get<std::string>(),
+                         std::regex(schema["pattern"].get<std::string>())))
+    return path + " does not match";
+  if (schema.contains("minimum") && value < schema["minimum"]) return path + " is too small";
+  if (schema.contains("exclusiveMinimum") && value <= schema["exclusiveMinimum"])
+    return path + " is too small";
+  if (schema.contains("minItems") && value.size() < schema["minItems"])
+    return path + " is too short";
+  if (schema.contains("maxItems") && value.size() > schema["maxItems"])
+    return path + " is too long";
+  if (value.is_array() && schema.contains("items"))
+    for (std::size_t i = 0; i < value.size(); ++i)
+      if (const auto v = violation(schema["items"], root, value[i], path + "." + std::to_string(i));
+          !v.empty())
+        return v;
+  if (!value.is_object()) return "";
+  for (const Json& key : schema.value("required", Json::array()))
+    if (!value.contains(key)) return path + " lacks " + key.get<std::string>();
+  for (const auto& [key, item] : value.items()) {
+    if (!schema["properties"].contains(key)) return path + " has an unknown " + key;
+    if (const auto v = violation(schema["properties"][key], root, item, path + "." + key);
+        !v.empty())
+      return v;
+  }
+  return "";
+}
+
+Json schema() {
+  std::ifstream in(FIRN_SOURCE_DIR "/data/materials/record.schema.json");
+  return Json::parse(in);
+}
+
+TEST(MaterialSchema, DescribesWhatIsWritten) {
+  const Json s = schema();
+  std::vector<MaterialRecord> all = {printed_record(), calibrated_record()};
+  all[1].family->points = {{{0.1, 0.3}, 0.25}, {{0.11, 0.28}, 0.75}};
+  all[1].version = 2;
+  all[1].supersedes = std::string(64, 'b');
+  all[1].remark = "a remark";
+  for (const StoredRecord& shipped : shipped_materials()) all.push_back(shipped.record);
+  EXPECT_EQ(violation(s, s, Json::parse(export_text(all)), "document"), "");
+}
+
+// What is structure is refused by both; what needs physics, by the reader alone.
+TEST(MaterialSchema, AgreesWithTheReader) {
+  const Json s = schema();
+  const Json good = Json::parse(export_text({calibrated_record()}));
+  const auto both_refuse = [&](const std::string& pointer, const Json& value) {
+    Json document = good;
+    document[Json::json_pointer(pointer)] = value;
+    EXPECT_NE(violation(s, s, document, "document"), "") << pointer;
+    EXPECT_NE(reading(document.dump()), "accepted") << pointer;
+  };
+  // Every field of every object, as a truth value that none but one of them is.
+  const std::function<void(const Json&, const std::string&)> walk =
+      [&](const Json& value, const std::string& pointer) {
+        if (value.is_object())
+          for (const auto& [key, item] : value.items()) walk(item, pointer + "/" + key);
+        if (value.is_array())
+          for (std::size_t i = 0; i < value.size(); ++i)
+            walk(value[i], pointer + "/" + std::to_string(i));
+        if (value.is_object()) both_refuse(pointer + "/unknown_key", 1);
+        if (!pointer.empty() && !value.is_boolean()) both_refuse(pointer, true);
+      };
+  walk(good, "");
+  // Every key that is required.
+  for (const char* key : {"name", "title", "materials", "kind", "scope", "provenance"}) {
+    Json document = good;
+    document["records"][0].erase(key);
+    EXPECT_NE(violation(s, s, document, "document"), "") << key;
+    EXPECT_NE(reading(document.dump()), "accepted") << key;
+  }
+}
+
+// ---- Samples ----
+
+std::vector<double> sample(const MaterialRecord& r, std::uint64_t k) {
+  MaterialChoice choice;
+  choice.name = r.name;
+  choice.sample = k;
+  return chosen_values(r, choice);
+}
+
+TEST(MaterialSample, PointValuesAnchorsAndNothingElse) {
+  const MaterialRecord r = calibrated_record();
+  EXPECT_EQ(chosen_values(r, parse_material_choice("ice-steel")),
+            (std::vector<double>{0.1, 0.3, 0.01}));
+  EXPECT_EQ(chosen_values(r, parse_material_choice("ice-steel#answer")),
+            (std::vector<double>{0.1, 0.3, 0.01}));
+  EXPECT_THAT(refusal([&] { chosen_values(r, parse_material_choice("ice-steel#end")); }),
+              HasSubstr("has no anchor \"end\"; expected one of \"answer\""));
+  EXPECT_THAT(refusal([&] { sample(printed_record(), 1); }), HasSubstr("no family"));
+}
+
+// Moments of the Gaussian, whose bounds lie some deviations away, come back from the draws.
+TEST(MaterialSample, GaussianHasItsMoments) {
+  const MaterialRecord r = calibrated_record();
+  constexpr int n = 20000;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
+  for (int k = 1; k <= n; ++k) {
+    const std::vector<double> v = sample(r, static_cast<std::uint64_t>(k));
+    EXPECT_EQ(v[2], 0.01);  // no part of the family
+    const Eigen::Vector2d x(std::log(v[0]), v[1]);
+    mean += x / n;
+    square += x * x.transpose() / n;
+  }
+  const Eigen::Matrix2d covariance = square - mean * mean.transpose();
+  // Standard errors: sd / sqrt(n) of a mean, about sqrt(2 / n) of a variance; four of them.
+  EXPECT_NEAR(mean[0], std::log(0.1), 4 * 0.2 / std::sqrt(n));
+  EXPECT_NEAR(mean[1], 0.3, 4 * 0.05 / std::sqrt(n));
+  EXPECT_NEAR(covariance(0, 0) / 0.04, 1, 4 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(covariance(1, 1) / 0.0025, 1, 4 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(covariance(0, 1) / -0.006, 1, 4 * std::sqrt(2.0 / n) * 0.01 / 0.006);
+}
+
+TEST(MaterialSample, DrawsKeepTheBoundsAndRepeat) {
+  MaterialRecord r = calibrated_record();
+  r.family->axes[1].bounds = {0.29, 0.31};
+  for (std::uint64_t k = 1; k <= 200; ++k) {
+    const std::vector<double> v = sample(r, k);
+    EXPECT_GE(v[1], 0.29);
+    EXPECT_LE(v[1], 0.31);
+    EXPECT_EQ(v, sample(r, k));
+  }
+  EXPECT_NE(sample(r, 1), sample(r, 2));
+  r.family->axes[1].mean = 40;
+  EXPECT_THAT(refusal([&] { sample(r, 1); }), HasSubstr("hardly reaches into the bounds"));
+}
+
+// Any run of draws has each point as often as its weight says, to within one or two draws.
+TEST(MaterialSample, PointsComeByWeightAndSpreadFromTheFirst) {
+  MaterialRecord r = calibrated_record();
+  const std::vector<double> weights = {0.1, 0.4, 0.2, 0.3};
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    r.family->points.push_back({{0.1, 0.1 + 0.1 * static_cast<double>(i)}, weights[i]});
+  std::vector<int> count(weights.size(), 0);
+  for (int k = 1; k <= 1000; ++k) {
+    const double v = sample(r, static_cast<std::uint64_t>(k))[1];
+    ++count[static_cast<std::size_t>(std::lround((v - 0.1) / 0.1))];
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      EXPECT_LE(std::abs(count[i] - weights[i] * k), 3);
+  }
+  // The first three draws of a hundred equal points lie in different quarters of the family.
+  r.family->points.clear();
+  for (int i = 0; i < 100; ++i) r.family->points.push_back({{0.1, 0.1 + 0.004 * i}, 0.01});
+  std::set<int> quarters;
+  for (std::uint64_t k = 1; k <= 3; ++k)
+    quarters.insert(static_cast<int>((sample(r, k)[1] - 0.1) / 0.1));
+  EXPECT_EQ(quarters.size(), 3u);
+}
+
+// ---- What ships ----
+
+const MaterialRecord& shipped(const std::string& name) {
+  for (const StoredRecord& s : shipped_materials())
+    if (s.record.name == name) return s.record;
+  throw std::logic_error("no shipped " + name);
+}
+
+TEST(ShippedMaterials, HaveTheirHashes) {
+  EXPECT_GE(shipped_materials().size(), 11u);
+  const MaterialDatabase database("");
+  for (const std::string& name : database.names())
+    EXPECT_TRUE(database.faults(name).empty()) << name << ": " << database.faults(name)[0];
+}
+
+TEST(ShippedMaterials, TableOfThePaperAsPrinted) {
+  const MaterialRecord& table = shipped("paper-table-1");
+  const auto value = [](const MaterialRecord& r, const std::string& name) {
+    return r.parameters[r.index(name)].value;
+  };
+  EXPECT_EQ(value(table, "density"), 916.7);
+  EXPECT_EQ(value(table, "young_modulus"), 0.01);
+  EXPECT_EQ(table.parameters[table.index("young_modulus")].unit, "GPa");
+  EXPECT_EQ(value(table, "poisson_ratio"), 0.33);
+  EXPECT_EQ(value(table, "restitution_particle_particle"), 0.3);
+  EXPECT_EQ(value(table, "restitution_particle_boundary"), 0.3);
+  EXPECT_EQ(value(table, "friction_particle_particle"), 0.1);
+  EXPECT_EQ(value(table, "friction_particle_boundary"), 0.2);
+  EXPECT_EQ(value(shipped("paper-text"), "friction_particle_boundary"), 0.3);
+}
+
+// Voigt, Reuss and Hill (1952) for hexagonal crystals, from the printed constants.
+TEST(ShippedMaterials, ModulusOfIceFollowsFromItsConstants) {
+  const MaterialRecord& r = shipped("ice-elasticity-gammon-1983");
+  const auto c = [&](const std::string& name) {
+    for (const MaterialProperty& p : r.properties)
+      if (p.name == name) return *p.value;
+    throw std::logic_error(name);
+  };
+  Eigen::Matrix<double, 6, 6> stiffness = Eigen::Matrix<double, 6, 6>::Zero();
+  stiffness(0, 0) = stiffness(1, 1) = c("c11");
+  stiffness(0, 1) = stiffness(1, 0) = c("c12");
+  stiffness(0, 2) = stiffness(2, 0) = stiffness(1, 2) = stiffness(2, 1) = c("c13");
+  stiffness(2, 2) = c("c33");
+  stiffness(3, 3) = stiffness(4, 4) = c("c44");
+  stiffness(5, 5) = (c("c11") - c("c12")) / 2;
+  const auto voigt = [](const Eigen::Matrix<double, 6, 6>& m, double shear) {
+    const double a = m(0, 0) + m(1, 1) + m(2, 2), b = m(0, 1) + m(1, 2) + m(0, 2);
+    const double d = m(3, 3) + m(4, 4) + m(5, 5);
+    return std::pair((a + 2 * b) / 9, (a - b + shear * d) / 15);
+  };
+  const auto [bulk_v, shear_v] = voigt(stiffness, 3);
+  const Eigen::Matrix<double, 6, 6> s = stiffness.inverse();
+  const double bulk_r = 1 / (s.topLeftCorner<3, 3>().sum());
+  const double shear_r =
+      15 / (4 * (s(0, 0) + s(1, 1) + s(2, 2)) - 4 * (s(0, 1) + s(1, 2) + s(0, 2)) +
+            3 * (s(3, 3) + s(4, 4) + s(5, 5)));
+  const double bulk = (bulk_v + bulk_r) / 2, shear = (shear_v + shear_r) / 2;
+  const double modulus = 9 * bulk * shear / (3 * bulk + shear);
+  const double poisson = (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear));
+  EXPECT_NEAR(modulus, r.parameters[r.index("young_modulus")].value, 0.005);  // as rounded
+  EXPECT_NEAR(poisson, r.parameters[r.index("poisson_ratio")].value, 0.0005);
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,106 @@
+#include "experiments/measurements/measurement.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firn/math.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kHead =
+    "name = \"n\"\nresponse = \"r\"\nstatus = \"measured\"\nsource = \"bench\"\n";
+
+std::string complaint(const std::string& text) {
+  try {
+    read_measurement_text(text, "m.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Measurement, DrainedAngleOfReposeShipsWithItsAssumptionsNamed) {
+  const Measurement m = read_measurement(std::string(FIRN_SOURCE_DIR) +
+                                         "/cases/measurements/drained_angle_of_repose.toml");
+  EXPECT_EQ(m.response, "angle_of_repose");
+  EXPECT_EQ(m.value, 10);
+  EXPECT_EQ(m.unit, "deg");
+  EXPECT_EQ(m.repeats, 7);
+  EXPECT_EQ(m.status, MeasurementStatus::printed);
+  EXPECT_EQ(m.scatter, ScatterKind::not_stated);
+  EXPECT_NEAR(m.standard_uncertainty(), std::sqrt(2.0 * 2.0 / 7 + 0.6 * 0.6), 1e-12);
+  EXPECT_THAT(m.sentence(),
+              HasSubstr("10.00 ± 0.97 deg (n = 7; standard deviation 2 deg, ASSUMED:"));
+}
+
+TEST(Measurement, TakesAStandardDeviationAsItIs) {
+  const Measurement m = read_measurement_text(kHead +
+                                                  "value = \"3 N\"\nrepeats = 4\n[scatter]\n"
+                                                  "kind = \"standard deviation\"\n"
+                                                  "standard_deviation = \"0.5 N\"\n",
+                                              "m.toml");
+  EXPECT_DOUBLE_EQ(m.standard_uncertainty(), 0.25);
+  EXPECT_TRUE(m.assumed_because.empty());
+}
+
+TEST(Measurement, EstimatesTheScatterFromARange) {
+  // Tabulated d2: 1.128 (n = 2), 2.704 (7), 3.078 (10).
+  EXPECT_NEAR(expected_range(2), 2 / std::sqrt(M_PI), 1e-9);
+  EXPECT_NEAR(expected_range(7), 2.704, 5e-4);
+  EXPECT_NEAR(expected_range(10), 3.078, 5e-4);
+  const Measurement m =
+      read_measurement_text(kHead +
+                                "value = \"1044.0 N\"\nrepeats = 7\n[scatter]\nkind = \"range\"\n"
+                                "minimum = \"898.5 N\"\nmaximum = \"1227.7 N\"\n",
+                            "m.toml");
+  EXPECT_NEAR(m.standard_deviation, (1227.7 - 898.5) / 2.704, 0.05);
+}
+
+TEST(Measurement, ComputesStatisticsOfGivenValues) {
+  const Measurement m =
+      read_measurement_text(kHead + "values = [\"9 deg\", \"10 deg\", \"12.5 deg\"]\n", "m.toml");
+  EXPECT_DOUBLE_EQ(m.value, 10.5);
+  EXPECT_EQ(m.repeats, 3);
+  EXPECT_DOUBLE_EQ(m.standard_deviation, std::sqrt((2.25 + 0.25 + 4) / 2));
+  EXPECT_EQ(m.minimum, 9);
+  EXPECT_EQ(m.maximum, 12.5);
+}
+
+TEST(Measurement, QualitativeOnesHaveAStatementAndNoNumber) {
+  const std::string head =
+      "name = \"n\"\nresponse = \"r\"\nstatus = \"qualitative\"\nsource = \"s\"\n";
+  EXPECT_EQ(read_measurement_text(head + "statement = \"a cube falls\"\n", "m.toml").sentence(),
+            "a cube falls");
+  EXPECT_EQ(
+      read_measurement_text(head + "statement = \"\"\"a\ncube\tfalls\"\"\"\n", "m.toml").sentence(),
+      "a cube falls");
+  EXPECT_THAT(complaint(head + "statement = \"a\"\nvalue = \"1 N\"\n"),
+              HasSubstr("m.toml:6: value: does not go with the status \"qualitative\""));
+}
+
+TEST(Measurement, MistakesAreOneLineWithTheirPlace) {
+  EXPECT_THAT(complaint(kHead + "value = \"ten\"\n"), HasSubstr("m.toml:5: value: \"ten\" is no"));
+  EXPECT_THAT(complaint(kHead + "value = \"10 degg\"\n"), HasSubstr("m.toml:5: value: "));
+  EXPECT_THAT(complaint(kHead + "value = \"10 deg\"\nrepeats = 7\n"), HasSubstr("scatter"));
+  EXPECT_THAT(
+      complaint(kHead + "value = \"10 deg\"\nrepeats = 7\n[scatter]\nkind = \"not stated\"\n"
+                        "assumed_standard_deviation = \"2 deg\"\n"),
+      HasSubstr("assumed_because"));
+  EXPECT_THAT(
+      complaint(kHead + "value = \"10 deg\"\nrepeats = 7\n[scatter]\nkind = \"not stated\"\n"
+                        "assumed_standard_deviation = \"2 mm\"\nassumed_because = \"x\"\n"),
+      HasSubstr("m.toml:9: scatter.assumed_standard_deviation: has the unit \"mm\""));
+  EXPECT_THAT(complaint(kHead + "value = \"5 N\"\nrepeats = 7\n[scatter]\nkind = \"range\"\n"
+                                "minimum = \"6 N\"\nmaximum = \"7 N\"\n"),
+              HasSubstr("does not lie between"));
+  EXPECT_THAT(complaint(kHead + "valeu = \"1 N\"\n"), HasSubstr("m.toml:5: valeu: "));
+  EXPECT_THROW(read_measurement("no such file.toml"), InputError);
+}
+
+}  // namespace
+}  // namespace firn

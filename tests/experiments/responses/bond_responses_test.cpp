@@ -1,0 +1,275 @@
+// [[bonds]] of case files, and what results files and responses say of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/export/export.h"
+#include "experiments/inspection/contact_inspection.h"
+#include "experiments/results/bond_results.h"
+#include "experiments/run/run.h"
+#include "experiments/storage/hdf5_file.h"
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kBodies = R"(
+[case]
+duration = "0.5 s"
+steps_per_quarter_period = 6
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "0.01 GPa"
+poisson_ratio = 0.33
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+rounding = "1 mm"
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "ice"
+normal = [0, 0, 1]
+# An edge that a row of cubes falls across.
+[[boundaries]]
+name = "edge"
+kind = "box"
+material = "ice"
+size = "20 100 30 mm"
+position = "37.5 0 15 mm"
+)";
+
+constexpr const char* kBridge = R"(
+width = "4 mm"
+height = "3 mm"
+length = "5 mm"
+tensile_strength = "60 kPa"
+shear_strength = "60 kPa"
+)";
+
+std::string source(int batches = 2) {
+  return std::string(kBodies) + R"(
+[[sources]]
+name = "mold"
+shape = "cube"
+position = "0 0 100 mm"
+grid = [4, 1, 1]
+spacing = "25 1 1 mm"
+turn = "1 deg"
+interval = "0.2 s"
+batches = )" +
+         std::to_string(batches) + "\n";
+}
+std::string joined(const std::string& more = "source = \"mold\"") {
+  return source() + "[[bonds]]\nname = \"bridges\"\n" + more + kBridge;
+}
+
+Case read(const std::string& text) { return read_case_text(text, "bonds.toml", "."); }
+std::string complaint(const std::string& text) {
+  try {
+    read(text);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "none";
+}
+
+TEST(BondCase, NeighboursOfEachBatchAreJoined) {
+  const Case c = read(joined());
+  ASSERT_EQ(c.model.bonds.size(), 6u);
+  const int pairs[6][2] = {{0, 1}, {1, 2}, {2, 3}, {4, 5}, {5, 6}, {6, 7}};
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_EQ(c.model.bonds[k].a, pairs[k][0]);
+    EXPECT_EQ(c.model.bonds[k].b, pairs[k][1]);
+  }
+  ASSERT_EQ(c.model.beams.size(), 1u);
+  const BeamLaw& law = c.model.beams[0];
+  EXPECT_DOUBLE_EQ(law.young_modulus, 1e7);  // the ice's
+  EXPECT_DOUBLE_EQ(law.shear_modulus, 1e7 / 2.66);
+  EXPECT_DOUBLE_EQ(law.section.half_width, 2e-3);
+  EXPECT_DOUBLE_EQ(law.section.half_height, 1.5e-3);
+  // Turned by chance, joined as they stand: nothing is strained.
+  Solver solver(c.model);
+  EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+}
+
+TEST(BondCase, PairsGoByNumberOrTag) {
+  const std::string bodies = std::string(kBodies) + R"(
+[[particles]]
+shape = "cube"
+position = "0 0 60 mm"
+tag = 7
+[[particles]]
+shape = "cube"
+position = "25 0 60 mm"
+tag = 9
+)";
+  const std::string head = "[[bonds]]\nname = \"b\"\n";
+  for (const char* who : {"pairs = [[0, 1]]", "tags = [[7, 9]]"}) {
+    const Case c = read(bodies + head + who + kBridge);
+    ASSERT_EQ(c.model.bonds.size(), 1u) << who;
+    EXPECT_EQ(c.model.bonds[0].b, 1);
+  }
+  EXPECT_THAT(complaint(bodies + head + "pairs = [[0, 2]]" + kBridge), HasSubstr("exactly one"));
+  EXPECT_THAT(complaint(bodies + head + "tags = [[7, 8]]" + kBridge), HasSubstr("exactly one"));
+  EXPECT_THAT(complaint(bodies + head + "pairs = [[0, 0]]" + kBridge), HasSubstr("with itself"));
+  EXPECT_THAT(complaint(bodies + head + "pairs = [0, 1]" + kBridge), HasSubstr("pairs of whole"));
+  EXPECT_THAT(complaint(bodies + head + kBridge), HasSubstr("expected one of source, pairs"));
+}
+
+// What an audit adds up is what moves the bodies.
+TEST(BondCase, AuditsCountBondsAmongTheForces) {
+  const Case c = read(std::string(kBodies) + R"(
+[[particles]]
+shape = "cube"
+position = "0 0 60 mm"
+velocity = "0 0.1 0 m/s"
+grid = [2, 1, 1]
+spacing = "25 0 0 mm"
+angular_velocity = "3 2 1 rad/s"
+[[bonds]]
+name = "b"
+pairs = [[0, 1]]
+)" + kBridge);
+  Solver solver(c.model);
+  for (const Case::Placed& p : c.placed)
+    solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
+  for (int k = 0; k < 50; ++k) solver.step();
+  ASSERT_TRUE(solver.bond(0).acts);
+  ASSERT_GT(solver.bond(0).load.force.norm(), 0);
+  for (const int particle : {0, 1}) {
+    const Balance b = balance_of(solver, particle);
+    EXPECT_LT(b.force_error, 1e-9 * b.scale);
+    EXPECT_LT(b.used_error, 1e-12 * b.scale);
+    EXPECT_LT(b.moment_error, 1e-9 * solver.load(particle).moment.norm());
+  }
+}
+
+TEST(BondCase, MistakesAreToldInOneLine) {
+  EXPECT_THAT(complaint(joined("source = \"mould\"")), HasSubstr("is no source"));
+  EXPECT_THAT(complaint(joined("source = \"mold\"\nposition = \"0 0 40 mm\"")),
+              HasSubstr("mm off particle 0; expected neighbours"));
+  EXPECT_THAT(complaint(joined("source = \"mold\"\nheight_direction = [1, 0, 0]")),
+              HasSubstr("along the bridge"));
+  EXPECT_THAT(complaint(joined("source = \"mold\"\nmold = \"floor\"")), HasSubstr("beside a mold"));
+  EXPECT_THAT(complaint(joined("source = \"mold\"\ndamping_ratio = 2")), HasSubstr("from 0 to 1"));
+  EXPECT_THAT(complaint(joined("source = \"mold\"\nradius = \"2 mm\"")), HasSubstr("either width"));
+  // Bodies far from each other.
+  std::string apart = joined();
+  apart.replace(apart.find("\"25 1 1 mm\""), 11, "\"90 1 1 mm\"");
+  const std::string line = complaint(apart);
+  EXPECT_THAT(line, HasSubstr("bonds.bridges.length"));
+  EXPECT_THAT(line, HasSubstr("expected neighbours"));
+  EXPECT_EQ(line.find('\n'), line.npos);
+}
+
+TEST(BondCase, AreLeftOutWhenNotEnabled) {
+  const Case c = read(joined("source = \"mold\"\nenabled = false"));
+  EXPECT_TRUE(c.model.bonds.empty());
+  EXPECT_EQ(c.model.timestep, read(source()).model.timestep);
+}
+
+TEST(BondCase, AMoldGivesSectionAndLength) {
+  const std::string text = std::string(kBodies) + R"(
+[shapes.crescent]
+kind = "crescent"
+material = "ice"
+rounding = "1 mm"
+[[boundaries]]
+name = "tray"
+kind = "mold"
+material = "ice"
+position = "0 0 200 mm"
+notch_width = "5 mm"
+notch_depth = "3 mm"
+pitch = "25 mm"
+clearance = "1 mm"
+[[sources]]
+name = "mold"
+shape = "crescent"
+grid = [8, 1, 1]
+spacing = "25 1 1 mm"
+position = "-87.5 0 172.944 mm"
+orientation = [0.7071067811865476, 0, 0, 0.7071067811865476]
+[[bonds]]
+name = "bridges"
+source = "mold"
+mold = "tray"
+position = "0 0 6 mm"
+tensile_strength = "1 MPa"
+shear_strength = "1 MPa"
+)";
+  const Case c = read(text);
+  ASSERT_EQ(c.model.bonds.size(), 7u);
+  const BeamLaw& law = c.model.beams[0];
+  EXPECT_NEAR(2 * law.section.half_width, 5e-3, 1e-12);
+  EXPECT_NEAR(2 * law.section.half_height, 3e-3, 1e-12);
+  EXPECT_NEAR(law.length, 25e-3 - 20.574e-3 - 2e-3, 1e-9);
+}
+
+// Two rows of cubes fall across an edge: some bridges break. Interrupted on the way, the file is
+// the same.
+class BondRun : public ResultsFolder {};
+TEST_F(BondRun, BreaksAreKeptAndResumedBitForBit) {
+  const Case c = read(joined());
+  const std::string whole = path("whole.h5"), parts = path("parts.h5"),
+                    folder = directory_.string();
+  const RunSummary summary = run(c, options("whole.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+
+  std::atomic<bool> stop = false;
+  RunOptions interrupted = options("parts.h5");
+  interrupted.interrupt = &stop;
+  interrupted.each_step = [&](const Solver& solver, bool) { stop = solver.time() > 0.15; };
+  ASSERT_EQ(run(c, interrupted).status, RunStatus::interrupted);
+  ASSERT_EQ(resume(parts, options("parts.h5")).status, RunStatus::finished);
+
+  const Recording one(whole), other(parts);
+  const std::vector<BondOutcome> a = bond_outcomes(one), b = bond_outcomes(other);
+  ASSERT_EQ(a.size(), 6u);
+  int broken = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    EXPECT_EQ(a[k].mode, b[k].mode);
+    EXPECT_EQ(a[k].name, "bridges");
+    if (std::isnan(a[k].time)) continue;
+    ++broken;
+    EXPECT_EQ(a[k].time, b[k].time);
+    EXPECT_EQ(a[k].place, b[k].place);
+    EXPECT_GT(a[k].stress, 60e3);
+  }
+  EXPECT_GT(broken, 0);
+  EXPECT_EQ(one.series("/energy/dissipated_bonds"), other.series("/energy/dissipated_bonds"));
+  EXPECT_EQ(one.series("/energy/kinetic"), other.series("/energy/kinetic"));
+  EXPECT_GT(one.series("/energy/dissipated_bonds").back(), 0);
+
+  const auto response = [&](const std::string& name) {
+    for (const Response& r : summary.responses)
+      if (r.name == name) return r.value;
+    return std::vector<double>{};
+  };
+  EXPECT_EQ(response("bonds_count"), std::vector<double>{6});
+  EXPECT_EQ(response("bonds_broken_count"), std::vector<double>{static_cast<double>(broken)});
+  EXPECT_EQ(response("bond_breaks").size(), static_cast<std::size_t>(broken));
+
+  // A bridge is drawn between its bodies while it holds.
+  const Frame first = one.frame(1);
+  const std::vector<Bridge> bridges = bridges_at(c, a, one.frame_times()[1], first);
+  ASSERT_EQ(bridges.size(), 3u);
+  EXPECT_NEAR(bridges[0].position.x(), 0.5 * (first.position[0][0] + first.position[1][0]), 1e-4);
+  export_csv(one, folder);
+  export_vtk(one, folder, {});
+  EXPECT_TRUE(std::filesystem::exists(folder + "/bonds.csv"));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/bonds.pvd"));
+}
+
+}  // namespace
+}  // namespace firn

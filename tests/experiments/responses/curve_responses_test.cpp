@@ -1,0 +1,154 @@
+#include "experiments/responses/curve_responses.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+
+// A cup on a spring that is let go 2 mm off its rest, and a block that a platen presses on a floor.
+constexpr const char* kBench = R"(
+[case]
+duration = "0.2 s"
+gravity = "0 0 0 m/s^2"
+timestep = "20 us"
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "1 MPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+[[particles]]
+shape = "cube"
+position = "0 0 10 mm"
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "ice"
+normal = [0, 0, 1]
+rigid = true
+[[boundaries]]
+name = "platen"
+kind = "box"
+material = "ice"
+rigid = true
+size = "40 40 10 mm"
+position = "0 0 25.1 mm"
+motions = [{ kind = "translation", velocity = "0 0 -5 mm/s" }]
+[[motion_frames]]
+name = "cup"
+[motion_frames.free]
+mass = "0.3 kg"
+center = "0 0 0 m"
+inertia = "1e-3 1e-3 1e-3 kg m^2"
+[[motion_frames.free.axes]]
+kind = "translation"
+direction = [0, 0, 1]
+stiffness = "3000 N/m"
+rest = "2 mm"
+[[measure]]
+kind = "curve"
+name = "spring"
+motion_frame = "cup"
+x = "coordinate"
+y = "acceleration"
+[[measure]]
+kind = "curve"
+name = "press"
+boundary = "platen"
+x = "displacement"
+y = "force"
+points = 50
+[[stages]]
+name = "near"
+max_duration = "0.1 s"
+[[stages]]
+name = "press"
+max_duration = "0.1 s"
+[[measure]]
+kind = "load"
+name = "all"
+boundary = "platen"
+[[measure]]
+kind = "load"
+name = "late"
+boundary = "platen"
+direction = [0, 0, 2]
+stage = "press"
+[output]
+frames_every = "0.2 ms"
+)";
+
+using Curves = ResultsFolder;
+
+TEST_F(Curves, HaveTheSlopesOfTheirSprings) {
+  const RunSummary summary = run(read_case_text(kBench, "bench.toml", "."), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const auto response = [&](const std::string& name) {
+    const auto found = std::ranges::find(summary.responses, name, &Response::name);
+    return found == summary.responses.end() ? Response{} : *found;
+  };
+  // a = k (rest - x) / m; rates of neighbouring frames give it half a frame before.
+  const Response x = response("spring_curve_x"), a = response("spring_curve_y");
+  ASSERT_EQ(x.value.size(), 500U);
+  ASSERT_EQ(a.value.size(), 500U);
+  EXPECT_EQ(x.unit, "m");
+  EXPECT_EQ(a.unit, "m/s^2");
+  for (std::size_t i = 1; i < x.value.size(); i += 50)
+    EXPECT_NEAR(a.value[i], 3000 * (2e-3 - x.value[i]) / 0.3, 0.25) << i;
+  // The block's stiffness E L acts at both sides: half of it. It is touched after 0.1 mm.
+  const Response way = response("press_curve_x"), force = response("press_curve_y");
+  ASSERT_EQ(way.value.size(), 50U);
+  EXPECT_NEAR(way.value.back(), 1e-3, 1e-6);
+  EXPECT_EQ(force.value.front(), 0);
+  EXPECT_NEAR(force.value.back(), 0.5 * 1e6 * 0.02 * 0.9e-3, 0.02 * 9);
+  EXPECT_THAT(force.method, HasSubstr("force over displacement of \"platen\""));
+}
+
+// The platen touches after 0.02 s and comes 5 mm/s nearer: a force that grows with time.
+TEST_F(Curves, LoadsAreMeansOverTheirStage) {
+  const RunSummary summary = run(read_case_text(kBench, "bench.toml", "."), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const auto response = [&](const std::string& name) {
+    return std::ranges::find(summary.responses, name, &Response::name)->value.at(0);
+  };
+  const double rate = 0.5 * 1e6 * 0.02 * 5e-3;  // N/s
+  EXPECT_NEAR(response("late_load_mean"), rate * (0.15 - 0.02), 0.02 * rate * 0.13);
+  EXPECT_NEAR(response("late_load_peak"), rate * (0.2 - 0.02), 0.02 * rate * 0.18);
+  EXPECT_NEAR(response("all_load_mean"), rate * 0.18 * 0.18 / 2 / 0.2, 0.02 * rate * 0.081);
+  EXPECT_EQ(response("all_load_peak"), response("late_load_peak"));
+}
+
+TEST_F(Curves, AreRefusedInOneLine) {
+  const auto complaint = [](const std::string& key, const std::string& value) -> std::string {
+    try {
+      read_case_text(kBench, "bench.toml", ".", {{key, value}});
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(complaint("measure.press.boundary", "nothing"), HasSubstr("nothing"));
+  EXPECT_THAT(complaint("measure.press.motion_frame", "cup"), HasSubstr("expected one of them"));
+  EXPECT_THAT(complaint("measure.press.y", "drive"), HasSubstr("drive"));
+  EXPECT_THAT(complaint("measure.press.points", "1"), HasSubstr("points"));
+  EXPECT_THAT(complaint("measure.spring.axis", "1"), HasSubstr("is none of a free motion frame"));
+  EXPECT_THAT(complaint("measure.spring.cfc", "1000 Hz"), HasSubstr("needs a sample every"));
+  EXPECT_THAT(complaint("measure.late.stage", "after"), HasSubstr("\"after\" is no stage"));
+  EXPECT_THAT(complaint("measure.late.motion_frame", "cup"), HasSubstr("expected one of them"));
+  EXPECT_THAT(complaint("measure.late.direction", "[0, 0, 0]"), HasSubstr("direction"));
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,114 @@
+// The bed in a drum, on beds of known slope; and the flow through a gate.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "experiments/analysis/line_fit.h"
+#include "tests/support/bench_run.h"
+
+namespace firn {
+namespace {
+
+constexpr const char* kDrum = R"([case]
+duration = "12 ms"
+gravity = "0 0 0 m/s^2"
+timestep = "20 us"
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "1 MPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.2
+[shapes.cube]
+kind = "box"
+size = "10 10 10 mm"
+material = "ice"
+[[boundaries]]
+name = "drum"
+kind = "drum"
+material = "ice"
+diameter = "400 mm"
+length = "20 mm"
+[output]
+frames_every = "1 ms"
+[[measure]]
+kind = "drum"
+boundary = "drum"
+begin = "0 s"
+)";
+
+// Cubes in rows at rest, the uppermost `below` (m) under the axis, turned by `slope` (rad).
+std::string bed(double slope, double below) {
+  std::string text = kDrum;
+  constexpr double kPitch = 10.2e-3, kRadius = 0.19;
+  const double c = std::cos(slope), s = std::sin(slope);
+  for (double v = -below - kPitch / 2; v > -kRadius; v -= kPitch) {
+    for (int i = -20; i <= 20; ++i) {
+      const double u = i * kPitch;
+      if (std::hypot(u, v) > kRadius) continue;
+      text += fmt::format(
+          "[[particles]]\nshape = \"cube\"\nposition = \"0 {} {} m\"\n"
+          "orientation = [{}, {}, 0, 0]\n",
+          u * c - v * s, u * s + v * c, std::cos(slope / 2), std::sin(slope / 2));
+    }
+  }
+  return text;
+}
+
+TEST(DrumResponses, FindTheSlopeOfAFlatBed) {
+  for (const double degrees : {0.0, 12.0, 25.0, -35.0}) {
+    const BenchRun r =
+        run_case(read_case_text(bed(degrees * std::numbers::pi / 180, 0.03), "drum.toml", "."));
+    EXPECT_NEAR(r.value("drum_mass_angle"), std::abs(degrees), 1e-6);
+    // Corners of cubes show, or not, within a column: up to a column's width in 200 mm.
+    EXPECT_NEAR(r.value("drum_angle"), std::abs(degrees), 1.0) << degrees;
+    EXPECT_NEAR(r.value("drum_angle_scatter"), 0, 1e-6);
+    EXPECT_EQ(r["drum_angle"].unit, "deg");
+  }
+}
+
+TEST(DrumResponses, NeedTenFrames) {
+  EXPECT_THROW(
+      run_case(read_case_text(bed(0, 0.03), "drum.toml", ".", {{"measure.0.begin", "5 ms"}})),
+      InputError);
+}
+
+// Spheres that fall one behind the other, 10 ms apart: their mass a second, whoever is first.
+TEST(MassFlow, OfAStreamIsItsRate) {
+  std::string text = R"([case]
+duration = "0.6 s"
+gravity = "0 0 0 m/s^2"
+timestep = "20 us"
+[materials.ice]
+density = "1000 kg/m^3"
+young_modulus = "1 MPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.2
+[shapes.ball]
+kind = "sphere"
+radius = "2 mm"
+mass = "5 g"
+material = "ice"
+[[particles]]
+shape = "ball"
+position = "0 0 10 mm"
+velocity = "0 0 -1 m/s"
+grid = [1, 1, 40]
+spacing = "1 1 10 mm"
+[[gates]]
+name = "slot"
+point = "0 0 0 m"
+normal = [0, 0, -1]
+)";
+  const BenchRun r = run_case(read_case_text(text, "flow.toml", "."));
+  EXPECT_EQ(r.value("slot_count"), 40);
+  EXPECT_NEAR(r.value("slot_mass_flow"), 0.005 / 0.010,
+              0.01 * 0.5);  // gates are looked at now and then
+  EXPECT_EQ(r["slot_mass_flow"].unit, "kg/s");
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,185 @@
+// Machines that cannot work are refused before a run begins.
+#include "experiments/run/interference_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "experiments/run/run.h"
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+constexpr const char* kHead = R"([case]
+duration = "2 s"
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "2 MPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.2
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+rounding = "0.1 mm"
+)";
+
+constexpr const char* kCube = "[[particles]]\nshape = \"cube\"\nposition = \"0 0 500 mm\"\n";
+
+std::string box(const std::string& name, const std::string& size, const std::string& position,
+                const std::string& more = "") {
+  return "[[boundaries]]\nname = \"" + name + "\"\nkind = \"box\"\nmaterial = \"ice\"\nsize = \"" +
+         size + " mm\"\nposition = \"" + position + " mm\"\n" + more + "\n";
+}
+
+std::string error_of(const std::string& scene, const std::vector<Override>& overrides = {}) {
+  try {
+    check_machine(read_case_text(kHead + scene, "c.toml", ".", overrides));
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+// A blade of 100 mm that turns about z, and a post.
+std::string blade(const std::string& post, const std::string& more = "") {
+  return kCube +
+         box("blade", "100 10 10", "50 0 0",
+             more +
+                 "[[boundaries.motions]]\nkind = \"rotation\"\naxis = [0, 0, 1]\n"
+                 "angular_velocity = \"1 rpm\"\n") +
+         box("post", "10 10 100", post);
+}
+
+TEST(MachineCheck, FindsWhatATurnRunsInto) {
+  // 60 s a turn, in a case of 2 s: it comes 12 degrees far.
+  EXPECT_EQ(error_of(blade("0 90 0")), "");
+  EXPECT_THAT(error_of(blade("0 90 0"), {{"case.duration", "60 s"}}),
+              MatchesRegex("c.toml:[0-9]+: boundaries.post: \"post\" overlaps boundary \"blade\" "
+                           "1[0-9.]+ s after the start, by .* mm near .*; expected room between "
+                           "them, or may_touch = ..blade.. where it does not matter"));
+  EXPECT_EQ(error_of(blade("0 120 0"), {{"case.duration", "60 s"}}), "");
+  EXPECT_THAT(error_of(blade("95 0 0")), HasSubstr("overlaps boundary \"blade\" at the start"));
+  EXPECT_EQ(error_of(blade("95 0 0", "may_touch = [\"post\"]\n")), "");
+  EXPECT_EQ(error_of(blade("106 0 0")), "");  // touches, and moves away
+  EXPECT_THAT(error_of(blade("95 0 0", "may_touch = [\"past\"]\n")),
+              HasSubstr("boundaries.blade.may_touch: unknown boundary \"past\""));
+}
+
+TEST(MachineCheck, LeavesOutWhatIsFixedToEachOther) {
+  const std::string frame =
+      "[[motion_frames]]\nname = \"f\"\n[[motion_frames]]\nname = \"g\"\n"
+      "parent = \"f\"\n";
+  const std::string crossed = box("a", "20 20 20", "0 0 0", "motion_frame = \"f\"") +
+                              box("b", "20 20 20", "5 0 0", "motion_frame = \"g\"");
+  EXPECT_EQ(error_of(frame + kCube + crossed), "");
+  EXPECT_EQ(error_of(frame + kCube + crossed,
+                     {{"motion_frames.f.motions",
+                       "[{ kind = \"translation\", velocity = \"1 0 0 m/s\" }]"}}),
+            "");
+  EXPECT_THAT(error_of(frame + kCube + crossed,
+                       {{"motion_frames.g.motions",
+                         "[{ kind = \"translation\", velocity = \"1 0 0 m/s\" }]"}}),
+              HasSubstr("\"b\" overlaps boundary \"a\" at the start"));
+}
+
+TEST(MachineCheck, FollowsWhatAStageStarts) {
+  const std::string scene =
+      "[[motion_frames]]\nname = \"drawer\"\n" + std::string(kCube) +
+      box("tray", "100 100 20", "0 0 0", "motion_frame = \"drawer\"") +
+      box("door", "5 100 100", "60 0 0") +
+      "[[boundaries]]\nname = \"floor\"\nkind = \"plane\"\nmaterial = \"ice\"\n"
+      "point = \"0 0 -10 mm\"\nnormal = [0, 0, 1]\n"
+      "[[stages]]\nname = \"wait\"\nmax_duration = \"1 s\"\n"
+      "[[stages]]\nname = \"pull\"\nmax_duration = \"1 s\"\n"
+      "[[stages.motions]]\nmotion_frame = \"drawer\"\nkind = \"translation\"\n"
+      "velocity = \"0.1 0 0 m/s\"\nends_with_stage = true\n";
+  EXPECT_THAT(error_of(scene),
+              MatchesRegex(".*\"door\" overlaps boundary \"tray\" 0.0?[0-9]+ s after the start in "
+                           "stage \"pull\", by.*"));
+  EXPECT_EQ(error_of(scene, {{"stages.pull.remove", "[\"door\"]"}}), "");
+  EXPECT_THAT(error_of(scene, {{"stages.pull.remove", "[\"door\"]"},
+                               {"boundaries.floor.point", "0 0 -5 mm"}}),
+              HasSubstr("\"floor\" overlaps boundary \"tray\" at the start, by 5 mm"));
+}
+
+// A hinged bar that a motor lifts towards a block above it.
+TEST(MachineCheck, TakesFreeFramesWhereTheirDrivesDo) {
+  const std::string scene =
+      "[[motion_frames]]\nname = \"arm\"\n[motion_frames.free]\nmass = \"20 g\"\n"
+      "[[motion_frames.free.axes]]\nkind = \"rotation\"\ndirection = [0, -1, 0]\n"
+      "upper = \"80 deg\"\n[[motion_frames.free.axes.drives]]\nspeed = \"1 rad/s\"\n"
+      "to = \"45 deg\"\n" +
+      std::string(kCube) + box("bar", "100 10 10", "60 0 0", "motion_frame = \"arm\"") +
+      box("mold", "20 20 20", "40 0 90");
+  EXPECT_EQ(error_of(scene), "");
+  EXPECT_THAT(
+      error_of(scene, {{"motion_frames.arm.free.axes.0.drives.0.to", "70 deg"}}),
+      MatchesRegex(".*\"mold\" overlaps boundary \"bar\" with \"arm\" at [56][0-9.]+ deg.*"));
+}
+
+TEST(MachineCheck, RefusesParticlesInWalls) {
+  const std::string scene = std::string(kCube) + box("floor", "100 100 20", "0 0 -10");
+  EXPECT_EQ(error_of(scene, {{"particles.0.position", "0 0 9.5 mm"}}), "");
+  EXPECT_THAT(error_of(scene, {{"particles.0.position", "0 0 8.5 mm"}}),
+              MatchesRegex("c.toml:14: particles.0: particle 0 lies more than 1 mm inside boundary "
+                           "\"floor\"; expected a free place"));
+}
+
+class MachineCheckRun : public ResultsFolder {};
+
+TEST_F(MachineCheckRun, StopsARunBeforeItsFileIsMade) {
+  const Case c = read_case_text(kHead + blade("95 0 0"), "c.toml", ".");
+  EXPECT_THROW(run(c, options("run.h5")), InputError);
+  EXPECT_FALSE(std::filesystem::exists(path("run.h5")));
+}
+
+TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
+  const std::string scene =
+      "[[sources]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 8 mm\"\n" +
+      box("floor", "100 100 20", "0 0 -10");
+  try {
+    run(read_case_text(kHead + scene, "c.toml", "."), options("run.h5"));
+    FAIL() << "expected an error";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("body 1 of \"s\" at t = 0 s overlaps boundary \"floor\""));
+  }
+}
+
+TEST(SceneNames, AreUniqueAndNoPaths) {
+  const std::string source =
+      "[[sources]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 0 m\"\n";
+  EXPECT_THAT(error_of(source + source), HasSubstr("sources.1.name: \"s\" is taken already"));
+  for (const char* what : {"sources.0.name", "stages.0.name"})
+    EXPECT_THAT(
+        error_of(source + "[[stages]]\nname = \"a\"\nmax_duration = \"1 s\"\n", {{what, "a/b"}}),
+        HasSubstr(".\"a/b\".name: is \"a/b\"; expected a name without slashes"));
+}
+
+// The shipped machine with one dimension wrong.
+TEST(MachineCheckIcemaker, PassesAsShippedAndNotWithATooLargeAuger) {
+  const std::string folder = std::string(FIRN_SOURCE_DIR) + "/cases/icemaker/";
+  for (const char* name : {"harvest", "bucket_pull", "bucket_pull_paddle", "auger_half",
+                           "auger_full", "auger_compression", "glass_impact", "platen_test"})
+    EXPECT_NO_THROW(check_machine(read_case(folder + name + ".toml"))) << name;
+  const auto refused = [&](const std::string& key, const std::string& value) -> std::string {
+    try {
+      check_machine(read_case(folder + "auger_half.toml", {{key, value}}));
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refused("boundaries.auger.position", "-76 0 28 mm"),
+              MatchesRegex(".*process.toml:[0-9]+: boundaries.auger: \"auger\" overlaps boundary "
+                           "\"bucket\" at the start.*"));
+  EXPECT_THAT(refused("boundaries.ejector.tip_radius", "38.6 mm"),
+              HasSubstr("\"ejector\" overlaps boundary \"mold\""));
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,525 @@
+// The scene language: frames, sources, switches, gates, tags, events, files that include others.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "experiments/results/results_file.h"
+#include "experiments/run/run.h"
+#include "experiments/storage/hdf5_file.h"
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr const char* kMaterials = R"(
+[materials.ice]
+density = "916.7 kg/m^3"
+young_modulus = "2 MPa"
+[materials.plastic]
+young_modulus = "2 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.2
+[interactions.ice-plastic]
+static_friction = 0.1
+restitution = 0.2
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+rounding = "1 mm"
+)";
+
+// A shaft 22 mm wide.
+constexpr const char* kWalls = R"(
+[[boundaries]]
+name = "left"
+kind = "plane"
+material = "plastic"
+point = "-11 0 0 mm"
+normal = [1, 0, 0]
+[[boundaries]]
+name = "right"
+kind = "plane"
+material = "plastic"
+point = "11 0 0 mm"
+normal = [-1, 0, 0]
+[[boundaries]]
+name = "front"
+kind = "plane"
+material = "plastic"
+point = "0 -11 0 mm"
+normal = [0, 1, 0]
+[[boundaries]]
+name = "back"
+kind = "plane"
+material = "plastic"
+point = "0 11 0 mm"
+normal = [0, -1, 0]
+)";
+
+// An icemaker in small. A cube comes into a shaft every 0.3 s while a plate is held up; then the
+// plate is let go and rests on the column. Held high enough by it, it closes a switch; the floor
+// vanishes, and the cubes fall through a gate.
+const std::string kHarvest = std::string(R"(
+[case]
+duration = "5 s"
+steps_per_quarter_period = 6
+
+[[motion_frames]]
+name = "lift"
+[[motion_frames]]
+name = "plate"
+parent = "lift"
+position = "0 0 30 mm"
+[motion_frames.free]
+mass = "20 g"
+[[motion_frames.free.axes]]
+kind = "translation"
+direction = [0, 0, 1]
+lower = "0 mm"
+upper = "100 mm"
+
+[[boundaries]]
+name = "plate"
+kind = "box"
+material = "plastic"
+size = "20 20 10 mm"
+position = "0 0 35 mm"
+motion_frame = "plate"
+[[boundaries]]
+name = "floor"
+kind = "box"
+material = "plastic"
+size = "100 100 20 mm"
+position = "0 0 -10 mm"
+[[sources]]
+name = "mold"
+shape = "cube"
+position = "0 0 72 mm"
+interval = "0.3 s"
+start = "0.1 s"
+batches = 20
+stage = "harvest"
+tag = 10
+tag_by = "batch"
+
+[[switches]]
+name = "full"
+motion_frame = "plate"
+closes_at = "25 mm"
+hysteresis = "5 mm"
+hold = "120 ms"
+
+[[gates]]
+name = "below"
+point = "0 0 -30 mm"
+normal = [0, 0, -1]
+
+[[outlets]]
+name = "bottom"
+point = "0 0 -200 mm"
+normal = [0, 0, -1]
+
+[[tags]]
+stage = "drop"
+axis = "z"
+columns = 4
+first = 1
+region_min = "-20 -20 0 mm"
+region_max = "20 20 80 mm"
+
+[[stages]]
+name = "harvest"
+until = "switch"
+switch = "full"
+max_duration = "4 s"
+[[stages.drives]]
+motion_frame = "plate"
+speed = "1 m/s"
+to = "80 mm"
+stop = "0.15 s"
+every = "0.3 s"
+[[stages]]
+name = "drop"
+until = ["passed", "at_rest"]
+gate = "below"
+count = 3
+min_duration = "0.01 s"
+max_duration = "1 s"
+remove = ["floor"]
+)") + kWalls;
+
+class SceneTest : public ResultsFolder {
+ protected:
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((directory_ / name).parent_path());
+    std::ofstream(directory_ / name) << text;
+  }
+};
+
+Case read(const std::string& text, const std::vector<Override>& overrides = {}) {
+  return read_case_text(std::string(text) + kMaterials, "scene.toml", ".", overrides);
+}
+
+std::string complaint(const std::string& text, const std::vector<Override>& overrides = {}) {
+  try {
+    read(text, overrides);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "none";
+}
+
+// A closed outlet is a result: the run ends in time, and says how far it came.
+TEST_F(SceneTest, WaitingForWhatNeverComesTellsHowManyCame) {
+  const Case c = read(kHarvest, {{"stages.drop.remove", "[]"},
+                                 {"stages.drop.until", "passed"},
+                                 {"stages.drop.max_duration", "0.1 s"}});
+  const RunSummary summary = run(c, options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  EXPECT_THAT(summary.reason, testing::MatchesRegex(".*time limit: 0 of [0-9]+ particles came "
+                                                    "through \"below\""));
+}
+
+TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
+  const Case c = read(kHarvest);
+  EXPECT_EQ(c.model.particles.size(), 20u);
+  RunOptions watched = options("run.h5");
+  std::string progress;
+  watched.progress = [&](const Progress& p) { progress = stage_text(p); };
+  const RunSummary summary = run(c, watched);
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const Recording recording((directory_ / "run.h5").string());
+  const std::vector<StageRecord> stages = recording.stages();
+  EXPECT_EQ(stages.at(0).ended_by, "switch \"full\"");
+  EXPECT_EQ(stages.at(1).ended_by, "passed \"below\"");
+  EXPECT_EQ(progress, "drop, 3 particles, 17 to come, 3 through below");
+  // Three cubes came, 20 mm each: the plate rests 30 mm higher than it was drawn.
+  const std::vector<double> inserted = recording.insert_time();
+  EXPECT_NEAR(inserted[0], 0.1, 1e-4);
+  EXPECT_NEAR(inserted[1], 0.4, 1e-4);
+  EXPECT_NEAR(inserted[2], 0.7, 1e-4);
+  EXPECT_TRUE(std::isnan(inserted[3]));
+  EXPECT_THAT(recording.batch(), testing::Contains(2).Times(1));
+  // It was let go at 0.75 s, and stayed up for the hold time.
+  EXPECT_NEAR(stages[0].end, 0.75 + 0.12, 2e-3);
+  // Tags by height at the start of the drop replace those by batch.
+  const std::vector<int> tags = recording.tag();
+  EXPECT_EQ(std::vector<int>(tags.begin(), tags.begin() + 4), (std::vector<int>{1, 2, 3, 10}));
+  const std::vector<double> passed = recording.gate_time("below");
+  EXPECT_LT(passed[0], passed[1]);
+  EXPECT_LT(passed[1], passed[2]);
+  EXPECT_NEAR(passed[2], stages[1].end, 1e-3);
+  EXPECT_TRUE(std::isnan(passed[3]));
+  // Strictly by age; of the first two of three, a third would have to be exchanged.
+  const auto response = [&](const char* name) {
+    return std::ranges::find(summary.responses, name, &Response::name)->value;
+  };
+  EXPECT_EQ(response("below_fifo_index"), std::vector<double>{1});
+  EXPECT_EQ(response("below_count_by_tag"), (std::vector<double>{1, 1, 1}));
+  // Nothing lay in the fourth column.
+  EXPECT_EQ(response("below_count_by_column"), (std::vector<double>{1, 1, 1, 0}));
+  EXPECT_NEAR(response("below_first_half_evenness").at(0), 2.0 / 3, 1e-12);
+  // Two of three that came singly: by whatever order, a third would have to be exchanged.
+  EXPECT_NEAR(response("below_first_half_evenness_at_random").at(0), 2.0 / 3, 1e-12);
+  EXPECT_EQ(response("below_residence_times").size(), 3u);
+  EXPECT_NEAR(response("below_residence_times").at(1), passed[1] - inserted[1], 1e-12);
+  EXPECT_NEAR(response("drop_time_to_count").at(0), stages[1].end - stages[1].start, 1e-12);
+  EXPECT_EQ(response("peak_normal_forces").size(), 3u);
+  EXPECT_NEAR(response("mean_particle_mass").at(0), recording.mass()[0], 1e-12);
+  // The plate's own series: where it was, and that the column bore its weight.
+  const std::vector<double> plate = recording.series("/motion_frames/plate/coordinate");
+  const std::vector<double> times = recording.frame_times();
+  double resting = 0, up = 0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    up = std::max(up, plate[i]);
+    if (times[i] <= stages[0].end) resting = plate[i];
+  }
+  EXPECT_NEAR(up, 0.08, 1e-3);
+  EXPECT_NEAR(resting, 0.03, 2e-3);
+}
+
+// A shaft that takes cubes of 20 mm one on the other, one every 0.5 s.
+const std::string kShaft = std::string(R"(
+[case]
+duration = "4 s"
+steps_per_quarter_period = 6
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, 1]
+[[fills]]
+shape = "cube"
+count = 10
+batch = 1
+interval = "0.5 s"
+random_orientation = false
+region_min = "-10.9 -10.9 75 mm"
+region_max = "10.9 10.9 140 mm"
+stage = "fill"
+[[stages]]
+name = "fill"
+until = "filled"
+fill_height = "49 mm"
+fill_count = 1
+max_duration = "3 s"
+[[stages]]
+name = "wait"
+max_duration = "0.6 s"
+)") + kWalls;
+
+// The third cube's centre rests at 50 mm. It comes at 1 s and falls by 90 mm at most; the fourth
+// one would come at 1.5 s.
+TEST_F(SceneTest, AFillEndsAtItsHeight) {
+  const RunSummary summary = run(read(kShaft), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const Recording recording((directory_ / "run.h5").string());
+  EXPECT_EQ(recording.stages().at(0).ended_by, "filled");
+  EXPECT_GT(recording.stages().at(0).end, 1.2);
+  EXPECT_LT(recording.stages().at(0).end, 1.5);
+  EXPECT_EQ(std::ranges::count_if(recording.insert_time(), [](double t) { return t >= 0; }), 3);
+  EXPECT_THAT(complaint(kShaft, {{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
+  EXPECT_THAT(complaint(kShaft, {{"stages.fill.until", "time"}}),
+              HasSubstr("expected until = \"filled\" beside it"));
+}
+
+TEST_F(SceneTest, HarvestGoesOnFromACheckpointBitForBit) {
+  const Case c = read(kHarvest);
+  std::atomic<bool> stop{false};
+  RunOptions interrupted = options("part.h5");
+  interrupted.interrupt = &stop;
+  interrupted.each_step = [&](const Solver& solver, bool) {
+    if (solver.time() > 0.7) stop = true;
+  };
+  EXPECT_EQ(run(c, interrupted).status, RunStatus::interrupted);
+  EXPECT_EQ(resume((directory_ / "part.h5").string(), options("part.h5")).status,
+            RunStatus::finished);
+  ASSERT_EQ(run(c, options("whole.h5")).status, RunStatus::finished);
+  const Recording a((directory_ / "whole.h5").string()), b((directory_ / "part.h5").string());
+  EXPECT_EQ(a.frame_times(), b.frame_times());
+  for (const char* path : {"/motion_frames/plate/coordinate", "/motion_frames/plate/force",
+                           "/boundaries/plate/torque", "/energy/kinetic"})
+    EXPECT_EQ(a.series(path), b.series(path)) << path;
+  EXPECT_EQ(a.tag(), b.tag());
+  EXPECT_EQ(a.stages().back().end, b.stages().back().end);
+}
+
+TEST_F(SceneTest, ABatchThatIsStillInItsPlaceIsNotReleased) {
+  // The third cube came at 0.7 s and has fallen by some micrometers.
+  const RunSummary summary = run(read(kHarvest, {{"case.duration", "0.702 s"}}), options("run.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const auto response = [&](const char* name) {
+    return std::ranges::find(summary.responses, name, &Response::name)->value.at(0);
+  };
+  EXPECT_EQ(response("mold_batches"), 3);
+  EXPECT_EQ(response("mold_batches_released"), 2);
+}
+
+TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
+  // Without a plate to wait for, the shaft fills up to where the cubes come from.
+  const RunSummary summary = run(read(kHarvest, {{"stages.harvest.until", "[\"time\", \"switch\"]"},
+                                                 {"sources.mold.position", "0 0 45 mm"},
+                                                 {"boundaries.plate.position", "0 300 35 mm"},
+                                                 {"boundaries.plate.may_touch", "[\"back\"]"}}),
+                                 options("run.h5"));
+  EXPECT_EQ(summary.status, RunStatus::failed);
+  EXPECT_THAT(summary.reason,
+              HasSubstr("source \"mold\" is blocked: place 1 of batch 3 is taken by "
+                        "particle 1"));
+  // The file says the same, and shows who is in the way.
+  const Recording recording((directory_ / "run.h5").string());
+  EXPECT_THAT(recording.status(), testing::StartsWith("failed: stage \"harvest\" ended: source"));
+  EXPECT_THAT(recording.stages().back().ended_by, HasSubstr("is blocked"));
+  EXPECT_NEAR(recording.frame_times().back(), summary.simulated, 1e-9);
+}
+
+TEST_F(SceneTest, ASourceInAWallIsRefused) {
+  try {
+    run(read(kHarvest, {{"sources.mold.position", "0 0 5 mm"}}), options("run.h5"));
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("overlaps boundary \"floor\"; expected a free place"));
+  }
+}
+
+TEST_F(SceneTest, ADriveThatStallsEndsItsStageAndTellsWhere) {
+  const char* press = R"(
+[case]
+duration = "2 s"
+steps_per_quarter_period = 6
+[[motion_frames]]
+name = "ram"
+[motion_frames.free]
+density = "1000 kg/m^3"
+[[motion_frames.free.axes]]
+kind = "translation"
+direction = [0, 0, 1]
+[[motion_frames.free.axes.drives]]
+speed = "-0.2 m/s"
+limit = "30 N"
+[[boundaries]]
+name = "ram"
+kind = "box"
+material = "plastic"
+size = "40 40 20 mm"
+position = "0 0 60 mm"
+motion_frame = "ram"
+[[boundaries]]
+name = "anvil"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, 1]
+[[particles]]
+shape = "cube"
+position = "0 0 10 mm"
+[[stages]]
+name = "press"
+until = "stalled"
+stall_frame = "ram"
+stall_hold = "0.1 s"
+max_duration = "1.5 s"
+)";
+  const Case c = read(press);
+  EXPECT_NEAR(c.model.frames[0].free->mass, 0.032, 1e-9);
+  const RunSummary summary = run(c, options("run.h5"));
+  EXPECT_THAT(summary.reason, HasSubstr("stalled: boundary \"ram\" presses particle 0 with "));
+  EXPECT_THAT(summary.reason, HasSubstr("against boundary \"anvil\" with "));
+  const Recording recording((directory_ / "run.h5").string());
+  // The motor gives what it can, and the cube and the weight take it.
+  EXPECT_NEAR(recording.series("/motion_frames/ram/drive").back(), -30, 1e-6);
+  EXPECT_LT(summary.simulated, 0.4);
+}
+
+TEST_F(SceneTest, FilesIncludeOthers) {
+  write("lib/parts.toml", R"(
+[shapes.other]
+kind = "mesh"
+file = "cube.stl"
+length_unit = "mm"
+material = "ice"
+[[boundaries]]
+name = "floor"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, 1]
+[[boundaries]]
+name = "lid"
+kind = "plane"
+material = "plastic"
+normal = [0, 0, -1]
+point = "0 0 1 m"
+)");
+  write("lib/machine.toml", std::string("include = \"parts.toml\"\n") + kMaterials);
+  write("case.toml", R"(
+include = ["lib/machine.toml"]
+[case]
+duration = "1 ms"
+[materials.ice]
+young_modulus = "3 MPa"
+[[boundaries]]
+name = "lid"
+point = "0 0 2 m"
+[[boundaries]]
+name = "wall"
+kind = "plane"
+material = "plastic"
+normal = [1, 0, 0]
+point = "-1 0 0 m"
+[[particles]]
+shape = "cube"
+position = "0 0 0.5 m"
+)");
+  // The mesh is looked for beside the file that names it.
+  const std::string file = (directory_ / "case.toml").string();
+  try {
+    read_case(file);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("lib/parts.toml:"));
+    EXPECT_THAT(e.what(), HasSubstr("lib/cube.stl"));
+  }
+  const Case c = read_case(file, {{"shapes.other",
+                                   "{ kind = \"sphere\", radius = \"1 cm\", "
+                                   "material = \"ice\" }"}});
+  ASSERT_EQ(c.model.boundaries.size(), 3u);
+  EXPECT_EQ(c.model.boundaries[0].name, "floor");
+  EXPECT_EQ(c.model.boundaries[1].name, "lid");  // changed, not added
+  EXPECT_DOUBLE_EQ(c.model.boundaries[1].origin.z(), 2);
+  EXPECT_EQ(c.model.boundaries[2].name, "wall");
+  EXPECT_DOUBLE_EQ(c.model.materials[0].young_modulus, 3e6);
+  EXPECT_DOUBLE_EQ(c.model.materials[0].density, 916.7);
+  // What was read needs the files no more.
+  EXPECT_EQ(c.resolved.find("include"), std::string::npos);
+  EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved);
+
+  const auto error = [&](const std::string& text) -> std::string {
+    write("bad.toml", text);
+    try {
+      read_case((directory_ / "bad.toml").string());
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(error("\ninclude = \"nowhere.toml\""), HasSubstr("bad.toml:2: include: "));
+  EXPECT_THAT(error("include = 3"), HasSubstr("is the bare number 3; expected the name of a file"));
+  EXPECT_THAT(error("include = \"bad.toml\""), HasSubstr("expected no circle"));
+  write("lib/broken.toml", "\n\n[[boundaries]]\nname = \"x\"\nkind = \"plank\"");
+  EXPECT_THAT(error("include = \"lib/broken.toml\"\n[case]\nduration = \"1 s\"\n" +
+                    std::string(kMaterials)),
+              HasSubstr("lib/broken.toml:5: boundaries.x.kind"));
+}
+
+TEST_F(SceneTest, MistakesAreNamed) {
+  const auto set = [](const char* path, const char* value) {
+    return complaint(kHarvest, {{path, value}});
+  };
+  EXPECT_EQ(complaint(kHarvest), "none");
+  EXPECT_THAT(set("boundaries.plate.motion_frame", "plait"),
+              HasSubstr("unknown motion frame \"plait\"; the nearest known one is \"plate\""));
+  EXPECT_THAT(set("motion_frames.plate.parent", "hook"), HasSubstr("unknown motion frame"));
+  EXPECT_THAT(set("motion_frames.lift.parent", "plate"), HasSubstr("unknown motion frame"));
+  EXPECT_THAT(set("motion_frames.plate.free.axes.0.lower", "1 mm"), HasSubstr("leaves out 0"));
+  EXPECT_THAT(set("motion_frames.plate.free.axes.0.lower", "1 deg"), HasSubstr("a length"));
+  EXPECT_THAT(set("motion_frames.plate.free.density", "1 kg/m^3"),
+              HasSubstr("expected one of mass and density"));
+  EXPECT_THAT(set("stages.harvest.switch", "empty"), HasSubstr("unknown switch"));
+  EXPECT_THAT(set("stages.harvest.until", "later"), HasSubstr("expected one of time, at_rest"));
+  EXPECT_THAT(set("stages.harvest.gate", "below"),
+              HasSubstr("expected until = \"passed\" beside it"));
+  EXPECT_THAT(set("stages.drop.mass", "1 kg"), HasSubstr("one of count and mass"));
+  EXPECT_THAT(set("stages.harvest.drives.0.motion_frame", "lift"), HasSubstr("has no free axis 0"));
+  EXPECT_THAT(set("stages.harvest.drives.0.every", "0.1 s"), HasSubstr("shorter than what is"));
+  EXPECT_THAT(set("sources.mold.stage", "harvst"),
+              HasSubstr("the nearest known one is \"harvest\""));
+  EXPECT_THAT(set("sources.mold.interval", "0 s"), HasSubstr("expected the time between them"));
+  EXPECT_THAT(set("tags.0.stage", "dropp"), HasSubstr("unknown stage"));
+  EXPECT_THAT(set("switches.full.motion_frame", "lift"), HasSubstr("expected a free one"));
+  EXPECT_THAT(set("gates.below.region_min", "0 0 0 m"), HasSubstr("either region_min"));
+  // A motion of its own on a free frame.
+  EXPECT_THAT(set("boundaries.plate.motions",
+                  "[{ kind = \"vibration\", direction = [0, 0, 1], amplitude = \"1 mm\", "
+                  "frequency = \"50 Hz\" }]"),
+              "none");
+  const std::string motion = "motion_frames.lift.motions";
+  EXPECT_THAT(set(motion.c_str(),
+                  "[{ kind = \"translation_table\", direction = [0, 0, 1], times = "
+                  "[\"0 s\", \"1 s\", \"0.5 s\"], ways = [\"0 m\", \"0 m\", \"0 m\"] }]"),
+              HasSubstr("each later than the one before"));
+  EXPECT_THAT(set(motion.c_str(),
+                  "[{ kind = \"translation_table\", direction = [0, 0, 1], times = "
+                  "[\"0 s\", \"1 ms\"], ways = [\"0 m\", \"1 m\"] }]"),
+              HasSubstr("jump from 0 to 1 m"));
+}
+
+}  // namespace
+}  // namespace firn

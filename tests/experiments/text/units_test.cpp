@@ -1,0 +1,150 @@
+#include "experiments/text/units.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace firn {
+namespace {
+
+template <class F>
+std::string error_of(F read) {
+  try {
+    read();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+struct Example {
+  const char* text;
+  Dimension dimension;
+  double si;
+};
+
+TEST(Units, ReadTheEverydayOnes) {
+  const double pi = std::numbers::pi;
+  const std::vector<Example> examples = {
+      {"2.4 in", dimension::length, 2.4 * 0.0254},
+      {"13.716 mm", dimension::length, 0.013716},
+      {"0.5mm", dimension::length, 0.0005},
+      {"40 um", dimension::length, 40e-6},
+      {"40 \u00b5m", dimension::length, 40e-6},
+      {"40 \u03bcm", dimension::length, 40e-6},
+      {"1 ft", dimension::length, 0.3048},
+      {"-3 dam", dimension::length, -30},
+      {"1 ms", dimension::time, 1e-3},
+      {"2 min", dimension::time, 120},
+      {"1.5 h", dimension::time, 5400},
+      {"13.7 g", dimension::mass, 0.0137},
+      {"1 lb", dimension::mass, 0.45359237},
+      {"916.7 kg/m^3", dimension::density, 916.7},
+      {"0.01 GPa", dimension::pressure, 1e7},
+      {"1 psi", dimension::pressure, 6894.757293168361},
+      {"1e6 N/m", dimension::stiffness, 1e6},
+      {"1 lbf/in", dimension::stiffness, 4.4482216152605 / 0.0254},
+      {"1044 N", dimension::force, 1044},
+      {"1e-6 J", dimension::energy, 1e-6},
+      {"1 N m", dimension::energy, 1},
+      {"1 N*m", dimension::energy, 1},
+      {"50.8 mm/min", dimension::velocity, 50.8e-3 / 60},
+      {"+9.81 m/s^2", dimension::acceleration, 9.81},
+      {"9.81 m s^-2", dimension::acceleration, 9.81},
+      {"9.81 m/(s*s)", dimension::acceleration, 9.81},
+      {"9.81 m/s/s", dimension::acceleration, 9.81},
+      {"9.81 m/s2", dimension::acceleration, 9.81},
+      {"4 rad/s", dimension::angular_velocity, 4},
+      {"30 rpm", dimension::angular_velocity, pi},
+      {"180 deg", dimension::angle, pi},
+      {"180 °", dimension::angle, pi},
+      {"105 mL", dimension::volume, 105e-6},
+      {"2 1/s", {0, 0, -1, 0}, 2},
+  };
+  for (const Example& e : examples) {
+    EXPECT_NEAR(parse_quantity(e.text, e.dimension), e.si, 1e-15 * std::abs(e.si)) << e.text;
+  }
+}
+
+TEST(Units, DivisionTakesTheNextSymbolOnly) {
+  // kg / m * s^2
+  EXPECT_EQ(parse_unit("kg/m s^2").dimension, (Dimension{-1, 1, 2, 0}));
+  EXPECT_EQ(parse_unit("kg/(m s^2)").dimension, dimension::pressure);
+}
+
+TEST(Units, WholeSymbolsComeBeforePrefixes) {
+  EXPECT_EQ(parse_unit("min").dimension, dimension::time);   // not milli-inch
+  EXPECT_EQ(parse_unit("ft").dimension, dimension::length);  // not femto-tonne
+  EXPECT_EQ(parse_unit("d").dimension, dimension::time);
+  EXPECT_DOUBLE_EQ(parse_unit("dm").factor, 0.1);
+}
+
+TEST(Units, VectorsShareOneUnit) {
+  EXPECT_TRUE(parse_vector("1 -2.5 3e1 mm", dimension::length).isApprox(Vec3(1e-3, -2.5e-3, 0.03)));
+  EXPECT_EQ(parse_vector("0 0 -9.81 m/s^2", dimension::acceleration), Vec3(0, 0, -9.81));
+}
+
+TEST(Units, SiTextReadsBackToTheSameBits) {
+  for (const double value : {0.1, 1.0 / 3, 60.96e-3, 1234.56789}) {
+    for (const Dimension& d : {dimension::length, dimension::stiffness, dimension::density,
+                               dimension::angular_velocity, dimension::energy}) {
+      EXPECT_EQ(parse_quantity(si_text(value, d), d), value) << si_text(value, d);
+    }
+  }
+}
+
+TEST(Units, SayWhatIsWrong) {
+  const auto length = [](const char* text) {
+    return error_of([&] { parse_quantity(text, dimension::length); });
+  };
+  EXPECT_EQ(length("2.4"), "\"2.4\" has no unit; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("2 kg"), "\"2 kg\" is a mass; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("2 kg m/s"),
+            "\"2 kg m/s\" is in units of kg m s^-1; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("2 inc"),
+            "\"2 inc\": unknown unit \"inc\" (nearest: in, inch, min); expected a length, such as "
+            "\"2.4 in\"");
+  EXPECT_EQ(length("two in"), "cannot read \"two in\"; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length(""), "cannot read \"\"; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("inf m"), "\"inf m\" is not finite; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("nan m"), "\"nan m\" is not finite; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("1e999 m"), "\"1e999 m\" is not finite; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("1e290 Tm^1"), "\"1e290 Tm^1\" is beyond 1000000 m; expected a length up to it");
+  EXPECT_EQ(length("1e308 km"),
+            "\"1e308 km\" is not finite; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("1 2 3 m"),
+            "\"1 2 3 m\" has too many numbers; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("1 m^"),
+            "\"1 m^\": cannot read \"m^\" as a unit; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(length("1 (m"),
+            "\"1 (m\": cannot read \"(m\" as a unit; expected a length, such as \"2.4 in\"");
+  EXPECT_EQ(error_of([] { parse_quantity("4 1/s", dimension::angular_velocity); }),
+            "\"4 1/s\" is a frequency; expected an angular velocity, such as \"4 rad/s\"");
+  EXPECT_EQ(error_of([] { parse_quantity("916.7 kg/M^3", dimension::density); }),
+            "\"916.7 kg/M^3\": unknown unit \"M\" (nearest: m, Mm, g); expected a density, such as "
+            "\"916.7 kg/m^3\"");
+  EXPECT_EQ(error_of([] { parse_vector("0 0 m", dimension::length); }),
+            "cannot read \"0 0 m\"; expected three numbers and the unit of a length, such as "
+            "\"0 0 0.2 m\"");
+}
+
+TEST(Units, NestingAndExponentsAreBounded) {
+  const std::string deep = std::string(1000, '(') + "m" + std::string(1000, ')');
+  EXPECT_THROW(parse_unit(deep), InputError);
+  EXPECT_THROW(parse_unit("((m^90)^90)^90"), InputError);
+  EXPECT_THROW(parse_unit("m^99999999999"), InputError);
+}
+
+TEST(Units, EditDistanceCountsCaseHalf) {
+  EXPECT_EQ(edit_distance("size", "size"), 0);
+  EXPECT_EQ(edit_distance("sise", "size"), 2);
+  EXPECT_EQ(edit_distance("Size", "size"), 1);
+  EXPECT_EQ(edit_distance("", "abc"), 6);
+  EXPECT_EQ(edit_distance("densty", "density"), 2);
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,177 @@
+#include "reports/documents/case_page.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kHead = R"(
+[case]
+name = "machine"
+duration = "0.5 s"
+[materials.ice]
+density = "917 kg/m^3"
+young_modulus = "1 MPa"
+[interactions.ice-ice]
+static_friction = 0.1
+dynamic_friction = 0.1
+restitution = 0.3
+)";
+
+std::string vector_text(std::mt19937& random, double size) {
+  std::uniform_real_distribution<double> any(-size, size);
+  const double x = any(random), y = any(random), z = any(random);
+  return fmt::format("{:.4f} {:.4f} {:.4f}", x, y, z);
+}
+
+std::string axis_text(std::mt19937& random) {
+  std::string text = vector_text(random, 1);
+  for (std::size_t at = 0; (at = text.find(' ', at)) != text.npos; at += 2)
+    text.replace(at, 1, ", ");
+  return "[" + text + "]";
+}
+
+// One or two motions of random kinds and schedules.
+std::string motions(std::mt19937& random) {
+  std::uniform_real_distribution<double> any(0, 1);
+  std::string list;
+  const int count = 1 + static_cast<int>(random() % 2);
+  for (int k = 0; k < count; ++k) {
+    const double start = 0.2 * any(random);
+    const std::string when = fmt::format("start = \"{:.3f} s\", stop = \"{:.3f} s\"", start,
+                                         start + 0.01 + 0.2 * any(random));
+    std::string kind;
+    switch (random() % 3) {
+      case 0:
+        kind = fmt::format("kind = \"translation\", velocity = \"{} m/s\"", vector_text(random, 1));
+        break;
+      case 1:
+        kind = fmt::format(
+            "kind = \"rotation\", axis = {}, center = \"{} m\", angular_velocity = \"{:.1f} "
+            "deg/s\"",
+            axis_text(random), vector_text(random, 0.3), 400 * any(random) - 200);
+        break;
+      default:
+        kind = fmt::format(
+            "kind = \"pendulum\", axis = {}, center = \"{} m\", amplitude = \"{:.1f} deg\", "
+            "frequency = \"{:.1f} Hz\"",
+            axis_text(random), vector_text(random, 0.3), 60 * any(random), 1 + 5 * any(random));
+    }
+    list += fmt::format("{}{{ {}, {} }}", k ? ", " : "", kind, when);
+  }
+  return list;
+}
+
+// A frame on a frame, boundaries on both and on none, motions of all of them and of a stage.
+std::string random_machine(unsigned seed) {
+  std::mt19937 random(seed);
+  std::string text = kHead;
+  text += fmt::format(
+      "[[motion_frames]]\nname = \"base\"\nposition = \"{} m\"\nmotions = [{}]\n"
+      "[[motion_frames]]\nname = \"arm\"\nparent = \"base\"\nposition = \"{} m\"\nmotions = [{}]\n",
+      vector_text(random, 0.2), motions(random), vector_text(random, 0.2), motions(random));
+  const char* frames[] = {"", "motion_frame = \"base\"\n", "motion_frame = \"arm\"\n"};
+  for (int b = 0; b < 3; ++b)
+    text += fmt::format(
+        "[[boundaries]]\nname = \"part {}\"\nmaterial = \"ice\"\nkind = \"box\"\nposition = \"{} "
+        "m\"\nsize = \"20 10 30 mm\"\n{}motions = [{}]\n",
+        b, vector_text(random, 0.2), frames[b], motions(random));
+  text +=
+      "[shapes.ball]\nkind = \"sphere\"\nradius = \"5 mm\"\nmaterial = \"ice\"\n"
+      "[[particles]]\nshape = \"ball\"\nposition = \"0 0 2 m\"\n";
+  text +=
+      "[[stages]]\nname = \"first\"\nmax_duration = \"0.2 s\"\n"
+      "[[stages]]\nname = \"second\"\nmax_duration = \"0.3 s\"\nremove = [\"part 0\"]\n";
+  text += fmt::format("[[stages.motions]]\nmotion_frame = \"arm\"\n{}\n",
+                      "kind = \"translation\"\nvelocity = \"0.1 0.2 0 m/s\"");
+  return text;
+}
+
+// The prescribed poses are those of the simulation, which sums them up step by step.
+TEST(ScenePoses, AreThoseOfTheSimulation) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const Case c = read_case_text(
+        random_machine(seed), "machine.toml", ".",
+        {{"case.timestep", "\"1 ms\""}, {"numerics.allow_unstable_timestep", "true"}});
+    const ScenePoses poses = scene_poses(c);
+    ASSERT_EQ(poses.stages.size(), 2u);
+    ASSERT_EQ(poses.tracks.bodies, 4u);
+    EXPECT_NEAR(poses.tracks.time.back(), 0.5, 1e-12);
+
+    Solver solver(c.model);
+    Motion started = c.stages[1].motions.at(0).motion;
+    std::size_t frame = 0;
+    for (int step = 0; step <= 500; ++step) {
+      const double t = step * c.model.timestep;
+      if (step == 200) {
+        started.start += t;
+        started.stop += t;
+        solver.add_frame_motion(c.stages[1].motions[0].frame, started);
+      }
+      while (frame < poses.tracks.time.size() && poses.tracks.time[frame] < t - 1e-9) ++frame;
+      if (frame < poses.tracks.time.size() && std::abs(poses.tracks.time[frame] - t) < 1e-9) {
+        for (std::size_t b = 0; b < 3; ++b) {
+          const auto& p = poses.tracks.position[frame * 4 + 1 + b];
+          const auto& q = poses.tracks.orientation[frame * 4 + 1 + b];
+          if (b == 0 && t >= 0.2) {
+            EXPECT_TRUE(std::isnan(p[0])) << t;
+            continue;
+          }
+          const BoundaryState& now = solver.boundaries()[b];
+          EXPECT_LT((Vec3(p[0], p[1], p[2]) - now.position).norm(), 2e-6) << b << " at " << t;
+          EXPECT_LT(Quat(q[0], q[1], q[2], q[3]).angularDistance(now.orientation), 2e-5)
+              << b << " at " << t;
+        }
+      }
+      solver.step();
+    }
+    EXPECT_GT(frame, 50u);
+  }
+}
+
+TEST(ScenePoses, HaveTheFirstBatches) {
+  const std::string text = std::string(kHead) +
+                           "[shapes.cube]\nkind = \"box\"\nsize = \"20 20 20 mm\"\nmaterial = "
+                           "\"ice\"\n[[fills]]\nshape = \"cube\"\ncount = 30\nbatch = 8\ninterval "
+                           "= \"0.1 s\"\nregion_min = \"0 0 0 m\"\nregion_max = \"0.2 0.2 0.2 "
+                           "m\"\n[[particles]]\nshape = \"cube\"\nposition = \"0 0 1 m\"\n";
+  const ScenePoses poses = scene_poses(read_case_text(text, "fill.toml", "."));
+  EXPECT_EQ(poses.problem, "");
+  ASSERT_EQ(poses.particles.size(), 9u);
+  for (const ScenePoses::Body& body : poses.particles) {
+    if (body.batch < 0) continue;
+    EXPECT_TRUE((body.position.array() > 0.01).all() && (body.position.array() < 0.19).all());
+  }
+}
+
+TEST(ScenePoses, StateWhyParticlesAreMissing) {
+  const std::string text = std::string(kHead) +
+                           "[shapes.cube]\nkind = \"box\"\nsize = \"20 20 20 mm\"\nmaterial = "
+                           "\"ice\"\n[[fills]]\nshape = \"cube\"\ncount = 12\nregion_min = \"0 0 "
+                           "0 m\"\nregion_max = \"70 70 70 mm\"\n";
+  const Case c = read_case_text(text, "fill.toml", ".");
+  EXPECT_THAT(scene_poses(c).problem, HasSubstr("impossible fill"));
+  EXPECT_THAT(case_page(c).html(), HasSubstr("impossible fill"));
+}
+
+TEST(CasePage, NamesWhatTheCaseDeclares) {
+  std::string text = random_machine(7) +
+                     "[[gates]]\nname = \"exit <1>\"\npoint = \"0 0 0 m\"\nnormal = [0, 0, 1]\n"
+                     "[[outlets]]\nname = \"floor\"\npoint = \"0 0 -1 m\"\nnormal = [0, 0, -1]\n";
+  const std::string html = case_page(read_case_text(text, "machine.toml", ".")).html();
+  for (const char* word :
+       {"machine", "part 0", "second", "arm", "ice on ice", "id=\"replay-case\""})
+    EXPECT_THAT(html, HasSubstr(word));
+  EXPECT_THAT(html, Not(HasSubstr("exit <1>")));
+}
+
+}  // namespace
+}  // namespace firn

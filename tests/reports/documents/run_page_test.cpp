@@ -1,0 +1,214 @@
+#include "reports/documents/run_page.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+
+#include "experiments/run/run.h"
+#include "reports/documents/run_plots.h"
+#include "tests/reports/browser.h"
+#include "tests/support/scratch_folder.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+// Pages are long: a failure names what is missing, not where.
+void expect_in(const std::string& text, const std::string& word) {
+  EXPECT_TRUE(text.find(word) != std::string::npos) << word;
+}
+
+// Two cubes come one after the other, fall through a gate and onto a floor beside a moving panel.
+constexpr const char* kFall = R"(
+[case]
+name = "two <fall> & \"rest\""
+duration = "0.6 s"
+timestep = "1e-4 s"
+[materials.ice]
+density = "1000 kg/m^3"
+young_modulus = "0.01 GPa"
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "0.1 0.1 0.1 m"
+material = "ice"
+[[sources]]
+name = "mold"
+shape = "cube"
+position = "0 0 0.7 m"
+batches = 2
+interval = "0.4 s"
+[[gates]]
+name = "half way"
+point = "0 0 0.4 m"
+normal = [0, 0, -1]
+[[boundaries]]
+name = "floor"
+material = "ice"
+kind = "plane"
+normal = [0, 0, 1]
+[[boundaries]]
+name = "panel"
+material = "ice"
+kind = "box"
+position = "0.5 0 0.2 m"
+size = "0.1 0.3 0.3 m"
+motions = [{ kind = "translation", velocity = "0.1 0 0 m/s" }]
+[[boundaries]]
+name = "wheel"
+material = "ice"
+kind = "box"
+position = "0.9 0 0.2 m"
+size = "0.1 0.3 0.3 m"
+motions = [{ kind = "rotation", axis = [0, 0, 1], angular_velocity = "-90 deg/s" }]
+[output]
+frames_every = "10 ms"
+)";
+
+class RunPage : public testing::Test {
+ protected:
+  void SetUp() override {
+    RunOptions options;
+    options.results_file = file();
+    const RunSummary summary = run(read_case_text(kFall, "fall.toml", "."), options);
+    ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  }
+  std::string file() const { return folder_ / "fall.h5"; }
+
+  const test::ScratchFolder folder_{"run-page"};
+};
+
+TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
+  const std::string html = run_page(file()).html();
+  for (const char* word :
+       {"seed 1", "finished", "peak_normal_force", "half_way_count", "id=\"replay\"",
+        "id=\"replay-data-run\"", "id=\"passages\"", "id=\"energy\"", "id=\"loads-on-boundaries\"",
+        "id=\"health\"", "firn measure fall.h5", "duration = "})
+    expect_in(html, word);
+  expect_in(html, "two &lt;fall&gt; &amp; &quot;rest&quot;");
+  EXPECT_EQ(html.find("<fall>"), std::string::npos);
+}
+
+// The case's own counts first, then facts; a response of zero is no headline.
+TEST_F(RunPage, LeadsWithWhatTheCaseIsAbout) {
+  const std::string html = run_page(file()).html();
+  const std::size_t batches = html.find("mold batches"), gate = html.find("half way count"),
+                    force = html.find("peak normal force"), facts = html.find("simulated time");
+  ASSERT_NE(batches, html.npos);
+  EXPECT_LT(batches, gate);
+  EXPECT_LT(gate, force);
+  EXPECT_LT(force, facts);
+  EXPECT_LT(facts, html.find("id=\"replay\""));
+  EXPECT_EQ(html.find("<b>0</b>"), html.npos);
+  EXPECT_EQ(html.find("0.29999999999999999"), html.npos);
+}
+
+TEST_F(RunPage, SaysWhatSpoilsShapesAndContacts) {
+  EXPECT_EQ(run_page(file()).html().find("likely cause"), std::string::npos);
+  std::string text = kFall;
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("0.01 GPa", "0.3 MPa");
+  replace("kind = \"box\"", "kind = \"box\"\nrounding = \"5 mm\"");
+  RunOptions options;
+  options.results_file = folder_ / "soft.h5";
+  ASSERT_EQ(run(read_case_text(text, "soft.toml", "."), options).status, RunStatus::finished);
+  const std::string html = run_page(options.results_file).html();
+  expect_in(html, "shape cube: the contact parts deviate by 3.66 mm");
+  expect_in(html, "edges rounded");
+  expect_in(html, "likely cause: the stiffness");
+}
+
+TEST_F(RunPage, AsksNoNetworkForAnything) {
+  const std::string html = run_page(file()).html();
+  const std::regex outside(R"re((src|href)\s*=\s*["']?\s*(https?:|//))re");
+  std::smatch found;
+  EXPECT_FALSE(std::regex_search(html, found, outside)) << found.str();
+  expect_in(html, "default-src 'none'");
+}
+
+TEST_F(RunPage, LeavesFramesOutToKeepTheBudget) {
+  const Recording recording(file());
+  const Case c = recording.read_case();
+  page::Page whole("whole", ""), small("small", "");
+  const ReplaySize all = add_replay(whole, recording, c);
+  EXPECT_EQ(all.frames, recording.frame_times().size());
+  EXPECT_EQ(all.recorded_frames, all.frames);
+  ReplayViewOptions options;
+  options.budget = all.characters * 3 / 4;
+  const ReplaySize some = add_replay(small, recording, c, options);
+  EXPECT_LE(some.characters, options.budget);
+  EXPECT_LT(some.frames, all.frames);
+  EXPECT_GT(some.frames, 2U);
+  expect_in(small.html(), "of the 61 frames");
+}
+
+TEST_F(RunPage, TellsHowFarWhatTurnsHasTurned) {
+  const Recording recording(file());
+  const std::vector<page::Figure> figures = motion_figures(recording, recording.read_case());
+  ASSERT_EQ(figures.size(), 1U);  // the panel only slides
+  EXPECT_EQ(figures[0].alt, "angle within one turn against time: wheel at most 54 deg");
+}
+
+TEST(RunPlots, DrawingKeepsPeaks) {
+  std::vector<double> x, y;
+  for (int i = 0; i < 100'000; ++i) {
+    x.push_back(i);
+    y.push_back(i == 54'321 ? 7 : i == 70'001 ? -3 : 0);
+  }
+  const Curve c = for_drawing(x, y, 600);
+  EXPECT_LE(c.x.size(), 601U);
+  EXPECT_EQ(c.x.front(), 0);
+  EXPECT_EQ(c.x.back(), 99'999);
+  EXPECT_TRUE(std::ranges::is_sorted(c.x));
+  EXPECT_EQ(c.x[static_cast<std::size_t>(std::ranges::max_element(c.y) - c.y.begin())], 54'321);
+  EXPECT_EQ(c.x[static_cast<std::size_t>(std::ranges::min_element(c.y) - c.y.begin())], 70'001);
+}
+
+// Colours, hidden boundaries and a particle by the address, then what the page says of itself.
+TEST_F(RunPage, PlaysInABrowser) {
+  if (!has_browser())
+    GTEST_SKIP() << "chromium is not installed: the replay is not tried in a browser";
+  const fs::path page = folder_ / "fall.html";
+  run_page(file()).write(page.string());
+  const std::string view =
+      element(document_of(page, "#t=0.5&colour=speed&hide=panel&particle=0"), "replay-run");
+  expect_in(view, "data-ready=\"yes\"");
+  expect_in(view, "data-frames=\"61\"");
+  expect_in(view, "data-shown=\"2\"");
+  expect_in(view, "in \"half way\"");
+  // Centre 0.3 m lower: sqrt(2 h / g) = 0.2473 s, looked at every 16 steps.
+  expect_in(view, "0.248 s");
+}
+
+// Should markup of a file ever reach a page, its scripts do not run: the page names the hashes of
+// its own ones.
+TEST(PageInABrowser, RunsNoScriptButItsOwn) {
+  if (!has_browser()) GTEST_SKIP() << "chromium is not installed: no script is tried";
+  const fs::path folder = test::scratch_path("page with a foreign script");
+  fs::create_directories(folder);
+  page::Page page("mine", "");
+  page.add_script("document.body.dataset.own = 'ran';");
+  std::string html = page.html();
+  html.insert(html.find("<main"),
+              "<script>document.body.dataset.foreign = 'ran';</script>"
+              "<img src=x onerror=\"document.body.dataset.foreign = 'ran'\">"
+              "<svg onload=\"document.body.dataset.foreign = 'ran'\"></svg>");
+  std::ofstream(folder / "page.html") << html;
+  const std::string dom =
+      output_of("timeout 120 chromium --headless --no-sandbox --user-data-dir='" + folder.string() +
+                "/profile' --virtual-time-budget=2000 --dump-dom 'file://" +
+                (folder / "page.html").string() + "' 2>/dev/null");
+  expect_in(dom, "data-own=\"ran\"");
+  EXPECT_EQ(dom.find("data-foreign=\"ran\""), std::string::npos);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace firn

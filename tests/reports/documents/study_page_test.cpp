@@ -1,0 +1,103 @@
+#include "reports/documents/study_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/reports/damaged_json.h"
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// What firn calibrate leaves, cut to what a page needs.
+constexpr const char* kResults = R"({
+ "study": "heap & <cubes>", "verdict": "undetermined", "headline": "a valley",
+ "targets": [{"response": "angle", "value": 10, "uncertainty": 1, "unit": "deg", "source": "s",
+              "reach": {"lowest": 2, "highest": 30}}],
+ "parameters": [
+  {"name": "a", "keys": ["x.y"], "min": 0.02, "max": 0.2, "unit": "1", "scale": "log",
+   "median": 0.055, "interval_95": [0.02, 0.1], "width_ratio": 0.5, "at_min": true, "at_max": false,
+   "profile": {"interval_95": [0.02, 0.1], "values": [0.02, 0.05, 0.2],
+               "minus_twice_log_likelihood": [3, 2, 9]}},
+  {"name": "b", "keys": ["x.z"], "min": 0.1, "max": 0.4, "unit": "1", "scale": "linear",
+   "median": 0.2, "interval_95": [0.1, 0.3], "width_ratio": 0.9}],
+ "combinations": [
+  {"identified": true, "terms": [{"parameter": "a", "of": "logarithm", "coefficient": 0.5},
+                                 {"parameter": "b", "of": "value", "coefficient": 0.9}],
+   "value": -3.27, "uncertainty": 0.12},
+  {"identified": false, "terms": [{"parameter": "a", "of": "logarithm", "coefficient": 0.8}],
+   "value": null, "uncertainty": null}],
+ "answer": {"name": "answer", "parameters": {"a": 0.05, "b": 0.2},
+            "fit": {"angle": {"value": 10.1, "uncertainty": 0.9, "unit": "deg"}},
+            "simulated": {"angle": {"value": 11.4, "standard_error": 1.2, "unit": "deg"}}},
+ "valley": [{"name": "member 1", "parameters": {"a": 0.02, "b": 0.3}}],
+ "sensitivity": [{"response": "angle", "parameters": {"a": {"first": 0.4}, "b": {"first": 0.6}}}],
+ "measure_next": [{"response": "height", "uncertainty": 0.01, "unit": "m",
+                   "information_bits": 0.38, "longest_direction_left": 0.76,
+                   "effort_seconds": 1260}],
+ "refinement": {"rounds": 2, "stopped": "the runs are used"},
+ "runs": {"total": 20, "finished": 19, "failed": 0, "cut_short": []}
+})";
+
+class StudyPage : public ResultsFolder {
+ protected:
+  std::string file(const std::string& text) const {
+    std::ofstream(path("results.json")) << text;
+    return path("results.json");
+  }
+};
+
+TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
+  const std::string html = study_page(file(kResults)).html();
+  for (const char* part :
+       {"heap &amp; &lt;cubes&gt;", "its lower bound limits it", "0.50 ln(a) + 0.90 b",
+        "-3.27 ± 0.12", "limited by the range only", "11.4 ± 1.2", "10.10 ± 0.90", "member 1",
+        "the runs are used", "0.38", "2 to 30"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+  // One answer: the card has what the answer has, not the median.
+  EXPECT_THAT(html, HasSubstr("<span class=\"label\">a</span><b>0.05</b>"));
+  for (const char* line : {"Recommended", "a = 0.05 (95 %: 0.02 to 0.1); b = 0.2", "Measure next",
+                           "height: 0.38 bits"})
+    EXPECT_THAT(html, HasSubstr(line)) << line;
+  for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
+    EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+TEST_F(StudyPage, SaysTheVerdictOnce) {
+  std::string text = kResults;
+  text.replace(text.find("a valley"), 8, "undetermined: b is 0.2 +- 0.1");
+  const std::string html = study_page(file(text)).html();
+  EXPECT_THAT(html, HasSubstr("undetermined</span> b is 0.2 ± 0.1<"));
+}
+
+TEST_F(StudyPage, RefusesWhatIsNoResult) {
+  EXPECT_THROW(study_page(path("none.json")), InputError);
+  EXPECT_THROW(study_page(file("{")), InputError);
+  EXPECT_THROW(study_page(file("{\"kind\": \"validation\"}")), InputError);
+  EXPECT_THROW(study_page(file("{\"study\": \"x\"}")), InputError);
+  EXPECT_THROW(study_page("/dev/zero"), InputError);
+  EXPECT_THROW(study_page(file(std::string(1 << 20, '['))), InputError);
+  std::string keys = "{";
+  for (int i = 0; i < 20000; ++i) keys += "\"k" + std::to_string(i) + "\":0,";
+  EXPECT_THROW(study_page(file(keys + "\"study\":\"x\"}")), InputError);
+}
+
+// Every value of another type, length or size: a page, or one line.
+TEST_F(StudyPage, TakesOrRefusesWhatIsDamaged) {
+  test::damage(test::Json::parse(kResults), 60,
+               [&](const std::string& text) { study_page(file(text)); });
+}
+
+using StudyPageLong = StudyPage;
+TEST_F(StudyPageLong, TakesOrRefusesAllThatIsDamaged) {
+  test::damage(test::Json::parse(kResults), 0,
+               [&](const std::string& text) { study_page(file(text)); });
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,109 @@
+#include "reports/documents/sweep_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/reports/damaged_json.h"
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// What firn sweep leaves: a number with a unit, words, and one failed run.
+constexpr const char* kResults = R"({
+ "kind": "sweep", "name": "ice & <steel>", "case": "case.toml",
+ "responses": [{"name": "peak_force", "unit": "N"}, {"name": "count", "unit": "1"}],
+ "combinations": [
+  {"values": {"modulus": "0.01 GPa", "kind": "cube"},
+   "responses": {"peak_force": {"mean": 11.432, "standard_deviation": 1.2, "runs": 2},
+                 "count": {"mean": 5, "standard_deviation": null, "runs": 1}}},
+  {"values": {"modulus": "0.01 GPa", "kind": "ball"},
+   "responses": {"peak_force": {"mean": 13, "standard_deviation": 1.1, "runs": 2},
+                 "count": {"mean": 5, "standard_deviation": null, "runs": 1}}},
+  {"values": {"modulus": "1 GPa", "kind": "cube"},
+   "responses": {"peak_force": {"mean": 110, "standard_deviation": 9, "runs": 2},
+                 "count": {"mean": 5, "standard_deviation": null, "runs": 1}}},
+  {"values": {"modulus": "1 GPa", "kind": "ball"},
+   "responses": {"peak_force": {"mean": null, "standard_deviation": null, "runs": 0},
+                 "count": {"mean": null, "standard_deviation": null, "runs": 0}}}],
+ "powers": {"peak_force": {"exponent": 0.5, "standard_error": 0.02}},
+ "runs": [
+  {"combination": 0, "seed": 1, "key": "a", "status": "finished", "reason": "", "wall": 1,
+   "values": [11, 5], "results_file": "a.h5"},
+  {"combination": 3, "seed": 1, "key": "b", "status": "failed", "reason": "too <soft>", "wall": 1,
+   "values": [null, null], "results_file": "b.h5"}]
+})";
+
+class SweepPage : public ResultsFolder {
+ protected:
+  std::string file(const std::string& text) const {
+    std::ofstream(path("results.json")) << text;
+    return path("results.json");
+  }
+};
+
+TEST_F(SweepPage, HasPlotsATableAndWhatFailed) {
+  const std::string html = sweep_page(file(kResults)).html();
+  for (const char* part :
+       {"ice &amp; &lt;steel&gt;", "1 of 2 runs finished", "peak force over modulus",
+        "peak force by kind", "modulus / GPa", "peak force / N", "11.4 ± 1.2", "0.500 ± 0.020",
+        "The same in all combinations, or undefined: count.", "too &lt;soft&gt;",
+        "modulus 1 GPa, kind ball", "0 of 1"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+  EXPECT_THAT(html, Not(HasSubstr("peak_force")));  // words, not keys
+  EXPECT_THAT(html, Not(HasSubstr("href=\"http")));
+}
+
+// A curve for each choice of the other keys; many of them are points.
+TEST_F(SweepPage, DrawsManyCombinationsAsPoints) {
+  test::Json j = test::Json::parse(kResults);
+  const test::Json row = j["combinations"][0];
+  j["combinations"] = test::Json::array();
+  for (int other = 0; other < 20; ++other)
+    for (const char* modulus : {"0.01 GPa", "0.1 GPa"}) {
+      test::Json one = row;
+      one["values"]["modulus"] = modulus;
+      one["values"]["kind"] = "kind " + std::to_string(other);
+      one["responses"]["peak_force"]["mean"] = 3 * other + modulus[2];
+      j["combinations"].push_back(one);
+    }
+  const std::string html = sweep_page(file(j.dump())).html();
+  EXPECT_THAT(html, HasSubstr("peak force over modulus"));
+  EXPECT_THAT(html, HasSubstr("kind 19"));
+}
+
+TEST_F(SweepPage, NeedsNoKeyThatIsVaried) {
+  test::Json j = test::Json::parse(kResults);
+  test::Json one = j["combinations"][0];
+  one["values"] = test::Json::object();
+  j["combinations"] = {one};
+  j["runs"][1]["combination"] = 0;
+  EXPECT_THAT(sweep_page(file(j.dump())).html(), HasSubstr("11.4 ± 1.2"));
+}
+
+TEST_F(SweepPage, RefusesWhatIsNoResult) {
+  EXPECT_THROW(sweep_page(path("none.json")), InputError);
+  EXPECT_THROW(sweep_page(file("{}")), InputError);
+  EXPECT_THROW(sweep_page(file("[]")), InputError);
+  EXPECT_THROW(sweep_page(file("{\"kind\": \"sweep\"}")), InputError);
+}
+
+TEST_F(SweepPage, TakesOrRefusesWhatIsDamaged) {
+  test::damage(test::Json::parse(kResults), 60,
+               [&](const std::string& text) { sweep_page(file(text)).html(); });
+}
+
+class SweepPageLong : public SweepPage {};
+
+TEST_F(SweepPageLong, TakesOrRefusesAllThatIsDamaged) {
+  test::damage(test::Json::parse(kResults), 0,
+               [&](const std::string& text) { sweep_page(file(text)).html(); });
+}
+
+}  // namespace
+}  // namespace firn

@@ -1,0 +1,521 @@
+// Motion frames and free bodies against closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "validation/verification/fixtures/scenes.h"
+
+namespace firn {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kG = scenes::kGravity;
+
+// A frame and nothing else; a particle waits, so that there is a model.
+Model scene(const MotionFrame& frame, double timestep = 1e-4) {
+  Model model = scenes::empty(scenes::law(0.3, 0.3), scenes::law(0.3, 0.3));
+  scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()));
+  model.frames = {frame};
+  model.timestep = timestep;
+  return model;
+}
+
+MotionFrame free_frame(double mass, const Vec3& center, const Mat3& inertia,
+                       std::vector<FreeAxis> axes) {
+  MotionFrame frame;
+  frame.name = "free";
+  frame.free = FreeBody{mass, center, inertia, std::move(axes), false};
+  return frame;
+}
+
+FreeAxis hinge(const Vec3& direction) {
+  FreeAxis axis;
+  axis.direction = direction;
+  return axis;
+}
+
+FreeAxis slider(const Vec3& direction) {
+  FreeAxis axis;
+  axis.kind = FreeAxis::Kind::translation;
+  axis.direction = direction;
+  return axis;
+}
+
+// A bob of 0.3 kg, 0.2 m off a hinge along y, with an inertia of its own; drawn at `angle` from
+// straight down.
+constexpr double kMass = 0.3, kArm = 0.2, kOwn = 1e-3, kAboutHinge = kOwn + kMass * kArm * kArm;
+MotionFrame pendulum(double angle, const Vec3& pivot = Vec3::Zero()) {
+  MotionFrame frame =
+      free_frame(kMass, pivot + kArm * Vec3(std::sin(angle), 0, -std::cos(angle)),
+                 Mat3(Vec3(2e-3, kOwn, 3e-3).asDiagonal()), {hinge(-Vec3::UnitY())});
+  frame.origin = pivot;
+  return frame;
+}
+
+double coordinate(const Solver& solver, std::size_t axis = 0) {
+  return solver.frames().back().axes.at(axis).coordinate;
+}
+double rate(const Solver& solver, std::size_t axis = 0) {
+  return solver.frames().back().axes.at(axis).rate;
+}
+
+TEST(FreeBody, PendulumSwingsWithThePeriodOfTheEllipticIntegral) {
+  const double start = 1.0;  // rad
+  Solver solver(scene(pendulum(start)));
+  const double small = 2 * pi * std::sqrt(kAboutHinge / (kMass * kG * kArm));
+  const double period = small * 2 / pi * std::comp_ellint_1(std::sin(0.5 * start));
+  // It crosses the vertical a quarter of a period after its release.
+  double crossed = 0, before = start;
+  while (crossed == 0 && solver.time() < 2) {
+    const double t = solver.time();
+    solver.step();
+    const double now = start + coordinate(solver);
+    if (now <= 0) crossed = t + solver.model().timestep * before / (before - now);
+    before = now;
+  }
+  EXPECT_NEAR(crossed, 0.25 * period, 1e-6);
+  // And is back with its full height after the period.
+  while (solver.time() < period - 0.5e-4) solver.step();
+  EXPECT_NEAR(coordinate(solver), 0, 1e-6);
+  EXPECT_NEAR(rate(solver), 0, 5e-3);
+}
+
+TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
+  FreeAxis axis = slider(Vec3::UnitX());
+  axis.stiffness = 50;
+  axis.damping = 0.8;
+  axis.rest = 0.1;
+  Solver solver(scene(free_frame(0.5, {0, 0, 0.3}, Mat3::Identity(), {axis})));
+  scenes::run(solver, 1.0);
+  const double decay = 0.8 / (2 * 0.5), omega = std::sqrt(50 / 0.5 - decay * decay);
+  const double expected =
+      0.1 - 0.1 * std::exp(-decay) * (std::cos(omega) + decay / omega * std::sin(omega));
+  EXPECT_NEAR(coordinate(solver), expected, 2e-5);
+}
+
+TEST(FreeBody, FrictionHoldsUpToItsLimitExactlyAndTakesItBeyond) {
+  const double weight = 0.5 * kG;
+  for (const double share : {1.001, 0.6}) {
+    FreeAxis axis = slider(Vec3::UnitZ());
+    axis.friction = share * weight;
+    Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
+    scenes::run(solver, 0.2);
+    const double fall = share > 1 ? 0 : 0.5 * (1 - share) * kG * 0.2 * 0.2;
+    EXPECT_NEAR(coordinate(solver), -fall, 1e-12 + 1e-9 * fall);
+  }
+}
+
+TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
+  const double inertia = 2e-3, limit = 0.04, speed = 4;
+  FreeAxis axis = hinge(Vec3::UnitX());
+  Drive drive;
+  drive.speed = speed;
+  drive.limit = limit;
+  axis.drives = {drive};
+  Solver solver(scene(free_frame(1, Vec3::Zero(), inertia * Mat3::Identity(), {axis})));
+  scenes::run(solver, 0.1);
+  EXPECT_NEAR(rate(solver), limit / inertia * 0.1, 1e-9);
+  EXPECT_NEAR(solver.frames()[0].axes[0].drive_impulse, limit * 0.1, 1e-12);
+  EXPECT_TRUE(solver.frames()[0].driven);
+  scenes::run(solver, 0.2);
+  EXPECT_NEAR(rate(solver), speed, 1e-12);
+  solver.clear_boundary_loads();
+  scenes::run(solver, 0.1);
+  EXPECT_NEAR(solver.frames()[0].axes[0].drive_impulse, 0, 1e-12);  // nothing resists
+}
+
+TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
+  // The sensing arm: lifted by 45 degrees, held, and let fall onto its stop, twice.
+  MotionFrame frame = free_frame(0.04, {0.06, 0, 0}, 6e-5 * Mat3::Identity(), {});
+  FreeAxis axis = hinge(-Vec3::UnitY());
+  axis.lower = 0;
+  Drive lift;
+  lift.speed = 75 * scenes::kDegree / 0.6;
+  lift.target = 45 * scenes::kDegree;
+  lift.stop = 1.2;
+  lift.period = 2;
+  axis.drives = {lift};
+  frame.free->axes = {axis};
+  Solver solver(scene(frame));
+  scenes::run(solver, 1.19);
+  EXPECT_NEAR(coordinate(solver), 45 * scenes::kDegree, 1e-9);
+  scenes::run(solver, 0.8);
+  EXPECT_FALSE(solver.frames()[0].driven);
+  EXPECT_NEAR(coordinate(solver), 0, 1e-12);
+  EXPECT_NEAR(rate(solver), 0, 1e-12);
+  // At rest the stop carries the arm's moment.
+  solver.clear_boundary_loads();
+  scenes::run(solver, 0.005);
+  EXPECT_NEAR(solver.frames()[0].axes[0].stop_impulse, 0.04 * kG * 0.06 * 0.005, 1e-9);
+  scenes::run(solver, 1.19);
+  EXPECT_NEAR(coordinate(solver), 45 * scenes::kDegree, 1e-9);
+}
+
+TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
+  FreeAxis axis = slider(Vec3::UnitZ());
+  axis.lower = -0.05;
+  axis.stop_restitution = 0.4;
+  Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
+  double lowest = 0, fastest_up = 0;
+  for (int i = 0; i < 1500; ++i) {
+    solver.step();
+    lowest = std::min(lowest, coordinate(solver));
+    fastest_up = std::max(fastest_up, rate(solver));
+  }
+  EXPECT_GE(lowest, -0.05 - 1e-12);
+  EXPECT_NEAR(fastest_up, 0.4 * std::sqrt(2 * kG * 0.05), 2e-3);
+}
+
+TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
+  // Set spinning by the first step of the frame it hangs on, about an axis that is none of its own.
+  const Vec3 inertia(1e-3, 2e-3, 3e-3);
+  MotionFrame carrier;
+  carrier.name = "carrier";
+  Motion spin;
+  spin.kind = Motion::Kind::rotation;
+  spin.axis = Vec3(0.1, 1, 0.1).normalized();
+  spin.angular_speed = 10;
+  spin.stop = 1e-5;
+  carrier.motions = {spin};
+  MotionFrame body = free_frame(1, Vec3::Zero(), inertia.asDiagonal(), {});
+  body.parent = 0;
+  body.free->turns_freely = true;
+  Model model = scene(carrier, 1e-5);
+  model.frames.push_back(body);
+  model.gravity = Vec3::Zero();
+  Solver solver(model);
+  // A body without bearings does not feel its carrier turn; the first step gives it no spin.
+  scenes::run(solver, 0.01);
+  EXPECT_LT(solver.frames()[1].angular_velocity.norm(), 1e-9);
+  // One that falls and may turn falls like any other, and does not turn.
+  for (const int along : {0, 1, 2}) model.frames[1].free->axes.push_back(slider(Vec3::Unit(along)));
+  model.frames[1].free->center = {0.01, 0.02, 0.03};
+  model.frames[0].motions.clear();
+  model.gravity = {0, 0, -kG};
+  Solver falling(model);
+  scenes::run(falling, 0.1);
+  EXPECT_NEAR(coordinate(falling, 2), -0.5 * kG * 0.01, 1e-9);
+  EXPECT_LT(falling.frames()[1].angular_velocity.norm(), 1e-9);
+}
+
+TEST(FreeBody, PendulumFeelsItsPivotBeingMoved) {
+  // A pivot that starts at once hits the pendulum: I w = m l v.
+  MotionFrame cart;
+  cart.name = "cart";
+  Motion go;
+  go.velocity = {0.3, 0, 0};
+  go.start = 0.01;
+  cart.motions = {go};
+  MotionFrame hung = pendulum(0);
+  hung.parent = 0;
+  Model model = scene(cart);
+  model.frames.push_back(hung);
+  model.gravity = Vec3::Zero();
+  Solver solver(model);
+  scenes::run(solver, 0.0095);
+  EXPECT_DOUBLE_EQ(coordinate(solver), 0);
+  scenes::run(solver, 0.001);
+  EXPECT_NEAR(std::abs(rate(solver)), kMass * kArm * 0.3 / kAboutHinge, 1e-6);
+  EXPECT_LT(solver.frames()[1].angular_velocity.y(), 10);
+  // One under a steady acceleration hangs at atan(a / g): at rest there, it stays.
+  Motion ramp;
+  ramp.kind = Motion::Kind::translation;
+  ramp.course = Motion::Course::ramp;
+  ramp.axis = Vec3::UnitX();
+  ramp.end_rate = 4;
+  ramp.ramp_time = 2;
+  model.frames[0].motions = {ramp};
+  model.frames[1] = pendulum(-std::atan(2 / kG));
+  model.frames[1].parent = 0;
+  model.gravity = {0, 0, -kG};
+  Solver leaning(model);
+  scenes::run(leaning, 1);
+  EXPECT_NEAR(coordinate(leaning), 0, 1e-5);
+}
+
+TEST(FreeBody, PendulumOnATurntableSwingsAboutTheOutwardDirection) {
+  // Hinge along z at radius R of a table that turns with W: I q'' = -m l R W^2 sin q.
+  constexpr double kRadius = 0.5, kSpin = 6;
+  MotionFrame table;
+  table.name = "table";
+  Motion turn;
+  turn.kind = Motion::Kind::rotation;
+  turn.angular_speed = kSpin;
+  table.motions = {turn};
+  MotionFrame hung = free_frame(kMass, {kRadius + kArm * std::cos(0.1), kArm * std::sin(0.1), 0},
+                                Mat3(Vec3(2e-3, 1e-3, kOwn).asDiagonal()), {hinge(Vec3::UnitZ())});
+  hung.origin = {kRadius, 0, 0};
+  hung.parent = 0;
+  Model model = scene(table);
+  model.frames.push_back(hung);
+  // The table has turned for ever: what its start gives the pendulum, a hand takes away.
+  Solver solver(model);
+  solver.step();
+  const double kicked = rate(solver);
+  EXPECT_LT(kicked, -kSpin);  // the bob wants to stay where it is
+  double greatest = 0;
+  // Its energy in the turning frame is conserved: (1/2) I q'^2 - m l R W^2 cos q.
+  const auto energy = [&] {
+    const double q = 0.1 + coordinate(solver), w = rate(solver);
+    return 0.5 * kAboutHinge * w * w - kMass * kArm * kRadius * kSpin * kSpin * std::cos(q);
+  };
+  const double start = energy();
+  for (int i = 0; i < 10000; ++i) {
+    solver.step();
+    greatest = std::max(greatest, std::abs(energy() - start));
+  }
+  EXPECT_LT(greatest, 2e-3 * std::abs(start));
+}
+
+// A plate of 0.2 x 0.1 m on the frame, its top at z = 0.
+void add_plate(Model& model, int frame, const Vec3& center) {
+  scenes::add_panel(model, "plate", center - Vec3(0.1, 0.05, 0.02), center + Vec3(0.1, 0.05, 0));
+  model.boundaries.back().frame = frame;
+}
+
+TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
+  // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, plate without weight of
+  // its own (hinged at its centre of mass).
+  FreeAxis axis = hinge(Vec3::UnitY());
+  axis.stiffness = 2;
+  axis.damping = 0.05;
+  MotionFrame frame = free_frame(0.5, Vec3::Zero(), 2e-3 * Mat3::Identity(), {axis});
+  frame.name = "plate";
+  Model model = scenes::empty(scenes::law(0.5, 0.3), scenes::law(0.5, 0.3));
+  const double mass = 0.02, edge = 0.02;
+  const int cube = scenes::add_shape(
+      model, make_box(Vec3::Constant(edge), scenes::ice_options(mass, 2e4, 5e-4)));
+  scenes::add_particles(model, cube);
+  model.frames = {frame};
+  add_plate(model, 0, {0.1, 0, 0});
+  model.timestep = 2e-5;
+  Solver solver(model);
+  solver.insert(0, {0.15, 0, 0.5 * edge}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
+  scenes::run(solver, 1.5);
+  const double q = coordinate(solver);
+  const Vec3 arm = solver.particles().position[0];
+  EXPECT_NEAR(2 * q, mass * kG * arm.x(), 1e-4 * 2 * q);
+  EXPECT_GT(q, 0.01);
+  // What is left swings on the springs of friction, which hold without damping.
+  EXPECT_LT(solver.particles().velocity[0].norm(), 3e-4);
+}
+
+TEST(FreeBody, CollisionWithASliderKeepsMomentumAndItsRestitution) {
+  const double m = 0.02, heavy = 0.05, speed = 0.5, e = 0.3;
+  MotionFrame frame = free_frame(heavy, Vec3::Zero(), Mat3::Identity(), {slider(Vec3::UnitX())});
+  frame.name = "slider";
+  Model model = scenes::empty(scenes::law(0, e), scenes::law(0, e));
+  model.gravity = Vec3::Zero();
+  const int cube =
+      scenes::add_shape(model, make_box(Vec3::Constant(0.02), scenes::ice_options(m, 2e4, 5e-4)));
+  scenes::add_particles(model, cube);
+  model.frames = {frame};
+  add_plate(model, 0, {0, 0, 0.01});
+  model.timestep = 2e-6;
+  Solver solver(model);
+  solver.insert(0, {-0.115, 0, 0}, Quat::Identity(), {speed, 0, 0}, Vec3::Zero());
+  scenes::run(solver, 0.03);
+  const double cube_after = solver.particles().velocity[0].x(), plate_after = rate(solver);
+  EXPECT_NEAR(m * cube_after + heavy * plate_after, m * speed, 1e-12);
+  EXPECT_NEAR((plate_after - cube_after) / speed, e, 0.006);  // a little above: the unloading floor
+  EXPECT_GT(plate_after, 0.1);
+  // What the plate took is the work that boundaries did, taken from the cube.
+  // (to the first order in the time step: forces meet the velocity of the half step before them).
+  const double taken = 0.5 * heavy * plate_after * plate_after;
+  EXPECT_NEAR(-solver.energy().boundary_work, taken, 3e-3 * taken);
+}
+
+TEST(MotionFrames, CarryEachOther) {
+  // A carriage that moves along x, a wheel on it that turns about y, a pod on the wheel's rim that
+  // turns back: the pod stays upright on a cycloid.
+  const double v = 0.3, w = 5, radius = 0.1;
+  Motion go, turn, back;
+  go.velocity = {v, 0, 0};
+  turn.kind = back.kind = Motion::Kind::rotation;
+  turn.axis = back.axis = Vec3::UnitY();
+  turn.angular_speed = w;
+  back.angular_speed = -w;
+  turn.center = {0, 0, 1};
+  back.center = {radius, 0, 1};
+  MotionFrame carriage, wheel, pod;
+  carriage.name = "carriage";
+  carriage.motions = {go};
+  wheel.name = "wheel";
+  wheel.parent = 0;
+  wheel.origin = {0, 0, 1};
+  wheel.motions = {turn};
+  pod.name = "pod";
+  pod.parent = 1;
+  pod.origin = {radius, 0, 1};
+  pod.motions = {back};
+  Model model = scene(carriage);
+  model.frames = {carriage, wheel, pod};
+  add_plate(model, 2, {radius, 0, 1});
+  Solver solver(model);
+  scenes::run(solver, 0.7);
+  const double a = w * 0.7;
+  const BoundaryState plate = solver.boundaries()[0];
+  const Vec3 rim(v * 0.7 + radius * std::cos(a), 0, 1 - radius * std::sin(a));
+  const Vec3 offset = model.boundaries[0].origin - pod.origin;  // of the panel's own origin
+  EXPECT_LT((plate.position - rim - offset).norm(), 1e-9);
+  EXPECT_NEAR(std::abs(plate.orientation.w()), 1, 1e-12);
+  EXPECT_LT(plate.angular_velocity.norm(), 1e-9);
+  const Vec3 velocity(v - w * radius * std::sin(a), 0, -w * radius * std::cos(a));
+  EXPECT_LT((plate.velocity - velocity).norm(), 1e-3);
+}
+
+TEST(MotionFrames, BoundaryMovesOnTopOfItsFrame) {
+  Motion go, spin;
+  go.velocity = {0, 0.2, 0};
+  spin.kind = Motion::Kind::rotation;
+  spin.angular_speed = 3;
+  spin.center = {0.5, 0, 0};
+  MotionFrame frame;
+  frame.name = "lift";
+  frame.origin = {7, 8, 9};  // where it is drawn does not matter
+  frame.motions = {go};
+  Model model = scene(frame);
+  scenes::add_panel(model, "panel", {0.6, -0.1, -0.1}, {0.9, 0.1, 0.1});
+  model.boundaries[0].frame = 0;
+  model.boundaries[0].motions = {spin};
+  const Vec3 arm = model.boundaries[0].origin - spin.center;
+  Solver solver(model);
+  scenes::run(solver, 0.4);
+  // The centre that it turns about goes along with the frame.
+  const Quat turned(Eigen::AngleAxisd(3 * 0.4, Vec3::UnitZ()));
+  const BoundaryState panel = solver.boundaries()[0];
+  EXPECT_LT((panel.position - (spin.center + Vec3(0, 0.08, 0) + turned * arm)).norm(), 1e-10);
+  EXPECT_LT(panel.orientation.angularDistance(turned), 1e-9);
+  EXPECT_LT((panel.velocity - Vec3(0, 0.2, 0) - Vec3(0, 0, 3).cross(turned * arm)).norm(), 1e-3);
+  EXPECT_LT((panel.angular_velocity - Vec3(0, 0, 3)).norm(), 1e-9);
+}
+
+TEST(MotionFrames, RunsGoOnFromTheirState) {
+  const auto make = [] {
+    MotionFrame frame = pendulum(1.2, {0, 0, 0.5});
+    FreeAxis& axis = frame.free->axes[0];
+    axis.friction = 0.01;
+    axis.upper = 0;
+    Model model = scene(frame);
+    add_plate(model, 0, {0, 0, 0.3});
+    return model;
+  };
+  Solver whole(make()), first(make());
+  Drive late;
+  late.start = 0.15;
+  late.stop = 0.2;
+  late.period = 0.1;
+  late.speed = -2;
+  late.limit = 0.3;
+  Motion swing;
+  swing.course = Motion::Course::table;
+  swing.times = {0, 0.1};
+  swing.ways = {0, 0.01};
+  for (Solver* s : {&whole, &first}) {
+    s->add_drive(0, 0, late);
+    s->add_motion(0, swing);
+  }
+  scenes::run(whole, 0.4);
+  scenes::run(first, 0.17);
+  Solver second(make());
+  second.restore(first.save());
+  EXPECT_EQ(second.hash(), first.hash());
+  while (second.steps() < whole.steps()) second.step();
+  EXPECT_EQ(second.hash(), whole.hash());
+}
+
+TEST(MotionFrames, AreRefusedWhereTheyCannotWork) {
+  const auto complaint = [](const std::vector<MotionFrame>& frames) -> std::string {
+    Model model = scene(frames[0]);
+    model.frames = frames;
+    try {
+      Solver solver(model);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  MotionFrame arm = pendulum(0.1);
+  EXPECT_EQ(complaint({arm}), "");
+  MotionFrame second = pendulum(0.2);
+  second.parent = 0;
+  EXPECT_NE(complaint({arm, second}).find("moves on its own on the free frame"), std::string::npos);
+  arm.free->axes.push_back(hinge(Vec3::UnitX()));
+  EXPECT_NE(complaint({arm}).find("more than one axis"), std::string::npos);
+  arm.free->axes = {slider(Vec3::UnitX()), slider(Vec3::UnitX())};
+  EXPECT_NE(complaint({arm}).find("two of them are the same"), std::string::npos);
+  arm.free->axes.clear();
+  EXPECT_NE(complaint({arm}).find("no axis"), std::string::npos);
+  arm = pendulum(0.1);
+  arm.free->mass = 0;
+  EXPECT_NE(complaint({arm}).find("mass"), std::string::npos);
+  arm = pendulum(0.1);
+  arm.motions.push_back({});
+  EXPECT_NE(complaint({arm}).find("free and has motions"), std::string::npos);
+}
+
+TEST(MotionFrames, ALightFreeBodyShortensTheTimeStep) {
+  MotionFrame frame = free_frame(0.002, Vec3::Zero(), Mat3::Identity(), {slider(Vec3::UnitX())});
+  Model model = scene(frame);
+  add_plate(model, -1, Vec3::Zero());
+  model.boundaries[0].rigid = true;
+  const double fixed = advise_timestep(model, 10).timestep;
+  model.boundaries[0].frame = 0;
+  const double light = advise_timestep(model, 10).timestep;
+  // Quarter periods go with the square root of the effective mass.
+  const double mass = model.shapes[0].mass;
+  EXPECT_NEAR(light / fixed, std::sqrt(0.002 / (mass + 0.002)), 1e-6);
+}
+
+TEST(Motions, CoverTheWayOfTheirCourse) {
+  Motion ramp;
+  ramp.kind = Motion::Kind::rotation;
+  ramp.course = Motion::Course::ramp;
+  ramp.start = 1;
+  ramp.stop = 5;
+  ramp.rate = 1;
+  ramp.end_rate = 3;
+  ramp.ramp_time = 2;
+  EXPECT_DOUBLE_EQ(ramp.way(0, 1), 0);
+  EXPECT_DOUBLE_EQ(ramp.way(1, 2), 4);  // mean rate 2
+  EXPECT_DOUBLE_EQ(ramp.way(0, 9), 4 + 3 * 2);
+  EXPECT_DOUBLE_EQ(ramp.way(2, 0.5) + ramp.way(2.5, 0.5), ramp.way(2, 1));
+
+  Motion swing;
+  swing.course = Motion::Course::swing;
+  swing.amplitude = 0.02;
+  swing.frequency = 5;
+  EXPECT_NEAR(swing.way(0, 0.05), 0.02, 1e-15);
+  EXPECT_NEAR(swing.way(0, 0.2), 0, 1e-15);
+
+  Motion table;
+  table.course = Motion::Course::table;
+  table.start = 10;
+  table.times = {0, 1, 4};
+  table.ways = {5, 6, 0};  // only differences count
+  EXPECT_DOUBLE_EQ(table.way(10, 1), 1);
+  EXPECT_DOUBLE_EQ(table.way(11, 1.5), -3);
+  EXPECT_DOUBLE_EQ(table.way(14, 10), 0);
+
+  Motion shake;
+  shake.kind = Motion::Kind::rotation;
+  shake.angular_speed = 2;
+  shake.start = 1;
+  shake.stop = 1.5;
+  shake.period = 2;
+  EXPECT_DOUBLE_EQ(shake.way(0, 1), 0);
+  EXPECT_DOUBLE_EQ(shake.way(1, 1), 1);
+  EXPECT_DOUBLE_EQ(shake.way(2, 1), 0);
+  EXPECT_DOUBLE_EQ(shake.way(3.25, 1), 0.5);
+  EXPECT_DOUBLE_EQ(shake.way(2.5, 0.75), 0.5);  // across the border of two periods
+  shake.end = 4;
+  EXPECT_DOUBLE_EQ(shake.way(5, 1), 0);
+  EXPECT_TRUE(shake.acts(3.2));
+  EXPECT_FALSE(shake.acts(3.6));
+  EXPECT_FALSE(shake.acts(5.2));
+}
+
+}  // namespace
+}  // namespace firn

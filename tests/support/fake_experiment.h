@@ -1,0 +1,119 @@
+// A formula in place of the simulation, behind the same interface.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "calibrate/calibrate.h"
+#include "experiments/batch/execution/executor.h"
+#include "tests/support/scratch_folder.h"
+
+namespace firn {
+
+// Standard normal deviate, the same on every machine: Box and Muller.
+inline double normal(std::mt19937_64& random) {
+  const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
+  const double u = uniform(), v = uniform();
+  return std::sqrt(-2 * std::log(u)) * std::cos(2 * M_PI * v);
+}
+
+class FakeExperiment : public Executor {
+ public:
+  using Values = std::map<std::string, double>;  // by case key
+  // Makes the outcome of one run from its parameters and a stream of random numbers of its own.
+  using Formula = std::function<JobResult(const Values&, std::mt19937_64&)>;
+
+  explicit FakeExperiment(Formula formula) : formula_(std::move(formula)) {}
+
+  std::string resolve(const std::string&, const std::vector<Override>& overrides,
+                      const MaterialRequest&) override {
+    std::string text;
+    for (const auto& [key, value] : overrides) text += key + " = " + value + "\n";
+    return text;
+  }
+
+  void run(const std::vector<Job>& jobs, const JobEvents& events) override {
+    for (const Job& job : jobs) {
+      events.started(job);
+      ++runs;
+      if (on_run) on_run(job);
+      Values values;
+      for (const auto& [key, value] : job.overrides) values[key] = std::stod(value);
+      // Every run has its own noise: of its seed and its parameters.
+      std::uint64_t hash = 14695981039346656037u;
+      for (const unsigned char c : job.text) hash = (hash ^ c) * 1099511628211u;
+      std::mt19937_64 random(hash);
+      events.ended(job, formula_(values, random));
+      if (on_ended) on_ended(job);
+      if (stop) return;
+    }
+  }
+
+  int runs = 0;
+  std::function<void(const Job&)> on_run, on_ended;
+  bool stop = false;
+
+ private:
+  Formula formula_;
+};
+
+inline Response scalar(const std::string& name, double value, const std::string& unit) {
+  return {name, {value}, {}, unit, "formula", 1};
+}
+inline JobResult finished(std::vector<Response> responses) {
+  return {JobStatus::finished, "", std::move(responses), 1.0};
+}
+
+// A folder with an empty case.
+class Folder : public test::ScratchFolder {
+ public:
+  explicit Folder(const std::string& name) : ScratchFolder("calibrate-" + name) {
+    write("case.toml", "[case]\n");
+  }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path() / name) << text;
+    return *this / name;
+  }
+};
+
+inline std::string read_text(const std::string& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+// A study of two frictions, mu1 and mu2, of the fake experiment; `more` is added to it.
+inline std::string friction_study(const std::string& more, const std::string& budget =
+                                                               "centre_runs = 3\n"
+                                                               "design_points = 8\n"
+                                                               "runs_per_point = 2\n"
+                                                               "refine_rounds = 1\n"
+                                                               "refine_points = 3\n"
+                                                               "confirm_runs = 5\n") {
+  return "[study]\nname = \"fake\"\ncase = \"case.toml\"\nseed = 1\n\n[budget]\n" + budget +
+         "\n[[parameters]]\nname = \"mu1\"\nkeys = [\"a.mu1\"]\nmin = 0.01\nmax = 0.3\n"
+         "scale = \"log\"\n\n"
+         "[[parameters]]\nname = \"mu2\"\nkeys = [\"a.mu2\", \"b.mu2\"]\nmin = 0.03\nmax = 0.5\n"
+         "scale = \"log\"\n\n" +
+         more;
+}
+
+inline StudySummary run_study(const std::string& file, const std::string& directory,
+                              Executor& executor) {
+  StudyOptions options;
+  options.study_file = file;
+  options.directory = directory;
+  options.show_progress = false;
+  options.plot = false;
+  options.replace_executor = &executor;
+  return calibrate(options);
+}
+
+}  // namespace firn

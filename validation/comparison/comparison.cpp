@@ -1,0 +1,282 @@
+#include "validation/comparison/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/responses/response_expression.h"
+#include "validation/comparison/comparison_kinds.h"
+#include "validation/comparison/data_provenance.h"
+#include "validation/comparison/stiffness_scaling.h"
+
+namespace firn {
+namespace comparison {
+
+std::string with_unit(double value, const std::string& unit) {
+  return unit.empty() || unit == "1" ? fmt::format("{:.3g}", value)
+                                     : fmt::format("{:.3g} {}", value, unit);
+}
+
+std::vector<double> defined(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  return values;
+}
+
+void require_unit(const std::string& response, const RunGroup& base, const Measurement& m) {
+  const Operand o = parse_operand(response);
+  for (const JobResult* r : base.finished())
+    if (const std::string unit = unit_of(o, r->responses); !unit.empty() && unit != m.unit)
+      throw InputError(
+          fmt::format("{}: unit: \"{}\" is measured in \"{}\"; expected \"{}\", the "
+                      "unit of the response",
+                      m.file, response, m.unit, unit));
+}
+
+std::string words_on(const RunGroup& group) {
+  return group.purpose == RunGroup::Purpose::timestep
+             ? fmt::format("time step {:.3g} us", group.setting * 1e6)
+             : fmt::format("Young's modulus {:.3g} GPa", group.setting * 1e-9);
+}
+
+Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand) {
+  const Operand o = parse_operand(operand);
+  std::vector<double> before, after, difference;
+  for (std::size_t i = 0; i < changed.results.size(); ++i) {
+    const auto seed = std::ranges::find(base.seeds, changed.seeds[i]);
+    if (seed == base.seeds.end()) continue;
+    const JobResult& b = base.results[static_cast<std::size_t>(seed - base.seeds.begin())];
+    const JobResult& a = changed.results[i];
+    if (b.status != JobStatus::finished || a.status != JobStatus::finished) continue;
+    const double was = evaluate(o, b.responses), is = evaluate(o, a.responses);
+    if (!std::isfinite(was) || !std::isfinite(is)) continue;
+    before.push_back(was);
+    after.push_back(is);
+    difference.push_back(is - was);
+  }
+  Change c;
+  c.seeds = static_cast<int>(difference.size());
+  if (c.seeds == 0) return c;
+  c.before = facts_of(before).mean;
+  c.after = facts_of(after).mean;
+  const SampleFacts f = facts_of(difference);
+  c.error = f.error();
+  return c;
+}
+
+}  // namespace comparison
+
+namespace {
+
+// What inputs were chosen with these data, as a clause; empty: none that is known.
+std::string chosen_with(const Suite& suite, const SuiteComparison& what, const Evidence& e) {
+  const DataIdentity mine = identity_of(what.measurement, what.responses);
+  const auto calibrated = [&](const MaterialRecord& record, const char* how) -> std::string {
+    for (const UsedMeasurement& used : record.provenance.measurements)
+      if (const auto why = same_data(mine, identity_of(used)))
+        return fmt::format("{}{} was calibrated to this measurement ({})", how, record.reference(),
+                           *why);
+    return {};
+  };
+  if (e.material != nullptr)
+    if (std::string found = calibrated(*e.material, ""); !found.empty()) return found;
+  for (const MaterialRecord* record : e.same_values)
+    if (std::string found = calibrated(*record, "the case has the values of a record: ");
+        !found.empty())
+      return found;
+  for (const Chosen& chosen : suite.chosen)
+    if (chosen.belongs_to(suite.experiments[what.experiment]))
+      if (const auto why = same_data(mine, identity_of(chosen.with, {})))
+        return fmt::format("{} was chosen with this measurement ({})", chosen.what, *why);
+  return {};
+}
+
+void judge_independence(const Suite& suite, const SuiteComparison& what, const Evidence& e,
+                        Comparison& c) {
+  if (const std::string found = chosen_with(suite, what, e); !found.empty()) {
+    c.verdict = ValidationVerdict::not_independent;
+    c.headline += fmt::format("; but {}, which therefore cannot validate it", found);
+    c.would_decide = "another measurement";
+  } else if (!what.made_to_match.empty()) {
+    c.verdict = ValidationVerdict::not_independent;
+    c.headline += fmt::format("; but {}: an input, which validates nothing", what.made_to_match);
+    c.would_decide.clear();
+  }
+}
+
+}  // namespace
+
+std::string verdict_words(const Comparison& c) {
+  return std::string(to_string(c.verdict)) + (c.code_to_code ? " (code-to-code)" : "");
+}
+
+const char* to_string(ValidationVerdict verdict) {
+  switch (verdict) {
+    case ValidationVerdict::consistent:
+      return "consistent";
+    case ValidationVerdict::inconsistent:
+      return "inconsistent";
+    case ValidationVerdict::not_enough_data:
+      return "not enough data to say";
+    case ValidationVerdict::not_independent:
+      return "not independent";
+    case ValidationVerdict::not_comparable:
+      return "not comparable";
+    case ValidationVerdict::information:
+      return "information";
+  }
+  return "";
+}
+
+const char* to_string(RunGroup::Purpose purpose) {
+  switch (purpose) {
+    case RunGroup::Purpose::base:
+      return "base";
+    case RunGroup::Purpose::input:
+      return "input";
+    case RunGroup::Purpose::timestep:
+      return "time step";
+    case RunGroup::Purpose::stiffness:
+      return "stiffness";
+    case RunGroup::Purpose::variant:
+      return "variant";
+  }
+  return "";
+}
+
+std::vector<const JobResult*> RunGroup::finished() const {
+  std::vector<const JobResult*> all;
+  for (const JobResult& r : results)
+    if (r.status == JobStatus::finished) all.push_back(&r);
+  return all;
+}
+
+std::vector<double> RunGroup::values(const std::string& text) const {
+  const Operand operand = parse_operand(text);
+  std::vector<double> all;
+  for (const JobResult* r : finished()) all.push_back(evaluate(operand, r->responses));
+  return all;
+}
+
+namespace {
+
+// Of one kind, with runs as they are: neither where inputs come from nor what is assumed.
+void compare_runs(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+  switch (what.kind) {
+    case ComparisonKind::value:
+      comparison::compare_value(what, e, c);
+      break;
+    case ComparisonKind::claims:
+      comparison::compare_claims(what, e, c);
+      break;
+    case ComparisonKind::damage:
+      comparison::compare_damage(what, e, c);
+      break;
+    case ComparisonKind::curve:
+      comparison::compare_curve(what, e, c);
+      break;
+    case ComparisonKind::choices:
+      comparison::compare_choices(what, e, c);
+      break;
+    case ComparisonKind::softening:
+      c.verdict = ValidationVerdict::information;
+      for (const std::string& response : what.responses)
+        c.softening.push_back(soften(response, e, what.real_modulus));
+      c.headline = softening_headline(c.softening, what.real_modulus);
+      break;
+  }
+}
+
+// On which side of the rule each statement is: it holds in more than half of the runs.
+std::vector<bool> sides(const Comparison& c) {
+  std::vector<bool> all;
+  for (const ClaimResult& r : c.claims)
+    all.push_back(r.claim.once_in > 0 ? r.holds > 0 : 2 * r.holds > r.runs);
+  return all;
+}
+
+// What runs say, in few words.
+std::string outcome_of(const Comparison& c) {
+  std::string text;
+  for (const ClaimResult& r : c.claims)
+    text += fmt::format("{}\"{}\" holds in {} of {} runs", text.empty() ? "" : ", ",
+                        r.claim.statement, r.holds, r.runs);
+  return text.empty() ? c.headline : text;
+}
+
+bool decided(ValidationVerdict v) {
+  return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
+}
+
+// The same comparison at each end of what is assumed, beside that of the runs it is a variant of.
+// A value has these differences among its uncertainties already.
+void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Evidence& e,
+                       Comparison& c) {
+  for (const std::string& one : suite.experiments[what.experiment].assumes)
+    c.caveats.push_back(fmt::format("assumed, without a range: {}", one));
+  std::string changing;
+  for (const Evidence::Other& other : e.variants) {
+    if (!other.what->assumed || other.runs->finished().empty()) continue;
+    const auto with = [&](const RunGroup* base) {
+      Evidence alone;
+      alone.base = alone.numerics_base = base;
+      Comparison there;
+      compare_runs(what, alone, there);
+      return there;
+    };
+    const Comparison before = with(e.numerics_base), there = with(other.runs);
+    AssumptionResult r{other.what->name, static_cast<int>(other.runs->finished().size()),
+                       outcome_of(there), false};
+    r.changes =
+        sides(before) != sides(there) ||
+        (decided(before.verdict) && decided(there.verdict) && before.verdict != there.verdict);
+    if (r.changes) changing += fmt::format("{}\"{}\"", changing.empty() ? "" : ", ", r.name);
+    c.assumptions.push_back(r);
+  }
+  if (changing.empty()) return;
+  c.headline += fmt::format("; depends on what is assumed: changes with {}", changing);
+  if (what.kind == ComparisonKind::value || !decided(c.verdict)) return;
+  c.verdict = ValidationVerdict::not_enough_data;
+  c.would_decide = fmt::format("what is assumed, measured: {}", changing);
+}
+
+}  // namespace
+
+Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
+                   const Evidence& e) {
+  Comparison c;
+  c.name = what.name;
+  c.title = what.title;
+  c.note = what.note;
+  c.kind = what.kind;
+  c.experiment = suite.experiments[what.experiment].name;
+  c.parameter_set = parameters.name;
+  if (measures(what.kind)) {
+    c.measurement = what.measurement.sentence();
+    if (c.measurement.ends_with('.')) c.measurement.pop_back();
+    c.measurement += "; " + what.measurement.source;
+    c.measurement_status = to_string(what.measurement.status);
+    c.code_to_code = what.measurement.simulated;
+  }
+  c.runs = static_cast<int>(e.base->results.size());
+  c.finished = static_cast<int>(e.base->finished().size());
+  for (const JobResult& r : e.base->results)
+    if (r.status != JobStatus::finished)
+      c.caveats.push_back(fmt::format("a run is {}: {}", to_string(r.status), r.reason));
+  compare_runs(what, e, c);
+  if (measures(what.kind)) {
+    judge_assumptions(suite, what, e, c);
+    judge_independence(suite, what, e, c);
+    if (!what.not_comparable.empty()) {
+      c.verdict = ValidationVerdict::not_comparable;
+      c.headline += fmt::format("; not comparable: {}", what.not_comparable);
+      c.would_decide.clear();
+    }
+  }
+  if (c.code_to_code)
+    c.caveats.emplace_back(
+        "the number is another simulation's: a comparison of codes, which validates nothing");
+  return c;
+}
+
+}  // namespace firn

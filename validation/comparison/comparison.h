@@ -1,0 +1,190 @@
+// Simulation beside experiment: the difference, what it is uncertain by and through whom, and what
+// may be concluded. After ASME V&V 20-2009; docs/validation.md explains every step.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/execution/executor.h"
+#include "experiments/material_records/material_record.h"
+#include "validation/comparison/curve_metrics.h"
+#include "validation/comparison/strength_reliability.h"
+#include "validation/statistics/distributions.h"
+#include "validation/suite/suite_file.h"
+
+namespace firn {
+
+enum class ValidationVerdict {
+  consistent,
+  inconsistent,
+  not_enough_data,  // to say
+  not_independent,  // inputs were chosen with these very data
+  not_comparable,   // for a reason that the suite gives
+  information       // nothing to judge
+};
+const char* to_string(ValidationVerdict verdict);
+
+// The runs of one experiment with one parameter set and one choice of numerics, in order of seeds.
+struct RunGroup {
+  enum class Purpose { base, input, timestep, stiffness, variant };
+  std::size_t experiment = 0, parameter_set = 0;
+  Purpose purpose = Purpose::base;
+  double setting = 0;  // time step, s, or Young's modulus, Pa, of groups of these purposes
+  std::vector<std::uint64_t> seeds;
+  std::vector<std::string> keys;
+  std::vector<JobResult> results;
+  std::size_t variant = 0;  // of the experiment's, of groups of this purpose
+
+  // Of the finished runs.
+  std::vector<const JobResult*> finished() const;
+  // One value for each finished run, NaN where undefined. Throws InputError as evaluate() does.
+  std::vector<double> values(const std::string& operand) const;
+};
+
+const char* to_string(RunGroup::Purpose purpose);
+
+// All groups of an experiment with a parameter set, and what they are run with.
+struct Evidence {
+  const RunGroup* base = nullptr;
+  const RunGroup* input = nullptr;  // draws from the material's family, one run each; may be null
+  const RunGroup* numerics_base = nullptr;  // what the following are compared with
+  const RunGroup* timestep = nullptr;       // may be null
+  std::vector<const RunGroup*> stiffness;   // ascending modulus, without the base
+  double base_modulus = 0;                  // Pa; 0: not known
+  const MaterialRecord* material = nullptr;
+  struct Other {
+    const Variant* what = nullptr;
+    const RunGroup* runs = nullptr;
+  };
+  std::vector<Other> variants = {};
+  std::vector<const RunGroup*> timesteps = {};  // all that `timestep` is the finest of
+  // Calibrated records whose values the case has, whoever put them there.
+  std::vector<const MaterialRecord*> same_values = {};
+};
+
+// One part of the uncertainty of a difference, one standard deviation.
+struct UncertaintyPart {
+  std::string name;  // "seeds", "time step", "stiffness", "input", "experiment", or a variant's
+  std::optional<double> value;  // nothing: not looked at
+  std::string how;
+  double freedom = std::numeric_limits<double>::infinity();  // that it was estimated with
+};
+
+struct ValueComparison {
+  SampleFacts simulation;  // over seeds
+  double measured = 0;
+  std::string unit;
+  double difference = 0;   // simulation - measured
+  double uncertainty = 0;  // one standard deviation, root of the sum of squares of the parts
+  // 95 % of the difference's noise is within this; and of the simulation's and the experiment's
+  // own. Wider than two standard deviations where few runs, draws or repeats tell the scatter.
+  double expanded = 0, simulated_expanded = 0, measured_expanded = 0;
+  double p_value = 1;  // of such a difference or a larger one by that noise alone
+  std::vector<UncertaintyPart> parts;
+  std::optional<Interval> area;  // metric, in `unit`
+  std::vector<double> samples;   // of the runs
+};
+
+struct ClaimResult {
+  Claim claim;
+  int holds = 0, runs = 0;  // in so many of so many
+  Interval probability;     // that it holds in a run: 95 % on either side
+  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+  std::vector<double> larger, than;  // by run
+  std::string unit;
+};
+
+// Values or counts of an experiment beside those of all runs together (two_sample_tests.h). Without
+// the experiment's, what the runs have.
+struct DistributionResult {
+  std::string response, unit;
+  bool by_class = false;
+  std::vector<std::string> classes;         // with
+  std::vector<double> measured, simulated;  // counts by class; else values, ascending
+  // By class: of a run's share, over the runs; not below a multinomial's.
+  std::vector<double> deviation;
+  // Values that are only known to be larger: of residence times, of what was still inside.
+  std::vector<double> measured_at_least, simulated_at_least;
+  double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's, of
+                        // Kaplan and Meier's shares as far as both reach where values are open
+  double p_value = 1;   // of as much difference or more, were both of one distribution
+  double area = 0;      // between the cumulative distributions, in `unit`; none by class; NaN: open
+  double area_p_value = 1;
+  double critical = 2;          // distance that chance reaches in 5 % of all cases; above 1: any
+  bool dependent = false;       // values of one run are alike: the experiment counts as one run
+  double dispersion = 1;        // by class: variance of counts over a multinomial's
+  std::optional<double> apart;  // a value that stands apart from all others
+  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+};
+
+struct DamageResult {
+  std::string response;
+  int particles = 0;               // of all runs
+  double largest = 0, median = 0;  // N
+  DamageProbability free, weibull;
+  std::vector<double> loads;  // N, all runs, ascending
+};
+
+struct SofteningResult {
+  std::string response, unit;
+  std::vector<double> modulus, mean, error;  // by stiffness, ascending
+  std::vector<int> runs;                     // that a mean is of
+  double exponent = 0;                       // of response ~ modulus^exponent
+  double exponent_error = 0;  // half of an interval of 68 %; NaN: the runs do not tell it
+  // At the real modulus, 95 %. NaN: not enough data (three runs at each of three stiffnesses, and
+  // an interval within a factor of ten).
+  Interval extrapolated;
+  double reach = 0;  // real modulus over the largest simulated
+  std::string word;  // what to make of it
+};
+
+// What another choice of numerics or of the instrument does to a response.
+struct ChoiceResult {
+  std::string response, unit, choice;
+  int seeds = 0;                 // that both have finished
+  double before = 0, after = 0;  // means over these
+  double error = 0;              // of their difference, one standard deviation; NaN: one seed
+};
+
+// What becomes of a verdict at an end of the range of an assumption.
+struct AssumptionResult {
+  std::string name;
+  int runs = 0;
+  std::string outcome;   // the headline there
+  bool changes = false;  // the verdict, or on which side of the rule a statement is
+};
+
+struct Comparison {
+  std::string name, title, note, experiment, parameter_set;
+  ComparisonKind kind = ComparisonKind::value;
+  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+  std::string headline;      // one sentence
+  std::string would_decide;  // what would, where the verdict leaves it open
+  std::string measurement;   // in words, with its source
+  std::string measurement_status;
+  bool code_to_code = false;  // with a number of another simulation: no validation
+  std::vector<std::string> caveats;
+  int runs = 0, finished = 0;
+  std::vector<AssumptionResult> assumptions;
+  std::optional<ValueComparison> value;
+  std::vector<ClaimResult> claims;
+  std::optional<DistributionResult> distribution;
+  std::vector<DamageResult> damage;
+  std::optional<WeibullFit> strength;
+  Measurement breaking_force;  // of a comparison of damage
+  std::vector<SofteningResult> softening;
+  std::vector<ChoiceResult> choices;
+  std::optional<CurveComparison> curve;
+};
+
+// "consistent", or "consistent (code-to-code)".
+std::string verdict_words(const Comparison& comparison);
+
+// Pure function of its arguments. Throws InputError for responses that runs do not have, or whose
+// unit is not the measurement's.
+Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
+                   const Evidence& evidence);
+
+}  // namespace firn

@@ -1,0 +1,35 @@
+// The kinds of comparisons, each filling in what is its own. Pure functions; for compare() alone.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "validation/comparison/comparison.h"
+
+namespace firn::comparison {
+
+// What is seen once must not be all but impossible; what is seen as a rule must be the rule.
+inline constexpr double improbable = 0.05, rule = 0.5;
+
+std::string with_unit(double value, const std::string& unit);
+std::vector<double> defined(std::vector<double> values);
+// Throws InputError unless runs give the response in the measurement's unit.
+void require_unit(const std::string& response, const RunGroup& base, const Measurement& m);
+// "time step 5 us" or "Young's modulus 0.03 GPa", of a group with such a setting.
+std::string words_on(const RunGroup& group);
+// Means over the seeds that two groups share, and the standard error of the difference.
+struct Change {
+  int seeds = 0;
+  double before = 0, after = 0;
+  double error = 0;  // one standard deviation, estimated from the seeds; NaN: one seed
+};
+Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand);
+
+void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c);
+void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& c);
+void compare_damage(const SuiteComparison& what, const Evidence& e, Comparison& c);
+void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c);
+void compare_choices(const SuiteComparison& what, const Evidence& e, Comparison& c);
+
+}  // namespace firn::comparison

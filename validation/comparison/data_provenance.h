@@ -1,0 +1,40 @@
+// Which data an input was chosen with, by content: neither names nor wording decide. Pure
+// functions.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/material_records/material_record.h"
+#include "experiments/measurements/measurement.h"
+
+namespace firn {
+
+// What data are known by. Responses without the name of a study's experiment before them.
+struct DataIdentity {
+  std::string experiment;  // as stated; empty: not stated
+  std::vector<std::string> responses;
+  bool has_value = false;  // with
+  double value = 0, uncertainty = 0;
+  std::string unit;
+};
+DataIdentity identity_of(const Measurement& measurement, const std::vector<std::string>& operands);
+DataIdentity identity_of(const UsedMeasurement& used);
+
+// Why two are taken as the same data, as a clause; nothing when they are different. The same are:
+// a value, uncertainty and unit that are equal, whatever the response is called; one response of
+// one stated experiment; one response with values closer than a twentieth of their uncertainty or
+// half a percent, whatever the experiments are called; and one response where not both state their
+// experiment, unless the values contradict each other (two standard uncertainties).
+std::optional<std::string> same_data(const DataIdentity& a, const DataIdentity& b);
+
+// Whether the values that a case has for a record's keys are those of the record: all within 5 % of
+// its values, of an anchor, or of a point of its family. `values`: in order of its parameters, in
+// their units; NaN: the case has none.
+bool has_values_of(const MaterialRecord& record, const std::vector<double>& values);
+
+// Of each parameter of a record, from the complete text of a case.
+std::vector<double> values_in_case(const MaterialRecord& record, const std::string& resolved);
+
+}  // namespace firn

@@ -1,0 +1,67 @@
+// What numerics and the experiment's variants do to responses.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "experiments/analysis/power_law.h"
+#include "experiments/responses/response_expression.h"
+#include "validation/comparison/comparison_kinds.h"
+
+namespace firn::comparison {
+namespace {
+
+struct Choice {
+  std::string name;
+  const RunGroup* runs;
+};
+
+std::vector<Choice> choices_of(const Evidence& e) {
+  std::vector<Choice> all;
+  if (e.timestep != nullptr) all.push_back({words_on(*e.timestep), e.timestep});
+  for (const RunGroup* group : e.stiffness) all.push_back({words_on(*group), group});
+  for (const Evidence::Other& other : e.variants) all.push_back({other.what->name, other.runs});
+  return all;
+}
+
+// The largest change, in shares of what was there, that is one for certain.
+std::string headline(const std::vector<ChoiceResult>& all) {
+  const ChoiceResult* worst = nullptr;
+  int certain = 0;
+  const auto share = [](const ChoiceResult& c) { return std::abs(c.after / c.before - 1); };
+  for (const ChoiceResult& c : all) {
+    if (c.seeds < 2 || !(std::abs(c.after - c.before) > student_factor(c.seeds - 1) * c.error))
+      continue;
+    ++certain;
+    if (std::isfinite(share(c)) && (worst == nullptr || share(c) > share(*worst))) worst = &c;
+  }
+  if (all.empty()) return "no run shows what choices do";
+  std::string text =
+      fmt::format("{} of {} changes stand out from the scatter of the seeds", certain, all.size());
+  if (worst != nullptr)
+    text += fmt::format("; the largest: {} goes from {} to {} with {}", worst->response,
+                        with_unit(worst->before, worst->unit), with_unit(worst->after, worst->unit),
+                        worst->choice);
+  return text;
+}
+
+}  // namespace
+
+void compare_choices(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+  c.verdict = ValidationVerdict::information;
+  for (const std::string& response : what.responses)
+    for (const Choice& choice : choices_of(e)) {
+      const Change change = change_between(*e.numerics_base, *choice.runs, response);
+      if (change.seeds == 0) {
+        c.caveats.push_back(fmt::format("{}: no run finished", choice.name));
+        continue;
+      }
+      std::string unit;
+      for (const JobResult* r : e.numerics_base->finished())
+        unit = unit_of(parse_operand(response), r->responses);
+      c.choices.push_back(
+          {response, unit, choice.name, change.seeds, change.before, change.after, change.error});
+    }
+  c.headline = headline(c.choices);
+}
+
+}  // namespace firn::comparison

@@ -1,0 +1,307 @@
+// What was said in words, and the numbers behind the words.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+#include <string_view>
+
+#include "experiments/analysis/sample_statistics.h"
+#include "experiments/responses/response_expression.h"
+#include "validation/comparison/comparison_kinds.h"
+#include "validation/statistics/two_sample_tests.h"
+
+namespace firn::comparison {
+namespace {
+
+constexpr double claim_confidence = 0.9;  // 95 % on the side that the verdict looks at
+constexpr double half = 0.5;              // of the values could be others: too few to say
+
+ValidationVerdict judge_claim(const ClaimResult& r) {
+  if (r.runs == 0) return ValidationVerdict::not_enough_data;
+  if (r.claim.once_in > 0) {
+    // Seen in one trial at least of so many.
+    const double trials = r.claim.once_in;
+    const auto seen = [&](double p) { return 1 - std::pow(1 - p, trials); };
+    if (seen(r.probability.high) < improbable) return ValidationVerdict::inconsistent;
+    if (seen(r.probability.low) > improbable) return ValidationVerdict::consistent;
+    return ValidationVerdict::not_enough_data;
+  }
+  if (r.probability.high < rule) return ValidationVerdict::inconsistent;
+  if (r.probability.low > rule) return ValidationVerdict::consistent;
+  return ValidationVerdict::not_enough_data;
+}
+
+// Probability of so few runs in which it holds, at the smallest probability that the statement
+// allows.
+double p_against(const ClaimResult& r) {
+  if (r.runs == 0) return 1;
+  const double least =
+      r.claim.once_in > 0 ? 1 - std::pow(1 - improbable, 1.0 / r.claim.once_in) : rule;
+  return boost::math::cdf(boost::math::binomial_distribution<double>(r.runs, least), r.holds);
+}
+
+// The fewest further runs that could settle the claim if they all come out as most have.
+int runs_to_settle(ClaimResult r) {
+  if (r.runs == 0) return 1;
+  const bool mostly = 2 * r.holds >= r.runs;
+  for (int more = 1; more <= 1000; ++more) {
+    r.holds += mostly;
+    r.probability = binomial_interval(r.holds, ++r.runs, claim_confidence);
+    if (judge_claim(r) != ValidationVerdict::not_enough_data) return more;
+  }
+  return 1000;
+}
+
+ClaimResult evaluate_claim(const Claim& claim, const RunGroup& base) {
+  ClaimResult r;
+  r.claim = claim;
+  const Operand larger = parse_operand(claim.larger), than = parse_operand(claim.than);
+  for (const JobResult* run : base.finished()) {
+    r.larger.push_back(evaluate(larger, run->responses));
+    r.than.push_back(evaluate(than, run->responses));
+    r.unit = unit_of(larger, run->responses);
+    const bool known = !std::isnan(r.larger.back()) && !std::isnan(r.than.back());
+    r.runs += known;
+    r.holds += known && r.larger.back() > claim.times * r.than.back();
+  }
+  r.probability = binomial_interval(r.holds, r.runs, claim_confidence);
+  r.verdict = judge_claim(r);
+  return r;
+}
+
+// What runs say of the response that the data are of; throws InputError unless it is there.
+const Response& response_of(const JobResult& run, const MeasuredData& data,
+                            const std::string& unit) {
+  const auto found = std::ranges::find(run.responses, data.response, &Response::name);
+  if (found == run.responses.end() || found->unit != unit)
+    throw InputError(fmt::format(
+        "{}: response: \"{}\" in \"{}\" is none of the case's; expected one, in its unit",
+        data.file, data.response, unit));
+  if (data.present && data.kind == MeasuredData::Kind::classes &&
+      found->value.size() != data.counts.size())
+    throw InputError(fmt::format("{}: has {} classes; expected {}, as the response \"{}\" has",
+                                 data.file, data.counts.size(), found->value.size(),
+                                 data.response));
+  return *found;
+}
+
+// Counts of all runs together, and how the share of each class scatters over the runs: as a
+// multinomial's at least, since few runs may happen to agree.
+void add_counts(const std::vector<const Response*>& runs, DistributionResult& d) {
+  if (runs.empty()) return;
+  std::size_t classes = 0;
+  for (const Response* r : runs) classes = std::max(classes, r->value.size());
+  d.simulated.assign(classes, 0);
+  std::vector<std::vector<double>> shares(classes);
+  for (const Response* r : runs) {
+    double sum = 0;
+    for (const double n : r->value) sum += n;
+    for (std::size_t k = 0; k < classes; ++k) {
+      const double n = k < r->value.size() ? r->value[k] : 0;
+      d.simulated[k] += n;
+      if (sum > 0) shares[k].push_back(n / sum);
+    }
+  }
+  double all = 0;
+  for (const double n : d.simulated) all += n;
+  const double a_run = all / static_cast<double>(runs.size());
+  for (std::size_t k = 0; k < classes; ++k) {
+    const double p = all > 0 ? d.simulated[k] / all : 0;
+    const double multinomial = a_run > 0 ? std::sqrt(p * (1 - p) / a_run) : 0;
+    d.deviation.push_back(std::fmax(facts_of(shares[k]).deviation, multinomial));
+  }
+  if (d.classes.empty())
+    for (std::size_t k = 1; k <= classes; ++k) d.classes.push_back(std::to_string(k));
+}
+
+// The companion of residence times: how long what has not passed has been inside.
+std::vector<double> still_inside(const JobResult& run, const std::string& response) {
+  constexpr std::string_view times = "_residence_times", waiting = "_waiting_times";
+  if (!response.ends_with(times)) return {};
+  const std::string name =
+      response.substr(0, response.size() - times.size()) + std::string(waiting);
+  const auto found = std::ranges::find(run.responses, name, &Response::name);
+  return found == run.responses.end() ? std::vector<double>{} : found->value;
+}
+
+bool any_open(const DistributionResult& d) {
+  return !d.simulated_at_least.empty() || !d.measured_at_least.empty();
+}
+
+void take(const SampleTest& t, DistributionResult& d) {
+  d.distance = t.distance;
+  d.p_value = t.p;
+  d.area = t.area;
+  d.area_p_value = t.area_p;
+  d.critical = t.critical;
+  d.dependent = t.dependent;
+}
+
+void judge_classes(const std::vector<std::vector<double>>& runs, DistributionResult& d) {
+  const ShareTest t = compare_shares(runs, d.measured);
+  d.distance = t.distance;
+  d.p_value = t.p;
+  d.critical = t.critical;
+  d.dispersion = t.dispersion;
+}
+
+// `runs`: values or counts of each; `inside`: values of each that are only known to be larger.
+void judge_distribution(const ValuesByRun& runs, const ValuesByRun& inside, DistributionResult& d) {
+  const auto any = [](const std::vector<double>& values, const std::vector<double>& open,
+                      bool by_class) {
+    return !open.empty() ||
+           std::ranges::any_of(values, [&](double v) { return !by_class || v > 0; });
+  };
+  if (!any(d.simulated, d.simulated_at_least, d.by_class) ||
+      !any(d.measured, d.measured_at_least, d.by_class))
+    return;
+  if (d.by_class) {
+    judge_classes(runs, d);
+  } else if (any_open(d)) {
+    std::vector<CensoredTimes> times;
+    for (std::size_t r = 0; r < runs.size(); ++r) times.push_back({runs[r], inside[r]});
+    take(compare_open_times(times, {d.measured, d.measured_at_least}), d);
+  } else {
+    take(compare_samples(runs, d.measured), d);
+  }
+  if (!d.by_class) {
+    std::vector<double> all = d.simulated;
+    all.insert(all.end(), d.measured.begin(), d.measured.end());
+    d.apart = value_apart(all);
+  }
+  d.verdict = d.p_value < improbable             ? ValidationVerdict::inconsistent
+              : d.apart || !(d.critical <= half) ? ValidationVerdict::not_enough_data
+                                                 : ValidationVerdict::consistent;
+}
+
+DistributionResult compare_distribution(const MeasuredData& data, const RunGroup& base) {
+  DistributionResult d;
+  d.response = data.response;
+  d.by_class = data.kind == MeasuredData::Kind::classes;
+  d.unit = d.by_class ? "1" : data.unit;
+  d.classes = data.classes;
+  d.measured = d.by_class ? data.counts : data.values;
+  if (!d.by_class) std::ranges::sort(d.measured);
+  std::vector<const Response*> runs;
+  for (const JobResult* run : base.finished()) runs.push_back(&response_of(*run, data, d.unit));
+  if (d.by_class) add_counts(runs, d);
+  ValuesByRun by_run, inside;
+  for (const Response* r : runs) by_run.push_back(d.by_class ? r->value : defined(r->value));
+  for (const JobResult* run : base.finished()) inside.push_back(still_inside(*run, d.response));
+  const auto sorted = [](const ValuesByRun& values) {
+    std::vector<double> all;
+    for (const auto& v : values) all.insert(all.end(), v.begin(), v.end());
+    std::ranges::sort(all);
+    return all;
+  };
+  if (!d.by_class) d.simulated = sorted(by_run);
+  d.measured_at_least = data.at_least;
+  d.simulated_at_least = sorted(inside);
+  if (data.present)
+    judge_distribution(by_run, inside, d);
+  else
+    d.verdict = ValidationVerdict::information;
+  return d;
+}
+
+// What the values leave open.
+std::string open_words(const DistributionResult& d) {
+  if (d.apart)
+    return fmt::format("; {} stands apart from all other values", with_unit(*d.apart, d.unit));
+  if (d.critical > half)
+    return fmt::format("; too few to tell: {}",
+                       d.critical > 1 ? "no distance would be too large for chance"
+                                      : fmt::format("chance alone reaches {:.2g}", d.critical));
+  return fmt::format("; a distance of {:.2g} could hide in this", d.critical);
+}
+
+std::string distribution_words(const DistributionResult& d) {
+  if (d.simulated.empty() && d.simulated_at_least.empty()) return "no run gave values";
+  if (d.measured.empty() && d.measured_at_least.empty()) return "the experiment gave no values";
+  const std::string what =
+      d.by_class    ? "share that would have to be exchanged"
+      : any_open(d) ? "largest distance of the shares that have passed (Kaplan and Meier)"
+                    : "largest distance of the cumulative distributions";
+  const std::string area =
+      d.by_class || any_open(d) ? "" : fmt::format(" (area {:.3g} {})", d.area, d.unit);
+  return fmt::format("{}: {:.2g}{}, which chance alone exceeds in {:.2g} % of all cases{}", what,
+                     d.distance, area, 100 * d.p_value,
+                     d.verdict == ValidationVerdict::inconsistent ? "" : open_words(d));
+}
+
+std::string remedy(const DistributionResult& d) {
+  if (d.simulated.empty() && d.simulated_at_least.empty()) return "runs that finish";
+  if (d.apart)
+    return fmt::format("why one value is {}, or more values", with_unit(*d.apart, d.unit));
+  if (d.dependent)
+    return "more runs and more experiments: values of one run are alike, so that runs count";
+  return "more values, measured and simulated";
+}
+
+void add_caveats(const DistributionResult& d, std::size_t runs, Comparison& c) {
+  if (d.dependent)
+    c.caveats.emplace_back(
+        "values of one run are alike: the experiment is compared as one run among the others");
+  else if (d.by_class && d.dispersion > 1)
+    c.caveats.push_back(fmt::format(
+        "counts scatter {:.2g} times as much from run to run as independent ones", d.dispersion));
+  else if (runs < 2)
+    c.caveats.emplace_back("one run: its values are taken as independent of each other");
+}
+
+}  // namespace
+
+void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+  int consistent = 0, inconsistent = 0, more = 0;
+  for (const Claim& claim : what.measurement.claims) {
+    const ClaimResult r = evaluate_claim(claim, *e.base);
+    consistent += r.verdict == ValidationVerdict::consistent;
+    inconsistent += r.verdict == ValidationVerdict::inconsistent;
+    if (r.verdict == ValidationVerdict::not_enough_data) more = std::max(more, runs_to_settle(r));
+    c.claims.push_back(r);
+  }
+  const auto all = static_cast<int>(c.claims.size());
+  c.headline = fmt::format(
+      "of {} statement{}, {} hold{} in the simulation, {} do{} not, {} stay{} "
+      "open",
+      all, all == 1 ? "" : "s", consistent, consistent == 1 ? "s" : "", inconsistent,
+      inconsistent == 1 ? "es" : "", all - consistent - inconsistent,
+      all - consistent - inconsistent == 1 ? "s" : "");
+  const auto& data = what.measurement.data;
+  if (data) c.distribution = compare_distribution(*data, *e.base);
+  const bool numbers = data && data->present;
+  // Several statements, each wrong by chance in 5 % of all cases: the smallest probability times
+  // their number (Bonferroni) is that of the verdict.
+  double least = 1;
+  for (const ClaimResult& r : c.claims) least = std::min(least, p_against(r));
+  if (numbers) least = std::min(least, c.distribution->p_value);
+  const double together = least * (all + (numbers ? 1 : 0));
+  const bool all_hold =
+      consistent == all && (!numbers || c.distribution->verdict == ValidationVerdict::consistent);
+  c.verdict = together <= improbable ? ValidationVerdict::inconsistent
+              : all_hold             ? ValidationVerdict::consistent
+                                     : ValidationVerdict::not_enough_data;
+  if (numbers) {
+    c.headline += "; " + distribution_words(*c.distribution);
+    add_caveats(*c.distribution, e.base->finished().size(), c);
+    if (c.distribution->verdict == ValidationVerdict::not_enough_data)
+      c.would_decide = remedy(*c.distribution);
+  } else if (data) {
+    c.caveats.push_back(
+        fmt::format("the experiment's numbers are not here; as {} they would be "
+                    "compared",
+                    data->file));
+  }
+  if (c.verdict == ValidationVerdict::not_enough_data && least <= improbable)
+    c.headline += fmt::format(
+        "; among {} statements chance alone gives as much in up to {:.2g} % of all cases",
+        all + (numbers ? 1 : 0), 100 * std::min(1.0, together));
+  if (more > 0)
+    c.would_decide += fmt::format("{}at least {} more run{} with other seeds",
+                                  c.would_decide.empty() ? "" : "; ", more, more == 1 ? "" : "s");
+  else if (c.verdict == ValidationVerdict::not_enough_data && c.would_decide.empty())
+    c.would_decide = "more runs with other seeds";
+}
+
+}  // namespace firn::comparison

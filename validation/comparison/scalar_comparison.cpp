@@ -1,0 +1,229 @@
+// A number against a number.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "experiments/responses/response_expression.h"
+#include "validation/comparison/comparison_kinds.h"
+#include "validation/statistics/estimated_variance.h"
+#include "validation/statistics/grid_convergence.h"
+#include "validation/statistics/two_sample_tests.h"
+
+namespace firn::comparison {
+namespace {
+
+// What a change of numerics does: the difference of the means over the same seeds, or its standard
+// error where that is larger: a change that seeds hide is not known to be smaller.
+UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
+                              const RunGroup& base, const std::string& operand) {
+  if (changed == nullptr) return {name, std::nullopt, "not looked at"};
+  const std::string setting =
+      changed->purpose == RunGroup::Purpose::variant ? name : words_on(*changed);
+  const Change c = change_between(base, *changed, operand);
+  const double difference = c.after - c.before;
+  if (c.seeds == 0) return {name, std::nullopt, setting + ": no run finished"};
+  if (c.seeds == 1)
+    return {name, std::abs(difference),
+            fmt::format("{}: changes by {:.3g} in one run", setting, difference)};
+  const bool hidden = c.error > std::abs(difference);
+  UncertaintyPart part = {name, std::max(std::abs(difference), c.error),
+                          fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting,
+                                      difference, c.error, c.seeds)};
+  if (hidden) part.freedom = c.seeds - 1;
+  return part;
+}
+
+// The finest of several time steps, by the order of convergence where there is one.
+UncertaintyPart timestep_part(const Evidence& e, const std::string& operand) {
+  if (e.timesteps.size() < 2)
+    return numerics_part("time step", e.timestep, *e.numerics_base, operand);
+  const RunGroup& medium = **(e.timesteps.end() - 2);
+  const Change first = change_between(*e.numerics_base, medium, operand);
+  const Change last = change_between(medium, *e.timestep, operand);
+  const Change all = change_between(*e.numerics_base, *e.timestep, operand);
+  if (e.timesteps.size() > 2 || first.seeds < 2 || last.seeds != first.seeds ||
+      all.seeds != first.seeds)
+    return numerics_part("time step", e.timestep, *e.numerics_base, operand);
+  const Convergence c = converge(
+      {first.before, first.after, all.after, medium.setting / e.timestep->setting, last.error});
+  return {"time step", c.uncertainty,
+          fmt::format("{} and {}: {}", words_on(medium), words_on(*e.timestep), c.how)};
+}
+
+// An end of the range of what is assumed: uniform up to there on either side.
+UncertaintyPart assumed_part(const Evidence::Other& other, const RunGroup& base,
+                             const std::string& operand) {
+  UncertaintyPart p = numerics_part(other.what->name, other.runs, base, operand);
+  if (p.value && std::isinf(p.freedom)) *p.value /= std::sqrt(3.0);
+  p.how += "; an assumption";
+  return p;
+}
+
+UncertaintyPart seeds_part(const SampleFacts& f) {
+  if (f.count < 2) return {"seeds", std::nullopt, "one run tells no scatter"};
+  return {"seeds", f.error(),
+          fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
+          static_cast<double>(f.count - 1)};
+}
+
+// What is left of the scatter over draws from the family when that over seeds is taken out.
+UncertaintyPart input_part(const Evidence& e, const SampleFacts& draws, const SampleFacts& base) {
+  if (e.input == nullptr)
+    return {"input", std::nullopt,
+            e.material == nullptr ? "the parameters come without an uncertainty"
+                                  : "not sampled from the material's family"};
+  if (draws.count < 2) return {"input", std::nullopt, "fewer than two draws finished"};
+  const double seeds = base.count < 2 ? 0 : base.deviation * base.deviation;
+  const double variance = std::max(0.0, draws.deviation * draws.deviation - seeds);
+  return {"input", std::sqrt(variance),
+          fmt::format("standard deviation {:.3g} over {} draws from the family, of which seeds "
+                      "explain {:.3g}",
+                      draws.deviation, draws.count, std::sqrt(seeds)),
+          static_cast<double>(draws.count - 1)};
+}
+
+// Degrees of freedom of a standard deviation that was estimated from repeats: a range of up to ten
+// has nine tenths of those of the values themselves.
+double freedom_of(const Measurement& m) {
+  if (m.scatter == ScatterKind::not_stated || m.repeats < 2)
+    return std::numeric_limits<double>::infinity();
+  return (m.scatter == ScatterKind::range ? 0.9 : 1.0) * (m.repeats - 1);
+}
+
+void add_experiment(const Measurement& m, Noise& noise) {
+  noise.add({m.standard_deviation * m.standard_deviation, freedom_of(m)}, 1.0 / m.repeats);
+  noise.add({m.reading_uncertainty * m.reading_uncertainty});
+}
+
+// Seeds and draws share the scatter of seeds; other parts stand for themselves.
+void add_simulation(const ValueComparison& v, const SampleFacts& draws, Noise& noise) {
+  const SampleFacts& base = v.simulation;
+  std::optional<std::size_t> seeds;
+  if (base.count > 1)
+    seeds = noise.add({base.deviation * base.deviation, base.count - 1.0}, 1.0 / base.count);
+  for (const UncertaintyPart& p : v.parts) {
+    if (!p.value || p.name == "seeds" || p.name == "experiment") continue;
+    if (p.name != "input") {
+      noise.add({*p.value * *p.value, p.freedom});
+      continue;
+    }
+    const std::size_t index = noise.add({draws.deviation * draws.deviation, draws.count - 1.0});
+    if (seeds) noise.terms.back() = {{index, 1}, {*seeds, -1}};
+  }
+}
+
+const UncertaintyPart& largest_part(const ValueComparison& v) {
+  return *std::ranges::max_element(v.parts, {},
+                                   [](const UncertaintyPart& p) { return p.value.value_or(-1); });
+}
+
+std::string remedy(const ValueComparison& v) {
+  for (const UncertaintyPart& p : v.parts)
+    if (p.name == "seeds" && !p.value) return "more than one run";
+  const std::string& largest = largest_part(v).name;
+  if (largest == "seeds") return "more runs with other seeds: their scatter is the largest part";
+  if (largest == "experiment") return "more repeats of the experiment, each value given";
+  if (largest == "input")
+    return "parameters that are better known: a further bench test in their calibration";
+  if (largest == "time step") return "a finer time step: it is the largest part";
+  return fmt::format("finer numerics: \"{}\" is the largest part", largest);
+}
+
+void judge_value(const SuiteComparison& what, Comparison& c) {
+  const ValueComparison& v = *c.value;
+  const double expanded = v.expanded, off = std::abs(v.difference);
+  const bool seeds_known = v.parts.front().value.has_value();
+  c.headline = fmt::format(
+      "simulated {}, measured {}: {} by {} +- {}", with_unit(v.simulation.mean, v.unit),
+      with_unit(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
+      with_unit(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit), with_unit(expanded, v.unit));
+  if (!seeds_known) {
+    c.verdict = ValidationVerdict::not_enough_data;
+  } else if (what.tolerance && off + expanded <= *what.tolerance) {
+    c.verdict = ValidationVerdict::consistent;
+    c.headline += fmt::format(", within {}", with_unit(*what.tolerance, v.unit));
+  } else if (off > expanded) {
+    c.verdict = ValidationVerdict::inconsistent;
+  } else if (what.tolerance && expanded > *what.tolerance) {
+    c.verdict = ValidationVerdict::not_enough_data;
+    c.headline +=
+        fmt::format(", too uncertain to tell within {}", with_unit(*what.tolerance, v.unit));
+  } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
+    // Nothing would have been found, whatever was simulated.
+    c.verdict = ValidationVerdict::not_enough_data;
+    c.headline += ", which is more than the measured value itself";
+  } else {
+    c.verdict = ValidationVerdict::consistent;
+    c.headline +=
+        fmt::format("; a difference of {} could hide in this", with_unit(off + expanded, v.unit));
+  }
+  if (c.verdict == ValidationVerdict::not_enough_data) c.would_decide = remedy(v);
+  if (c.verdict != ValidationVerdict::consistent) return;
+  for (const auto& [values, whose] :
+       {std::pair{&what.measurement.values, "measured"}, std::pair{&v.samples, "simulated"}})
+    if (const auto apart = value_apart(*values)) {
+      c.verdict = ValidationVerdict::not_enough_data;
+      c.headline += fmt::format("; the {} value {} stands apart from all other ones", whose,
+                                with_unit(*apart, v.unit));
+      c.would_decide = fmt::format("why one value is {}", with_unit(*apart, v.unit));
+    }
+}
+
+}  // namespace
+
+void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+  const Measurement& m = what.measurement;
+  const std::string& response = what.responses.front();
+  require_unit(response, *e.base, m);
+  ValueComparison v;
+  v.unit = m.unit;
+  const std::vector<double> all = e.base->values(response);
+  v.samples = defined(all);
+  if (const std::size_t missing = all.size() - v.samples.size(); missing > 0)
+    c.caveats.push_back(fmt::format(
+        "{} of {} runs did not come to the point where the response is read: the mean is of the "
+        "others",
+        missing, all.size()));
+  v.simulation = facts_of(v.samples);
+  v.measured = m.value;
+  if (v.samples.empty()) {
+    c.headline = "no run gave the response";
+    c.would_decide = "runs that finish";
+    return;
+  }
+  const SampleFacts draws =
+      e.input == nullptr ? SampleFacts{} : facts_of(defined(e.input->values(response)));
+  const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
+  v.parts = {seeds_part(v.simulation),
+             timestep_part(e, response),
+             numerics_part("stiffness", stiffest, *e.numerics_base, response),
+             input_part(e, draws, v.simulation),
+             {"experiment", m.standard_uncertainty(), m.sentence(), freedom_of(m)}};
+  for (const Evidence::Other& other : e.variants)
+    if (other.what->numerics)
+      v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response));
+    else if (other.what->assumed)
+      v.parts.push_back(assumed_part(other, *e.numerics_base, response));
+  v.difference = v.simulation.mean - v.measured;
+  for (const UncertaintyPart& p : v.parts) {
+    v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
+    if (!p.value && p.name != "seeds") c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));
+  }
+  Noise simulation, experiment, both;
+  add_simulation(v, draws, simulation);
+  add_experiment(m, experiment);
+  add_simulation(v, draws, both);
+  add_experiment(m, both);
+  v.simulated_expanded = expanded_uncertainty(simulation);
+  v.measured_expanded = expanded_uncertainty(experiment);
+  v.expanded = expanded_uncertainty(both);
+  v.p_value = exceedance(both, std::abs(v.difference));
+  if (const auto band = distribution_of(m)) v.area = area_metric(v.samples, *band);
+  c.value = v;
+  judge_value(what, c);
+}
+
+}  // namespace firn::comparison

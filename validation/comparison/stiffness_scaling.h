@@ -1,0 +1,18 @@
+// What a reduced stiffness does to responses: the exponent over simulated stiffnesses, and where
+// that would lead at the real one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "validation/comparison/comparison.h"
+
+namespace firn {
+
+// An operand's mean over seeds at the base stiffness and at each other, a straight line through
+// their logarithms (weights by standard errors), and its value at `real_modulus` (Pa).
+SofteningResult soften(const std::string& operand, const Evidence& evidence, double real_modulus);
+
+std::string softening_headline(const std::vector<SofteningResult>& all, double real_modulus);
+
+}  // namespace firn

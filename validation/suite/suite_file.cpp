@@ -1,0 +1,353 @@
+#include "validation/suite/suite_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/responses/response_expression.h"
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/text/toml_document.h"
+#include "experiments/text/toml_names.h"
+
+namespace firn {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int most_seeds = 10000;
+
+struct Seeds {
+  int count = 3, first = 1;
+};
+
+std::string beside(const Suite& suite, const std::string& file) {
+  return (fs::path(suite.source).parent_path() / file).lexically_normal().string();
+}
+
+std::vector<Override> read_set(const TomlTable& t) {
+  std::vector<Override> set;
+  if (!t.has("set")) return set;
+  const TomlTable values = t.required_table("set");
+  for (const std::string& key : values.keys()) set.emplace_back(key, values.value_text(key));
+  return set;
+}
+
+ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
+  t.allow({"name", "note", "material", "set", "samples"});
+  ParameterSet p;
+  p.name = fresh_name(t, suite.parameter_sets);
+  p.note = t.string("note", "");
+  p.material = t.string("material", "");
+  p.set = read_set(t);
+  p.samples = t.integer("samples", 0, 0);
+  if (p.samples > 0 && p.material.empty())
+    t.fail("samples", "without a material has no family to draw from; expected a material");
+  return p;
+}
+
+int read_seeds(const TomlTable& t, int fallback) {
+  const int count = t.integer("seeds", 1, fallback);
+  if (count > most_seeds)
+    t.fail("seeds", fmt::format("are more than {}; expected fewer", most_seeds));
+  return count;
+}
+
+// One factor, or several of which each is the same part of the one before.
+std::vector<double> read_factors(const TomlTable& t) {
+  constexpr const char* key = "timestep";
+  constexpr double even = 1e-6;
+  std::vector<double> factors;
+  if (!t.has(key)) return factors;
+  if (!t.is_list(key)) {
+    factors = {t.number(key)};
+    if (factors[0] == 0) return {};
+  } else {
+    for (const std::string& text : t.value_texts(key)) {
+      double factor = 0;
+      const auto end = text.data() + text.size();
+      if (std::from_chars(text.data(), end, factor).ptr != end)
+        t.fail(key, fmt::format("has the entry {}; expected factors between 0 and 1", text));
+      factors.push_back(factor);
+    }
+    if (factors.empty()) t.fail(key, "is empty; expected factors, such as [0.5, 0.25]");
+  }
+  double before = 1;
+  for (const double f : factors) {
+    if (!(f > 0 && f < before))
+      t.fail(key, fmt::format("has the factor {} after {}; expected factors between 0 and 1, each "
+                              "smaller than the one before, such as 0.5",
+                              f, before));
+    if (std::abs(f / before - factors[0]) > even)
+      t.fail(key, fmt::format("has steps of different ratios; expected powers of {}", factors[0]));
+    before = f;
+  }
+  return factors;
+}
+
+Refinement read_refinement(const TomlTable& t, const Seeds& seeds) {
+  t.allow({"timestep", "stiffness", "material", "seeds"});
+  Refinement r;
+  r.timesteps = read_factors(t);
+  if (t.has("stiffness")) {
+    r.stiffness = t.quantities("stiffness", dimension::pressure);
+    r.material = t.string("material");
+  }
+  for (const double modulus : r.stiffness)
+    if (!(modulus > 0)) t.fail("stiffness", "is not above zero; expected Young's moduli");
+  r.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
+  return r;
+}
+
+Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, const Seeds& seeds) {
+  t.allow({"name", "set", "seeds", "numerics", "assumed"});
+  Variant v;
+  v.name = fresh_name(t, others);
+  v.set = read_set(t);
+  if (v.set.empty())
+    t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
+  v.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
+  v.assumed = t.boolean("assumed", false);
+  v.numerics = t.boolean("numerics", !v.assumed);
+  if (v.assumed && v.numerics)
+    t.fail("numerics", "does not go with `assumed`; expected one of the two");
+  return v;
+}
+
+[[noreturn]] void too_many_runs(const TomlTable& t, std::string_view key) {
+  t.fail(key, fmt::format("make more than {} runs; expected fewer", input_limits::batch_runs));
+}
+
+SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Seeds& of_suite) {
+  t.allow({"name", "case", "set", "seeds", "samples", "parameter_sets", "refine", "variants",
+           "assumes"});
+  SuiteExperiment e;
+  e.name = fresh_name(t, suite.experiments);
+  e.case_file = beside(suite, t.string("case"));
+  std::error_code unreadable;  // as a name that is too long
+  if (!fs::exists(e.case_file, unreadable))
+    t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
+                               e.case_file));
+  e.set = read_set(t);
+  Seeds seeds = of_suite;
+  seeds.count = read_seeds(t, of_suite.count);
+  e.seeds = seed_list(seeds.first, seeds.count);
+  if (t.has("samples")) e.samples = t.integer("samples", 0);
+  e.assumes = t.strings("assumes");
+  for (const std::string& name : t.strings("parameter_sets")) {
+    if (std::ranges::find(suite.parameter_sets, name, &ParameterSet::name) ==
+        suite.parameter_sets.end())
+      t.fail(
+          "parameter_sets",
+          fmt::format("\"{}\" is none of the suite's; expected names of [[parameter_sets]]", name));
+    e.parameter_sets.push_back(name);
+  }
+  if (t.has("refine")) e.refine = read_refinement(t.required_table("refine"), seeds);
+  std::size_t of_variants = 0;
+  for (const TomlTable& v : t.tables("variants")) {
+    e.variants.push_back(read_variant(v, e.variants, seeds));
+    of_variants += e.variants.back().seeds.size();
+    if (of_variants > input_limits::batch_runs) too_many_runs(t, "variants");
+  }
+  return e;
+}
+
+// Runs of an experiment, but for those that a family's samples take the place of.
+std::size_t runs_of(const SuiteExperiment& e, const Suite& suite) {
+  std::size_t runs =
+      (e.refine.timesteps.size() + e.refine.stiffness.size()) * e.refine.seeds.size();
+  for (const Variant& v : e.variants) runs += v.seeds.size();
+  for (const ParameterSet& set : suite.parameter_sets)
+    if (e.runs_with(set))
+      runs += e.seeds.size() + static_cast<std::size_t>(e.samples.value_or(set.samples));
+  return runs;
+}
+
+Chosen read_chosen(const TomlTable& t, const Suite& suite) {
+  t.allow({"what", "measurement", "experiments"});
+  Chosen c;
+  c.what = t.string("what");
+  if (c.what.empty()) t.fail("what", "is empty; expected what was chosen, in words");
+  c.with = read_measurement(beside(suite, t.string("measurement")));
+  c.experiments = t.strings("experiments");
+  for (const std::string& name : c.experiments)
+    if (std::ranges::find(suite.experiments, name, &SuiteExperiment::name) ==
+        suite.experiments.end())
+      t.fail("experiments",
+             fmt::format("\"{}\" is no experiment of this suite; expected names of [[experiments]]",
+                         name));
+  return c;
+}
+
+ComparisonKind read_kind(const TomlTable& t) {
+  const std::string kind =
+      t.choice("kind", {"value", "curve", "claims", "damage", "softening", "choices"});
+  for (const auto k : {ComparisonKind::value, ComparisonKind::curve, ComparisonKind::claims,
+                       ComparisonKind::damage, ComparisonKind::softening})
+    if (kind == to_string(k)) return k;
+  return ComparisonKind::choices;
+}
+
+void read_value(const TomlTable& t, SuiteComparison& c) {
+  if (c.measurement.status == MeasurementStatus::qualitative)
+    t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
+  c.responses = {t.string("response", c.measurement.response)};
+  c.made_to_match = t.string("made_to_match", "");
+  if (!t.has("tolerance")) return;
+  const std::string text = t.string("tolerance");
+  const UnitValue q = t.at("tolerance", [&] { return parse_unit_value(text); });
+  if (q.unit != c.measurement.unit || !(q.value > 0))
+    t.fail("tolerance", fmt::format("is {}; expected an amount above zero in \"{}\", the unit of "
+                                    "the measurement",
+                                    text, c.measurement.unit));
+  c.tolerance = q.value;
+}
+
+void read_operands(const TomlTable& t, SuiteComparison& c) {
+  c.responses = t.strings("responses");
+  if (c.responses.empty())
+    t.fail("responses", "is missing; expected names of responses, such as [\"opposed_loads\"]");
+  for (const std::string& text : c.responses) t.at("responses", [&] { parse_operand(text); });
+}
+
+SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
+  t.allow({"name", "title", "note", "kind", "experiment", "measurement", "response", "responses",
+           "tolerance", "made_to_match", "not_comparable", "expects", "real_modulus"});
+  SuiteComparison c;
+  c.name = fresh_name(t, suite.comparisons);
+  c.title = t.string("title", c.name);
+  c.note = t.string("note", "");
+  c.kind = read_kind(t);
+  const std::string experiment = t.string("experiment");
+  const auto found = std::ranges::find(suite.experiments, experiment, &SuiteExperiment::name);
+  if (found == suite.experiments.end())
+    t.fail("experiment", fmt::format("\"{}\" is no experiment of this suite; expected the name of "
+                                     "one",
+                                     experiment));
+  c.experiment = static_cast<std::size_t>(found - suite.experiments.begin());
+  const auto belongs = [&](const char* key, bool here) {
+    if (t.has(key) && !here)
+      t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out",
+                              to_string(c.kind)));
+  };
+  const bool damage = c.kind == ComparisonKind::damage;
+  belongs("response", c.kind == ComparisonKind::value);
+  belongs("made_to_match", c.kind == ComparisonKind::value);
+  belongs("not_comparable", measures(c.kind));
+  c.not_comparable = t.string("not_comparable", "");
+  belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
+  belongs("responses", damage || !measures(c.kind));
+  belongs("expects", damage);
+  belongs("real_modulus", c.kind == ComparisonKind::softening);
+  belongs("measurement", measures(c.kind));
+  if (measures(c.kind)) c.measurement = read_measurement(beside(suite, t.string("measurement")));
+  switch (c.kind) {
+    case ComparisonKind::value:
+      read_value(t, c);
+      break;
+    case ComparisonKind::curve:
+      if (!c.measurement.data || c.measurement.data->kind != MeasuredData::Kind::curve)
+        t.fail("measurement", "has no [data] of the kind \"curve\"; expected one that has");
+      if (t.has("tolerance")) c.tolerance = t.number("tolerance", 0);
+      if (c.tolerance && !(*c.tolerance > 0))
+        t.fail("tolerance", "is not above zero; expected a share of the measured range");
+      break;
+    case ComparisonKind::claims:
+      if (c.measurement.claims.empty())
+        t.fail("measurement", "has no [[claims]]; expected a qualitative one that has");
+      for (const Claim& claim : c.measurement.claims)
+        t.at("measurement", [&] { return parse_operand(claim.larger), parse_operand(claim.than); });
+      break;
+    case ComparisonKind::damage:
+      read_operands(t, c);
+      c.expects_damage = t.choice("expects", {"damage", "no damage"}, "damage") == "damage";
+      break;
+    case ComparisonKind::softening:
+      read_operands(t, c);
+      c.real_modulus = t.quantity("real_modulus", dimension::pressure, Sign::positive);
+      if (found->refine.stiffness.empty())
+        t.fail("experiment", fmt::format("\"{}\" is simulated with one stiffness only; expected "
+                                         "refine.stiffness there",
+                                         experiment));
+      break;
+    case ComparisonKind::choices:
+      read_operands(t, c);
+      if (found->refine.stiffness.empty() && found->refine.timesteps.empty() &&
+          found->variants.empty())
+        t.fail("experiment", fmt::format("\"{}\" is simulated in one way only; expected refine or "
+                                         "variants there",
+                                         experiment));
+      break;
+  }
+  return c;
+}
+
+}  // namespace
+
+const char* to_string(ComparisonKind kind) {
+  switch (kind) {
+    case ComparisonKind::value:
+      return "value";
+    case ComparisonKind::curve:
+      return "curve";
+    case ComparisonKind::claims:
+      return "claims";
+    case ComparisonKind::damage:
+      return "damage";
+    case ComparisonKind::softening:
+      return "softening";
+    case ComparisonKind::choices:
+      return "choices";
+  }
+  return "";
+}
+
+bool SuiteExperiment::runs_with(const ParameterSet& set) const {
+  return parameter_sets.empty() || std::ranges::count(parameter_sets, set.name) > 0;
+}
+
+bool Chosen::belongs_to(const SuiteExperiment& experiment) const {
+  return experiments.empty() || std::ranges::count(experiments, experiment.name) > 0;
+}
+
+bool measures(ComparisonKind kind) {
+  return kind != ComparisonKind::softening && kind != ComparisonKind::choices;
+}
+
+Suite read_suite(const std::string& file) {
+  Suite suite;
+  suite.source = file;
+  suite.text = read_input_file(file, "a suite file", input_limits::toml_bytes);
+  TomlDocument document(suite.text, file);
+  const TomlTable root = TomlTable::root(document);
+  root.allow({"suite", "execution", "parameter_sets", "experiments", "chosen", "comparisons"});
+  const TomlTable head = root.required_table("suite");
+  head.allow({"name", "title", "note", "seeds", "first_seed", "threads"});
+  suite.name = path_name(head);
+  suite.title = head.string("title", suite.name);
+  suite.note = head.string("note", "");
+  suite.threads = head.integer("threads", 1, 1);
+  const Seeds seeds{read_seeds(head, 3), head.integer("first_seed", 1, 1)};
+  for (const TomlTable& t : root.tables("parameter_sets"))
+    suite.parameter_sets.push_back(read_parameter_set(t, suite));
+  if (suite.parameter_sets.empty())
+    suite.parameter_sets.push_back({"as the cases say", "", "", {}, 0});
+  std::size_t runs = 0;
+  for (const TomlTable& t : root.tables("experiments")) {
+    suite.experiments.push_back(read_experiment(t, suite, seeds));
+    runs += runs_of(suite.experiments.back(), suite);
+    if (runs > input_limits::batch_runs) too_many_runs(root, "experiments");
+  }
+  for (const TomlTable& t : root.tables("chosen")) suite.chosen.push_back(read_chosen(t, suite));
+  for (const TomlTable& t : root.tables("comparisons"))
+    suite.comparisons.push_back(read_comparison(t, suite));
+  if (suite.comparisons.empty())
+    root.fail("comparisons", "is missing; expected at least one [[comparisons]] table");
+  suite.execution = read_execution(root);
+  return suite;
+}
+
+}  // namespace firn

@@ -1,0 +1,103 @@
+// A validation suite: what is simulated, with which parameters, and which measurements it is
+// compared with. Keys: docs/validation.md.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/execution/execution_settings.h"
+#include "experiments/case/case.h"
+#include "experiments/measurements/measurement.h"
+
+namespace firn {
+
+// One choice of material parameters, for all experiments.
+struct ParameterSet {
+  std::string name, note;
+  std::string material;       // record, "NAME[@VERSION]"; empty: none
+  std::vector<Override> set;  // case keys
+  int samples = 0;            // draws from the record's family, for the uncertainty of the input
+};
+
+// Runs of the first parameter set with finer numerics, to see what these do to the answers.
+struct Refinement {
+  std::vector<double> timesteps;  // times the case's own, descending; empty: not looked at
+  std::vector<double> stiffness;  // Young's moduli of `material`, Pa
+  std::string material;           // of the particles
+  std::vector<std::uint64_t> seeds;
+};
+
+// Runs of the first parameter set with other keys: a coarser mesh, another sampling rate.
+struct Variant {
+  std::string name;
+  std::vector<Override> set;
+  std::vector<std::uint64_t> seeds;
+  bool numerics = true;  // what it changes is uncertainty; else only for comparisons of choices
+  // An end of the range of what is assumed, such as a dimension that no source gives: uncertainty
+  // of the input, and what a verdict depends on.
+  bool assumed = false;
+};
+
+struct SuiteExperiment {
+  std::string name, case_file;
+  std::vector<Override> set;
+  std::vector<std::uint64_t> seeds;
+  Refinement refine;
+  std::vector<Variant> variants = {};
+  std::vector<std::string> parameter_sets = {};  // with these only; empty: with all
+  std::optional<int> samples = {};               // draws in place of those of the parameter sets
+  std::vector<std::string> assumes = {};         // what is assumed without a range, in words
+  bool runs_with(const ParameterSet& set) const;
+};
+
+// Inputs that were chosen with a measurement: a dimension, an outlet, a friction. What they were
+// chosen with cannot validate the experiments that have them.
+struct Chosen {
+  std::string what;
+  Measurement with;
+  std::vector<std::string> experiments;  // of the suite; empty: all
+  bool belongs_to(const SuiteExperiment& experiment) const;
+};
+
+enum class ComparisonKind {
+  value,      // a number against a number
+  curve,      // one quantity over another, against the same measured
+  claims,     // what was seen, as relations that hold in a run or not
+  damage,     // loads on particles against their breaking force
+  softening,  // no measurement: what a reduced stiffness does to responses
+  choices     // no measurement: what numerics and the experiment's variants do to responses
+};
+const char* to_string(ComparisonKind kind);
+bool measures(ComparisonKind kind);  // has a measurement
+
+struct SuiteComparison {
+  std::string name, title, note;
+  ComparisonKind kind = ComparisonKind::value;
+  std::size_t experiment = 0;
+  Measurement measurement;             // none for softening
+  std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
+  // What difference would matter: of a value in its unit, of a curve as a share of its range.
+  std::optional<double> tolerance;
+  bool expects_damage = true;       // what the experiment's authors say of it
+  double real_modulus = 0;          // Pa, for softening
+  std::string made_to_match = {};   // why the case has the measured value by itself; empty: not
+  std::string not_comparable = {};  // why nothing can be concluded; empty: something can
+};
+
+struct Suite {
+  std::string source, text;
+  std::string name, title, note;
+  int threads = 1;  // of each run
+  std::vector<ParameterSet> parameter_sets;
+  std::vector<SuiteExperiment> experiments;
+  std::vector<Chosen> chosen;
+  std::vector<SuiteComparison> comparisons;
+  Execution execution;
+};
+
+// Throws InputError with one line `FILE:LINE: KEY: what is wrong; what is expected`.
+Suite read_suite(const std::string& file);
+
+}  // namespace firn

@@ -1,0 +1,18 @@
+// The hard places.
+#include "validation/verification/robustness/robustness_cases.h"
+
+#include <iterator>
+
+namespace firn::verification {
+
+std::vector<VerificationCase> robustness_cases() {
+  std::vector<VerificationCase> all;
+  for (auto* cases : {tunnelling_cases, deep_cases, odd_shape_cases}) {
+    std::vector<VerificationCase> some = cases();
+    all.insert(all.end(), std::make_move_iterator(some.begin()),
+               std::make_move_iterator(some.end()));
+  }
+  return all;
+}
+
+}  // namespace firn::verification
