@@ -262,15 +262,6 @@ double overlap_before(const ContactPoint& point, const Approach& way) {
   return std::max(0.0, -point.gap - way.closing - dot(plain(point.offset), way.tilt));
 }
 
-// What a patch can hold of energy, over that of the whole stiffness at the shell.
-double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points) {
-  const Approach way = approach_of(in, patch, in.velocity);
-  double sum = 0;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i)
-    sum += points[i].share * std::pow(overlap_before(points[i], way) / in.law.shell, 2);
-  return sum;
-}
-
 // J, recoverable from the springs of an old patch.
 double recoverable_energy(const PatchInput& in, const Patch& old) {
   double energy = 0;
@@ -311,6 +302,25 @@ void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
   }
 }
 
+// The share with which a point goes on: that of its match, changed towards its own, or its own.
+double next_share(const ContactPoint& point, const PointMatch& match) {
+  constexpr double kMostChange = 1.25;  // in one search
+  if (!(match.share > 0)) return point.share;
+  return std::clamp(point.share, match.share / kMostChange, match.share * kMostChange);
+}
+
+// What a patch can hold of energy, over that of the whole stiffness at the shell.
+double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points,
+                const PointMatch* matches) {
+  const Approach way = approach_of(in, patch, in.velocity);
+  double sum = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double part = overlap_before(points[i], way) / in.law.shell;
+    sum += next_share(points[i], matches[i]) * part * part;
+  }
+  return sum;
+}
+
 // Loads the points of a patch so that they store `energy` (J) and press with `force` (N). Both are
 // those before this step, so the overlaps before the approach of this step count. Each point bears
 // the same part of its loading line as the point that it matches, times one factor. Where the
@@ -321,7 +331,6 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   constexpr double kMostShare = 4;      // a stiffer point would need a shorter time step
   constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
   constexpr double kMostCorrection = 0.1;
-  constexpr double kMostChange = 1.25;  // of a share towards the nominal one
   const PairLaw& law = in.law;
   const Approach way = approach_of(in, patch, in.velocity);
   double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
@@ -333,7 +342,7 @@ void load_points(const PatchInput& in, double energy, double force, double work,
     const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
     match.overlap = s;
     const double own = points[i].share, old = match.share > 0 ? match.share : own;
-    points[i].share = std::clamp(own, old / kMostChange, old * kMostChange);
+    points[i].share = next_share(points[i], match);
     if (!(s > 0)) continue;
     const double bears = points[i].share * s * part;
     change_from += old * s * part;
@@ -351,7 +360,8 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   if (!(second > 0)) return;
   force *= change_to / change_from;  // a share changes at constant energy
   // The energy of a contact that began in the last step or two is not known well.
-  const double range = 1 + deepest / (step + std::numeric_limits<double>::min());
+  const double age = deepest / (step + std::numeric_limits<double>::min());  // steps, about
+  const double range = 1 + age * age;
   const double least = std::clamp(kLeastScale * nominal / before, 1 / range, 1.0);
   const double limit = std::max(least, std::min(kMostShare / largest, range));
   double factor = 0, scale = 0;
@@ -405,9 +415,14 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
       }
       continue;
     }
+    for (const Patch& fresh : out.patches) {
+      if (inherits(in, old, fresh))
+        match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
+    }
     // A lone patch takes all.
     const auto size_of = [&](const Patch& fresh) {
-      return out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh));
+      return out.patches.size() == 1 ? 1.0
+                                     : capacity(in, fresh, points_of(fresh), matches_of(fresh));
     };
     double all = 0;
     for (const Patch& fresh : out.patches) {
@@ -420,7 +435,6 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
       Patch& fresh = out.patches[i];
       if (!inherits(in, old, fresh)) continue;
       const double f = size_of(fresh) / all;
-      match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
       scratch.energy[i] += f * energy;
       scratch.work[i] += f * work;
       fresh.normal_force += f * old.normal_force;
