@@ -122,16 +122,16 @@ std::vector<Check> other_axes() {
   std::vector<Check> checks;
   Telling t;
   t.origin = {1.25, -3.5, 0.75};
-  checks.push_back(check("moved by (1.25, -3.5, 0.75) m", t, reference, kFall, 1e-7));
+  checks.push_back(check("moved by (1.25, -3.5, 0.75) m", t, reference, kFall, 1e-6));
   t = {};
   for (const auto& [angle, axis] :
        {std::pair{1.1, Vec3(1, -2, 0.5)}, {0.3, Vec3(0, 1, 1)}, {2.9, Vec3(-1, 0.2, 0.1)}}) {
     t.axes = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-    checks.push_back(check(fmt::format("turned by {} rad", angle), t, reference, kFall, 1e-7));
+    checks.push_back(check(fmt::format("turned by {} rad", angle), t, reference, kFall, 1e-6));
   }
   t = {};
   t.boost = {0.25, -0.5, 0.125};
-  checks.push_back(check("seen from an observer who moves at 0.57 m/s", t, reference, kFall, 1e-7));
+  checks.push_back(check("seen from an observer who moves at 0.57 m/s", t, reference, kFall, 1e-6));
   return checks;
 }
 
@@ -143,7 +143,7 @@ std::vector<Check> mirrored() {
     Telling t = plain;
     t.axes = Vec3(-1, 1, 1).asDiagonal();
     checks.push_back(check(walls ? "between walls, mirrored in x" : "on a floor, mirrored in x", t,
-                           fall(plain, kFall), kFall, 1e-7));
+                           fall(plain, kFall), kFall, 1e-6));
   }
   return checks;
 }
@@ -156,15 +156,15 @@ std::vector<Check> other_units() {
   t.length = 1024;
   t.mass = 64;
   t.time = 32;
-  checks.push_back(check("units of 1/1024 m, 1/64 kg and 1/32 s", t, reference, kFall, 1e-7));
+  checks.push_back(check("units of 1/1024 m, 1/64 kg and 1/32 s", t, reference, kFall, 1e-6));
   t = {};
   t.length = 100;
   t.mass = 1000;
-  checks.push_back(check("centimetre, gram, second", t, reference, kFall, 1e-7));
+  checks.push_back(check("centimetre, gram, second", t, reference, kFall, 1e-6));
   t = {};
   t.length = 1e-3;
   t.time = 0.1;
-  checks.push_back(check("kilometre, kilogram, ten seconds", t, reference, kFall, 1e-7));
+  checks.push_back(check("kilometre, kilogram, ten seconds", t, reference, kFall, 1e-6));
   return checks;
 }
 
@@ -175,7 +175,7 @@ std::vector<Check> other_order() {
     Telling t;
     t.order = order;
     checks.push_back(check(fmt::format("order {} {} {} {}", order[0], order[1], order[2], order[3]),
-                           t, reference, kFall, 1e-7));
+                           t, reference, kFall, 1e-6));
   }
   return checks;
 }
