@@ -30,7 +30,7 @@ struct PairLaw {
   double shell = 0;              // m
   double refresh = 0;            // m of relative motion between two searches for contacts
   double merge = 0;              // m, points nearer than this are one
-  double same_place = 0;         // m
+  double same_place = 0;         // m, a point nearer than this to an old one is the same
   double deep = 0;               // m, overlap at birth that counts as late detection
   double overlap_limit = 0;      // m
   double adhesion_force = 0;     // N, of a patch that touches as a whole
@@ -89,6 +89,11 @@ struct Approach {
   double turn;     // rad, about the normal
 };
 
+// m, how far a point closes in the step.
+[[gnu::always_inline]] inline double closing_of(const Approach& way, const ContactPoint& point) {
+  return way.closing + dot(plain(point.offset), way.tilt);
+}
+
 // velocity: m/s, of a's material point minus b's at the reference point; spin: rad/s, a minus b.
 [[gnu::always_inline]] inline Approach approach(const Vec& normal, const Vec& velocity,
                                                 const Vec& spin, double dt) {
@@ -113,7 +118,7 @@ inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, Contact
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
-    const double ds = way.closing + dot(offset, way.tilt);
+    const double ds = closing_of(way, p);
     if (!patch.fresh) p.gap -= ds;
     const double before = p.force;
     const double k = law.stiffness * p.share;
@@ -281,13 +286,23 @@ inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const Cont
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
-    const double ds = way.closing + dot(offset, way.tilt);
+    const double ds = closing_of(way, p);
     const double force = adhesion_of(law, p, p.gap, sum).force;
     out.force += force;
     out.offset_force = out.offset_force + force * offset;
     out.work -= 0.5 * (adhesion_of(law, p, p.gap + ds, sum).force + force) * ds;
   }
   return out;
+}
+
+// J, recoverable from the normal springs of a patch.
+inline double spring_energy(const PairLaw& law, const Patch& patch, const ContactPoint* points) {
+  double energy = 0;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
+    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
+    if (ku > 0) energy += 0.5 * points[i].force * points[i].force / ku;
+  }
+  return energy;
 }
 
 // Recoverable energy of the springs of a patch, J.
@@ -297,10 +312,7 @@ struct StoredEnergy {
 inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const Vec3& rolling,
                                   const ContactPoint* points) {
   StoredEnergy e;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
-    if (ku > 0) e.normal += 0.5 * points[i].force * points[i].force / ku;
-  }
+  e.normal = spring_energy(law, patch, points);
   const double kt = law.tangential_stiffness;
   if (kt > 0) {
     e.friction += 0.5 * patch.tangential.squaredNorm() / kt;

@@ -262,24 +262,14 @@ double overlap_before(const ContactPoint& point, const Approach& way) {
   return std::max(0.0, -point.gap - way.closing - dot(plain(point.offset), way.tilt));
 }
 
-// J, recoverable from the springs of an old patch.
-double recoverable_energy(const PatchInput& in, const Patch& old) {
-  double energy = 0;
-  for (std::uint32_t k = 0; k < old.point_count; ++k) {
-    const ContactPoint& q = in.old_points[old.first_point + k];
-    const double unloading = in.law.stiffness * q.share * in.law.unloading_ratio;
-    if (unloading > 0) energy += 0.5 * q.force * q.force / unloading;
-  }
-  return energy;
-}
-
 // J, work of the forces of an old patch over the approach of this step, at the arms of the step
 // before.
-double work_of_step(const PatchInput& in, const Patch& old, const ContactPoint* points) {
+double work_of_step(const PatchInput& in, const Patch& old) {
   const Approach way = approach_of(in, old, in.velocity_before);
+  const ContactPoint* points = in.old_points + old.first_point;
   double work = 0;
   for (std::uint32_t k = 0; k < old.point_count; ++k)
-    work += points[k].force * (way.closing + dot(plain(points[k].offset), way.tilt));
+    work += points[k].force * closing_of(way, points[k]);
   return work;
 }
 
@@ -338,7 +328,7 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   double deepest = 0, step = 0;  // m, and how far that point has moved in this step
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     PointMatch& match = matches[i];
-    const double ds = way.closing + dot(plain(points[i].offset), way.tilt);
+    const double ds = closing_of(way, points[i]);
     const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
     match.overlap = s;
     const double own = points[i].share, old = match.share > 0 ? match.share : own;
@@ -415,26 +405,24 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
       }
       continue;
     }
-    for (const Patch& fresh : out.patches) {
-      if (inherits(in, old, fresh))
-        match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
-    }
     // A lone patch takes all.
-    const auto size_of = [&](const Patch& fresh) {
-      return out.patches.size() == 1 ? 1.0
-                                     : capacity(in, fresh, points_of(fresh), matches_of(fresh));
-    };
+    scratch.capacity.assign(out.patches.size(), 0.0);
     double all = 0;
-    for (const Patch& fresh : out.patches) {
-      if (inherits(in, old, fresh)) all += size_of(fresh);
+    for (std::size_t i = 0; i < out.patches.size(); ++i) {
+      const Patch& fresh = out.patches[i];
+      if (!inherits(in, old, fresh)) continue;
+      match_points(in, old, fresh, points_of(fresh), matches_of(fresh));
+      scratch.capacity[i] =
+          out.patches.size() == 1 ? 1.0 : capacity(in, fresh, points_of(fresh), matches_of(fresh));
+      all += scratch.capacity[i];
     }
     if (all <= 0) continue;
-    const double energy = recoverable_energy(in, old);
-    const double work = work_of_step(in, old, in.old_points + old.first_point);
+    const double energy = spring_energy(in.law, old, in.old_points + old.first_point);
+    const double work = work_of_step(in, old);
     for (std::size_t i = 0; i < out.patches.size(); ++i) {
       Patch& fresh = out.patches[i];
       if (!inherits(in, old, fresh)) continue;
-      const double f = size_of(fresh) / all;
+      const double f = scratch.capacity[i] / all;
       scratch.energy[i] += f * energy;
       scratch.work[i] += f * work;
       fresh.normal_force += f * old.normal_force;

@@ -56,6 +56,7 @@ struct FoundPatches {
 struct PatchScratch {
   std::vector<int> group;
   std::vector<PointMatch> matches;  // [points]
+  std::vector<double> capacity;     // [patches] for one old patch
   std::vector<double> energy;       // J [patches], recoverable, from old patches
   std::vector<double> work;         // J [patches], of the old forces in this step
   std::vector<int> stack;

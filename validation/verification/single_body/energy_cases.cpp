@@ -90,11 +90,10 @@ Quat small_turn(scenes::Random& random, double most) {
   return Quat(Eigen::AngleAxisd(most * std::sqrt(random.uniform(0, 1)), random_direction(random)));
 }
 
-// Kinetic energy after an impact over that before; nothing if the bodies miss each other.
-std::optional<double> kept_energy(const Family& family, double restitution, double steps,
-                                  std::uint64_t seed) {
+// Kinetic energy after an elastic impact over that before; nothing if the bodies miss each other.
+std::optional<double> kept_energy(const Family& family, double steps, std::uint64_t seed) {
   scenes::Random random(seed);
-  Model model = scenes::empty(scenes::law(0, restitution), scenes::law(0, restitution));
+  Model model = scenes::empty(scenes::law(0, 1), scenes::law(0, 1));
   const Shape shape = family.shape(random);
   const double reach = shape.bounding_radius;
   const bool pair = family.target == Target::each_other || family.target == Target::nested;
@@ -139,7 +138,7 @@ std::vector<Check> elastic_impacts(int count) {
     double lowest = 1, highest = 1;
     int hits = 0, good = 0;
     for (int i = 0; i < count; ++i) {
-      const std::optional<double> kept = kept_energy(family, 1, kSteps, 1000 + i);
+      const std::optional<double> kept = kept_energy(family, kSteps, 1000 + i);
       if (!kept) continue;
       ++hits;
       good += std::abs(*kept - 1) <= kWithin;
@@ -176,7 +175,7 @@ std::vector<Check> elastic_convergence() {
       double sum = 0;
       int hits = 0;
       for (int i = 0; i < kCount; ++i) {
-        const std::optional<double> kept = kept_energy(*family, 1, steps[k], 1000 + i);
+        const std::optional<double> kept = kept_energy(*family, steps[k], 1000 + i);
         if (!kept) continue;
         ++hits;
         sum += (*kept - 1) * (*kept - 1);
