@@ -1,8 +1,8 @@
 # cmake --install, and packages by cpack -G DEB.
 include(GNUInstallDirs)
 install(TARGETS firn RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-# Where experiments/meshes/mesh_repair.cpp looks for it.
-install(TARGETS firn-repair-mesh RUNTIME DESTINATION libexec/firn)
+# Where experiments/meshes/mesh_program.cpp searches for them.
+install(TARGETS firn-repair-mesh firn-unite-mesh RUNTIME DESTINATION libexec/firn)
 install(FILES LICENSE README.md CHANGELOG.md SECURITY.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
 install(FILES scripts/bash-completion DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME firn)

@@ -13,6 +13,7 @@
 #include "experiments/case/case.h"
 #include "experiments/meshes/mesh_file.h"
 #include "experiments/meshes/mesh_repair.h"
+#include "experiments/meshes/mesh_union.h"
 #include "experiments/meshes/wall_solids.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/toml_document.h"
@@ -32,6 +33,7 @@ struct Arguments {
   std::vector<std::string> settings;
   std::string picture;
   std::string repaired;
+  std::string united;
   bool as_boundary = false;
   std::string boundary;  // of a case: its name; of a mesh file: empty
   std::string thickness;
@@ -67,10 +69,44 @@ std::string repair_rows(const MeshRepair& r) {
                      r.disconnected_edges, "pieces", r.parts, "repair", r.sentence());
 }
 
-// An unsound mesh still has facts worth telling: which defects, what would mend them, and where it
-// lies.
-int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
-                 const MeshConflicts& conflicts, const MeshRepair& repair) {
+// The union of the shells of a sound mesh in the file --united, and its facts.
+int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshConflicts& conflicts) {
+  TriangleMesh united;
+  try {
+    united = unite(mesh);
+  } catch (const InputError& e) {
+    throw InputError(
+        fmt::format("{}: {}; and cannot be united: {}; expected closed shells that do "
+                    "not cross themselves",
+                    a.file, conflicts.sentence(), e.what()));
+  }
+  write_stl(a.united, united,
+            option_quantity("--length-unit", "1 " + a.length_unit, dimension::length));
+  const double volume = mass_properties(united).volume;
+  if (a.json)
+    print_json(
+        {{"file", a.file},
+         {"sound", false},
+         {"defects", defects_json(inspect(mesh), conflicts)},
+         {"union",
+          {{"file", a.united}, {"triangles", united.triangles.size()}, {"volume", volume}}}});
+  else
+    print_lines(stdout, "{}\n  {:<22}{}\n  {:<22}{} triangles, {:.6g} cm^3\n", a.file, "defects",
+                conflicts.sentence(), "union", united.triangles.size(), volume * 1e6);
+  print_lines(stderr, "united in {}\n", a.united);
+  return ExitStatus::done;
+}
+
+// An unsound mesh: its defects, the repair of them, and its place. Writes the mesh repaired or
+// united where that is requested and possible.
+int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
+                  const MeshConflicts& conflicts, const MeshRepair& repair) {
+  if (!a.united.empty()) {
+    if (defects.sound()) return write_union(a, mesh, conflicts);
+    throw InputError(
+        fmt::format("{}: {}; expected a mesh without them for --united, see --repaired", a.file,
+                    defects.sentence()));
+  }
   const auto [low, high] = bounding_box(mesh);
   if (a.json) {
     print_json({{"file", a.file},
@@ -84,10 +120,12 @@ int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects
                 mesh.triangles.size(), "bounding box", mm_text(high - low), repair_rows(repair));
   }
   if (!find_conflicts(repair.mesh).none()) {
+    const bool unitable = defects.sound() && conflicts.intersections == 0;
     print_lines(stderr,
-                "firn: {}: {}; expected surfaces that do not cross and no solid inside another "
+                "firn: {}: {}{}; expected surfaces that do not cross and no solid inside another "
                 "one\n",
-                a.file, defects_text(defects, conflicts));
+                a.file, defects_text(defects, conflicts),
+                unitable ? "; --united FILE.stl writes their union" : "");
     return ExitStatus::bad_input;
   }
   if (repair.hopeless() || a.repaired.empty()) {
@@ -104,13 +142,15 @@ int tell_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects
 }
 
 // A mesh file as a boundary: it may be open.
-int tell_boundary_mesh(const Arguments& a) {
+int print_boundary_mesh(const Arguments& a) {
   if (!a.boundary.empty())
     throw InputError(fmt::format(
         "--boundary {}: {} is a mesh file; expected --boundary alone, or a case file (*.toml)",
         a.boundary, a.file));
   if (!a.repaired.empty())
     throw InputError("--repaired: closes a mesh; expected it without --boundary");
+  if (!a.united.empty())
+    throw InputError("--united: unites the shells of a body; expected it without --boundary");
   const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
   const double thickness =
       option_quantity("--thickness", a.thickness.empty() ? "2 mm" : a.thickness, dimension::length);
@@ -145,7 +185,7 @@ int tell_boundary_mesh(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int tell_mesh(const Arguments& a) {
+int print_mesh(const Arguments& a) {
   if (!a.thickness.empty())
     throw InputError("--thickness: is that of a boundary; expected --boundary as well");
   if (!a.picture.empty()) {
@@ -168,9 +208,12 @@ int tell_mesh(const Arguments& a) {
   const MeshRepair repair = firn::repair(read_triangles(a.file, unit, limits));
   const MeshConflicts conflicts = find_conflicts(mesh);
   if (!defects.sound() || !conflicts.none())
-    return tell_unsound(a, mesh, defects, conflicts, repair);
+    return print_unsound(a, mesh, defects, conflicts, repair);
   if (!a.repaired.empty())
     throw InputError(fmt::format("--repaired: {} has nothing to repair", a.file));
+  if (!a.united.empty())
+    throw InputError(
+        fmt::format("--united: {} has no shells that overlap, nest or face inwards", a.file));
   const Shape shape = make_mesh(mesh, options);
   if (a.json) {
     Json document = shape_json(shape);
@@ -186,7 +229,7 @@ int tell_mesh(const Arguments& a) {
 }
 
 // One boundary of a case.
-int tell_boundary(const Arguments& a, const Case& c, const std::vector<BoundaryFacts>& walls) {
+int print_boundary(const Arguments& a, const Case& c, const std::vector<BoundaryFacts>& walls) {
   const auto wall = std::ranges::find(walls, a.boundary, &BoundaryFacts::name);
   if (wall == walls.end()) {
     std::vector<std::string_view> names;
@@ -214,14 +257,16 @@ int tell_boundary(const Arguments& a, const Case& c, const std::vector<BoundaryF
   return ExitStatus::done;
 }
 
-int tell_case(const Arguments& a) {
+int print_case(const Arguments& a) {
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   const Case c = read_case(a.file, overrides);
   std::vector<BoundaryFacts> walls = boundary_facts(c);
   if (!a.thickness.empty())
     throw InputError("--thickness: stands in the case; expected a mesh file");
-  if (a.as_boundary) return tell_boundary(a, c, walls);
+  if (!a.united.empty())
+    throw InputError("--united: unites the shells of a mesh file; expected one");
+  if (a.as_boundary) return print_boundary(a, c, walls);
   if (a.json) {
     Json shapes = Json::array(), boundaries = Json::array();
     for (const Shape& shape : c.model.shapes) shapes.push_back(shape_json(shape));
@@ -245,8 +290,8 @@ int tell_case(const Arguments& a) {
 
 void add_shape_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("shape", "Tell the facts of a mesh, or of a case's shapes and boundaries");
+  CLI::App* command = app.add_subcommand(
+      "shape", "Print the facts of a mesh, or of a case's shapes and boundaries");
   command->add_option("FILE", a->file, "A mesh, STL or OBJ (*.obj), or a case file (*.toml)")
       ->required()
       ->type_name("");
@@ -273,6 +318,11 @@ void add_shape_command(CLI::App& app, int& status) {
       ->add_option("--repaired", a->repaired,
                    "Write a mesh that has defects, and can be repaired, without them")
       ->type_name("FILE.stl");
+  command
+      ->add_option("--united", a->united,
+                   "Write the union of a mesh's shells that overlap, lie inside others or face "
+                   "inwards")
+      ->type_name("FILE.stl");
   command->add_option("--set", a->settings, "Override a value of the case (may be repeated)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
@@ -298,9 +348,9 @@ void add_shape_command(CLI::App& app, int& status) {
       "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");
   command->callback([a, boundary, &status] {
     a->as_boundary = boundary->count() > 0;
-    status = is_case(a->file) ? tell_case(*a)
-             : a->as_boundary ? tell_boundary_mesh(*a)
-                              : tell_mesh(*a);
+    status = is_case(a->file) ? print_case(*a)
+             : a->as_boundary ? print_boundary_mesh(*a)
+                              : print_mesh(*a);
   });
 }
 

@@ -246,12 +246,7 @@ TriangleMesh triangles_of(const std::string& file, std::string_view bytes, doubl
 }
 
 TriangleMesh merged(const std::string& file, const TriangleMesh& mesh) {
-  double largest = 0;
-  for (const Vec3& p : mesh.vertices) largest = std::max(largest, p.cwiseAbs().maxCoeff());
-  // A few units in the last place of single precision: the same corner as several programs round
-  // it.
-  constexpr double kSame = 5e-7;
-  TriangleMesh result = weld(mesh, kSame * largest);
+  TriangleMesh result = merge_equal_corners(mesh);
   if (result.triangles.empty())
     throw InputError(file + ": has triangles without area alone; expected a mesh");
   return result;
@@ -268,6 +263,15 @@ void put(std::string& bytes, const Vec3& v) {
 }
 
 }  // namespace
+
+TriangleMesh merge_equal_corners(const TriangleMesh& mesh) {
+  double largest = 0;
+  for (const Vec3& p : mesh.vertices) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  // A few units in the last place of single precision: the same corner as several programs round
+  // it.
+  constexpr double kSame = 5e-7;
+  return weld(mesh, kSame * largest);
+}
 
 TriangleMesh read_stl(const std::string& file, double length_unit, const MeshLimits& limits) {
   return read_mesh_file(file, length_unit, limits).mesh;

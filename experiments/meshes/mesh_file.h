@@ -33,6 +33,10 @@ TriangleMesh read_stl(const std::string& file, double length_unit, const MeshLim
 // Throws InputError, one line that begins with the file's name, when it cannot be written.
 void write_stl(const std::string& file, const TriangleMesh& mesh, double length_unit);
 
+// Merges corners that differ by rounding to single precision (5e-7 of the largest coordinate), as
+// the readers do; triangles that collapse are dropped.
+TriangleMesh merge_equal_corners(const TriangleMesh& mesh);
+
 // The same mesh with the hash that identifies the file's contents.
 struct MeshFile {
   TriangleMesh mesh;   // m, file axes, equal corners merged

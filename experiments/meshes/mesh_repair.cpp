@@ -6,31 +6,15 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <vector>
 
-#include "experiments/system/output_file.h"
-#include "experiments/system/process.h"
-#include "experiments/system/temporary_folder.h"
+#include "experiments/meshes/mesh_file.h"
+#include "experiments/meshes/mesh_program.h"
 
 namespace firn {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kFlat = 1e-6;  // of the box's diagonal, cubed: no volume to speak of
-
-// firn-repair-mesh of the build folder, or of the installation.
-std::string repair_program() {
-  std::error_code error;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
-  for (const fs::path& place :
-       {folder, folder / "../libexec/firn", folder / "..", folder / "../.."}) {
-    const fs::path program = place / "firn-repair-mesh";
-    if (fs::exists(program, error)) return program.string();
-  }
-  throw RunError("firn-repair-mesh is missing; expected it where firn is installed");
-}
 
 using Corners = std::array<float, 9>;
 
@@ -46,20 +30,6 @@ std::string bytes_of(const TriangleMesh& mesh) {
   return bytes;
 }
 
-// A mesh may be too much for admesh: it runs apart, within limits.
-std::string repaired_by_admesh(const std::string& bytes) {
-  const TemporaryFolder folder("repair");
-  const std::string file = folder.file("facets");
-  write_file(file, bytes);
-  ProcessLimits limits;
-  limits.processor_time = 120;
-  limits.address_space = std::size_t{4} << 30;
-  const CommandResult result = run_command({repair_program(), file}, {}, limits);
-  if (result.status == 1) throw InputError(last_line(result.err));
-  if (result.status != 0) throw InputError("admesh fails on this mesh");
-  return result.out;
-}
-
 std::string facets(int count) { return fmt::format("{} facet{}", count, count == 1 ? "" : "s"); }
 
 }  // namespace
@@ -71,7 +41,7 @@ MeshRepair repair(const TriangleMesh& mesh) {
     result.flat = true;
     return result;
   }
-  const std::string bytes = repaired_by_admesh(bytes_of(mesh));
+  const std::string bytes = run_mesh_program("firn-repair-mesh", bytes_of(mesh));
   std::array<std::int32_t, 7> counts;
   if (bytes.size() < sizeof(counts) || (bytes.size() - sizeof(counts)) % sizeof(Corners) != 0)
     throw RunError("firn-repair-mesh: an answer that is not whole");
@@ -92,9 +62,7 @@ MeshRepair repair(const TriangleMesh& mesh) {
     result.mesh.triangles.push_back({first, first + 1, first + 2});
   }
   const auto [low, high] = bounding_box(result.mesh);
-  constexpr double kSame = 5e-7;  // as corners of a file are merged
-  if (!result.mesh.triangles.empty())
-    result.mesh = weld(result.mesh, kSame * (high - low).maxCoeff());
+  if (!result.mesh.triangles.empty()) result.mesh = merge_equal_corners(result.mesh);
   result.left = inspect(result.mesh);
   result.flat = result.mesh.triangles.empty() ||
                 mass_properties(result.mesh).volume < kFlat * std::pow((high - low).norm(), 3);

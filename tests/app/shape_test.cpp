@@ -165,6 +165,42 @@ TEST(ShapeCommand, OverlappingCubesAreRefusedWithTrianglesAndPlace) {
   EXPECT_THAT(o.err, HasSubstr("1 pair of shells that overlap (triangles "));
 }
 
+TEST(ShapeCommand, WritesTheUnionOfOverlappingCubesOnRequest) {
+  const Folder folder;
+  auto both = box(20, 20, 20);
+  for (Triangle t : box(20, 20, 20)) {
+    for (auto& corner : t) corner[0] += 10;
+    both.push_back(t);
+  }
+  folder.write("both.stl", stl(both));
+  EXPECT_THAT(folder.firn({"shape", "both.stl"}).err,
+              HasSubstr("--united FILE.stl writes their union"));
+  const Outcome united = folder.firn({"shape", "both.stl", "--united", "one.stl", "--json"});
+  ASSERT_EQ(united.status, 0) << united.err;
+  EXPECT_NEAR(json::parse(united.out)["union"]["volume"], 12e-6, 1e-11);
+  const Outcome one = folder.firn({"shape", "one.stl", "--json"});
+  ASSERT_EQ(one.status, 0) << one.err;
+  EXPECT_NEAR(json::parse(one.out)["volume"], 12e-6, 1e-11);
+  EXPECT_EQ(json::parse(one.out)["convex_parts"].size(), 1U);
+  // A mesh without conflicts, a mesh with a hole and a shell that crosses itself have no union.
+  EXPECT_EQ(folder.firn({"shape", "one.stl", "--united", "two.stl"}).status, 2);
+  both.pop_back();
+  folder.write("open.stl", stl(both));
+  const Outcome open = folder.firn({"shape", "open.stl", "--united", "none.stl"});
+  EXPECT_EQ(open.status, 2);
+  EXPECT_EQ(lines(open.err), 1U) << open.err;
+  auto crossed = box(10, 10, 10);
+  for (Triangle& t : crossed)
+    for (auto& corner : t)
+      if (corner == std::array<double, 3>{10, 10, 10}) corner = {5, 5, -1};
+  folder.write("crossed.stl", stl(crossed));
+  const Outcome crossing = folder.firn({"shape", "crossed.stl", "--united", "none.stl"});
+  EXPECT_EQ(crossing.status, 2);
+  EXPECT_EQ(lines(crossing.err), 1U) << crossing.err;
+  EXPECT_THAT(crossing.err, HasSubstr("cannot be united: a shell crosses itself"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "none.stl"));
+}
+
 TEST(ShapeCommand, FreeBodyOfOverlappingCubesNeedsItsMass) {
   const Folder folder;
   const auto outcome = [&](double shift, const std::string& keys) {
