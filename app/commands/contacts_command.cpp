@@ -11,6 +11,7 @@
 #include "app/commands/commands.h"
 #include "app/output/contact_output.h"
 #include "app/output/progress_bar.h"
+#include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
 #include "experiments/results/results_file.h"
@@ -302,7 +303,9 @@ void add_contacts_command(CLI::App& app, int& status) {
       ->type_name("RUN.h5|CASE.toml");
   command->add_option("--time", a->time, "Instant, such as 0.5s; by default the end")
       ->type_name("TIME");
-  command->add_option("--step", a->step, "Instant as a number of time steps")->type_name("N");
+  command->add_option("--step", a->step, "Instant as a number of time steps")
+      ->check(CLI::Range(std::int64_t{0}, kLargestCount))
+      ->type_name("N");
   command->add_option("--particle", a->particle, "All contacts of this particle")->type_name("ID");
   command->add_option("--pair", a->pair, "Contacts of two bodies: ids or names of boundaries")
       ->expected(2)
@@ -318,6 +321,7 @@ void add_contacts_command(CLI::App& app, int& status) {
       ->check(CLI::Range(1, 1000000000))
       ->type_name("N");
   command->add_option("--top", a->listed, "Without a body: list so many contacts")
+      ->check(CLI::Range(1, 1000000000))
       ->type_name("N")
       ->capture_default_str();
   command->add_option("--set", a->settings, "Override a value of a case file (may be repeated)")

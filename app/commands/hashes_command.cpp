@@ -87,6 +87,7 @@ void add_hashes_command(CLI::App& app, int& status) {
       ->type_name("");
   command->add_option("SECOND", a->second, "The other one")->required()->type_name("");
   command->add_option("--top", a->listed, "List at most so many numbers that differ")
+      ->check(CLI::Range(0, 1000000000))
       ->type_name("N")
       ->capture_default_str();
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");

@@ -17,6 +17,7 @@
 #include "app/output/progress_bar.h"
 #include "app/output/response_output.h"
 #include "app/output/shape_output.h"
+#include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
 #include "experiments/inspection/run_health.h"
@@ -300,6 +301,7 @@ void add_run_command(CLI::App& app, int& status) {
                    "Earlier results of that name become RUN.1.h5, RUN.2.h5, ...")
       ->type_name("RUN.h5");
   command->add_option("--seed", a->seed, "Seed of all random choices; overrides case.seed")
+      ->check(CLI::Range(std::int64_t{0}, kLargestCount))
       ->type_name("N");
   command
       ->add_option("--threads", a->threads,

@@ -51,6 +51,26 @@ TEST(Usage, EverySubCommandHasHelp) {
   }
 }
 
+TEST(Usage, CountsAreWholeNumbersInTheirRange) {
+  const Folder folder;
+  const std::vector<std::vector<std::string>> commands = {
+      {"run", "case.toml", "--seed"},        {"run", "case.toml", "--threads"},
+      {"contacts", "case.toml", "--step"},   {"contacts", "case.toml", "--top"},
+      {"contacts", "case.toml", "--every"},  {"hashes", "a", "b", "--top"},
+      {"calibrate", "study.toml", "--jobs"}, {"shape", "a.stl", "--max-parts"},
+      {"export", "run.h5", "--every"},       {"verify", "--jobs"},
+  };
+  for (std::vector<std::string> command : commands) {
+    const std::string option = command.back();
+    for (const char* value : {"-1", "1.5", "x", "", "99999999999999999999", "1e400"}) {
+      command.emplace_back(value);
+      SCOPED_TRACE(command.front() + ' ' + option + ' ' + value);
+      expect_one_line(folder.firn(command), option);
+      command.pop_back();
+    }
+  }
+}
+
 TEST(Usage, VersionTellsTheCommit) {
   const Outcome o = Folder().firn({"--version"});
   EXPECT_EQ(o.status, 0);
