@@ -194,9 +194,14 @@ class CrashTest : public testing::Test {
     for (const auto& entry : fs::directory_iterator("/proc")) {
       const pid_t pid = std::atoi(entry.path().filename().c_str());
       if (pid <= 0 || pid == getpid()) continue;
-      if (read_text(entry.path() / "cmdline").find(folder_.path().string()) != std::string::npos &&
-          read_text(entry.path() / "stat").find(") Z ") == std::string::npos)
-        found.push_back(pid);
+      try {
+        if (read_text(entry.path() / "cmdline").find(folder_.path().string()) !=
+                std::string::npos &&
+            read_text(entry.path() / "stat").find(") Z ") == std::string::npos)
+          found.push_back(pid);
+      } catch (const std::ios_base::failure&) {
+        // It ended while it was read.
+      }
     }
     return found;
   }
