@@ -24,14 +24,20 @@ std::string with_folder(const std::string& file) {
   return file;
 }
 
+// The statement ends here. SQLite cannot wait for a lock while a statement of the same connection
+// still reads.
+bool has_table(Database& db, const char* name) {
+  Statement known(db, "SELECT count(*) FROM sqlite_master WHERE name = ?");
+  known.bind(std::string(name)).next();
+  return known.integer(0) > 0;
+}
+
 }  // namespace
 
 RunStore::RunStore(const std::string& file, const std::string& study)
     : study_(study), db_(with_folder(file), schema(), format) {
   // Stores made before have no labels; their runs are found by key all the same.
-  Statement known(db_, "SELECT count(*) FROM sqlite_master WHERE name = 'labels'");
-  known.next();
-  if (known.integer(0) > 0) return;
+  if (has_table(db_, "labels")) return;
   db_.execute(
       "CREATE TABLE IF NOT EXISTS labels (number INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, "
       "program TEXT NOT NULL, study TEXT NOT NULL, parameters TEXT NOT NULL, seed TEXT NOT NULL)");
