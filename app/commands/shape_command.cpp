@@ -233,6 +233,7 @@ int print_boundary(const Arguments& a, const Case& c, const std::vector<Boundary
   const auto wall = std::ranges::find(walls, a.boundary, &BoundaryFacts::name);
   if (wall == walls.end()) {
     std::vector<std::string_view> names;
+    names.reserve(walls.size());
     for (const BoundaryFacts& w : walls) names.push_back(w.name);
     throw InputError(
         names.empty() ? fmt::format("--boundary {}: {} has no boundaries", a.boundary, a.file)

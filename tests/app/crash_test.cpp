@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
-#include <signal.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -14,6 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -725,7 +725,7 @@ TEST_F(CrashTest, FolderThatIsRemovedIsNoSuccess) {
     expect_no_orphans();
     // The journal is there again, with what was finished.
     std::vector<std::string> again = command;
-    again.push_back("--resume");
+    again.emplace_back("--resume");
     const Outcome next = folder_.firn(again);
     EXPECT_EQ(next.status, 0) << next.err;
     EXPECT_EQ(answer("out"), expected);
