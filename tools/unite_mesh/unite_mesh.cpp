@@ -63,13 +63,16 @@ Mesh mesh_of(const std::string& bytes) {
   return mesh;
 }
 
+// A shell that crosses `outer` has corners on both sides of it.
 bool encloses(const Mesh& outer, const Mesh& inner) {
   const CGAL::Side_of_triangle_mesh<Mesh, Kernel> side(outer);
+  bool inside = false;
   for (const auto vertex : inner.vertices()) {
     const CGAL::Bounded_side where = side(inner.point(vertex));
-    if (where != CGAL::ON_BOUNDARY) return where == CGAL::ON_BOUNDED_SIDE;
+    if (where == CGAL::ON_UNBOUNDED_SIDE) return false;
+    inside |= where == CGAL::ON_BOUNDED_SIDE;
   }
-  return false;
+  return inside;
 }
 
 std::vector<Solid> solids_of(const Mesh& all) {
