@@ -70,7 +70,8 @@ std::string repair_rows(const MeshRepair& r) {
 }
 
 // The union of the shells of a sound mesh in the file --united, and its facts.
-int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshConflicts& conflicts) {
+int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
+                const MeshConflicts& conflicts) {
   TriangleMesh united;
   try {
     united = unite(mesh);
@@ -87,7 +88,7 @@ int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshConflict
     print_json(
         {{"file", a.file},
          {"sound", false},
-         {"defects", defects_json(inspect(mesh), conflicts)},
+         {"defects", defects_json(defects, conflicts)},
          {"union",
           {{"file", a.united}, {"triangles", united.triangles.size()}, {"volume", volume}}}});
   else
@@ -102,7 +103,7 @@ int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshConflict
 int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
                   const MeshConflicts& conflicts, const MeshRepair& repair) {
   if (!a.united.empty()) {
-    if (defects.sound()) return write_union(a, mesh, conflicts);
+    if (defects.sound()) return write_union(a, mesh, defects, conflicts);
     throw InputError(
         fmt::format("{}: {}; expected a mesh without them for --united, see --repaired", a.file,
                     defects.sentence()));

@@ -1,7 +1,12 @@
 // Programs of other licenses that work on meshes (tools/), in processes of their own.
 #pragma once
 
+#include <array>
+#include <cstring>
 #include <string>
+#include <string_view>
+
+#include "firn/mesh.h"
 
 namespace firn {
 
@@ -9,5 +14,39 @@ namespace firn {
 // standard output. Limits: 120 s of processor time, 4 GiB of memory. Throws InputError with the
 // program's last line when it refuses the mesh, RunError when the program is missing.
 std::string run_mesh_program(const std::string& name, const std::string& input);
+
+// What these programs read and write: 9 numbers (x, y, z of three corners) for each facet, in the
+// byte order of the machine.
+template <typename Number>
+std::string facet_bytes(const TriangleMesh& mesh) {
+  std::string bytes;
+  bytes.reserve(mesh.triangles.size() * 9 * sizeof(Number));
+  for (const auto& triangle : mesh.triangles) {
+    for (const int vertex : triangle) {
+      for (const double x : mesh.vertices[static_cast<std::size_t>(vertex)]) {
+        const auto number = static_cast<Number>(x);
+        bytes.append(reinterpret_cast<const char*>(&number), sizeof(Number));
+      }
+    }
+  }
+  return bytes;
+}
+
+// Corners are not merged. Throws RunError unless `bytes` are whole facets.
+template <typename Number>
+TriangleMesh mesh_of_facets(std::string_view bytes) {
+  using Corners = std::array<Number, 9>;
+  if (bytes.size() % sizeof(Corners) != 0)
+    throw RunError("a mesh program gives an answer that is not whole");
+  TriangleMesh mesh;
+  for (; !bytes.empty(); bytes.remove_prefix(sizeof(Corners))) {
+    Corners c;
+    std::memcpy(c.data(), bytes.data(), sizeof(Corners));
+    const int first = static_cast<int>(mesh.vertices.size());
+    for (std::size_t k = 0; k < 9; k += 3) mesh.vertices.emplace_back(c[k], c[k + 1], c[k + 2]);
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
 
 }  // namespace firn

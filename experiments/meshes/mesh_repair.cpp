@@ -16,20 +16,6 @@ namespace {
 
 constexpr double kFlat = 1e-6;  // of the box's diagonal, cubed: no volume to speak of
 
-using Corners = std::array<float, 9>;
-
-std::string bytes_of(const TriangleMesh& mesh) {
-  std::string bytes;
-  for (const auto& triangle : mesh.triangles) {
-    Corners corners;
-    for (std::size_t k = 0; k < 9; ++k)
-      corners[k] = static_cast<float>(mesh.vertices[static_cast<std::size_t>(triangle[k / 3])]
-                                                   [static_cast<Eigen::Index>(k % 3)]);
-    bytes.append(reinterpret_cast<const char*>(corners.data()), sizeof(Corners));
-  }
-  return bytes;
-}
-
 std::string facets(int count) { return fmt::format("{} facet{}", count, count == 1 ? "" : "s"); }
 
 }  // namespace
@@ -41,9 +27,9 @@ MeshRepair repair(const TriangleMesh& mesh) {
     result.flat = true;
     return result;
   }
-  const std::string bytes = run_mesh_program("firn-repair-mesh", bytes_of(mesh));
+  const std::string bytes = run_mesh_program("firn-repair-mesh", facet_bytes<float>(mesh));
   std::array<std::int32_t, 7> counts;
-  if (bytes.size() < sizeof(counts) || (bytes.size() - sizeof(counts)) % sizeof(Corners) != 0)
+  if (bytes.size() < sizeof(counts))
     throw RunError("firn-repair-mesh: an answer that is not whole");
   std::memcpy(counts.data(), bytes.data(), sizeof(counts));
   result.degenerate = counts[0];
@@ -53,14 +39,7 @@ MeshRepair repair(const TriangleMesh& mesh) {
   result.added = counts[4];
   result.reversed = counts[5];
   result.parts = counts[6];
-  for (std::size_t at = sizeof(counts); at < bytes.size(); at += sizeof(Corners)) {
-    Corners c;
-    std::memcpy(c.data(), bytes.data() + at, sizeof(Corners));
-    const int first = static_cast<int>(result.mesh.vertices.size());
-    for (std::size_t k = 0; k < 9; k += 3)
-      result.mesh.vertices.emplace_back(c[k], c[k + 1], c[k + 2]);
-    result.mesh.triangles.push_back({first, first + 1, first + 2});
-  }
+  result.mesh = mesh_of_facets<float>(std::string_view(bytes).substr(sizeof(counts)));
   const auto [low, high] = bounding_box(result.mesh);
   if (!result.mesh.triangles.empty()) result.mesh = merge_equal_corners(result.mesh);
   result.left = inspect(result.mesh);
