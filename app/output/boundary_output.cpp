@@ -6,7 +6,7 @@
 
 #include "app/output/shape_output.h"
 #include "experiments/text/toml_document.h"
-
+#include "experiments/text/vector_json.h"
 namespace firn {
 namespace {
 
@@ -25,8 +25,6 @@ TriangleMesh placed(const Boundary& b) {
   for (Vec3& v : mesh.vertices) v = b.orientation * v + b.origin;
   return mesh;
 }
-
-Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 std::string from_to(const Vec3& lower, const Vec3& upper) {
   std::string text;

@@ -6,11 +6,9 @@
 #include <cmath>
 
 #include "experiments/text/number_text.h"
-
+#include "experiments/text/vector_json.h"
 namespace firn {
 namespace {
-
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 std::string vector_text(const Vec3& v) {
   // What is rounding beside the largest component is told as nothing.
@@ -82,8 +80,6 @@ std::string line_text(const Model& model, const Contact& c) {
                      percent(c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0),
                      1e6 * c.overlap, 100 * c.overlap / thickness(model, c));
 }
-
-Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 Json body_json(const Model& model, int body) {
   if (is_particle(model, body)) return body;

@@ -5,11 +5,9 @@
 #include <algorithm>
 
 #include "experiments/text/number_text.h"
-
+#include "experiments/text/vector_json.h"
 namespace firn {
 namespace {
-
-Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 Json quaternion_json(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 

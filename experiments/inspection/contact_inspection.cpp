@@ -14,8 +14,6 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 const Shape& shape_of(const Model& model, int particle) {
   return model.shapes[index(model.particles[index(particle)].shape)];
 }

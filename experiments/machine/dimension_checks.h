@@ -19,8 +19,6 @@ inline void require_above_zero(double value, const char* key) {
 }
 
 inline std::string in_mm(double length) { return fmt::format("{:.6g} mm", 1e3 * length); }
-inline std::string in_degrees(double angle) {
-  return fmt::format("{:.6g} deg", angle * 57.29577951308232);
-}
+inline std::string in_degrees(double angle) { return fmt::format("{:.6g} deg", angle * kRadToDeg); }
 
 }  // namespace firn

@@ -18,8 +18,6 @@ constexpr std::size_t kFewest = 10;  // frames
 constexpr std::size_t kBlocks = 10;  // of frames: what a turn does to the bed comes in waves
 constexpr double kMiddle = 0.5;      // of the radius: ends of the surface, where it bends, left out
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-
 // The bed across the axis of the drum: u to one side, v up, m from the axis.
 struct Section {
   Vec3 across;
@@ -69,8 +67,8 @@ Angles angles_of(const Recording& recording, std::size_t index, const Case& c, c
   }
   if (total == 0) return {};
   center /= total;
-  return {std::atan(least_squares_line(x, top).slope) * kDegrees,
-          std::atan2(section.u(center), -section.v(center)) * kDegrees};
+  return {std::atan(least_squares_line(x, top).slope) * kRadToDeg,
+          std::atan2(section.u(center), -section.v(center)) * kRadToDeg};
 }
 
 // Mean, and its standard error from the means of blocks in time.

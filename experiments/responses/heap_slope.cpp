@@ -13,7 +13,6 @@
 namespace firn {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kCellsPerParticle = 8;  // resolution of the surface
 // In particle sizes:
 constexpr double kReach = 0.25;  // nearer counts as resting on
@@ -22,7 +21,7 @@ constexpr double kStrip = 1.5;   // width of the strips that are resampled
 constexpr double kPiece = 3;     // length of the pieces that the height at the walls is cut into
 constexpr int kResamples = 200;
 
-double degrees(double slope) { return std::atan(slope) * kDegrees; }
+double degrees(double slope) { return std::atan(slope) * kRadToDeg; }
 
 // Both angles after resampling strips of the surface that run up the slope, as wide as a pit:
 // neighbouring cells see the same particle and are not independent, strips nearly.

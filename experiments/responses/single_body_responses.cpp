@@ -13,8 +13,6 @@
 namespace firn {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-
 // A body flies between two frames when contacts have changed its momentum by less than this part of
 // what gravity has.
 constexpr double kFree = 1e-3;
@@ -247,7 +245,8 @@ void measure_slip(const Frames& frames, const Measure& m, Responses& out) {
   for (std::size_t body : bodies) {
     const SlipResult r = slip_of(frames.on_boundary(body, m.boundary), m);
     if (r.end == SlipResult::End::held) continue;
-    (r.end == SlipResult::End::slid ? slide : tip).add(r.angle * kDegrees, r.resolution * kDegrees);
+    (r.end == SlipResult::End::slid ? slide : tip)
+        .add(r.angle * kRadToDeg, r.resolution * kRadToDeg);
   }
   const double all = static_cast<double>(bodies.size());
   out.add("slid", static_cast<double>(slide.values.size()) / all, "part of the bodies that slid");

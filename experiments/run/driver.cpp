@@ -16,8 +16,6 @@ namespace {
 constexpr std::uint64_t kWatchInterval = 16;
 constexpr double kReportEvery = 0.2;  // s of wall time
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 int find_boundary(const Model& model, const std::string& name, const std::string& source) {
   for (std::size_t i = 0; i < model.boundaries.size(); ++i)
     if (model.boundaries[i].name == name) return static_cast<int>(i);

@@ -20,8 +20,6 @@ constexpr double kTouch = 0.1e-3;  // m, deeper is an overlap
 constexpr int kSamples = 72;       // of a period: every 5 degrees of a turn
 constexpr double kBuried = 0.05;   // of a particle's smallest edge, as the solver has it
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 bool moves(const Case& c, int frame) {
   const MotionFrame& f = c.model.frames[index(frame)];
   const auto started = [&](const Stage& stage) {
@@ -325,11 +323,10 @@ void drive_through(const Case& c, int frame, BoundaryPairs& pairs) {
       at.coordinates[axis] = low + (high - low) * k / kSamples;
       solver.start_frame(at);
       const bool turns = f.free->axes[axis].kind == FreeAxis::Kind::rotation;
-      pairs.look(solver.boundaries(),
-                 turns
-                     ? fmt::format("with \"{}\" at {:.3g} deg", f.name,
-                                   at.coordinates[axis] * 180 / std::numbers::pi)
-                     : fmt::format("with \"{}\" at {:.3g} mm", f.name, 1e3 * at.coordinates[axis]));
+      pairs.look(
+          solver.boundaries(),
+          turns ? fmt::format("with \"{}\" at {:.3g} deg", f.name, at.coordinates[axis] * kRadToDeg)
+                : fmt::format("with \"{}\" at {:.3g} mm", f.name, 1e3 * at.coordinates[axis]));
     }
   }
 }

@@ -19,8 +19,6 @@ constexpr std::uint64_t kNotNow = ~std::uint64_t{0};
 // A body of a source may touch what holds it: this much overlap is none.
 constexpr double kSeat = 0.2e-3;  // m
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 bool belongs(const std::string& stage, const Traffic::Now& now) {
   return stage.empty() || stage == *now.stage;
 }

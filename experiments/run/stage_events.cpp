@@ -13,8 +13,6 @@ using Until = Stage::Until;
 constexpr double kStalled = 0.1;  // of a drive's speed
 constexpr double kLies = 0.1;     // m/s: what falls is faster after 0.5 mm
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 double kinetic_energy(const Shape& shape, const ParticleState& state, std::size_t i) {
   const Vec3 w = state.orientation[i].conjugate() * state.angular_velocity[i];  // body axes
   return 0.5 *

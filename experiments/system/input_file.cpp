@@ -50,10 +50,10 @@ std::string moved_file(const std::string& file) {
 
 namespace {
 
-class Descriptor {
+class OpenInput {
  public:
   // O_NONBLOCK: the open of a pipe that nobody writes must not wait.
-  Descriptor(const std::string& file, std::string_view wanted)
+  OpenInput(const std::string& file, std::string_view wanted)
       : number_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
     const auto refuse = [&](const std::string& what) {
       if (number_ >= 0) ::close(number_);
@@ -70,9 +70,9 @@ class Descriptor {
     if (S_ISDIR(status_.st_mode)) refuse("is a folder");
     if (!S_ISREG(status_.st_mode)) refuse("is no regular file but a device, a pipe or a socket");
   }
-  ~Descriptor() { ::close(number_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  ~OpenInput() { ::close(number_); }
+  OpenInput(const OpenInput&) = delete;
+  OpenInput& operator=(const OpenInput&) = delete;
 
   int number() const { return number_; }
   std::uintmax_t size() const { return static_cast<std::uintmax_t>(status_.st_size); }
@@ -86,12 +86,12 @@ class Descriptor {
 
 void require_regular_file(const std::string& file, std::string_view wanted) {
   record_input_file(file);
-  static_cast<void>(Descriptor(file, wanted));
+  static_cast<void>(OpenInput(file, wanted));
 }
 
 std::string read_input_file(const std::string& file, std::string_view wanted, std::uintmax_t most) {
   record_input_file(file);
-  const Descriptor descriptor(file, wanted);
+  const OpenInput descriptor(file, wanted);
   const auto check = [&](std::uintmax_t size) {
     if (size > most)
       throw InputError(fmt::format("{}: is longer than {} bytes; expected {} of at most so many",

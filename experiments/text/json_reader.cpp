@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::json;
 
 // How messages call a value of the wrong type.
-std::string describe(const Json& json) {
+std::string json_type(const Json& json) {
   if (json.is_string()) return fmt::format("\"{}\"", json.get_ref<const std::string&>());
   if (json.is_number_float()) return fmt::format("the number {}", json.get<double>());
   if (json.is_number()) return "the number " + json.dump();
@@ -96,7 +96,7 @@ void JsonReader::fail(const std::string& message) const {
 }
 
 void JsonReader::allow(std::initializer_list<std::string_view> keys) const {
-  if (!json_->is_object()) fail(fmt::format("is {}; expected an object", describe(*json_)));
+  if (!json_->is_object()) fail(fmt::format("is {}; expected an object", json_type(*json_)));
   for (const auto& [key, value] : json_->items()) {
     if (std::ranges::find(keys, key) != keys.end()) continue;
     fail(fmt::format("unknown key \"{}\"; the nearest known one is \"{}\"", key,
@@ -126,7 +126,7 @@ std::vector<JsonReader> JsonReader::items(std::string_view key) const {
   if (!has(key)) return {};
   const JsonReader all = at(key);
   if (!all.json_->is_array())
-    all.fail(fmt::format("is {}; expected an array", describe(*all.json_)));
+    all.fail(fmt::format("is {}; expected an array", json_type(*all.json_)));
   std::vector<JsonReader> readers;
   for (std::size_t i = 0; i < all.json_->size(); ++i)
     readers.emplace_back((*all.json_)[i], *source_, fmt::format("{}.{}", all.path_, i));
@@ -134,12 +134,12 @@ std::vector<JsonReader> JsonReader::items(std::string_view key) const {
 }
 
 std::string JsonReader::text() const {
-  if (!json_->is_string()) fail(fmt::format("is {}; expected a string", describe(*json_)));
+  if (!json_->is_string()) fail(fmt::format("is {}; expected a string", json_type(*json_)));
   return json_->get<std::string>();
 }
 
 double JsonReader::finite() const {
-  if (!json_->is_number()) fail(fmt::format("is {}; expected a number", describe(*json_)));
+  if (!json_->is_number()) fail(fmt::format("is {}; expected a number", json_type(*json_)));
   const double value = json_->get<double>();
   if (!std::isfinite(value)) fail(fmt::format("is {}; expected a finite number", value));
   return value;
@@ -174,19 +174,19 @@ std::int64_t JsonReader::integer(std::string_view key, std::int64_t least,
                     json.get<std::int64_t>() >= least;
   if (!fits)
     at(key).fail(
-        fmt::format("is {}; expected a whole number from {} to {}", describe(json), least, most));
+        fmt::format("is {}; expected a whole number from {} to {}", json_type(json), least, most));
   return json.get<std::int64_t>();
 }
 
 bool JsonReader::boolean(std::string_view key) const {
   const Json& json = require(key, "true or false");
   if (!json.is_boolean())
-    at(key).fail(fmt::format("is {}; expected true or false", describe(json)));
+    at(key).fail(fmt::format("is {}; expected true or false", json_type(json)));
   return json.get<bool>();
 }
 
 std::vector<double> JsonReader::numbers() const {
-  if (!json_->is_array()) fail(fmt::format("is {}; expected an array", describe(*json_)));
+  if (!json_->is_array()) fail(fmt::format("is {}; expected an array", json_type(*json_)));
   std::vector<double> values;
   for (std::size_t i = 0; i < json_->size(); ++i)
     values.push_back(JsonReader((*json_)[i], *source_, fmt::format("{}.{}", path_, i)).finite());
@@ -195,7 +195,7 @@ std::vector<double> JsonReader::numbers() const {
 
 std::uint64_t JsonReader::whole_number() const {
   if (!json_->is_number_unsigned())
-    fail(fmt::format("is {}; expected a whole number of at least 0", describe(*json_)));
+    fail(fmt::format("is {}; expected a whole number of at least 0", json_type(*json_)));
   return json_->get<std::uint64_t>();
 }
 

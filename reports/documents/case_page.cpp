@@ -18,8 +18,6 @@ namespace {
 using page::Cell;
 using replay::Json;
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 // A stage, when it starts if every stage before takes its longest duration, and how long it is.
 struct TimedStage {
   const Stage* stage = nullptr;

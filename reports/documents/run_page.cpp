@@ -24,7 +24,7 @@ using page::Badge;
 using page::Cell;
 using page::Mark;
 
-Badge badge_of(const std::string& status) {
+Badge status_badge(const std::string& status) {
   if (status == "finished") return {Mark::good, status};
   if (status.starts_with("failed")) return {Mark::bad, "failed"};
   return {Mark::caution, status};
@@ -146,11 +146,11 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
   const std::vector<StageRecord> stages = recording.stages();
   const std::string status = recording.status();
   const Counts counts = counts_of(recording);
-  page.top().note(badge_of(status), status.starts_with("failed")
-                                        ? status.substr(std::min<std::size_t>(8, status.size()))
-                                    : stages.empty() || stages.back().ended_by.empty()
-                                        ? "under way when this page was made"
-                                        : fmt::format("ended: {}", stages.back().ended_by));
+  page.top().note(status_badge(status), status.starts_with("failed")
+                                            ? status.substr(std::min<std::size_t>(8, status.size()))
+                                        : stages.empty() || stages.back().ended_by.empty()
+                                            ? "under way when this page was made"
+                                            : fmt::format("ended: {}", stages.back().ended_by));
   for (std::size_t i = 0; i + 1 < stages.size(); ++i)
     if (stages[i].ended_by.starts_with("stalled"))
       page.top().note({Mark::caution, "jam"},

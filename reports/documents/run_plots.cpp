@@ -70,9 +70,9 @@ std::vector<double> turned(const std::vector<double>& orientations) {
     const Quat q(orientations[i], orientations[i + 1], orientations[i + 2], orientations[i + 3]);
     if (before && std::isfinite(q.w())) {
       const Eigen::AngleAxisd step(q * before->conjugate());
-      if (step.angle() * 180 / std::numbers::pi > too_fast) return {};
+      if (step.angle() * kRadToDeg > too_fast) return {};
       if (axis.isZero() && step.angle() > 1e-9) axis = step.axis();
-      sum += step.angle() * 180 / std::numbers::pi * (step.axis().dot(axis) < 0 ? -1 : 1);
+      sum += step.angle() * kRadToDeg * (step.axis().dot(axis) < 0 ? -1 : 1);
       farthest = std::max(farthest, std::abs(sum));
     }
     if (std::isfinite(q.w())) before = q;
@@ -234,7 +234,7 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
         const bool turns = frame.free->axes[k].kind == FreeAxis::Kind::rotation;
         const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";
         std::vector<double> way = column(coordinates, width, k);
-        for (double& w : way) w *= turns ? 180 / std::numbers::pi : 1e3;
+        for (double& w : way) w *= turns ? kRadToDeg : 1e3;
         if (largest_magnitude(way) > 0)
           figures.push_back(over_time(turns ? "angle" : "displacement", turns ? "deg" : "mm",
                                       {curve(frame.name, recording, way)},

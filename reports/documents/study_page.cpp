@@ -23,18 +23,18 @@ using page::Cell;
 using page::Mark;
 using page::words;
 
-Badge badge_of(const std::string& verdict) {
+Badge verdict_badge(const std::string& verdict) {
   if (verdict == "calibrated") return {Mark::good, verdict};
   if (verdict == "out of reach" || verdict == "too few runs") return {Mark::bad, verdict};
   return {Mark::caution, verdict};
 }
 
-std::string unit_of(const Json& j) {
+std::string unit_text(const Json& j) {
   return j.value("unit", "1") == "1" ? "" : j.value("unit", "");
 }
 
 std::string with_unit(double value, double uncertainty, const Json& j) {
-  return page::measured_text(value, uncertainty) + (unit_of(j).empty() ? "" : " " + unit_of(j));
+  return page::measured_text(value, uncertainty) + (unit_text(j).empty() ? "" : " " + unit_text(j));
 }
 
 std::string range_text(const Json& ends) {
@@ -60,13 +60,13 @@ void summary(const Json& results, page::Page& page) {
     const std::string name = text(p, "name");
     const double value = answered ? number(results.at("answer").at("parameters"), name.c_str())
                                   : number(p, "median");
-    const std::string unit = unit_of(p);
+    const std::string unit = unit_text(p);
     cards.push_back({words(name) + (answered ? "" : ", median"),
                      number_text(value) + (unit.empty() ? "" : " " + unit),
                      "95 %: " + range_text(p.at("interval_95")),
                      {}});
   }
-  page.top().note(badge_of(text(results, "verdict")), headline(results));
+  page.top().note(verdict_badge(text(results, "verdict")), headline(results));
   page.top().cards(cards);
   if (const std::vector<page::Fact> facts = study_answer(results); !facts.empty())
     page.top().facts(facts);
@@ -101,7 +101,7 @@ void targets_section(const Json& results, page::Page& page) {
 page::Figure profile_figure(const Json& p) {
   const Json& profile = p.at("profile");
   plots::XyPlot plot;
-  plot.x = {words(text(p, "name")), unit_of(p), p.value("scale", "") == "log", {}, {}};
+  plot.x = {words(text(p, "name")), unit_text(p), p.value("scale", "") == "log", {}, {}};
   plot.y = {"minus twice the log likelihood", "", false, 0.0, 10.0};
   plots::Series series;
   series.x = numbers(profile.at("values"));
@@ -116,7 +116,7 @@ page::Figure profile_figure(const Json& p) {
           fmt::format("{}: 95 % from {}", text(p, "name"), range_text(p.at("interval_95")))};
 }
 
-void parameters_section(const Json& results, page::Page& page) {
+void study_parameters_section(const Json& results, page::Page& page) {
   page::Content& content = page.section("Parameters", "parameters");
   page::Table table;
   table.caption = "How well each parameter is known";
@@ -132,7 +132,7 @@ void parameters_section(const Json& results, page::Page& page) {
     if (p.value("at_min", false)) remark = "its lower bound limits it";
     if (p.value("at_max", false))
       remark += std::string(remark.empty() ? "" : "; ") + "its upper bound limits it";
-    table.rows.push_back({text(p, "name"), unit_of(p),
+    table.rows.push_back({text(p, "name"), unit_text(p),
                           fmt::format("{} to {}", page::number_text(number(p, "min"), 3),
                                       page::number_text(number(p, "max"), 3)),
                           Cell(number(p, "median"), 4), range_text(p.at("interval_95")),
@@ -162,7 +162,7 @@ void add_map(const Json& results, page::Content& content) {
   if (parameters.size() < 2) return;
   plots::XyPlot plot;
   const auto axis = [](const Json& p) {
-    return plots::Axis{words(text(p, "name")), unit_of(p), p.value("scale", "") == "log",
+    return plots::Axis{words(text(p, "name")), unit_text(p), p.value("scale", "") == "log",
                        number(p, "min"), number(p, "max")};
   };
   plot.x = axis(parameters[0]);
@@ -217,10 +217,10 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
       "fresh seeds";
   table.columns = {{"set", ""}};
   for (const Json& p : results.at("parameters"))
-    table.columns.push_back({text(p, "name"), unit_of(p)});
+    table.columns.push_back({text(p, "name"), unit_text(p)});
   for (const Json& t : results.at("targets")) {
-    table.columns.push_back({text(t, "response") + ", model", unit_of(t)});
-    table.columns.push_back({text(t, "response") + ", simulated", unit_of(t)});
+    table.columns.push_back({text(t, "response") + ", model", unit_text(t)});
+    table.columns.push_back({text(t, "response") + ", simulated", unit_text(t)});
   }
   if (results.contains("answer") && results.at("answer").is_object())
     add_set(results.at("answer"), results, table);
@@ -252,7 +252,7 @@ void knowledge_section(const Json& results, page::Page& page) {
     for (const Json& m : results.at("measure_next"))
       table.rows.push_back(
           {text(m, "response"),
-           fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_of(m)),
+           fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_text(m)),
            Cell(number(m, "information_bits"), 3),
            Cell(100 * number(m, "longest_direction_left"), 3),
            m.contains("effort_seconds") ? Cell(number(m, "effort_seconds") / 60, 3) : Cell("-")});
@@ -314,7 +314,7 @@ void numerics_section(const Json& results, page::Page& page) {
   if (!models.rows.empty()) content.table(models);
 }
 
-void runs_section(const Json& results, page::Page& page) {
+void study_runs_section(const Json& results, page::Page& page) {
   page::Content& content = page.section("Runs", "runs");
   std::vector<page::Fact> facts;
   for (const auto& [name, value] : results.at("runs").items())
@@ -334,11 +334,11 @@ page::Page page_of(const Json& results, const fs::path& folder) {
                               results.value("git_commit", "")));
   summary(results, page);
   targets_section(results, page);
-  parameters_section(results, page);
+  study_parameters_section(results, page);
   sets_section(results, folder, page);
   knowledge_section(results, page);
   numerics_section(results, page);
-  runs_section(results, page);
+  study_runs_section(results, page);
   return page;
 }
 

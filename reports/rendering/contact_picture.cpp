@@ -18,11 +18,9 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 constexpr Color kBody{0.98f, 0.80f, 0.42f};  // the one that is asked about
 constexpr Color kIce{0.80f, 0.90f, 0.98f};
-constexpr Color kWall{0.72f, 0.74f, 0.77f};
+constexpr Color kContactWallColor{0.72f, 0.74f, 0.77f};
 constexpr Color kNormal{0.80f, 0.12f, 0.10f};
 constexpr Color kFriction{0.10f, 0.35f, 0.75f};
 constexpr Color kWeight{0.25f, 0.27f, 0.30f};
@@ -166,7 +164,7 @@ class ContactScene {
       const Vec3 normal = p.rotation.col(2);
       p.translation = center_ - normal.dot(center_ - state.position) * normal;
     }
-    outer_.push_back({{mesh, p}, kWall, false});
+    outer_.push_back({{mesh, p}, kContactWallColor, false});
   }
 
   // Of a plane: what lies near the body.

@@ -16,7 +16,7 @@
 namespace firn {
 namespace {
 
-constexpr double kWall = 8e-3;                  // m, drawn thickness of end walls and floor
+constexpr double kWallThickness = 8e-3;         // m, drawn thickness of end walls and floor
 constexpr double kRim = 14e-3;                  // m of empty space around the elevation
 constexpr double kLeft = 0.06, kRight = 0.985;  // of the canvas' width: the elevation's frame
 
@@ -43,7 +43,7 @@ double drawn_height(const HeapPicture& picture) {
 }
 
 // Ice, each cube a little lighter or darker than the next.
-Color ice(std::size_t k) {
+Color ice_color(std::size_t k) {
   const auto shade = static_cast<float>(0.08 * static_cast<double>(k * 7919 % 13) / 12);
   return {0.80f + shade, 0.90f + 0.7f * shade, 0.98f};
 }
@@ -55,18 +55,18 @@ Stand stand(const HeapPicture& picture, double height) {
   const DrainedRepose& s = picture.setup;
   const double x = s.box.x() / 2, y = s.box.y() / 2, lip = s.door_width / 2;
   Stand result;
-  result.floors = {slab({-x - kWall, -y, -kWall}, {-lip, y, 0}),
-                   slab({lip, -y, -kWall}, {x + kWall, y, 0})};
-  if (!picture.door_open) result.floors.push_back(slab({-lip, -y, -kWall}, {lip, y, 0}));
-  result.walls = {slab({-x - kWall, -y, 0}, {-x, y, height}),
-                  slab({x, -y, 0}, {x + kWall, y, height})};
+  result.floors = {slab({-x - kWallThickness, -y, -kWallThickness}, {-lip, y, 0}),
+                   slab({lip, -y, -kWallThickness}, {x + kWallThickness, y, 0})};
+  if (!picture.door_open) result.floors.push_back(slab({-lip, -y, -kWallThickness}, {lip, y, 0}));
+  result.walls = {slab({-x - kWallThickness, -y, 0}, {-x, y, height}),
+                  slab({x, -y, 0}, {x + kWallThickness, y, height})};
   return result;
 }
 
 Scene scene_of(const HeapPicture& picture, const std::vector<TriangleMesh>& floors) {
   Scene scene;
   for (std::size_t k = 0; k < picture.particles.size(); ++k) {
-    scene.bodies.push_back({picture.particles[k], ice(k)});
+    scene.bodies.push_back({picture.particles[k], ice_color(k)});
   }
   for (const TriangleMesh& m : floors) scene.bodies.push_back({{&m, {}}, kWallColor, false});
   scene.occlusion_radius = picture.particle_size;
@@ -98,7 +98,7 @@ View overview(const HeapPicture& picture, double height) {
   double width = 0, tall = 0;
   for (int k = 0; k < 8; ++k) {
     const Vec3 corner((k & 1 ? 0.5 : -0.5) * s.box.x(), (k & 2 ? 0.5 : -0.5) * s.box.y(),
-                      k & 4 ? height : -kWall);
+                      k & 4 ? height : -kWallThickness);
     const Vec3 p = unit.project(corner);
     width = std::max(width, 2 * std::abs(p.x() - 0.5));
     tall = std::max(tall, 2 * std::abs(p.y() - 0.5));
@@ -172,7 +172,8 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
   for (const TriangleMesh& m : solids.walls) front.bodies.push_back({{&m, {}}, kWallColor, false});
 
   // The elevation's frame in m, and its place on the canvas.
-  const double width = s.box.x() + 2 * (kWall + kRim), low = -kWall - kRim, high = height + kRim;
+  const double width = s.box.x() + 2 * (kWallThickness + kRim), low = -kWallThickness - kRim,
+               high = height + kRim;
   const int plot_width = static_cast<int>((kRight - kLeft) * picture.width);
   const View elevation = View::parallel(Vec3(0, 0, 0.5 * (low + high)), Vec3::UnitY(),
                                         Vec3::UnitZ(), width, high - low);

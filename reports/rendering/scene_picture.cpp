@@ -36,7 +36,7 @@ constexpr std::array<Color, 10> kWallColors = {{{0.63f, 0.70f, 0.76f},
 Color wall_color(std::size_t wall) { return kWallColors[wall % kWallColors.size()]; }
 
 // Ice, each body a little lighter or darker than the next.
-Color ice(std::size_t k) {
+Color ice_shade(std::size_t k) {
   const auto shade = static_cast<float>(0.08 * static_cast<double>(k * 7919 % 13) / 12);
   return {0.84f + shade, 0.92f + 0.7f * shade, 0.99f};
 }
@@ -60,7 +60,7 @@ std::vector<Color> particle_colors(const ScenePicture& picture) {
   const std::set<int> known(picture.tags.begin(), picture.tags.end());
   for (std::size_t k = 0; k < picture.particles.size(); ++k) {
     if (known.size() < 2) {
-      colors.push_back(ice(k));
+      colors.push_back(ice_shade(k));
       continue;
     }
     const auto rank = std::distance(known.begin(), known.find(picture.tags[k]));
@@ -221,7 +221,7 @@ std::vector<LegendItem> legend_items(const ScenePicture& picture) {
   if (picture.particles.empty()) return items;
   const std::set<int> known(picture.tags.begin(), picture.tags.end());
   if (known.size() < 2) {
-    items.push_back({"bodies", ice(0)});
+    items.push_back({"bodies", ice_shade(0)});
     return items;
   }
   std::size_t rank = 0;

@@ -6,17 +6,15 @@
 #include <cmath>
 
 #include "experiments/system/text_encoding.h"
+#include "experiments/text/vector_json.h"
 #include "reports/html/assets.h"
 #include "reports/html/data_encoding.h"
 #include "reports/rendering/simplify_mesh.h"
-
 namespace firn::replay {
 namespace {
 
 // Triangles of all particles together, for machines without a graphics processor.
 constexpr std::size_t kParticleTriangles = 80'000;
-
-Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 Json box_marker(const char* kind, const std::string& name, const Vec3& low, const Vec3& high) {
   return {{"kind", kind},

@@ -12,7 +12,6 @@
 namespace firn {
 namespace {
 
-constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is a guess
 constexpr int least_runs = 3, least_stiffnesses = 3;
 // An interval that spans a larger factor is no extrapolation.
@@ -70,8 +69,8 @@ void fit(SofteningResult& s, double real_modulus) {
 SofteningResult soften(const std::string& operand, const Evidence& e, double real_modulus) {
   SofteningResult s;
   s.response = operand;
-  s.exponent = s.exponent_error = undefined;
-  s.extrapolated = {undefined, undefined};
+  s.exponent = s.exponent_error = std::numeric_limits<double>::quiet_NaN();
+  s.extrapolated = {s.exponent, s.exponent};
   for (const JobResult* r : e.base->finished())
     s.unit = unit_of(parse_operand(operand), r->responses);
   std::vector<std::pair<double, const RunGroup*>> groups = {{e.base_modulus, e.base}};

@@ -20,8 +20,7 @@ namespace {
 constexpr double most_splits = 20000, level = 0.05;
 constexpr int random_splits = 1999;
 constexpr double alike = 0.25;  // below, dependence within runs counts as seen
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double beyond = 2;  // no distance: these reach 1
+constexpr double beyond = 2;    // no distance: these reach 1
 
 double splits(std::size_t a, std::size_t b) {
   double number = 1;
@@ -423,7 +422,7 @@ SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
   };
   const Labels labels = labels_of(pooled);
   SampleTest t = judge(statistics(labels), under_exchange(labels, a, statistics));
-  t.area = nothing;
+  t.area = std::numeric_limits<double>::quiet_NaN();
   Scores by_run;
   by_run.runs.resize(runs.size());
   for (std::size_t k = 0; k < owned.size(); ++k)

@@ -9,9 +9,9 @@
 namespace firn {
 namespace {
 
-constexpr int format = 0x46530001;  // "FS", 1
+constexpr int store_format = 0x46530001;  // "FS", 1
 
-std::string schema() {
+std::string store_schema() {
   return std::string(
              "CREATE TABLE runs (key TEXT PRIMARY KEY, case_text TEXT NOT NULL, "
              "program TEXT NOT NULL, git_commit TEXT NOT NULL, made_at TEXT NOT NULL, ") +
@@ -35,7 +35,7 @@ bool has_table(Database& db, const char* name) {
 }  // namespace
 
 RunStore::RunStore(const std::string& file, const std::string& study)
-    : study_(study), db_(with_folder(file), schema(), format) {
+    : study_(study), db_(with_folder(file), store_schema(), store_format) {
   // Stores made before have no labels; their runs are found by key all the same.
   if (has_table(db_, "labels")) return;
   db_.execute(

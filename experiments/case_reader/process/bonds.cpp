@@ -16,8 +16,6 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 // A body as it stands when its bridge freezes.
 struct Standing {
   int particle = 0;

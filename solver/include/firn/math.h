@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,6 +14,11 @@ namespace firn {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaterniond;  // unit; coefficients named w x y z
+
+inline constexpr double kRadToDeg = 180 / std::numbers::pi;
+
+// A number of a body, shape or part as the index of a standard container.
+constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 // A rigid placement: p_outer = rotation * p_inner + translation.
 struct Pose {
