@@ -55,8 +55,14 @@ TEST(SourceTree, EverySourceIsCompiled) {
   std::set<fs::path> compiled;
   const auto commands =
       nlohmann::json::parse(read_text(fs::path(FIRN_BINARY_DIR) / "compile_commands.json"));
+  const std::regex included("#include \"([^\"]+)\"");
   for (const auto& command : commands) {
-    compiled.insert(fs::weakly_canonical(command.at("file").get<std::string>()));
+    const fs::path file = command.at("file").get<std::string>();
+    compiled.insert(fs::weakly_canonical(file));
+    if (file.parent_path().filename() != "Unity") continue;
+    const std::string unit = read_text(file);
+    for (std::sregex_iterator one(unit.begin(), unit.end(), included), end; one != end; ++one)
+      compiled.insert(fs::weakly_canonical((*one)[1].str()));
   }
   std::vector<fs::path> folders;
   for (const std::string& library : libraries) folders.push_back(source_dir / library);
