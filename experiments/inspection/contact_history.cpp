@@ -15,7 +15,7 @@ struct Motion6 {  // m, m/s, rad/s, world
   Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
 };
 
-struct Wrench {
+struct LoadOnBody {
   Vec3 force = Vec3::Zero(), moment = Vec3::Zero();  // N, N m about the body's centre
 };
 
@@ -40,7 +40,7 @@ struct ContactHistory::PairForces {
   int bearing = 0;  // patches
   std::array<Motion6, 2> motion;
   // On a and on b, by normal forces (0) and by friction with torsion and rolling (1).
-  std::array<std::array<Wrench, 2>, 2> push;
+  std::array<std::array<LoadOnBody, 2>, 2> push;
 
   PairForces without_forces() const {
     PairForces p;
@@ -55,7 +55,7 @@ struct ContactHistory::PairForces {
   double power(const PairForces& other, int kind) const {
     double sum = 0;
     for (int i : {0, 1}) {
-      const Wrench &p = push[kind][i], &q = other.push[kind][i];
+      const LoadOnBody &p = push[kind][i], &q = other.push[kind][i];
       const Motion6 &m = motion[i], &n = other.motion[i];
       sum += 0.25 * (p.force + q.force).dot(m.velocity + n.velocity);
       sum += 0.25 * (p.moment + q.moment).dot(m.spin + n.spin);
