@@ -341,6 +341,8 @@ void Calibration::tell_knowledge() const {
     determined.push_back(fmt::format("{} = {:.3g} +- {:.2g}", text, c.value, c.sd));
     j["determined"].push_back({{"combination", text}, {"value", c.value}, {"uncertainty", c.sd}});
   }
+  for (const Target& t : study_.targets)
+    j["targets"].push_back({{"response", t.response.name}, {"value", t.value}});
   progress_.knowledge(
       fmt::format(
           "  best so far: {}\n  determined: {}", fmt::join(regions, ", "),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spawn.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -16,6 +17,7 @@
 #include "app/support/exit_status.h"
 #include "app/support/page_server.h"
 #include "app/support/report_page.h"
+#include "experiments/batch/batch_state.h"
 #include "experiments/case/case.h"
 #include "experiments/results/results_lock.h"
 #include "experiments/storage/hdf5_file.h"
@@ -23,6 +25,7 @@
 #include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
 #include "experiments/system/text_encoding.h"
+#include "reports/documents/batch_page.h"
 #include "reports/documents/case_page.h"
 
 extern char** environ;
@@ -142,11 +145,30 @@ bool has_screen() {
 
 bool is_case(const fs::path& path) { return path.extension() == ".toml"; }
 
-// What makes the page, and the files that are watched from the start.
+// What makes the page, the files that are watched from the start, and what else it depends on.
 struct Source {
   std::function<page::Page()> make;
   std::vector<std::string> files;
+  std::function<bool()> at_work = [] { return false; };
+  Clock::duration pause = {};  // between two pages, at least
 };
+// A study, a validation or a sweep: in progress, or its results.
+Source folder_source(const std::string& folder) {
+  constexpr auto kPause = std::chrono::seconds(2);
+  const fs::path path(folder);
+  return {[folder] {
+            if (is_at_work(folder)) {
+              if (const auto state = read_batch_state(folder))
+                return batch_page(*state, folder_name(folder));
+            }
+            return report_page(folder, {});
+          },
+          {(path / "results.json").string(), (path / "study.db").string(),
+           (path / "study.db-wal").string()},
+          [folder] { return is_at_work(folder); },
+          kPause};
+}
+
 Source source_of(const Arguments& a) {
   const fs::path path = a.path;
   if (is_case(path)) {
@@ -170,7 +192,7 @@ Source source_of(const Arguments& a) {
   if (path.extension() == ".h5") {
     files.push_back(kept_copy(a.path));
   } else if (fs::is_directory(path, unreadable)) {
-    files = {(path / "results.json").string()};
+    return folder_source(a.path);
   }
   return {[file = a.path] { return report_page(file, {}); }, files};
 }
@@ -191,18 +213,20 @@ int view(const Arguments& a) {
   std::string last_error;
   Built built;
   Clock::time_point due{};
-  bool first = true;
+  bool first = true, at_work = false;
   while (!interruption::requested()) {
-    if (!first && (Clock::now() < due || !has_changed(built.files))) {
+    const bool changed = first || has_changed(built.files) || source.at_work() != at_work;
+    if (!changed || Clock::now() < due) {
       std::this_thread::sleep_for(kPause);
       continue;
     }
     first = false;
     server.set_busy(true);
+    at_work = source.at_work();
     const Clock::time_point started = Clock::now();
     built = build(source.make, source.files);
     // A run writes more often than its page can be made.
-    due = Clock::now() + (Clock::now() - started);
+    due = Clock::now() + std::max(Clock::now() - started, source.pause);
     if (built.page) {
       last = built.page;
       server.publish(*last);

@@ -5,9 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/batch/batch_folder.h"
+#include "experiments/batch/batch_state.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
 #include "firn/math.h"
+#include "reports/documents/batch_page.h"
 #include "reports/documents/run_page.h"
 #include "reports/documents/study_page.h"
 #include "reports/documents/sweep_page.h"
@@ -28,11 +30,19 @@ fs::path results_json(const std::string& path) {
 
 }  // namespace
 
+std::string folder_name(const std::string& folder) {
+  return fs::absolute(folder).lexically_normal().filename().string();
+}
+
 page::Page report_page(const std::string& path, const ValidationPageOptions& options) {
   if (is_run(path)) return run_page(path);
   const fs::path source = results_json(path);
   std::error_code unreadable;
-  if (!fs::exists(source, unreadable))
+  const bool ended = fs::exists(source, unreadable);
+  if (!ended && fs::is_directory(path, unreadable)) {
+    if (const auto state = read_batch_state(path)) return batch_page(*state, folder_name(path));
+  }
+  if (!ended)
     throw InputError(fmt::format(
         "{}: does not exist; expected RUN.h5, the folder of a study, a validation or a sweep, "
         "or its results.json",

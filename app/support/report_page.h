@@ -9,7 +9,11 @@
 
 namespace firn {
 
-// Throws InputError for a path that is none of them.
+// The last part of the path of a folder.
+std::string folder_name(const std::string& folder);
+
+// Of a folder without results.json: the page of the study, validation or sweep in progress. Throws
+// InputError for a path that is none of them.
 page::Page report_page(const std::string& path, const ValidationPageOptions& options);
 
 // Makes report.html in the folder of an ended study or validation; its name, or nothing and a line

@@ -69,14 +69,14 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
 DirectoryLock::~DirectoryLock() { close(descriptor_); }
 
 BatchFolder::BatchFolder(const BatchFolderOptions& options)
-    : progress_(options.progress, options.progress_name, options.largest_total,
-                side_by_side(options)),
-      runs_((fs::absolute(options.directory) / "runs").lexically_normal().string()) {
+    : runs_((fs::absolute(options.directory) / "runs").lexically_normal().string()) {
   journal_file(options.directory, options.must_exist);  // the directory is there
   lock_.emplace(options.directory);  // before the journal, which a batch at work may hold
   journal_.emplace(options.directory, options.identity, options.must_exist);
   if (!options.store.empty()) store_.emplace(options.store, sha256(options.identity));
   if (options.replace_executor == nullptr) own_ = make_executor(options, *journal_);
+  progress_.emplace(options.progress, options.progress_name, options.largest_total,
+                    side_by_side(options), &*journal_);
   executor_ = own_ ? own_.get() : options.replace_executor;
 }
 

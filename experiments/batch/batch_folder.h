@@ -65,7 +65,7 @@ class BatchFolder {
   Executor& executor() { return *executor_; }
   Journal& journal() { return *journal_; }
   RunStore* store() { return store_ ? &*store_ : nullptr; }
-  BatchProgress& progress() { return progress_; }
+  BatchProgress& progress() { return *progress_; }
   const std::string& runs() const { return runs_; }  // absolute path; results files go there
 
  private:
@@ -74,7 +74,7 @@ class BatchFolder {
   std::optional<RunStore> store_;
   std::unique_ptr<Executor> own_;
   Executor* executor_;
-  BatchProgress progress_;
+  std::optional<BatchProgress> progress_;
   std::string runs_;
 };
 

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "experiments/batch/batch_state.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/system/terminal.h"
 
@@ -28,12 +29,16 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-BatchProgress::BatchProgress(ProgressStyle style, std::string name, int total, int jobs)
+BatchProgress::BatchProgress(ProgressStyle style, std::string name, int total, int jobs,
+                             Journal* journal)
     : style_(style),
+      journal_(journal),
       terminal_(isatty(STDERR_FILENO) != 0),
       name_(std::move(name)),
       total_(total),
-      jobs_(jobs) {}
+      jobs_(jobs) {
+  record("");
+}
 
 BatchProgress::~BatchProgress() { done(); }
 
@@ -86,8 +91,14 @@ void BatchProgress::count(const JobResult& result) {
   wall_ += result.wall;
 }
 
+void BatchProgress::record(const std::string& knowledge) {
+  if (journal_ != nullptr)
+    journal_->record_progress(progress_text(name_, total_, jobs_, knowledge));
+}
+
 void BatchProgress::knowledge(const std::string& text, const std::string& json) {
   knowledge_ = text;
+  record(json);
   if (style_ == ProgressStyle::people && !terminal_) print_lines(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
     print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);

@@ -15,7 +15,9 @@ class BatchProgress {
  public:
   // `name`: what plain lines begin with; `total`: runs planned at most; `jobs`: runs side by side,
   // 0: unknown.
-  BatchProgress(ProgressStyle style, std::string name, int total, int jobs);
+  // `journal`: it keeps the total and the knowledge for readers of the folder; null: none.
+  BatchProgress(ProgressStyle style, std::string name, int total, int jobs,
+                Journal* journal = nullptr);
   ~BatchProgress();
 
   void phase(const std::string& name);
@@ -40,7 +42,10 @@ class BatchProgress {
   void tell(const char* event, const PlannedRun* run, const JobResult* result,
             const std::string& note = {}) const;
 
+  void record(const std::string& knowledge);
+
   ProgressStyle style_;
+  Journal* journal_;
   bool terminal_;
   std::string name_;
   int total_, jobs_;

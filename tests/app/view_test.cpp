@@ -293,5 +293,29 @@ TEST(ViewInABrowser, FollowsARunToItsEnd) {
   EXPECT_EQ(browser.console_errors(), "");
 }
 
+TEST(ViewInABrowser, FollowsAStudyToItsEnd) {
+  const Folder folder;
+  ASSERT_EQ(folder.firn({"new", "s", "--from", "own-study"}).status, 0);
+  const std::string study = (fs::path(folder.path()) / "s/study.toml").string();
+  const std::string runs = (fs::path(folder.path()) / "runs").string();
+  const pid_t calibration = folder.start({"calibrate", study, "-o", runs, "--jobs", "1"});
+  for (int i = 0; i < 200 && !folder.contains("runs/study.db"); ++i)
+    std::this_thread::sleep_for(milliseconds(20));
+  const Viewer viewer(folder, {runs});
+  Browser browser;
+  browser.open(viewer.address());
+  EXPECT_TRUE(browser.becomes("document.body.innerText.includes('study is running')",
+                              std::chrono::seconds(30)));
+  // One run at least, and then the end.
+  EXPECT_TRUE(
+      browser.becomes("document.body.innerText.includes('design')", std::chrono::seconds(60)));
+  ::kill(calibration, SIGINT);
+  int status = 0;
+  ::waitpid(calibration, &status, 0);
+  EXPECT_TRUE(browser.becomes("document.body.innerText.includes('study is not running')",
+                              std::chrono::seconds(30)));
+  EXPECT_EQ(browser.console_errors(), "");
+}
+
 }  // namespace
 }  // namespace firn::cli

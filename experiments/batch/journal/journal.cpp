@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "experiments/batch/journal/outcome_tables.h"
@@ -157,27 +158,61 @@ void Journal::finish(const std::string& key, const JobResult& result) {
   write([&] { write_outcome(db_, key, result); });
 }
 
-std::vector<JournalRun> Journal::runs() {
+namespace {
+
+std::vector<JournalRun> read_runs(Database& db, std::int64_t most) {
   std::vector<JournalRun> all;
-  Statement row(db_,
+  Statement row(db,
                 "SELECT key, experiment, phase, point, parameters, seed, program, git_commit, "
-                "status, attempts FROM runs ORDER BY number");
+                "status, attempts FROM runs ORDER BY number LIMIT ?");
+  row.bind(most);
   while (row.next()) {
     JournalRun run;
     run.key = row.text(0);
     run.label = {row.text(1), row.text(2), static_cast<int>(row.integer(3)), row.text(4),
-                 seed_of(db_, row.text(5))};
+                 seed_of(db, row.text(5))};
     run.program = row.text(6);
     run.git_commit = row.text(7);
     run.status = row.text(8);
     run.attempts = static_cast<int>(row.integer(9));
-    if (const auto result = outcome(run.key)) {
+    if (const auto result = read_outcome(db, run.key)) {
       run.result = *result;
       run.status = to_string(result->status);  // implausible ones have failed
     }
     all.push_back(std::move(run));
   }
   return all;
+}
+
+}  // namespace
+
+std::vector<JournalRun> Journal::runs() {
+  return read_runs(db_, std::numeric_limits<std::int64_t>::max());
+}
+
+void Journal::record_progress(const std::string& json) {
+  {
+    Statement known(db_, "SELECT value FROM study WHERE name = 'progress'");
+    if (known.next() && known.text(0) == json) return;
+  }
+  write([&] {
+    Statement(db_, "INSERT OR REPLACE INTO study VALUES ('progress', ?)").bind(json).next();
+  });
+}
+
+JournalContent read_journal(const std::string& file) {
+  constexpr std::int64_t kMost = 100'000;
+  try {
+    Database db(file, format);
+    JournalContent content{read_runs(db, kMost), {}};
+    Statement progress(db, "SELECT value FROM study WHERE name = 'progress'");
+    if (progress.next()) content.progress = progress.text(0);
+    return content;
+  } catch (const WriteError&) {
+    throw;
+  } catch (const RunError& e) {
+    throw InputError(fmt::format("{}; expected the journal of a batch", e.what()));
+  }
 }
 
 void Journal::submit(const Submission& s) {

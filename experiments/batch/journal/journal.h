@@ -54,6 +54,15 @@ struct Submission {
 // exist and does not.
 std::string journal_file(const std::string& directory, bool must_exist);
 
+// What readers of a running batch need of its journal.
+struct JournalContent {
+  std::vector<JournalRun> runs;  // in the order of planning, at most 100 000
+  std::string progress;          // text of Journal::record_progress(); empty: none
+};
+// Reads FILE, which another process may be writing. Throws InputError for a file that is no
+// journal.
+JournalContent read_journal(const std::string& file);
+
 // What writes throws WriteError. When DIR/study.db was removed meanwhile, it is made again with all
 // that it held, unless another one has taken its place, and a WriteError says so.
 class Journal {
@@ -74,6 +83,9 @@ class Journal {
   std::vector<Submission> submissions();
 
   std::vector<JournalRun> runs();  // in the order in which they were planned
+
+  // Replaces the text that describes the progress of the batch (batch_state.h).
+  void record_progress(const std::string& json);
 
   // Throws as the writing functions when DIR/study.db was removed or replaced.
   void require_in_place();

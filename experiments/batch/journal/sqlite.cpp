@@ -30,14 +30,21 @@ void Database::set_up(const std::string& schema, int format) {
   Statement tables(*this, "SELECT count(*) FROM sqlite_master");
   tables.next();
   const bool fresh = tables.integer(0) == 0;
-  if (!fresh && sqlite::schema_version(file_) != format)
-    throw InputError(
-        fmt::format("{}: is of another version of Firn, or no file of it; expected another folder",
-                    file_.name()));
-  if (!fresh) return;
+  if (!fresh) return require_format(format);
   execute(schema);
   execute(fmt::format("PRAGMA user_version = {}", format));
   transaction.commit();
+}
+
+Database::Database(const std::string& file, int format) : file_(file, sqlite::File::Access::read) {
+  require_format(format);
+}
+
+void Database::require_format(int format) {
+  if (sqlite::schema_version(file_) != format)
+    throw InputError(
+        fmt::format("{}: is of another version of Firn, or no file of it; expected another folder",
+                    file_.name()));
 }
 
 Statement::Statement(Database& db, const char* sql) : db_(db) {

@@ -16,6 +16,8 @@ class Database {
   // Opens or makes the file, with the given tables made where they are missing. Throws InputError
   // when it cannot be opened, is no database, or is of another format.
   Database(const std::string& file, const std::string& schema, int format);
+  // Opens an existing file for reading only. Throws InputError as above.
+  Database(const std::string& file, int format);
 
   void execute(const std::string& sql) { file_.execute(sql.c_str()); }
   [[noreturn]] void fail(const std::string& what) const { file_.fail(what); }
@@ -24,6 +26,7 @@ class Database {
 
  private:
   void set_up(const std::string& schema, int format);
+  void require_format(int format);
 
   sqlite::File file_;
 };

@@ -1,0 +1,14 @@
+// The page of a study, a validation or a sweep that has not ended: how far it has come, what its
+// runs gave so far, and the best parameters of a study so far.
+#pragma once
+
+#include <string>
+
+#include "experiments/batch/batch_state.h"
+#include "reports/html/page.h"
+
+namespace firn {
+
+page::Page batch_page(const BatchState& state, const std::string& name);
+
+}  // namespace firn
