@@ -36,7 +36,7 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override { std::fflush(stderr); }
 };
 
-// What the program tells on its way goes to standard error; standard output is for results.
+// Progress and log lines go to standard error. Standard output is for results.
 void set_up_logging() {
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("firn", std::make_shared<TerminalSink>()));

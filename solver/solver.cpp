@@ -20,7 +20,7 @@ struct Solver::Impl {
   const Kernels& kernels = choose_kernels();
   Workspace workspace;
   State state;
-  ParticleState view;  // copied from the state when somebody asks
+  ParticleState view;  // copied from the state on request
   std::vector<BoundaryState> walls;
   std::uint64_t view_steps = ~std::uint64_t{0};
   std::vector<PhaseTime> profile;

@@ -35,7 +35,7 @@ class Runner {
     v.directory = directory;
     BatchFolder folder(folder_options(directory));
     const interruption::Advice advice(fmt::format(
-        "everything finished is kept in {}: the same command goes on from there", directory));
+        "everything finished is kept in {}: the same command resumes", directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
                 options_.interrupt);
     try {
@@ -109,7 +109,7 @@ class Runner {
       add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
   }
 
-  // Values without a record, or beside one, may be those of a calibrated one all the same.
+  // Values without a record, or in addition to one, may equal those of a calibrated record.
   void find_same_values(std::size_t e, std::size_t p, const Case& base) {
     if (!calibrated_) {
       calibrated_.emplace();

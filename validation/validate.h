@@ -34,7 +34,7 @@ struct Validation {
   int count(ValidationVerdict verdict) const;  // without comparisons of codes
 };
 
-// Runs or goes on with the suite, and leaves results.json and runs.csv in the directory. Throws
+// Runs or resumes the suite and writes results.json and runs.csv into the directory. Throws
 // InputError for a wrong suite, a directory that holds something else, or one that another process
 // is working in.
 Validation validate(const ValidationOptions& options);

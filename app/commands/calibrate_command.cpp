@@ -24,7 +24,8 @@
 namespace firn {
 namespace {
 
-// The heap of a run at the answer, beside the results. A study of another experiment has none.
+// Draws the heap of a run at the estimate into the folder of the results. Studies of other
+// experiments have no heap.
 void draw_example(const StudySummary& summary) {
   if (summary.example_run.empty()) return;
   try {
@@ -105,8 +106,8 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
   if (record.provenance.program_commit.find("-dirty") != std::string::npos)
     print_lines(
         stderr,
-        "firn: runs were made by a program built from changed sources ({}): nobody else can "
-        "repeat this record; commit, build and save again\n",
+        "firn: runs were made by a program built from uncommitted sources ({}): the record "
+        "cannot be reproduced; commit, build and save again\n",
         record.provenance.program_commit);
 }
 

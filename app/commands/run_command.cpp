@@ -1,4 +1,4 @@
-// firn run: simulate one case, or go on with one.
+// firn run: simulates one case or resumes one.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 #include <toml++/toml.h>
@@ -194,7 +194,7 @@ int exit_status(const RunSummary& summary, const std::string& file,
     case RunStatus::finished:
       return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
     case RunStatus::interrupted:
-      print_lines(stderr, "firn: interrupted at t = {:.4g} s; go on with: firn run --resume {}\n",
+      print_lines(stderr, "firn: interrupted at t = {:.4g} s; resume with: firn run --resume {}\n",
                   summary.simulated, file);
       return ExitStatus::interrupted;
     case RunStatus::failed:
@@ -213,8 +213,8 @@ void check_combination(const Arguments& a) {
                        !a.materials.records.empty();
   if (!a.resume_file.empty() && changed) {
     throw InputError(
-        "--resume: goes on with the case in the results file; expected no CASE.toml, --output, "
-        "--seed, --set or --material beside it");
+        "--resume: takes the case from the results file; expected no CASE.toml, --output, "
+        "--seed, --set or --material with it");
   }
 }
 
@@ -347,9 +347,9 @@ void add_run_command(CLI::App& app, int& status) {
       ->allow_extra_args(false);
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
   command->add_flag("-v,--verbose", a->verbose, "Tell where the time went, too");
-  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");
+  command->add_flag("-q,--quiet", a->quiet, "Print results and errors only");
   command->footer(
-      "Ctrl-C saves the state and leaves with status 130; --resume goes on from there.");
+      "Ctrl-C saves the state and leaves with status 130; --resume continues from it.");
   command->callback([a, &status] { status = run_case(*a); });
 }
 

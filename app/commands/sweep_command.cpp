@@ -34,8 +34,8 @@ int run_sweep(const Arguments& a) {
   const SweepResult r = sweep(options);
   if (r.interrupted) {
     print_lines(stderr,
-                "firn: interrupted; everything finished is kept in {}: the same command goes on "
-                "from there\n",
+                "firn: interrupted; everything finished is kept in {}: the same command "
+                "resumes\n",
                 r.directory);
     return ExitStatus::interrupted;
   }

@@ -43,8 +43,8 @@ int run_suite(const Arguments& a) {
   const Validation v = validate(options);
   if (v.interrupted) {
     print_lines(stderr,
-                "firn: interrupted; everything finished is kept in {}: the same command goes on "
-                "from there\n",
+                "firn: interrupted; everything finished is kept in {}: the same command "
+                "resumes\n",
                 v.directory);
     return ExitStatus::interrupted;
   }

@@ -1,4 +1,4 @@
-// Facts of boundaries, as the user is told them.
+// Properties of boundaries as text and JSON.
 #pragma once
 
 #include <optional>

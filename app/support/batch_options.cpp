@@ -30,14 +30,14 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
   CLI::Option* store =
       command
           .add_option("--store", a.store,
-                      "Outcomes shared with other studies, validations and sweeps; store.db beside "
-                      "the folder by default")
+                      "Outcomes shared with other studies, validations and sweeps; by default "
+                      "store.db in the parent folder")
           ->type_name("FILE");
   command.add_flag("--no-store", a.no_store, "Share no outcomes with others")->excludes(store);
   command.add_flag("--resume", a.resume,
-                   "Insist on going on: fail when the folder does not hold this " + what +
+                   "Fail when the folder does not hold this " + what +
                        ". Without it a " + what +
-                       " goes on too where its folder has finished runs");
+                       " also resumes when its folder has finished runs");
   command
       .add_option("--progress", a.progress,
                   "On standard error: a bar for people, a JSON object a line for each event, or "

@@ -11,8 +11,8 @@ struct BatchArguments {
   int jobs = 0;
   bool no_store = false, resume = false, json = false;
 
-  // The file of outcomes: beside the folder, which is runs/<name> by default, unless told
-  // otherwise; empty: none.
+  // The file of outcomes. Default: store.db in the parent of the folder, which is runs/<name> by
+  // default. Empty: none.
   std::string store_file() const;
 };
 

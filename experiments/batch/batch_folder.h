@@ -19,7 +19,7 @@ namespace firn {
 // outlive a killed batch keep it until they have saved their state: these are waited for.
 class DirectoryLock {
  public:
-  // Throws InputError when somebody else is at work there.
+  // Throws InputError when another process holds the lock.
   explicit DirectoryLock(const std::string& directory);
   ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;
@@ -51,8 +51,8 @@ auto with_kept_runs(const std::string& directory, Work&& work) {
   try {
     return work();
   } catch (const WriteError& e) {
-    throw WriteError(e, fmt::format("everything finished is kept in {}: {}the same command goes on "
-                                    "from there",
+    throw WriteError(e, fmt::format("everything finished is kept in {}: {}the same command "
+                                    "resumes",
                                     directory, remedy(e.error)));
   }
 }

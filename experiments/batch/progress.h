@@ -37,7 +37,7 @@ class BatchProgress {
   std::string line() const;
   void draw(bool now);
   void erase();
-  void tell(const char* event, const PlannedRun* run, const JobResult* result,
+  void write_event(const char* event, const PlannedRun* run, const JobResult* result,
             const std::string& note = {}) const;
 
   ProgressStyle style_;

@@ -142,7 +142,7 @@ struct DrainedRepose {
   double drop_height = 0;      // m below the floor where drained particles leave
 };
 
-// What the case asks to be measured beside the responses of every case.
+// A measurement that the case requests in addition to the responses of every case.
 struct Measure {
   enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve, load };
   Kind kind = Kind::slip;

@@ -1,5 +1,5 @@
 // The tests of ice that a laboratory can do on a bench, with what they cost and how well they can
-// be read: what a choice of the next measurement needs beside the simulations. Format and reasons:
+// be read. The choice of the next measurement needs these data in addition to the simulations. Format and reasons:
 // docs/bench-tests.md.
 #pragma once
 

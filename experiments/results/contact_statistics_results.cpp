@@ -146,7 +146,7 @@ void append_interval(hdf5::File& file, const Case& c, const LoadInterval& interv
   }
 }
 
-// A field of numbers that is written anew each time.
+// A field of numbers that replaces the earlier one each time.
 template <class Sums, class Value>
 void write_field(hdf5::File& file, const std::string& path, const char* unit,
                  const hdf5::Shape& shape, std::span<const Sums> sums, Value value) {

@@ -59,7 +59,7 @@ PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   return tracks;
 }
 
-// Three significant digits: what a colour tells.
+// Three significant digits: the resolution of the color scale.
 Json map_json(const SurfaceMap& map) {
   Json fields = Json::array();
   for (const MapField& field : map.fields) {

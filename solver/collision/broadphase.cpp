@@ -166,7 +166,7 @@ struct Query {
   bool intersectVolume(const AlignedBox& b) const { return b.intersects(box); }
   bool intersectObject(const IndexedBox& o) {
     if (o.box.intersects(box)) found.push_back(o.index);
-    return false;  // go on
+    return false;  // continue the search
   }
 };
 }  // namespace

@@ -279,7 +279,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
   Vec way{0, 0, 0};
   unsigned corners = 0;
   Foot foot;
-  bool foot_is_known = false;  // of the corners that `corners` tells
+  bool foot_is_known = false;  // of the vertices in the mask `corners`
   double previous = std::numeric_limits<double>::infinity();
   int stalls = 0;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
@@ -296,8 +296,8 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
     corners = (1u << s.count) - 1;
     way = near.point;
     out.distance = std::sqrt(near.squared);
-    // On nearly flat facets the direction can still turn while the distance has settled; but only
-    // rounding is left once that goes on.
+    // On nearly flat facets the direction can still turn while the distance has settled; but after
+    // several such iterations only rounding is left.
     stalls += out.distance >= previous;
     if (stalls > kMaxStalls) break;
     previous = out.distance;

@@ -51,7 +51,7 @@ void PatchBlock::advance(double dt) {
   if (with_options_) add_options(dt);
 }
 
-// Places behind the last patch, up to a multiple of four, get one that is nobody's.
+// Fills the columns behind the last patch, up to a multiple of four, with a padding patch.
 void PatchBlock::fill_up() {
   for (int k = count_; k % 4 != 0; ++k) {
     law_[k] = law_[0];

@@ -18,9 +18,9 @@ constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old
 
 std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
 
-// True when two neighbouring contacts belong to one region. Stiffness is shared by area, so a
-// corner that touches deeper than the face beside it would get next to nothing and sink in: it is a
-// region of its own.
+// True when two neighbouring contacts belong to one region. Stiffness is distributed by
+// area. A corner deeper than the adjacent face would get almost no stiffness and sink in: it is a
+// separate region.
 bool same_region(const Manifold& c, const Manifold& d) {
   const double cosine = c.normal.dot(d.normal);
   if (cosine >= kSameFace) return true;
@@ -292,7 +292,8 @@ void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
   }
 }
 
-// The share with which a point goes on: that of its match, changed towards its own, or its own.
+// The next stiffness fraction of a point: that of its match, changed towards the new one; without
+// a match, the new one.
 double next_share(const ContactPoint& point, const PointMatch& match) {
   constexpr double kMostChange = 1.25;  // in one search
   if (!(match.share > 0)) return point.share;

@@ -49,7 +49,8 @@ struct LargePages {
 template <class T>
 using LargeArray = std::vector<T, LargePages<T>>;
 
-// For arrays whose elements are all written anew, and that grow again and again.
+// Resizes an array without copying elements: the caller overwrites all of them. For arrays that
+// grow repeatedly.
 template <class T>
 void resize_afresh(LargeArray<T>& v, std::size_t n) {
   if (n > v.capacity()) {

@@ -11,8 +11,8 @@
 
 namespace firn {
 
-// Which thread has done which range of a loop. One that is walked through again and again is shared
-// out alike each time, as far as nobody is late: every thread has its ranges at hand.
+// Assignment of ranges of a loop to threads. A repeated loop gets the same assignment each time
+// unless a thread is late, so that the data of a range stay in the cache of its thread.
 class Shares {
  public:
   Shares();

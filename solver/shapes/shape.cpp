@@ -47,7 +47,7 @@ PrincipalInertia principal_inertia(const Mat3& inertia) {
 
 namespace {
 
-// Planes closer than the tolerances of a convex part cannot be told apart.
+// Rejects shapes thinner than the tolerances of a convex part.
 void refuse_sheets(const Vec3& moments) {
   constexpr double kThinnest = 1e-5;
   // Second moments along the axes: the square of the thickness over 12 for a plate.

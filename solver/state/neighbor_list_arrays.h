@@ -19,7 +19,7 @@ struct ListArrays {
 };
 
 // Copies the patches and points of a pair of `s` to places of `to`, from `patches` and `points` on,
-// which move behind them, and tells `pair` where they are. `old` may be `pair`.
+// which move behind them, and stores their new positions in `pair`. `old` may be `pair`.
 inline void copy_contacts(const State& s, const Pair& old, Pair& pair, ListArrays& to,
                           std::size_t& patches, std::size_t& points) {
   const std::uint32_t first = old.first_patch;

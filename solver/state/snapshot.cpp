@@ -259,8 +259,8 @@ std::vector<double> fingerprint(const Model& model) {
   return f;
 }
 
-// A state that was kept without statistics, or with some that nobody wants any more, can be gone on
-// with: they start then.
+// A saved state without statistics, or with some that are not requested any more, can be resumed:
+// statistics start then.
 void start_missing(const Model& model, State& state) {
   StatisticsState& stats = state.statistics;
   const bool has_none = stats.list == 0 && stats.surfaces.empty() && stats.energies.empty() &&

@@ -96,8 +96,8 @@ struct State {
                                                // and of no meaning without
   LargeArray<double> path;                     // [M] m, bound on the way of any point of the body
   LargeArray<double> turn;                     // [M] rad, bound on the angle turned
-  LargeArray<double> margin;                   // [M] m, what the neighbour list lets it move
-  LargeArray<double> relist_path;              // [M] m, path at which the list must be made anew
+  LargeArray<double> margin;                   // [M] m, skin: motion that the neighbor list allows
+  LargeArray<double> relist_path;              // [M] m, translation bound at which the list is rebuilt
   LargeArray<Presence> presence;               // [N]
   LargeArray<double> peak_normal_force;        // [N] N
   std::vector<std::uint8_t> boundary_present;  // [B]

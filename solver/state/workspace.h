@@ -1,6 +1,6 @@
-// What a step needs beside model and state: tables made once from the model, and scratch memory.
-// Nothing here outlives a step in meaning but the loads of a half kick that has been put off (see
-// Solver::step()), which is made before a state is saved: a restored one may use a new workspace.
+// Tables made once from the model, and scratch memory of a step. Only the loads of a deferred half
+// kick (see Solver::step()) are read by the next step. That half kick is completed before a state is
+// saved, so a restored state may use a new workspace.
 #pragma once
 
 #include <array>
@@ -79,7 +79,7 @@ struct alignas(64) PairRange {
   std::vector<ActivePair> active;                    // ascending
   bool active_is_stale = true;
   // Of the present step:
-  std::vector<ActivePair> refreshed;    // pairs whose patches were made anew, ascending; may have
+  std::vector<ActivePair> refreshed;    // pairs whose patches were rebuilt, ascending; may have
                                         // none left; places are those before holes are closed
   std::vector<std::uint32_t> outgrown;  // of them, those whose patches do not fit into their place,
   std::vector<FoundPatches> found;      // and these patches; may be longer
@@ -90,8 +90,8 @@ struct alignas(64) PairRange {
   RangeNotes notes;  // empty without statistics
 };
 
-// Scratch memory of a task, the same for all of its ranges: what is used again and again stays
-// near. Aligned, as the tasks beside it belong to other threads.
+// Scratch memory of a task, the same for all of its ranges: reused memory stays
+// in the cache. Aligned, as adjacent elements belong to other threads.
 struct alignas(64) TaskScratch {
   std::vector<std::uint32_t> due, next_due;  // pairs to look at, of a range and the one behind it
   std::vector<DuePair> searched;             // those of them whose contacts are searched
@@ -150,7 +150,7 @@ struct Workspace {
   std::vector<ListPiece> list_pieces;
   ListArrays spare_list;
 
-  // Made anew with the neighbour list:
+  // Rebuilt with the neighbor list:
   bool list_is_new = true;
   std::vector<PairRange> ranges;
   std::size_t ranges_of_task = 1;
@@ -160,7 +160,7 @@ struct Workspace {
   LargeArray<RangeLoad> loads;           // of all ranges, one behind the other
   LoadLists load_lists;
   Shares pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
-  std::vector<char> must_relist;    // [tasks] somebody has left its margin
+  std::vector<char> must_relist;    // [tasks] a body has moved further than its skin
 
   BondWorkspace bonds;
   StatisticsWorkspace statistics;
@@ -203,7 +203,7 @@ double particle_energy(const Model& model, const Workspace& workspace, const Sta
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);
 
-// Body axes -> world. Made when somebody asks: few do, and every step would have to keep it.
+// Body axes -> world. Computed on request: few callers need it.
 inline Mat3 rotation_of(const State& s, int body) { return s.orientation[body].toRotationMatrix(); }
 
 // The placement of b's axes in a's.

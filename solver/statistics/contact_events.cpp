@@ -1,8 +1,7 @@
 // Contact by contact: what pairs of bodies do to each other, over every step.
 //
-// Ranges of pairs are read side by side, each into notes of its own; what must go in order (new
-// contacts, ended ones) is done afterwards range by range, so that every number of threads leaves
-// the same bytes.
+// Ranges of pairs are read in parallel, each into separate notes. New and ended contacts are then
+// processed in order, range by range, so that every number of threads gives the same bytes.
 #include <algorithm>
 #include <tuple>
 

@@ -13,8 +13,8 @@ class BoundaryReader {
         triangles_(s.statistics.triangle_of_point),
         particles_(static_cast<int>(model.particles.size())) {}
 
-  // Which triangles the points of a range lie on: of pairs whose contacts were found anew, or of
-  // all. A look costs more than all else here.
+  // Finds the triangles under the points of a range: of pairs with a new contact search, or of all.
+  // The search costs more than all else here.
   void look_up(const PairRange& range, bool all) const {
     if (all) {
       for (const ActivePair& pair : range.active) look_up(pair.pair);

@@ -135,7 +135,7 @@ void note_work(const PatchBlock& block, std::vector<PatchWork>& work) {
     work.push_back({block.work_normal(k), block.work_friction(k)});
 }
 
-// The accounts of one range of pairs: what patches do beside pushing their bodies.
+// Sums over one range of pairs in addition to the forces on bodies.
 class Bookkeeper {
  public:
   Bookkeeper(const Model& model, const Workspace& w, const State& s, ContactAccounts& accounts)

@@ -100,7 +100,7 @@ class Mover {
   Four gravity_;
 };
 
-// Tells whether somebody has left its margin.
+// True when a body has moved further than its skin.
 template <int kicks>
 bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
   bool leaves = false;
@@ -243,7 +243,7 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
     const std::size_t end = std::min(n, begin + kGrain);
     bool leaves = false;
     if (both_kicks) {
-      // Not kept in the state: nobody else needs them, and they are a line of the cache each.
+      // Not stored in the state: no other function needs them, and each is a cache line.
       BodyLoad loads[kGrain];
       sum_loads(w, s, begin, end, loads);
       // Dampers of bonds read them (bond_forces.cpp).
@@ -272,7 +272,7 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
     const BodyMotion& m = s.motion[n + b];
     const double turned = m.spin.norm() * dt;
     if (turned == 0 && m.velocity.isZero(0)) continue;
-    // A turning plane has no farthest point of its own: take that of the particles around it.
+    // A turning plane has no farthest point: use that of the particles around it.
     double reach = w.reach[w.shapes + b];
     if (turned > 0 && model.boundaries[b].kind == Boundary::Kind::plane) {
       for (std::size_t i = 0; i < n; ++i) {

@@ -61,7 +61,7 @@ void judge(double tolerance, Comparison& c) {
   } else if (off - expanded > tolerance) {
     c.verdict = ValidationVerdict::inconsistent;
   } else {
-    c.would_decide = v.repeats < 2 ? "repeats of the experiment: one curve tells no scatter"
+    c.would_decide = v.repeats < 2 ? "repeats of the experiment: one curve gives no scatter"
                                    : "more runs with other seeds and more repeats";
   }
 }

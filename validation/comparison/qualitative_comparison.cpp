@@ -210,7 +210,7 @@ std::string open_words(const DistributionResult& d) {
   if (d.apart)
     return fmt::format("; {} stands apart from all other values", with_unit(*d.apart, d.unit));
   if (d.critical > half)
-    return fmt::format("; too few to tell: {}",
+    return fmt::format("; too few values: {}",
                        d.critical > 1 ? "no distance would be too large for chance"
                                       : fmt::format("chance alone reaches {:.2g}", d.critical));
   return fmt::format("; a distance of {:.2g} could hide in this", d.critical);

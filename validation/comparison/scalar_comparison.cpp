@@ -63,7 +63,7 @@ UncertaintyPart assumed_part(const Evidence::Other& other, const RunGroup& base,
 }
 
 UncertaintyPart seeds_part(const SampleFacts& f) {
-  if (f.count < 2) return {"seeds", std::nullopt, "one run tells no scatter"};
+  if (f.count < 2) return {"seeds", std::nullopt, "one run gives no scatter"};
   return {"seeds", f.error(),
           fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
           static_cast<double>(f.count - 1)};
@@ -150,7 +150,7 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
   } else if (what.tolerance && expanded > *what.tolerance) {
     c.verdict = ValidationVerdict::not_enough_data;
     c.headline +=
-        fmt::format(", too uncertain to tell within {}", with_unit(*what.tolerance, v.unit));
+        fmt::format(", too uncertain for a decision within {}", with_unit(*what.tolerance, v.unit));
   } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
     // Nothing would have been found, whatever was simulated.
     c.verdict = ValidationVerdict::not_enough_data;

@@ -35,7 +35,7 @@ bool known(const SofteningResult& s) { return std::isfinite(s.exponent_error); }
 std::string word_on(const SofteningResult& s) {
   if (s.modulus.size() < least_stiffnesses)
     return "two stiffnesses give a slope and no idea of how straight it is";
-  if (!known(s)) return "not enough data for an exponent: one run tells no scatter";
+  if (!known(s)) return "not enough data for an exponent: one run gives no scatter";
   if (s.exponent + 2 * s.exponent_error > -0.05 && s.exponent - 2 * s.exponent_error < 0.05 &&
       std::abs(s.exponent) < 0.05)
     return "does not depend on the stiffness as far as it was looked at";

@@ -1,4 +1,4 @@
-// What samples tell: intervals, distances between distributions, and exact tests. Pure functions.
+// Statistics of samples: intervals, distances between distributions, and exact tests. Pure functions.
 #pragma once
 
 #include <optional>
@@ -30,8 +30,8 @@ DistributionBand empirical_distribution(std::vector<double> values);
 // All that n values with this smallest, largest and mean value can be: tight for every x. n >= 2;
 // throws InputError when no such values exist.
 DistributionBand distribution_from_summary(int n, double minimum, double maximum, double mean);
-// The repeats' distribution, as far as a measurement tells it; nothing where it gives no values and
-// no range.
+// Bounds of the distribution of the repeats of a measurement; none without values and without a
+// range.
 std::optional<DistributionBand> distribution_of(const Measurement& measurement);
 
 // Half-width of a band around an empirical distribution of n values that holds the true one at

@@ -36,7 +36,7 @@ enum class JobStatus {
   timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
   out_of_memory,  // killed at its limit of memory: the same
   // No outcomes: they say nothing of the run.
-  lost,        // its process or its machine vanished, by no fault of its own
+  lost,        // its process or its machine vanished for an external reason
   interrupted  // by the user
 };
 // Those that are kept.

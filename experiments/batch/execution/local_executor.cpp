@@ -59,7 +59,7 @@ class LocalExecutor final : public Executor {
 
  private:
   struct Running : std::vector<std::unique_ptr<RunProcess>> {
-    // Should somebody throw while they run, they save their state and end.
+    // On an exception while runs are active, they save their state and end.
     ~Running() {
       for (const auto& run : *this) run->interrupt();
     }

@@ -68,7 +68,7 @@ struct SweepResult {
   bool interrupted = false;
 };
 
-// Runs or goes on with the sweep, and leaves runs.csv and results.json in the directory. Throws
+// Runs or resumes the sweep and writes runs.csv and results.json into the directory. Throws
 // InputError for a wrong file, a directory that holds something else, or a response that the case
 // does not have.
 SweepResult sweep(const SweepOptions& options);

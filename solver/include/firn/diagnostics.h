@@ -31,7 +31,7 @@ struct Health {
   std::uint64_t pairs = 0;        // in the neighbour list now
 };
 
-// Hashes of the state's arrays in groups, so that two runs that part can be told what parted first.
+// Hashes of the arrays of the state in groups. They show which group of two runs diverges first.
 struct GroupHash {
   const char* group;
   std::uint64_t hash;

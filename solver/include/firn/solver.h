@@ -72,7 +72,7 @@ class Solver {
   // Places a waiting particle. orientation: shape axes -> world; velocities in world axes.
   void insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
               const Vec3& velocity, const Vec3& angular_velocity);
-  // Before the first step, parents before their children: takes along what hangs on the frame.
+  // Before the first step, parents before their children: moves the children of the frame with it.
   void start_frame(const FrameStart& start);
   void remove_particle(int particle);
   void remove_boundary(int boundary);
@@ -135,12 +135,12 @@ class Solver {
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 
-  // Every byte that the next step reads. restore() makes a solver over the same model go on bit
-  // for bit; it throws RunError when the bytes were made by another program version or model.
+  // Every byte that the next step reads. After restore(), a solver over the same model continues
+  // with identical bits. It throws RunError when the bytes were made by another program version or model.
   std::vector<std::byte> save() const;
   void restore(const std::vector<std::byte>& bytes);
-  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it tells
-  // chance apart, not malice.
+  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it
+  // detects chance differences, not forgery.
   std::uint64_t hash() const;
   std::vector<GroupHash> group_hashes() const;  // together, all that save() packs but the model
 

@@ -1,4 +1,4 @@
-// The same scene told differently: other axes, units, order, observers, steps, threads.
+// Invariance under equivalent setups: other axes, units, order, observers, steps, threads.
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 using scenes::kDegree;
 
-// How a scene of crescents that fall between leaning walls is told.
+// Setup of a scene of crescents that fall between leaning walls.
 struct Telling {
   Mat3 axes = Mat3::Identity();  // new axes of the old ones; a reflection mirrors the scene
   Vec3 origin = Vec3::Zero();    // m
@@ -20,7 +20,7 @@ struct Telling {
   double length = 1, mass = 1, time = 1;  // new units in old ones
   std::vector<int> order;                 // particle k of the telling is order[k] of the scene
   double timestep = 1e-5;                 // s, in old units
-  double refresh_fraction = 0;  // plain: when a contact is found anew is decided to rounding
+  double refresh_fraction = 0;  // 0: otherwise rounding decides when a contact search is made
   int bodies = 4;
   bool walls = true;
 };
@@ -31,7 +31,7 @@ struct Places {
 };
 
 // Everything with a length, a mass or a time in it, in new units.
-Model told(const Telling& t) {
+Model make_model(const Telling& t) {
   const double force = t.mass * t.length / (t.time * t.time);
   Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.3, 0.3));
   for (Interaction& i : model.interactions) i.sliding_speed *= t.length / t.time;
@@ -71,7 +71,7 @@ Places fall(const Telling& t, double duration) {
   const bool mirrored = t.axes.determinant() < 0;
   // The mirror image of a body is a body of the same shape (a crescent is symmetric in x), turned.
   const Mat3 flip = mirrored ? Mat3(Vec3(-1, 1, 1).asDiagonal()) : Mat3(Mat3::Identity());
-  Solver solver(told(t));
+  Solver solver(make_model(t));
   scenes::Random random(11);
   for (int i = 0; i < t.bodies; ++i) {
     const Mat3 turn = t.axes * random.orientation().toRotationMatrix() * flip;
@@ -286,8 +286,8 @@ std::vector<VerificationCase> invariance_cases() {
       {"invariance.axes", "Moved, turned, and seen by a moving observer",
        "the same scene in the first axes",
        "Four crescents, five planes, 0.16 s: rounding errors grow a thousandfold with some "
-       "impacts. Contacts are found at every step: when one is found "
-       "anew otherwise is itself decided to rounding.",
+       "impacts. Contacts are found in every step: otherwise "
+       "rounding decides when they are searched.",
        Tier::quick, other_axes},
       {"invariance.mirror", "Mirrored", "the same scene in the first axes",
        "A friction or a spin of the wrong hand would move the bodies by centimetres.", Tier::quick,

@@ -1,4 +1,4 @@
-// The same body and the same wall, told by meshes of other fineness and cut into other parts.
+// The same body and wall with meshes of other resolution and other convex parts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -234,7 +234,7 @@ std::vector<Check> same_floor() {
   return checks;
 }
 
-// Panels side by side, each a boundary of its own, crossed at right angles and aslant.
+// Panels side by side, each a separate boundary, crossed at right angles and aslant.
 std::vector<Check> butted_panels() {
   constexpr double pitch = 30e-3, friction = 0.2;
   Wall panels{"panels", {}};

@@ -83,7 +83,7 @@ Shot random_shot(scenes::Random& random, double speed, int number) {
   return shot;
 }
 
-// Nothing has gone through, and nobody has gained energy.
+// No body has gone through the sheet or gained energy.
 void add_flight_checks(const std::string& what, const char* through, const Tally& all,
                        std::vector<Check>& checks) {
   checks.push_back({.what = what + through,
@@ -216,7 +216,7 @@ std::vector<Check> long_steps() {
   return checks;
 }
 
-// A corner that comes down beside a cut of the mesh and is past it at the end of the same step lies
+// A corner that comes down next to a cut of the mesh and is past it at the end of the same step lies
 // in pieces that it never entered from above.
 struct Aim {
   double angle = 0;           // rad from the normal, in the plane of `azimuth`
