@@ -34,8 +34,8 @@ class Runner {
     Validation v;
     v.directory = directory;
     BatchFolder folder(folder_options(directory));
-    const interruption::Advice advice(fmt::format(
-        "everything finished is kept in {}: the same command resumes", directory));
+    const interruption::Advice advice(
+        fmt::format("everything finished is kept in {}: the same command resumes", directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
                 options_.interrupt);
     try {

@@ -104,11 +104,10 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
   const StoredRecord stored = database.add({record}).front();
   print_lines(stderr, "saved as material {} in {}\n", stored.record.reference(), database.file());
   if (record.provenance.program_commit.find("-dirty") != std::string::npos)
-    print_lines(
-        stderr,
-        "firn: runs were made by a program built from uncommitted sources ({}): the record "
-        "cannot be reproduced; commit, build and save again\n",
-        record.provenance.program_commit);
+    print_lines(stderr,
+                "firn: runs were made by a program built from uncommitted sources ({}): the record "
+                "cannot be reproduced; commit, build and save again\n",
+                record.provenance.program_commit);
 }
 
 // The answer and where the report is, one line each.

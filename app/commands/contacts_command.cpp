@@ -197,7 +197,8 @@ Outputs outputs_of(const std::string& output, bool whole, bool points) {
   const std::string extension = fs::path(output).extension().string();
   const bool picture = extension == ".png" || extension == ".svg";
   if (picture && whole)
-    throw InputError("--output: a picture shows one body or pair; expected --particle or --pair with it");
+    throw InputError(
+        "--output: a picture shows one body or pair; expected --particle or --pair with it");
   if (picture) return {output, "", ""};
   if (extension == ".csv") return {"", output, ""};
   if (extension == ".vtk" && points) return {"", "", output};
@@ -293,8 +294,8 @@ int audit(const Arguments& a) {
 
 void add_contacts_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("contacts", "Simulate again up to an instant and print the contact forces");
+  CLI::App* command = app.add_subcommand(
+      "contacts", "Simulate again up to an instant and print the contact forces");
   command
       ->add_option("FILE", a->file,
                    "Results file of `firn run`, whose run is simulated again and\n"

@@ -35,8 +35,7 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
           ->type_name("FILE");
   command.add_flag("--no-store", a.no_store, "Share no outcomes with others")->excludes(store);
   command.add_flag("--resume", a.resume,
-                   "Fail when the folder does not hold this " + what +
-                       ". Without it a " + what +
+                   "Fail when the folder does not hold this " + what + ". Without it a " + what +
                        " also resumes when its folder has finished runs");
   command
       .add_option("--progress", a.progress,

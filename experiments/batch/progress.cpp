@@ -143,7 +143,7 @@ void BatchProgress::erase() {
 }
 
 void BatchProgress::write_event(const char* event, const PlannedRun* run, const JobResult* result,
-                         const std::string& note) const {
+                                const std::string& note) const {
   if (style_ != ProgressStyle::json) return;
   nlohmann::ordered_json j = {{"event", event}, {"phase", phase_}};
   if (run != nullptr)

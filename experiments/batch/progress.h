@@ -38,7 +38,7 @@ class BatchProgress {
   void draw(bool now);
   void erase();
   void write_event(const char* event, const PlannedRun* run, const JobResult* result,
-            const std::string& note = {}) const;
+                   const std::string& note = {}) const;
 
   ProgressStyle style_;
   bool terminal_;

@@ -137,8 +137,8 @@ void compare_numbers(const std::vector<std::string>& first, const std::vector<st
     for (std::size_t k = 0; k < mine.values.size() && k < other.values.size(); ++k) {
       if (mine.values[k] == other.values[k]) continue;
       report(fmt::format("{}: {} {:.17g} against {:.17g}", mine.subject, mine.values[k].first,
-                       std::strtod(mine.values[k].second.c_str(), nullptr),
-                       std::strtod(other.values[k].second.c_str(), nullptr)));
+                         std::strtod(mine.values[k].second.c_str(), nullptr),
+                         std::strtod(other.values[k].second.c_str(), nullptr)));
     }
     others.erase(found);
   }

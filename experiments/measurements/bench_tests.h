@@ -1,6 +1,6 @@
 // The tests of ice that a laboratory can do on a bench, with what they cost and how well they can
-// be read. The choice of the next measurement needs these data in addition to the simulations. Format and reasons:
-// docs/bench-tests.md.
+// be read. The choice of the next measurement needs these data in addition to the simulations.
+// Format and reasons: docs/bench-tests.md.
 #pragma once
 
 #include <string>

@@ -133,8 +133,8 @@ struct Recording::Impl {
 };
 
 Recording::Recording(const std::string& file) {
-  // A backup copy exists while the run is active or after it was killed: the last flush may then lack
-  // data of an earlier one. A run that ends meanwhile removes the copy.
+  // A backup copy exists while the run is active or after it was killed: the last flush may then
+  // lack data of an earlier one. A run that ends meanwhile removes the copy.
   std::unique_ptr<Impl> copy;
   try {
     if (has_kept_copy(file)) copy = std::make_unique<Impl>(file, kept_copy(file));

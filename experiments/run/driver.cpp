@@ -204,6 +204,7 @@ RunSummary Driver::run() {
     conclude(fmt::format("failed: {}", e.what()));
     throw;
   }
+  solver_.complete_step();
   if (options_.progress) report();
   summary.simulated = now();
   summary.wall = seconds_since(started_);
@@ -251,13 +252,18 @@ std::string Driver::simulate() {
     }
     if (solver_.steps() % frame_steps_ == 0) record_frame();
     if (!look(false)) return {};
-    solver_.step();
+    solver_.step_deferred();
   }
 }
 
-bool Driver::look(bool last) { return !onlooker_.step || onlooker_.step(solver_, last); }
+bool Driver::look(bool last) {
+  if (!onlooker_.step) return true;
+  solver_.complete_step();
+  return onlooker_.step(solver_, last);
+}
 
 void Driver::watch() {
+  solver_.complete_step();
   const bool left = traffic_.look(solver_);
   watch_.look(stage(), solver_, traffic_, stage_now(), left);
   if (seconds_since(saved_) >= options_.checkpoint_every) save_wanted_ = true;
@@ -271,6 +277,7 @@ const Stage& Driver::stage() const {
 Traffic::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
 
 void Driver::end_stage(const std::string& by) {
+  solver_.complete_step();  // the next stage may tag particles by their positions
   state_.stages.back().end = now();
   state_.stages.back().ended_by = by;
   solver_.end_started(state_.stages.size(), now());
@@ -306,6 +313,7 @@ void Driver::record_frame() {
   const double interval =
       static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
   if (recorder_ || onlooker_.frame) {
+    solver_.complete_step();
     std::vector<double> row = result_row(solver_, interval);
     if (onlooker_.frame) onlooker_.frame(state_.frames, row);
     if (recorder_) recorder_->push(std::move(row));
@@ -320,6 +328,7 @@ void Driver::save() {
   saved_ = Clock::now();
   hand_over_statistics(false);
   if (!recorder_) return;
+  solver_.complete_step();
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
@@ -341,6 +350,7 @@ void Driver::advise() {
 // The same bytes whether or not the run was interrupted on its way: a resumed one writes some
 // again.
 void Driver::keep_state() {
+  solver_.complete_step();
   hand_over_statistics(false);
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
@@ -387,6 +397,7 @@ void Driver::write_progress(hdf5::File& file) {
 
 void Driver::conclude(const std::string& status) {
   if (!recorder_) return;
+  solver_.complete_step();
   if (status != to_string(RunStatus::interrupted)) hand_over_statistics(true);
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);

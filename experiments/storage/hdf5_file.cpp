@@ -138,8 +138,9 @@ Handle file_access() {
   Handle list = own(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
   // The superblock of this format carries no "open for writing" flag, so that the file of a killed
   // writer opens as it is. The recorder excludes a second writer by a separate lock, so that
-  // readers can open the file of an active run. Its groups and object headers carry checksums: a reader that
-  // meets half of a flush gets an error, where groups of the older format make HDF5 crash.
+  // readers can open the file of an active run. Its groups and object headers carry checksums: a
+  // reader that meets half of a flush gets an error, where groups of the older format make HDF5
+  // crash.
   check(H5Pset_libver_bounds(list.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), "set the format");
   check(H5Pset_file_locking(list.id(), false, true), "set the locking");
   // Metadata reach the file in flush() and nowhere else: between flushes the old ones stay whole.

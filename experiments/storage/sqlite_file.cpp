@@ -99,8 +99,8 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
       refuse_foreign_schema();
       return;
     }
-    // Readers of a log need a file for its index in the same folder. Where nothing can be written and no log
-    // was left, the file cannot change, and none is needed.
+    // Readers of a log need a file for its index in the same folder. Where nothing can be written
+    // and no log was left, the file cannot change, and none is needed.
     const int rc = sqlite3_exec(db_, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr);
     if ((rc == SQLITE_CANTOPEN || rc == SQLITE_READONLY) && !fs::exists(file + "-wal")) {
       sqlite3_close(db_);

@@ -232,10 +232,12 @@ void health_section(const Recording& recording, const Case& c, page::Page& page)
     if (const std::string gain = energy_warning(*account); !gain.empty())
       content.note({Mark::caution, "energy account"}, gain);
   if (rise > 0.01 * turned && rise > 0)
-    content.note({Mark::caution, "energy"},
-                 fmt::format("rises of energy that nothing explains add up to {} % of what was "
-                             "dissipated; repeat the run with a smaller time step to check whether they matter",
-                             page::number_text(100 * rise / turned, 3)));
+    content.note(
+        {Mark::caution, "energy"},
+        fmt::format(
+            "rises of energy that nothing explains add up to {} % of what was "
+            "dissipated; repeat the run with a smaller time step to check whether they matter",
+            page::number_text(100 * rise / turned, 3)));
   content.facts({{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
                  {"unexplained energy",
                   fmt::format("{} J, compared with {} J dissipated", page::number_text(rise, 3),

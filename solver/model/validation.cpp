@@ -106,7 +106,8 @@ void check_frames(const Model& model) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const MotionFrame& frame = model.frames[f];
     if (frame.parent >= static_cast<int>(f))
-      throw InputError("motion_frames." + frame.name + ": has a parent that is listed later; expected an earlier one");
+      throw InputError("motion_frames." + frame.name +
+                       ": has a parent that is listed later; expected an earlier one");
     if (frame.free) check_free_body(frame);
     const int above = free_frame(model.frames, frame.parent);
     if (above >= 0 && (frame.free || !frame.motions.empty()))

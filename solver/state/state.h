@@ -88,19 +88,19 @@ struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
   // Bodies
-  LargeArray<BodyMotion> motion;               // [M]
-  LargeArray<Quat> orientation;                // [M] body axes -> world
-  LargeArray<Vec3> angular_momentum;           // [N] kg m^2/s, body axes
-  LargeArray<BodyLoad> load;                   // [N] by contacts and bonds, at `time`; while a
-                                               // half kick is put off, one step older with bonds
-                                               // and of no meaning without
-  LargeArray<double> path;                     // [M] m, bound on the way of any point of the body
-  LargeArray<double> turn;                     // [M] rad, bound on the angle turned
-  LargeArray<double> margin;                   // [M] m, skin: motion that the neighbor list allows
-  LargeArray<double> relist_path;              // [M] m, translation bound at which the list is rebuilt
-  LargeArray<Presence> presence;               // [N]
-  LargeArray<double> peak_normal_force;        // [N] N
-  std::vector<std::uint8_t> boundary_present;  // [B]
+  LargeArray<BodyMotion> motion;         // [M]
+  LargeArray<Quat> orientation;          // [M] body axes -> world
+  LargeArray<Vec3> angular_momentum;     // [N] kg m^2/s, body axes
+  LargeArray<BodyLoad> load;             // [N] by contacts and bonds, at `time`; while a
+                                         // half kick is put off, one step older with bonds
+                                         // and of no meaning without
+  LargeArray<double> path;               // [M] m, bound on the way of any point of the body
+  LargeArray<double> turn;               // [M] rad, bound on the angle turned
+  LargeArray<double> margin;             // [M] m, skin: motion that the neighbor list allows
+  LargeArray<double> relist_path;        // [M] m, translation bound at which the list is rebuilt
+  LargeArray<Presence> presence;         // [N]
+  LargeArray<double> peak_normal_force;  // [N] N
+  std::vector<std::uint8_t> boundary_present;                    // [B]
   std::vector<Vec3> boundary_impulse, boundary_angular_impulse;  // [B] N s, N m s
   std::vector<double> boundary_peak;                             // [B] N
   std::vector<BodyLoad> boundary_load;                           // [B] by contacts, at `time`,

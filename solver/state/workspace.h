@@ -1,6 +1,6 @@
 // Tables made once from the model, and scratch memory of a step. Only the loads of a deferred half
-// kick (see Solver::step()) are read by the next step. That half kick is completed before a state is
-// saved, so a restored state may use a new workspace.
+// kick (see Solver::step()) are read by the next step. That half kick is completed before a state
+// is saved, so a restored state may use a new workspace.
 #pragma once
 
 #include <array>

@@ -208,8 +208,8 @@ bool decided(ValidationVerdict v) {
   return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
 }
 
-// Repeats the comparison at each end of an assumed range and compares it with that of the base runs.
-// The uncertainty of a value includes these differences already.
+// Repeats the comparison at each end of an assumed range and compares it with that of the base
+// runs. The uncertainty of a value includes these differences already.
 void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Evidence& e,
                        Comparison& c) {
   for (const std::string& one : suite.experiments[what.experiment].assumes)

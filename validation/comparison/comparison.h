@@ -132,7 +132,7 @@ struct SofteningResult {
   std::vector<double> modulus, mean, error;  // by stiffness, ascending
   std::vector<int> runs;                     // that a mean is of
   double exponent = 0;                       // of response ~ modulus^exponent
-  double exponent_error = 0;  // half of an interval of 68 %; NaN: too few runs
+  double exponent_error = 0;                 // half of an interval of 68 %; NaN: too few runs
   // At the real modulus, 95 %. NaN: not enough data (three runs at each of three stiffnesses, and
   // an interval within a factor of ten).
   Interval extrapolated;

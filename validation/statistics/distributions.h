@@ -1,4 +1,5 @@
-// Statistics of samples: intervals, distances between distributions, and exact tests. Pure functions.
+// Statistics of samples: intervals, distances between distributions, and exact tests. Pure
+// functions.
 #pragma once
 
 #include <optional>

@@ -243,7 +243,8 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   belongs("expects", damage);
   belongs("real_modulus", c.kind == ComparisonKind::softening);
   belongs("measurement", measures(c.kind));
-  if (measures(c.kind)) c.measurement = read_measurement(relative_to(suite, t.string("measurement")));
+  if (measures(c.kind))
+    c.measurement = read_measurement(relative_to(suite, t.string("measurement")));
   switch (c.kind) {
     case ComparisonKind::value:
       read_value(t, c);

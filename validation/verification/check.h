@@ -51,13 +51,13 @@ std::string group(const VerificationCase& c);
 
 // All cases of the suite, in the order of the page: one function a group, cases_GROUP*.cpp.
 std::vector<VerificationCase> all_cases();
-std::vector<VerificationCase> impact_cases();      // "impact.": one contact, normal and oblique
-std::vector<VerificationCase> energy_cases();      // "energy.": elastic impacts
-std::vector<VerificationCase> body_cases();        // "body.": one rigid body, free and on a plane
-std::vector<VerificationCase> structure_cases();   // "structure.": stacks, arches
-std::vector<VerificationCase> bulk_cases();        // "bulk.": packings, silos, heaps
-std::vector<VerificationCase> invariance_cases();  // "invariance.": equivalent setups
-std::vector<VerificationCase> mesh_cases();        // "invariance.": other meshes, other parts
+std::vector<VerificationCase> impact_cases();        // "impact.": one contact, normal and oblique
+std::vector<VerificationCase> energy_cases();        // "energy.": elastic impacts
+std::vector<VerificationCase> body_cases();          // "body.": one rigid body, free and on a plane
+std::vector<VerificationCase> structure_cases();     // "structure.": stacks, arches
+std::vector<VerificationCase> bulk_cases();          // "bulk.": packings, silos, heaps
+std::vector<VerificationCase> invariance_cases();    // "invariance.": equivalent setups
+std::vector<VerificationCase> mesh_cases();          // "invariance.": other meshes, other parts
 std::vector<VerificationCase> tessellation_cases();  // "invariance.": the same solid cut otherwise
 std::vector<VerificationCase> robustness_cases();    // "robustness.": the hard places
 

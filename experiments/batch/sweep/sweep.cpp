@@ -243,8 +243,8 @@ namespace {
 
 void carry_out(SweepResult& r, const SweepOptions& options) {
   BatchFolder folder(folder_options(r.sweep, options, r.directory));
-  const interruption::Advice advice(fmt::format(
-      "everything finished is kept in {}: the same command resumes", r.directory));
+  const interruption::Advice advice(
+      fmt::format("everything finished is kept in {}: the same command resumes", r.directory));
   Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
               options.interrupt);
   std::vector<BatchRun> runs;

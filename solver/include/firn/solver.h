@@ -1,4 +1,6 @@
 // The simulation: one mutable state over one constant model.
+//
+// `const` members do not modify the state, and several threads may call them at the same time.
 #pragma once
 
 #include <cstddef>
@@ -92,14 +94,20 @@ class Solver {
                               double clearance) const;
 
   // Advances by one time step. Throws RunError (non-finite state, runaway energy, overlap beyond
-  // the limit) naming the particle and the time. The second half kick is left for the next step to
-  // make together with its first one; who asks for velocities, loads or energy, or saves the state,
-  // gets it made before, and pays for a pass over all bodies. What is computed is the same.
+  // the limit) naming the particle and the time.
   void step();
+  // The same step without its second half kick, for loops that do not read every step. The next
+  // step merges that half kick with its first one and saves a pass over all bodies; results are
+  // bit-identical. After it, accessors of velocities, loads of particles, energy, bonds, hashes and
+  // the saved state throw std::logic_error until complete_step() or the next step().
+  void step_deferred();
+  // Makes the second half kick of a deferred step. Does nothing when there is none.
+  void complete_step();
 
   double time() const;  // s
   std::uint64_t steps() const;
-  // A copy made when asked for: valid until the next step(), insert() or removal; ask again then.
+  // A copy, made once for each state. The reference is valid while the solver exists; its contents,
+  // until the state changes.
   const ParticleState& particles() const;
   // Orientation as the results file wants it: shape axes -> world.
   Quat shape_orientation(int particle) const;
@@ -109,7 +117,7 @@ class Solver {
   Load frame_load(int frame) const;
   void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
-  const Health& health() const;
+  Health health() const;
   // Overlap of the deepest point of every patch that bears a force now, m.
   std::vector<double> contact_overlaps() const;
   const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
@@ -136,7 +144,8 @@ class Solver {
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 
   // Every byte that the next step reads. After restore(), a solver over the same model continues
-  // with identical bits. It throws RunError when the bytes were made by another program version or model.
+  // with identical bits. It throws RunError when the bytes were made by another program version or
+  // model.
   std::vector<std::byte> save() const;
   void restore(const std::vector<std::byte>& bytes);
   // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it

@@ -216,8 +216,8 @@ std::vector<Check> long_steps() {
   return checks;
 }
 
-// A corner that comes down next to a cut of the mesh and is past it at the end of the same step lies
-// in pieces that it never entered from above.
+// A corner that comes down next to a cut of the mesh and is past it at the end of the same step
+// lies in pieces that it never entered from above.
 struct Aim {
   double angle = 0;           // rad from the normal, in the plane of `azimuth`
   double azimuth = 0;         // rad about the normal

@@ -211,13 +211,13 @@ std::vector<Check> spinning_spheres() {
                                  .stiffness = stiffness,
                                  .gap = 0.5e-9});
     const std::string scene = fmt::format("both spins {}: ", spin);
-    checks.push_back({scene + "spin after, compared with one sphere on a wall", pair.spin, wall.spin,
-                      3e-4 * spin, Bound::absolute, "rad/s"});
+    checks.push_back({scene + "spin after, compared with one sphere on a wall", pair.spin,
+                      wall.spin, 3e-4 * spin, Bound::absolute, "rad/s"});
     checks.push_back({scene + "speed across, compared with one sphere on a wall",
                       std::abs(pair.tangential), std::abs(wall.tangential), 3e-4 * slip,
                       Bound::absolute, "m/s"});
-    checks.push_back({scene + "rebound, compared with one sphere on a wall", -pair.normal, wall.normal,
-                      3e-4, Bound::relative, "m/s"});
+    checks.push_back({scene + "rebound, compared with one sphere on a wall", -pair.normal,
+                      wall.normal, 3e-4, Bound::relative, "m/s"});
   }
   return checks;
 }
