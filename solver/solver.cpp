@@ -49,7 +49,7 @@ struct Solver::Impl {
   // Call before a change of velocities or of the state.
   void complete_step() {
     if (!std::exchange(half_kick_pending, false)) return;
-    timed("half kick", [&] { kernels.sum_loads_and_kick(model, workspace, state); });
+    timed("half kick", [&] { kernels.finish_velocities(model, workspace, state); });
     changed();
   }
   // Call before a read of velocities, loads of particles or the whole state.
@@ -72,7 +72,7 @@ void resize(const Model& model, State& s) {
   s.path.resize(n + b, 0);
   s.turn.resize(n + b, 0);
   s.margin.resize(n + b, 0);
-  s.relist_path.resize(n + b, 0);
+  s.rebuild_distance.resize(n + b, 0);
   s.presence.resize(n, Presence::waiting);
   s.peak_normal_force.resize(n, 0);
   s.boundary_present.resize(b, 1);
@@ -117,11 +117,11 @@ void Solver::step_deferred() {
   const Kernels& k = i.kernels;
   i.timed("advance boundaries", [&] { advance_boundaries(m, s); });
   const bool both = std::exchange(i.half_kick_pending, false);
-  i.timed("kicks and drift", [&] { k.kick_and_drift(m, w, s, both); });
+  i.timed("kicks and drift", [&] { k.integrate_positions(m, w, s, both); });
   i.timed("neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
-  if (!m.bonds.empty()) i.timed("bonds", [&] { strain_bonds(m, w.bonds, s); });
+  if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.bonds, s); });
   if (m.statistics.any()) i.timed("statistics", [&] { keep_statistics(m, w, s); });
   i.timed("finish frames", [&] { finish_frames(m, s); });
   i.half_kick_pending = true;
@@ -154,7 +154,7 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   s.presence[particle] = Presence::present;
   s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle) +
                       bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
-  s.list_is_stale = true;
+  s.neighbor_list_invalid = true;
   impl_->changed();
 }
 
@@ -173,15 +173,15 @@ void Solver::remove_particle(int particle) {
   }
   s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle) +
                       bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
-  part_bonds(impl_->model, impl_->workspace.bonds, s, particle);
+  release_bonds(impl_->model, impl_->workspace.bonds, s, particle);
   s.presence[particle] = Presence::left;
-  s.list_is_stale = true;
+  s.neighbor_list_invalid = true;
   impl_->changed();
 }
 
 void Solver::remove_boundary(int boundary) {
   impl_->state.boundary_present.at(boundary) = 0;
-  impl_->state.list_is_stale = true;
+  impl_->state.neighbor_list_invalid = true;
   impl_->changed();
 }
 
@@ -201,7 +201,7 @@ void Solver::add_drive(int frame, int axis, const Drive& drive, int group) {
   impl_->state.extra_drive_group.push_back(group);
 }
 
-void Solver::end_started(int group, double time) {
+void Solver::stop_stage_motions(int group, double time) {
   State& s = impl_->state;
   for (std::size_t i = 0; i < s.extra_motions.size(); ++i)
     if (s.extra_motion_group[i] == group) s.extra_motions[i].end = time;
@@ -368,7 +368,7 @@ Health Solver::health() const {
   const Workspace& w = impl_->workspace;
   // Steps keep the counts, so that a call after every step does not walk through all pairs.
   std::int64_t patches = w.patches, points = w.points;
-  if (w.list_is_new) {
+  if (w.neighbor_list_rebuilt) {
     patches = points = 0;
     for (const Pair& pair : s.pairs) {
       patches += pair.patch_count;
@@ -467,7 +467,7 @@ std::vector<std::byte> Solver::save() const {
 void Solver::restore(const std::vector<std::byte>& bytes) {
   unpack(bytes, impl_->model, impl_->state);
   impl_->half_kick_pending = false;
-  impl_->workspace.list_is_new = true;
+  impl_->workspace.neighbor_list_rebuilt = true;
   impl_->changed();
 }
 

@@ -211,8 +211,8 @@ class Runner {
       for (const std::string& key : group.keys) group.results.push_back(batch.outcome(key));
   }
 
-  Evidence evidence(std::size_t experiment, std::size_t set) const {
-    Evidence e;
+  ComparisonRuns evidence(std::size_t experiment, std::size_t set) const {
+    ComparisonRuns e;
     for (const RunGroup& group : groups_) {
       if (group.experiment != experiment) continue;
       // These exist for the first parameter set only; what they show is taken over to the others.

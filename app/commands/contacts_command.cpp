@@ -75,7 +75,7 @@ Source open_source(const Arguments& a) {
   s.last_frame = s.last_step = to_steps(s.c, times.back());
   s.latest = fmt::format("the end of the run, {:.6g} s", times.back());
   if (recording.status() != "finished") {
-    // Nobody knows how far beyond its last frame it came.
+    // How far the run came beyond its last frame is unknown.
     s.last_step = to_steps(s.c, s.c.duration);
     s.latest = fmt::format("the case's latest end, {:.6g} s", s.c.duration);
     spdlog::info("{}: status of the run: {}", a.file, recording.status());
@@ -191,7 +191,7 @@ bool simulate(const Arguments& a, const Source& source, ReplayOptions options, c
 struct Outputs {
   std::string picture, table, points;
 };
-// `whole`: of an instant with everybody, which is not drawn; `points`: there are some to write.
+// `whole`: all bodies of an instant, which are not drawn; `points`: the output lists points.
 Outputs outputs_of(const std::string& output, bool whole, bool points) {
   if (output.empty()) return {};
   const std::string extension = fs::path(output).extension().string();
@@ -339,7 +339,7 @@ void add_contacts_command(CLI::App& app, int& status) {
                    "points for ParaView; else a folder for all")
       ->type_name("PATH");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");
+  command->add_flag("-q,--quiet", a->quiet, "Print results and errors only");
   command->callback([a, &status] { status = audit(*a); });
 }
 

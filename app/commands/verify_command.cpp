@@ -163,7 +163,7 @@ void add_verify_command(CLI::App& app, int& status) {
   command->add_option("NAME", arguments->names, "Groups or cases (all, when none is named)")
       ->type_name("");
   command->add_flag("--full", arguments->full, "Also the cases that take minutes");
-  command->add_flag("--list", arguments->list, "Tell what there is, and run nothing");
+  command->add_flag("--list", arguments->list, "List the cases without running them");
   command->add_flag("--checks", arguments->checks, "Print every single check");
   command->add_option("-o", arguments->page, "Page to write: FILE.html or FILE.md")
       ->type_name("PAGE");

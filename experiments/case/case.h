@@ -89,7 +89,7 @@ struct Stage {
   std::vector<Until> until;  // whatever comes first; none: time
   double max_duration = 0;   // s; a stage that has not ended by then ends anyway
   double min_duration = 0;   // s, before which it does not end
-  // Empty: everybody has come and left through an outlet.
+  // Empty: all particles were inserted and have left through an outlet.
   // At rest: every particle inside slower than this and none left, for the hold time.
   double rest_kinetic_energy = 0;  // J, mean per present particle
   double rest_hold = 0;            // s

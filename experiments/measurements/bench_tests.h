@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// One response of a test, as far as it is known before anybody has measured it.
+// One response of a test, as far as it is known before a measurement.
 struct BenchResponse {
   std::string name;                // docs/responses.md
   std::string measurement;         // path of the file that a laboratory fills in

@@ -1,4 +1,4 @@
-// Measurements by experiment, as files that anybody may add. Format: docs/measurements.md.
+// Measurements by experiment, as files that users may add. Format: docs/measurements.md.
 #pragma once
 
 #include <optional>

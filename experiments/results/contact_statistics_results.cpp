@@ -34,7 +34,7 @@ constexpr EventColumn kEventColumns[] = {
     {"place_on_other", "m", [](ContactEvent& e) { return e.place_on_b.data(); }, 3},
     {"dissipated", "J", [](ContactEvent& e) { return &e.dissipated; }},
 };
-// Beside them, whole numbers: who, and whether it still lasts.
+// Integer columns of the same table: the bodies, and whether the contact is still open.
 constexpr const char* kEventNumbers[] = {"body", "other", "lasts"};
 
 // What a triangle has borne, from its sums, its area (m^2) and the length of the interval (s).

@@ -81,9 +81,9 @@ void walk(const Each& each, T& traffic, P& watch) {
 
 // Whether every list of a checkpoint is as long as the case needs it.
 bool fits(const Case& c, std::size_t stages, const DriverState& state,
-          const TrafficState& traffic) {
+          const ParticleFlowState& traffic) {
   const std::size_t n = c.model.particles.size();
-  const Passages& p = traffic.passages;
+  const ParticleEvents& p = traffic.passages;
   const auto is_whole = [&](const auto& list) { return list.size() == n; };
   return !state.stages.empty() && state.stages.size() <= stages &&
          traffic.fill_batches.size() == c.fills.size() &&
@@ -100,14 +100,14 @@ Model with_threads(Model model, int threads) {
 
 }  // namespace
 
-Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker)
+Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer)
     : case_(c),
       options_(options),
       recorder_(recorder),
-      onlooker_(std::move(onlooker)),
+      observer_(std::move(observer)),
       solver_(with_threads(c.model, options.threads)),
       stages_(stages_of(c)),
-      traffic_(c),
+      particle_flow_(c),
       watch_(c) {
   last_step_ = to_steps(case_, c.duration);
   // Without an interval, the first and the last frame alone.
@@ -120,7 +120,7 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onl
 std::vector<std::byte> Driver::pack() const {
   ByteWriter out;
   put(out, state_);
-  walk([&](const auto& value) { out.put(value); }, traffic_.state, watch_.state);
+  walk([&](const auto& value) { out.put(value); }, particle_flow_.state, watch_.state);
   out.put(solver_.save());
   return out.take();
 }
@@ -130,7 +130,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   ByteReader in(payload);
   DriverState state;
   get(in, state);
-  TrafficState traffic = traffic_.state;
+  ParticleFlowState traffic = particle_flow_.state;
   StageWatchState watch = watch_.state;
   walk([&](auto& value) { in.get(value); }, traffic, watch);
   std::vector<std::byte> bytes;
@@ -144,7 +144,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
     throw RunError("checkpoint does not fit the case");
   solver_.restore(bytes);
   state_ = std::move(state);
-  traffic_.state = std::move(traffic);
+  particle_flow_.state = std::move(traffic);
   watch_.state = std::move(watch);
   resumed_ = true;
   save_wanted_ = false;
@@ -233,14 +233,14 @@ std::string Driver::simulate() {
     }
     if (interrupted) return {};
     if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
-    if (const auto blocked = traffic_.place_due(solver_, stage_now())) {
+    if (const auto blocked = particle_flow_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
       look(true);
       record_frame();  // who is in the way
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
-    if (const auto by = watch_.ended_by(stage(), solver_, traffic_, stage_now())) {
+    if (const auto by = watch_.ended_by(stage(), solver_, particle_flow_, stage_now())) {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
       if (last || solver_.steps() >= last_step_) {
@@ -257,15 +257,15 @@ std::string Driver::simulate() {
 }
 
 bool Driver::look(bool last) {
-  if (!onlooker_.step) return true;
+  if (!observer_.step) return true;
   solver_.complete_step();
-  return onlooker_.step(solver_, last);
+  return observer_.step(solver_, last);
 }
 
 void Driver::watch() {
   solver_.complete_step();
-  const bool left = traffic_.look(solver_);
-  watch_.look(stage(), solver_, traffic_, stage_now(), left);
+  const bool left = particle_flow_.look(solver_);
+  watch_.look(stage(), solver_, particle_flow_, stage_now(), left);
   if (seconds_since(saved_) >= options_.checkpoint_every) save_wanted_ = true;
   if (options_.progress && seconds_since(reported_) >= kReportEvery) report();
 }
@@ -274,13 +274,13 @@ const Stage& Driver::stage() const {
   return stages_[std::max<std::size_t>(1, state_.stages.size()) - 1];
 }
 
-Traffic::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
+ParticleFlow::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
 
 void Driver::end_stage(const std::string& by) {
   solver_.complete_step();  // the next stage may tag particles by their positions
   state_.stages.back().end = now();
   state_.stages.back().ended_by = by;
-  solver_.end_started(state_.stages.size(), now());
+  solver_.stop_stage_motions(state_.stages.size(), now());
 }
 
 void Driver::enter_stage(std::size_t number) {
@@ -288,7 +288,7 @@ void Driver::enter_stage(std::size_t number) {
   state_.stages.push_back({stage.name, now(), std::numeric_limits<double>::quiet_NaN(), ""});
   state_.stage_start = solver_.steps();
   watch_.enter_stage();
-  traffic_.tag(stage.name, solver_);
+  particle_flow_.tag(stage.name, solver_);
   for (const std::string& name : stage.remove)
     solver_.remove_boundary(find_boundary(case_.model, name, case_.source));
   const auto begin = [&](Schedule& schedule, bool ends_with_stage) {
@@ -312,10 +312,10 @@ void Driver::enter_stage(std::size_t number) {
 void Driver::record_frame() {
   const double interval =
       static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
-  if (recorder_ || onlooker_.frame) {
+  if (recorder_ || observer_.frame) {
     solver_.complete_step();
     std::vector<double> row = result_row(solver_, interval);
-    if (onlooker_.frame) onlooker_.frame(state_.frames, row);
+    if (observer_.frame) observer_.frame(state_.frames, row);
     if (recorder_) recorder_->push(std::move(row));
   }
   solver_.clear_boundary_loads();
@@ -373,7 +373,7 @@ void Driver::hand_over_statistics(bool at_end) {
 void Driver::report() {
   Progress progress;
   progress.time = now();
-  progress.latest_end = onlooker_.latest_end > 0 ? onlooker_.latest_end : case_.duration;
+  progress.latest_end = observer_.latest_end > 0 ? observer_.latest_end : case_.duration;
   progress.stage = stage().name;
   progress.wall = seconds_since(started_);
   for (Presence presence : solver_.particles().presence) {
@@ -382,13 +382,13 @@ void Driver::report() {
     if (presence == Presence::left) ++progress.left;
   }
   for (std::size_t g = 0; g < case_.gates.size(); ++g)
-    progress.passed.push_back({case_.gates[g].name, traffic_.passed(static_cast<int>(g), 0)});
+    progress.passed.push_back({case_.gates[g].name, particle_flow_.passed(static_cast<int>(g), 0)});
   options_.progress(progress);
   reported_ = Clock::now();
 }
 
 void Driver::write_progress(hdf5::File& file) {
-  write_particles(file, solver_.particles().peak_normal_force, traffic_.state.passages);
+  write_particles(file, solver_.particles().peak_normal_force, particle_flow_.state.passages);
   write_stages(file, stages_, state_.stages);
   write_switches(file, case_, watch_.state.changes);
   write_bonds(file, case_, solver_.bonds());

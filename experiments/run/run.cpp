@@ -57,9 +57,9 @@ RunSummary write_failure(const WriteError& e, const std::string& safe) {
   return summary;
 }
 
-Onlooker onlooker(const RunOptions& options) {
+RunObserver observer(const RunOptions& options) {
   if (!options.each_step) return {};
-  Onlooker looks;
+  RunObserver looks;
   looks.step = [&options](const Solver& solver, bool last) {
     options.each_step(solver, last);
     return true;
@@ -144,7 +144,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
       write_header(file, c);
       file.flush();
     });
-    Driver driver(c, options, &*recorder, onlooker(options));
+    Driver driver(c, options, &*recorder, observer(options));
     driver.set_unsaved(unsaved);
     summary = drive(driver, lock);
   } catch (const WriteError& e) {
@@ -189,7 +189,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     const Case& c = *unfinished;
     if (!restored) lock->keep_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
-    Driver driver(c, options, &recorder, onlooker(options));
+    Driver driver(c, options, &recorder, observer(options));
     try {
       driver.restore();
       recorder.with_file(

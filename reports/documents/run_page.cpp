@@ -39,7 +39,7 @@ double uncertainty(const Response& r) {
   return r.uncertainty.empty() ? std::nan("") : r.uncertainty[0];
 }
 
-// What people look for first, most telling first: names, or the ends of names. The batches and the
+// The most informative responses first: names, or the ends of names. The batches and the
 // counts of the case's own gates stand behind the angles.
 constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
                                 "slide_angle",     "tip_angle",  "restitution"};
@@ -60,7 +60,7 @@ std::vector<std::string> telling_names(const Case& c) {
   return names;
 }
 
-// The telling ones first, then the others; of both those that are not zero first.
+// The most informative responses first, then the others; of both those that are not zero first.
 std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
   const std::vector<std::string> names = telling_names(c);
   std::ranges::stable_sort(responses, {}, [&](const Response& r) {

@@ -46,7 +46,7 @@ struct Fact {
 };
 
 // One cell of a table. Columns sort by the values where there are some, else by the texts; copies
-// hold values with all digits, and uncertainties in a column of their own.
+// hold values with all digits, and uncertainties in a separate column.
 struct Cell {
   std::string text;
   double value = std::numeric_limits<double>::quiet_NaN();

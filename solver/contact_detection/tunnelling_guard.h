@@ -16,9 +16,9 @@ struct SideInput {
   const Pair& pair;
 };
 
-class Sides {
+class TunnellingGuard {
  public:
-  explicit Sides(const SideInput& input);
+  explicit TunnellingGuard(const SideInput& input);
 
   // True when the bodies move farther within a step than parts may overlap unwatched.
   bool fast() const { return fast_; }
@@ -47,7 +47,7 @@ class Sides {
   bool fast_ = false;
 };
 
-// The motion bound of Sides for any pair, planes included, m.
+// The motion bound of TunnellingGuard for any pair, planes included, m.
 double step_motion(const Model& model, const Workspace& workspace, const State& state, int a,
                    int b);
 

@@ -46,7 +46,7 @@ struct RunGroup {
 const char* to_string(RunGroup::Purpose purpose);
 
 // All groups of an experiment with a parameter set, and what they are run with.
-struct Evidence {
+struct ComparisonRuns {
   const RunGroup* base = nullptr;
   const RunGroup* input = nullptr;  // draws from the material's family, one run each; may be null
   const RunGroup* numerics_base = nullptr;  // what the following are compared with
@@ -73,7 +73,7 @@ struct UncertaintyPart {
 };
 
 struct ValueComparison {
-  SampleFacts simulation;  // over seeds
+  SampleStatistics simulation;  // over seeds
   double measured = 0;
   std::string unit;
   double difference = 0;   // simulation - measured
@@ -185,6 +185,6 @@ std::string verdict_words(const Comparison& comparison);
 // Pure function of its arguments. Throws InputError for responses that runs do not have, or whose
 // unit is not the measurement's.
 Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
-                   const Evidence& evidence);
+                   const ComparisonRuns& evidence);
 
 }  // namespace firn

@@ -68,7 +68,7 @@ void judge(double tolerance, Comparison& c) {
 
 }  // namespace
 
-void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   const MeasuredData& data = *what.measurement.data;
   const std::vector<SampledCurve> simulated = curves_of(*e.base, data);
   c.curve = compare_curves(simulated, data.repeats, data.align);

@@ -23,7 +23,7 @@ void add_point(const RunGroup& group, const std::string& operand, double modulus
   std::vector<double> values = group.values(operand);
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return;
-  const SampleFacts f = facts_of(values);
+  const SampleStatistics f = sample_statistics(values);
   s.modulus.push_back(modulus);
   s.mean.push_back(f.mean);
   s.error.push_back(f.error());
@@ -67,7 +67,7 @@ void fit(SofteningResult& s, double real_modulus) {
 
 }  // namespace
 
-SofteningResult soften(const std::string& operand, const Evidence& e, double real_modulus) {
+SofteningResult soften(const std::string& operand, const ComparisonRuns& e, double real_modulus) {
   SofteningResult s;
   s.response = operand;
   s.exponent = s.exponent_error = undefined;

@@ -10,13 +10,13 @@
 
 namespace firn {
 
-struct SampleFacts {
+struct SampleStatistics {
   int count = 0;
   double mean = 0;
   double deviation = 0;  // standard, of one value; NaN below two
   double error() const;  // standard, of the mean; NaN below two
 };
-SampleFacts facts_of(const std::vector<double>& values);
+SampleStatistics sample_statistics(const std::vector<double>& values);
 
 // Clopper and Pearson (1934): covers the probability in at least `confidence` of all cases.
 Interval binomial_interval(int successes, int trials, double confidence = 0.95);

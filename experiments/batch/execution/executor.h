@@ -78,7 +78,7 @@ class Executor {
   virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
                               const MaterialRequest& materials) = 0;
   // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
-  // Goes on from what an earlier, killed attempt left in the job's folder where it can.
+  // Resumes from the files of an earlier, killed attempt in the job's folder if possible.
   virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;
 };
 

@@ -202,10 +202,10 @@ void RunProcess::watch_limits() {
   }
   if (over_ == Over::nothing && limits.time > 0 && wall() > limits.time) {
     over_ = Over::time;
-    told_ = Clock::now();
+    deadline_notified_ = Clock::now();
     send(SIGINT);
   }
-  if (over_ == Over::time && Clock::now() - told_ > patience) send(SIGKILL);
+  if (over_ == Over::time && Clock::now() - deadline_notified_ > patience) send(SIGKILL);
 }
 
 std::optional<JobResult> RunProcess::poll() {

@@ -65,8 +65,8 @@ class RunProcess {
   double earlier_ = 0;        // s of wall time in sessions before this
   Clock::time_point start_;
   Over over_ = Over::nothing;
-  Clock::time_point told_;  // to end, for taking too long
-  pid_t pid_ = -1;          // -1: has ended
+  Clock::time_point deadline_notified_;  // to end, for taking too long
+  pid_t pid_ = -1;                       // -1: has ended
 };
 
 }  // namespace firn

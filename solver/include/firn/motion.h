@@ -93,7 +93,7 @@ struct MotionFrame {
 };
 
 // True when `frame` is `above` or a descendant of it. -1: the world, which has no parent.
-bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above);
+bool descends_from(const std::vector<MotionFrame>& frames, int frame, int above);
 // The free frame among `frame` and its ancestors; -1: none.
 int free_frame(const std::vector<MotionFrame>& frames, int frame);
 

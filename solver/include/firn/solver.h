@@ -83,7 +83,7 @@ class Solver {
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
   void add_drive(int frame, int axis, const Drive& drive, int group = 0);
-  void end_started(int group, double time);
+  void stop_stage_motions(int group, double time);
 
   // True when a body of this shape placed there would touch a present particle or boundary, or
   // come nearer than `clearance` (m). For placement; does not change the state.

@@ -37,13 +37,13 @@ std::vector<Loads> janssen_loads(double wall_friction, std::uint64_t seed) {
   Solver solver(model);
   std::vector<Loads> loads;
   for (int k = 0; k < kFillings; ++k) {
-    Rain rain_on;
+    PourOptions rain_on;
     rain_on.upper = Vec3(kWide, kWide, height_below(solver, 1) + 4 * kDie);
     rain_on.step = 0.1 * kDie;
     rain_on.batch = 7;
     rain_on.interval = 0.03;
     rain_on.seed = seed * 100 + k;
-    rain(solver, k * kStep, (k + 1) * kStep, rain_on);
+    pour(solver, k * kStep, (k + 1) * kStep, rain_on);
     run(solver, 0.15);
     const auto momentum = [&] {
       double sum = 0;
