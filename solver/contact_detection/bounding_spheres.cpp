@@ -131,7 +131,7 @@ BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, 
 
 int find_close_parts(std::span<const SphereGroup> a, std::span<const SphereGroup> b,
                      const Vec3& center, double reach, double margins, PartNumbers* found) {
-  // Without branches: which parts are near is anybody's guess.
+  // Branch-free: the outcome is unpredictable.
   constexpr std::uint32_t kSize = SphereGroup::size;
   const double all_of_b = reach + margins + kRounding;
   const Vec center_b = plain(center);

@@ -1,5 +1,5 @@
-// Narrow phase with temporal coherence: only pairs whose motion bounds say that something can have
-// changed are looked at; their parts are queried and their patches made anew.
+// Narrow phase with temporal coherence: tests only pairs whose motion bounds allow a change.
+// Queries their parts and rebuilds their patches.
 #include <fmt/format.h>
 
 #include "solver/contact_detection/relative_poses.h"
@@ -31,9 +31,9 @@ class ContactSearch {
         scratch_(scratch),
         contacts_(scratch.contacts) {}
 
-  // Looks at `count` pairs, whose poses are found: sets their wake-up calls, and puts those that
-  // have moved enough on the list. Without branches: which of them have is anybody's guess.
-  void look(const std::uint32_t* numbers, int count, const PairPoses& poses) {
+  // Tests `count` pairs against their motion bounds. Updates their next test distances and appends
+  // the pairs that need a contact search. Branch-free: the outcome is unpredictable.
+  void test_pairs(const std::uint32_t* numbers, int count, const PairPoses& poses) {
     struct Found {
       int k;
       double path, moved;
@@ -198,13 +198,14 @@ class ContactSearch {
   std::vector<PartContact>& contacts_;
 };
 
-// Bodies are placed by somebody who may err; one that starts deeper in another than this part of
-// its smallest edge would be thrown out by the spring.
+// Limit on the overlap of an inserted body, as a fraction of its smallest edge. A deeper one would
+// be expelled by the contact spring.
 constexpr double kInitialPenetration = 0.05;
 
-void check_look(const Model& model, const Workspace& w, const State& s, const ContactFault& look) {
-  const Pair& pair = s.pairs[look.pair];
-  if (look.tunnelled) {
+void check_fault(const Model& model, const Workspace& w, const State& s,
+                 const ContactFault& fault) {
+  const Pair& pair = s.pairs[fault.pair];
+  if (fault.tunnelled) {
     throw RunError(fmt::format(
         "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
         "the thin one thicker or the contact stiffer",
@@ -214,10 +215,10 @@ void check_look(const Model& model, const Workspace& w, const State& s, const Co
   const int n = static_cast<int>(model.particles.size());
   double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
   if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
-  if (look.initial_penetration > kInitialPenetration * edge) {
+  if (fault.initial_penetration > kInitialPenetration * edge) {
     throw RunError(
         fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
-                    name_of_body(model, pair.a), look.initial_penetration,
+                    name_of_body(model, pair.a), fault.initial_penetration,
                     name_of_body(model, pair.b), s.time));
   }
 }
@@ -256,9 +257,9 @@ void reallocate_patches(const FoundPatches& f, Pair& pair, State& s) {
   }
 }
 
-// What looks and searches further down the list will read: it lies scattered, and waiting for it
-// would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
-// Always inlined, see prefetch.h.
+// Prefetches the data of pairs further down the list. They are scattered: waiting for them would
+// cost as much as the test itself. The pair has the indices of its bodies and contacts. Always
+// inlined, see prefetch.h.
 [[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
   fetch(&s.pairs[p]);
   fetch(&s.motion_bound[p]);
@@ -305,7 +306,7 @@ void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const Pai
       for (; body < next->bodies.size() * (from - begin) / kPairsOfRange; ++body)
         fetch(&s.path[next->bodies[body]]);
     }
-    // Without a branch: which of them are due is anybody's guess.
+    // Branch-free: the outcome is unpredictable.
     for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
       const auto [a, b] = range.locals[p - begin];
       due[many] = static_cast<std::uint32_t>(p);
@@ -315,9 +316,9 @@ void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const Pai
   out.assign(due, due + many);
 }
 
-// Looks at the pairs that are due, several side by side.
+// Tests the pairs that have reached their next test distance, several side by side.
 void test_due_pairs(const Model& model, const State& s, TaskScratch& scratch,
-                    ContactSearch& looker) {
+                    ContactSearch& search) {
   constexpr std::size_t kFar = 16, kNear = 8;  // looks ahead
   const std::vector<std::uint32_t>& due = scratch.due;
   PairPoses poses;
@@ -330,7 +331,7 @@ void test_due_pairs(const Model& model, const State& s, TaskScratch& scratch,
     for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
       fetch_bodies(model, s, due[i]);
     poses.find(s, &due[k], static_cast<int>(end - k));
-    looker.look(&due[k], static_cast<int>(end - k), poses);
+    search.test_pairs(&due[k], static_cast<int>(end - k), poses);
   }
 }
 
@@ -359,7 +360,7 @@ class PairPrefetcher {
 
 // Searches the contacts of those of a range's pairs that have moved enough.
 void search_range(const Model& model, State& s, PairRange& range, TaskScratch& scratch,
-                  ContactSearch& looker) {
+                  ContactSearch& contact_search) {
   range.refreshed.clear();
   range.overflowed.clear();
   range.contact_faults.clear();
@@ -375,7 +376,7 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
     if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
     looks_ahead.fetch_some();
     const std::uint32_t p = searched[k].pair;
-    looker.search(searched[k], search);
+    contact_search.search(searched[k], search);
     Pair& pair = s.pairs[p];
     range.queries += search.queries;
     range.late_contacts += search.late_contacts;
@@ -402,16 +403,16 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
 void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first,
                    std::size_t last) {
   TaskScratch& scratch = w.scratch[first / w.ranges_of_task];
-  ContactSearch looker(model, w, s, scratch);
+  ContactSearch search(model, w, s, scratch);
   const auto find_due_of = [&](std::size_t r, std::vector<std::uint32_t>& due) {
     due.clear();
     if (r < last) find_due_pairs(w, s, r, r + 1 < last ? &w.ranges[r + 1] : nullptr, due);
   };
   find_due_of(first, scratch.due);
   for (std::size_t r = first; r < last; ++r) {
-    test_due_pairs(model, s, scratch, looker);
+    test_due_pairs(model, s, scratch, search);
     find_due_of(r + 1, scratch.next_due);
-    search_range(model, s, w.ranges[r], scratch, looker);
+    search_range(model, s, w.ranges[r], scratch, search);
     std::swap(scratch.due, scratch.next_due);
   }
 }
@@ -478,7 +479,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
     }
   }
   for (const PairRange& range : w.ranges) {
-    for (const ContactFault& suspect : range.contact_faults) check_look(model, w, s, suspect);
+    for (const ContactFault& fault : range.contact_faults) check_fault(model, w, s, fault);
   }
   w.points_moved = needs_compaction(w, s);
   if (w.points_moved) {

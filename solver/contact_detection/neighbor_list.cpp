@@ -1,6 +1,6 @@
-// The neighbour list: made anew when somebody has moved its margin, keeping the memory of the pairs
-// that stay. Fast bodies get wider margins, so that a few that fall do not wear out the list of
-// all.
+// The neighbor list: rebuilt when a body has moved further than its skin. Pairs that stay keep
+// their contact history. Fast bodies get a wider skin, so that a few falling ones do not force
+// rebuilds for all.
 #include <algorithm>
 #include <atomic>
 
@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kGrain = 64;  // bodies a task
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
-// at constant speed nobody then asks for a new list before the average body has moved a quarter.
+// at constant speed no body then needs a rebuild before the average body has moved a quarter.
 void set_margins(const Model& model, const Workspace& w, State& s) {
   constexpr double kWidest = 2;  // skins
   const std::size_t n = model.particles.size();
@@ -206,8 +206,8 @@ class PairFinder {
   std::vector<int> found_;
 };
 
-// Looks up a piece's pairs in the old list, and sums up what will be copied. In three passes, as
-// what one reads tells where that of the next one lies, which is fetched ahead.
+// Finds the pairs of a chunk in the old list and counts the data to copy. Three passes: each reads
+// the addresses that the next one needs, which are prefetched.
 void match_previous_pairs(const State& s, const PreviousPairs& old_pairs,
                           NeighborListChunk& piece) {
   constexpr std::size_t kAhead = 16;  // pairs
@@ -270,7 +270,7 @@ class ListWriter {
   }
 
  private:
-  // Both ascending. Tells whether there are parts that the old list has not.
+  // Both ascending. True when there are parts that the old list does not have.
   bool copy_parts(std::span<const PartNumbers> parts, std::span<const PartPair> old, double moved) {
     bool is_new = false;
     auto known = old.begin();

@@ -216,8 +216,8 @@ bool TunnellingGuard::keep(const PartPair& parts, const Pose& b_in_a, double she
     return true;
   }
   if (!dropped && (axes.transpose() * like->normal).dot(m.normal) >= kSameSide) return true;
-  // A patch near by tells the side; where several do, as in a corner, the one by which it is the
-  // shortest way out. A side by which this part is far deeper than that patch is not its side.
+  // A close patch selects the side. Of several, as in a corner, the one with the least penetration
+  // is used. A side on which this part is far deeper than that patch is rejected.
   Manifold best, tried;
   for_patches(parts, true, [&](const Patch& patch) {
     double depth = watched;
