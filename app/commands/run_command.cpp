@@ -118,12 +118,13 @@ double relative_overlap(const Case& c, const Health& health) {
   return health.largest_overlap / shape.box.minCoeff();
 }
 
-// What the results file says of the contacts' health; empty when they are good, or nothing ran.
-std::string warning_of_run(const std::string& results_file, const RunSummary& summary) {
+// Warning on the quality of the contacts and the energy account of a run; empty: none.
+std::string warning_of_run(const Case& c, const std::string& results_file,
+                           const RunSummary& summary) {
   if (summary.steps == 0) return {};
   try {
     const Recording recording(results_file);
-    std::string warning = health_warning(contact_health(recording, recording.read_case()));
+    std::string warning = health_warning(contact_health(recording, c));
     if (const auto account = energy_account(recording))
       if (const std::string energy = energy_warning(*account); !energy.empty())
         warning += (warning.empty() ? "" : "; ") + energy;
@@ -275,7 +276,7 @@ int run_case(const Arguments& a) {
     spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
   }
   log_summary(c, summary);
-  const std::string warning = warning_of_run(options.results_file, summary);
+  const std::string warning = warning_of_run(c, options.results_file, summary);
   if (!warning.empty()) spdlog::warn("{}", warning);
 
   std::vector<Verdict> verdicts;
