@@ -33,7 +33,8 @@ class Runner {
   Validation carry_out(const std::string& directory) {
     Validation v;
     v.directory = directory;
-    BatchFolder folder(folder_options(directory));
+    BatchFolder folder(folder_options(options_, "validate", "validation " + suite_.name, directory,
+                                      largest_total(), suite_.execution.slurm));
     const interruption::Advice advice(
         fmt::format("everything finished is kept in {}: the same command resumes", directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
@@ -165,24 +166,10 @@ class Runner {
     return {};
   }
 
-  BatchFolderOptions folder_options(const std::string& directory) const {
-    BatchFolderOptions o;
-    o.directory = directory;
-    o.identity = "validation " + suite_.name;
-    o.must_exist = options_.resume;
-    o.executor = options_.executor;
-    o.program = options_.program;
-    o.jobs = options_.jobs;
-    o.store = options_.store;
-    o.slurm = suite_.execution.slurm;
-    o.progress = !options_.show_progress  ? ProgressStyle::none
-                 : options_.json_progress ? ProgressStyle::json
-                                          : ProgressStyle::people;
-    o.progress_name = "validate";
-    for (const RunGroup& group : groups_) o.largest_total += static_cast<int>(group.seeds.size());
-    o.interrupt = options_.interrupt;
-    o.replace_executor = options_.replace_executor;
-    return o;
+  int largest_total() const {
+    std::size_t runs = 0;
+    for (const RunGroup& group : groups_) runs += group.seeds.size();
+    return static_cast<int>(runs);
   }
 
   // All runs in one batch: the cheapest way to keep every core busy.

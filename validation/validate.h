@@ -1,28 +1,18 @@
 // validate(suite) -> comparisons: what `firn validate` does.
 #pragma once
 
-#include <atomic>
 #include <string>
 #include <vector>
 
-#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/batch_folder.h"
 #include "validation/comparison/comparison.h"
 
 namespace firn {
 
-struct ValidationOptions {
-  std::string suite_file;          // TOML
-  std::string directory;           // for journal, runs and results; empty: runs/<suite name>
-  std::string material;            // record in place of the suite's parameter sets; empty: these
-  std::string database;            // of material records; empty: as material_database_file() says
-  int jobs = 0;                    // simulations side by side; 0: one per core
-  bool resume = false;             // require that the directory holds this validation already
-  std::string executor = "local";  // or "slurm"
-  std::string program;             // the firn executable that simulates; empty: this one
-  std::string store;               // file of the outcomes that batches share; empty: none
-  bool show_progress = true, json_progress = false;
-  const std::atomic<bool>* interrupt = nullptr;
-  Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
+struct ValidationOptions : BatchOptions {
+  std::string suite_file;  // TOML
+  std::string material;    // record in place of the suite's parameter sets; empty: these
+  std::string database;    // of material records; empty: as material_database_file() says
 };
 
 struct Validation {

@@ -122,16 +122,9 @@ std::string conclusion(const std::string& json, const std::string& page) {
 
 int run_study(const Arguments& a) {
   StudyOptions options = a.options;
-  options.directory = a.batch.directory;
-  options.jobs = a.batch.jobs;
-  options.resume = a.batch.resume;
-  options.executor = a.batch.executor;
-  options.store = a.batch.store_file();
+  apply(a.batch, options);
   options.time_limit = parsed("--time-limit", a.time_limit, positive_time);
   options.memory_limit = parsed("--memory-limit", a.memory_limit, parse_memory);
-  options.json_progress = a.batch.progress == "json";
-  options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interruption::requested();
   const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
   if (summary.record) save(*summary.record, *database);

@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "experiments/batch/batch_folder.h"
+
 namespace firn {
 
 struct BatchArguments {
@@ -15,6 +17,11 @@ struct BatchArguments {
   // default. Empty: none.
   std::string store_file() const;
 };
+
+// Sets the options of a batch, which Ctrl-C interrupts.
+void apply(const BatchArguments& arguments, BatchOptions& options);
+// Reports an interrupted batch on standard error. Returns the exit status.
+int report_interruption(const std::string& directory);
 
 // `what`: "study", "validation", "sweep".
 void add_batch_options(CLI::App& command, BatchArguments& arguments, const std::string& what);

@@ -29,6 +29,20 @@ class DirectoryLock {
   int descriptor_ = -1;
 };
 
+// How the runs of a study, a validation or a sweep are executed.
+struct BatchOptions {
+  std::string directory;           // for journal, runs and results; empty: runs/<name>
+  int jobs = 0;                    // simulations side by side; 0: one per core
+  bool resume = false;             // require that the directory holds this batch already
+  std::string executor = "local";  // or "slurm"
+  std::string program;             // the firn executable that simulates; empty: this one
+  std::string store;               // file of the outcomes that batches share; empty: none
+  bool show_progress = true;       // on standard error
+  bool json_progress = false;      // as JSON, one event a line
+  const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
+  Executor* replace_executor = nullptr;          // not owned; a fake experiment, for tests
+};
+
 struct BatchFolderOptions {
   std::string directory;
   std::string identity;  // text that the journal belongs to; another one is refused
@@ -44,6 +58,11 @@ struct BatchFolderOptions {
   const std::atomic<bool>* interrupt = nullptr;
   Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
 };
+
+// The options of a folder for batch `kind` ("sweep"). `identity`: text that the journal belongs to.
+BatchFolderOptions folder_options(const BatchOptions& options, const std::string& kind,
+                                  const std::string& identity, const std::string& directory,
+                                  int largest_total, const SlurmSettings& slurm);
 
 // Returns work(). A WriteError gets what is safe: the finished runs in the journal of `directory`.
 template <class Work>
