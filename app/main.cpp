@@ -36,7 +36,7 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override { std::fflush(stderr); }
 };
 
-// What the program tells on its way goes to standard error; standard output is for results.
+// Progress and log lines go to standard error. Standard output is for results.
 void set_up_logging() {
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("firn", std::make_shared<TerminalSink>()));
@@ -50,7 +50,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-int complain(const std::string& text, int status) {
+int print_error(const std::string& text, int status) {
   print_lines(stderr, "firn: {}\n", one_line(text));
   return status;
 }
@@ -74,7 +74,7 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char
   if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);
   const auto chosen = app.get_subcommands();
   if (!chosen.empty()) {
-    return complain(
+    return print_error(
         fmt::format("{}; see `firn {} --help`", one_line(e.what()), chosen[0]->get_name()),
         ExitStatus::bad_input);
   }
@@ -82,9 +82,9 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char
     print_lines(stderr, "{}", app.help());
     return ExitStatus::bad_input;
   }
-  return complain(fmt::format("{}: no such sub-command; expected one of {}", argv[1],
-                              names_of_subcommands(app)),
-                  ExitStatus::bad_input);
+  return print_error(fmt::format("{}: no such sub-command; expected one of {}", argv[1],
+                                 names_of_subcommands(app)),
+                     ExitStatus::bad_input);
 }
 
 int main_program(int argc, char** argv) {
@@ -130,22 +130,22 @@ int main_program(int argc, char** argv) {
     } catch (const CLI::ParseError& e) {
       return finish_parsing(app, e, argc, argv);
     } catch (const InputError& e) {
-      return complain(e.what(), ExitStatus::bad_input);
+      return print_error(e.what(), ExitStatus::bad_input);
     } catch (const RunError& e) {
-      return complain(e.what(), ExitStatus::failed);
+      return print_error(e.what(), ExitStatus::failed);
     } catch (const hdf5::Error& e) {
-      return complain(e.what(), ExitStatus::failed);
+      return print_error(e.what(), ExitStatus::failed);
     } catch (const std::filesystem::filesystem_error& e) {
-      return complain(fmt::format("{}: {}", e.path1().string(), e.code().message()),
-                      ExitStatus::failed);
+      return print_error(fmt::format("{}: {}", e.path1().string(), e.code().message()),
+                         ExitStatus::failed);
     } catch (const std::bad_alloc&) {
-      return complain(
+      return print_error(
           fmt::format("{}: there is not enough memory; expected smaller input or a larger "
                       "machine",
                       command_of(app)),
           ExitStatus::failed);
     } catch (const std::exception& e) {
-      return complain(
+      return print_error(
           fmt::format("{}: an error that should not occur ({}); please report it with the "
                       "input files",
                       command_of(app), e.what()),
@@ -157,7 +157,7 @@ int main_program(int argc, char** argv) {
     finish_standard_output();
   } catch (const WriteError& e) {
     const bool good = status == ExitStatus::done || status == ExitStatus::requirement_missed;
-    return complain(e.what(), good ? ExitStatus::failed : status);
+    return print_error(e.what(), good ? ExitStatus::failed : status);
   }
   return status;
 }

@@ -104,35 +104,12 @@ int StudySummary::exit_status() const {
 
 namespace {
 
-ProgressStyle progress_style(const StudyOptions& options) {
-  if (!options.show_progress) return ProgressStyle::none;
-  return options.json_progress ? ProgressStyle::json : ProgressStyle::people;
-}
-
-BatchFolder open_folder(const Study& study, const StudyOptions& options,
-                        const std::string& directory) {
-  BatchFolderOptions o;
-  o.directory = directory;
-  o.identity = study_identity(study.text, study.source);
-  o.must_exist = options.resume;
-  o.executor = options.executor;
-  o.program = options.program;
-  o.jobs = options.jobs;
-  o.store = options.store;
-  o.slurm = study.execution.slurm;
-  o.progress = progress_style(options);
-  o.progress_name = "calibrate";
-  o.largest_total = study.largest_total();
-  o.interrupt = options.interrupt;
-  o.replace_executor = options.replace_executor;
-  return BatchFolder(o);
-}
-
 StudySummary carry_out(Study& study, const StudyOptions& options, const std::string& directory) {
   if (options.time_limit > 0) study.execution.limits.time = options.time_limit;
   if (options.memory_limit > 0) study.execution.limits.memory = options.memory_limit;
   if (!options.save.name.empty()) require_material(study);
-  BatchFolder batch = open_folder(study, options, directory);
+  BatchFolder batch(folder_options(options, "calibrate", study_identity(study.text, study.source),
+                                   directory, study.largest_total(), study.execution.slurm));
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command goes on from there", directory));
   Campaign campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),

@@ -2,34 +2,24 @@
 // docs/calibration.md.
 #pragma once
 
-#include <atomic>
 #include <optional>
 #include <string>
 
 #include "calibrate/output/study_verdict.h"
 #include "calibrate/study/record_options.h"
+#include "experiments/batch/batch_folder.h"
 
 namespace firn {
 
 class Executor;
 
-struct StudyOptions {
-  std::string study_file;          // TOML
-  std::string directory;           // where the journal and the reports go; empty: runs/<study name>
-  int jobs = 0;                    // simulations side by side; 0: one per core
-  bool resume = false;             // require that the directory holds this study already
-  std::string executor = "local";  // or "slurm"
-  std::string program;             // the firn executable that simulates; empty: this one
-  std::string store;               // file of the outcomes that studies share; empty: none
+struct StudyOptions : BatchOptions {
+  std::string study_file;  // TOML
   // In place of those of the study file's [execution]; 0: as it says.
-  double time_limit = 0;                         // s of wall time of one run
-  double memory_limit = 0;                       // bytes resident of one run
-  bool show_progress = true;                     // on standard error
-  bool json_progress = false;                    // as JSON, one event a line
-  bool plot = true;                              // draw the fitted response with gnuplot
-  const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
-  MaterialLabel save;  // also make a material record of the answer, when it has a name
-  Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
+  double time_limit = 0;    // s of wall time of one run
+  double memory_limit = 0;  // bytes resident of one run
+  bool plot = true;         // draw the fitted response with gnuplot
+  MaterialLabel save;       // also make a material record of the answer, when it has a name
 };
 
 struct StudySummary {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
+#include <stdexcept>
 #include <utility>
 
 #include "solver/collision/gjk.h"
@@ -20,16 +22,18 @@ struct Solver::Impl {
   const Kernels& kernels = choose_kernels();
   Workspace workspace;
   State state;
-  ParticleState view;  // copied from the state when somebody asks
-  std::vector<BoundaryState> walls;
-  std::uint64_t view_steps = ~std::uint64_t{0};
   std::vector<PhaseTime> profile;
+  // Copies of the state for accessors, made on request. Several threads may request them.
+  mutable std::mutex copying;
+  mutable ParticleState particles;
+  mutable std::vector<BoundaryState> boundaries;
+  mutable bool particles_current = false, boundaries_current = false;
 
   explicit Impl(Model m) : model(std::move(m)), workspace(model) {}
 
-  // The second half kick of the last step, which step() puts off: it is made in one pass with the
-  // first one of the next step, unless somebody asks before for what it changes.
-  bool kick_is_due = false;
+  // True between step_deferred() and the second half kick of that step. The next step makes that
+  // half kick in one pass with its first one, unless complete_step() is called before.
+  bool half_kick_pending = false;
 
   template <class Phase>
   void timed(const char* name, Phase&& phase) {
@@ -42,13 +46,19 @@ struct Solver::Impl {
     at->seconds += took.count();
   }
 
-  // Whoever reads or changes velocities, loads of particles or the whole state calls this first.
-  void finish_step() {
-    if (!std::exchange(kick_is_due, false)) return;
-    timed("half kick", [&] { kernels.sum_loads_and_kick(model, workspace, state); });
+  // Call before a change of velocities or of the state.
+  void complete_step() {
+    if (!std::exchange(half_kick_pending, false)) return;
+    timed("half kick", [&] { kernels.finish_velocities(model, workspace, state); });
+    changed();
+  }
+  // Call before a read of velocities, loads of particles or the whole state.
+  void require_complete() const {
+    if (half_kick_pending)
+      throw std::logic_error("the last step is deferred; call complete_step() before this read");
   }
 
-  void changed() { view_steps = ~std::uint64_t{0}; }
+  void changed() { particles_current = boundaries_current = false; }
 };
 
 namespace {
@@ -62,7 +72,7 @@ void resize(const Model& model, State& s) {
   s.path.resize(n + b, 0);
   s.turn.resize(n + b, 0);
   s.margin.resize(n + b, 0);
-  s.relist_path.resize(n + b, 0);
+  s.rebuild_distance.resize(n + b, 0);
   s.presence.resize(n, Presence::waiting);
   s.peak_normal_force.resize(n, 0);
   s.boundary_present.resize(b, 1);
@@ -93,32 +103,40 @@ Solver& Solver::operator=(Solver&&) noexcept = default;
 const Model& Solver::model() const { return impl_->model; }
 
 void Solver::step() {
+  step_deferred();
+  complete_step();
+}
+
+void Solver::complete_step() { impl_->complete_step(); }
+
+void Solver::step_deferred() {
   Impl& i = *impl_;
   const Model& m = i.model;
   Workspace& w = i.workspace;
   State& s = i.state;
   const Kernels& k = i.kernels;
   i.timed("advance boundaries", [&] { advance_boundaries(m, s); });
-  const bool both = std::exchange(i.kick_is_due, false);
-  i.timed("kicks and drift", [&] { k.kick_and_drift(m, w, s, both); });
+  const bool both = std::exchange(i.half_kick_pending, false);
+  i.timed("kicks and drift", [&] { k.integrate_positions(m, w, s, both); });
   i.timed("neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
-  if (!m.bonds.empty()) i.timed("bonds", [&] { strain_bonds(m, w.bonds, s); });
+  if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.bonds, s); });
   if (m.statistics.any()) i.timed("statistics", [&] { keep_statistics(m, w, s); });
   i.timed("finish frames", [&] { finish_frames(m, s); });
-  i.kick_is_due = true;
+  i.half_kick_pending = true;
+  i.changed();
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
   if (check_is_due(s)) {
-    i.finish_step();
+    i.complete_step();
     i.timed("check state", [&] { check_state(m, w, s); });
   }
 }
 
 void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
                     const Vec3& velocity, const Vec3& angular_velocity) {
-  impl_->finish_step();
+  impl_->complete_step();
   State& s = impl_->state;
   if (particle < 0 || particle >= static_cast<int>(s.presence.size()) ||
       s.presence[particle] != Presence::waiting) {
@@ -136,7 +154,7 @@ void Solver::insert(int particle, const Vec3& center_of_mass, const Quat& orient
   s.presence[particle] = Presence::present;
   s.removed_energy -= particle_energy(impl_->model, impl_->workspace, s, particle) +
                       bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
-  s.list_is_stale = true;
+  s.neighbor_list_invalid = true;
   impl_->changed();
 }
 
@@ -148,22 +166,22 @@ void Solver::start_frame(const FrameStart& start) {
 }
 
 void Solver::remove_particle(int particle) {
-  impl_->finish_step();
+  impl_->complete_step();
   State& s = impl_->state;
   if (s.presence.at(particle) != Presence::present) {
     throw std::logic_error(fmt::format("particle {} is not there to be removed", particle));
   }
   s.removed_energy += particle_energy(impl_->model, impl_->workspace, s, particle) +
                       bond_energy_of(impl_->model, impl_->workspace.bonds, s, particle);
-  part_bonds(impl_->model, impl_->workspace.bonds, s, particle);
+  release_bonds(impl_->model, impl_->workspace.bonds, s, particle);
   s.presence[particle] = Presence::left;
-  s.list_is_stale = true;
+  s.neighbor_list_invalid = true;
   impl_->changed();
 }
 
 void Solver::remove_boundary(int boundary) {
   impl_->state.boundary_present.at(boundary) = 0;
-  impl_->state.list_is_stale = true;
+  impl_->state.neighbor_list_invalid = true;
   impl_->changed();
 }
 
@@ -183,7 +201,7 @@ void Solver::add_drive(int frame, int axis, const Drive& drive, int group) {
   impl_->state.extra_drive_group.push_back(group);
 }
 
-void Solver::end_started(int group, double time) {
+void Solver::stop_stage_motions(int group, double time) {
   State& s = impl_->state;
   for (std::size_t i = 0; i < s.extra_motions.size(); ++i)
     if (s.extra_motion_group[i] == group) s.extra_motions[i].end = time;
@@ -252,25 +270,25 @@ double Solver::time() const { return impl_->state.time; }
 std::uint64_t Solver::steps() const { return impl_->state.steps; }
 
 const ParticleState& Solver::particles() const {
-  impl_->finish_step();
-  Impl& i = *impl_;
+  const Impl& i = *impl_;
+  i.require_complete();
+  const std::scoped_lock lock(i.copying);
+  if (std::exchange(i.particles_current, true)) return i.particles;
   const State& s = i.state;
-  if (i.view_steps == s.steps) return i.view;
   const std::size_t n = i.model.particles.size();
-  i.view.presence.assign(s.presence.begin(), s.presence.end());
-  i.view.peak_normal_force.assign(s.peak_normal_force.begin(), s.peak_normal_force.end());
-  i.view.position.resize(n);
-  i.view.velocity.resize(n);
-  i.view.angular_velocity.resize(n);
-  i.view.orientation.assign(s.orientation.begin(),
-                            s.orientation.begin() + static_cast<std::ptrdiff_t>(n));
+  i.particles.presence.assign(s.presence.begin(), s.presence.end());
+  i.particles.peak_normal_force.assign(s.peak_normal_force.begin(), s.peak_normal_force.end());
+  i.particles.position.resize(n);
+  i.particles.velocity.resize(n);
+  i.particles.angular_velocity.resize(n);
+  i.particles.orientation.assign(s.orientation.begin(),
+                                 s.orientation.begin() + static_cast<std::ptrdiff_t>(n));
   for (std::size_t k = 0; k < n; ++k) {
-    i.view.position[k] = s.motion[k].position;
-    i.view.velocity[k] = s.motion[k].velocity;
-    i.view.angular_velocity[k] = s.motion[k].spin;
+    i.particles.position[k] = s.motion[k].position;
+    i.particles.velocity[k] = s.motion[k].velocity;
+    i.particles.angular_velocity[k] = s.motion[k].spin;
   }
-  i.view_steps = s.steps;
-  return i.view;
+  return i.particles;
 }
 
 Quat Solver::shape_orientation(int particle) const {
@@ -279,12 +297,14 @@ Quat Solver::shape_orientation(int particle) const {
 }
 
 const std::vector<BoundaryState>& Solver::boundaries() const {
-  Impl& i = *impl_;
+  const Impl& i = *impl_;
+  const std::scoped_lock lock(i.copying);
+  if (std::exchange(i.boundaries_current, true)) return i.boundaries;
   const State& s = i.state;
   const std::size_t n = i.model.particles.size();
-  i.walls.resize(i.model.boundaries.size());
-  for (std::size_t b = 0; b < i.walls.size(); ++b) {
-    BoundaryState& w = i.walls[b];
+  i.boundaries.resize(i.model.boundaries.size());
+  for (std::size_t b = 0; b < i.boundaries.size(); ++b) {
+    BoundaryState& w = i.boundaries[b];
     w.position = s.motion[n + b].position;
     w.orientation = s.orientation[n + b];
     w.velocity = s.motion[n + b].velocity;
@@ -294,7 +314,7 @@ const std::vector<BoundaryState>& Solver::boundaries() const {
     w.angular_impulse = s.boundary_angular_impulse[b];
     w.peak_normal_force = s.boundary_peak[b];
   }
-  return i.walls;
+  return i.boundaries;
 }
 
 std::vector<FrameState> Solver::frames() const {
@@ -335,22 +355,31 @@ void Solver::clear_boundary_loads() {
   std::fill(s.boundary_impulse.begin(), s.boundary_impulse.end(), Vec3::Zero());
   std::fill(s.boundary_angular_impulse.begin(), s.boundary_angular_impulse.end(), Vec3::Zero());
   std::fill(s.boundary_peak.begin(), s.boundary_peak.end(), 0.0);
+  impl_->changed();
 }
 
 Energy Solver::energy() const {
-  impl_->finish_step();
+  impl_->require_complete();
   return energy_of(impl_->model, impl_->workspace, impl_->state);
 }
 
-const Health& Solver::health() const {
-  State& s = impl_->state;
-  Workspace& w = impl_->workspace;
-  // Whoever asks after every step must not pay for a walk through all pairs: steps keep count.
-  if (w.list_is_new) take_up_list(impl_->model, w, s);
-  s.health.pairs = s.pairs.size();
-  s.health.patches = static_cast<std::uint64_t>(w.patches);
-  s.health.points = static_cast<std::uint64_t>(w.points);
-  return s.health;
+Health Solver::health() const {
+  const State& s = impl_->state;
+  const Workspace& w = impl_->workspace;
+  // Steps keep the counts, so that a call after every step does not walk through all pairs.
+  std::int64_t patches = w.patches, points = w.points;
+  if (w.neighbor_list_rebuilt) {
+    patches = points = 0;
+    for (const Pair& pair : s.pairs) {
+      patches += pair.patch_count;
+      points += points_of(pair, s);
+    }
+  }
+  Health health = s.health;
+  health.pairs = s.pairs.size();
+  health.patches = static_cast<std::uint64_t>(patches);
+  health.points = static_cast<std::uint64_t>(points);
+  return health;
 }
 
 std::vector<double> Solver::contact_overlaps() const {
@@ -372,7 +401,7 @@ std::vector<double> Solver::contact_overlaps() const {
 const std::vector<BondRecord>& Solver::bonds() const { return impl_->state.bonds; }
 
 BondState Solver::bond(int number) const {
-  impl_->finish_step();
+  impl_->require_complete();
   return bond_state(impl_->model, impl_->workspace.bonds, impl_->state,
                     static_cast<std::size_t>(number));
 }
@@ -418,7 +447,7 @@ const std::vector<EnergySums>& Solver::energy_sums() const {
 }
 
 Solver::Load Solver::load(int particle) const {
-  impl_->finish_step();
+  impl_->require_complete();
   const BodyLoad& load = impl_->state.load.at(static_cast<std::size_t>(particle));
   return {load.force, load.torque};
 }
@@ -431,19 +460,19 @@ Solver::Load Solver::frame_load(int frame) const {
 std::vector<PhaseTime> Solver::profile() const { return impl_->profile; }
 
 std::vector<std::byte> Solver::save() const {
-  impl_->finish_step();
+  impl_->require_complete();
   return pack(impl_->model, impl_->state);
 }
 
 void Solver::restore(const std::vector<std::byte>& bytes) {
   unpack(bytes, impl_->model, impl_->state);
-  impl_->kick_is_due = false;
-  impl_->workspace.list_is_new = true;
+  impl_->half_kick_pending = false;
+  impl_->workspace.neighbor_list_rebuilt = true;
   impl_->changed();
 }
 
 std::vector<GroupHash> Solver::group_hashes() const {
-  impl_->finish_step();
+  impl_->require_complete();
   return hash_groups(impl_->state);
 }
 

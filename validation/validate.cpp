@@ -33,9 +33,10 @@ class Runner {
   Validation carry_out(const std::string& directory) {
     Validation v;
     v.directory = directory;
-    BatchFolder folder(folder_options(directory));
-    const interruption::Advice advice(fmt::format(
-        "everything finished is kept in {}: the same command goes on from there", directory));
+    BatchFolder folder(folder_options(options_, "validate", "validation " + suite_.name, directory,
+                                      largest_total(), suite_.execution.slurm));
+    const interruption::Advice advice(
+        fmt::format("everything finished is kept in {}: the same command resumes", directory));
     Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
                 options_.interrupt);
     try {
@@ -109,7 +110,7 @@ class Runner {
       add(e, p, Purpose::variant, 0, experiment.variants[k].seeds, k);
   }
 
-  // Values without a record, or beside one, may be those of a calibrated one all the same.
+  // Values without a record, or in addition to one, may equal those of a calibrated record.
   void find_same_values(std::size_t e, std::size_t p, const Case& base) {
     if (!calibrated_) {
       calibrated_.emplace();
@@ -165,24 +166,10 @@ class Runner {
     return {};
   }
 
-  BatchFolderOptions folder_options(const std::string& directory) const {
-    BatchFolderOptions o;
-    o.directory = directory;
-    o.identity = "validation " + suite_.name;
-    o.must_exist = options_.resume;
-    o.executor = options_.executor;
-    o.program = options_.program;
-    o.jobs = options_.jobs;
-    o.store = options_.store;
-    o.slurm = suite_.execution.slurm;
-    o.progress = !options_.show_progress  ? ProgressStyle::none
-                 : options_.json_progress ? ProgressStyle::json
-                                          : ProgressStyle::people;
-    o.progress_name = "validate";
-    for (const RunGroup& group : groups_) o.largest_total += static_cast<int>(group.seeds.size());
-    o.interrupt = options_.interrupt;
-    o.replace_executor = options_.replace_executor;
-    return o;
+  int largest_total() const {
+    std::size_t runs = 0;
+    for (const RunGroup& group : groups_) runs += group.seeds.size();
+    return static_cast<int>(runs);
   }
 
   // All runs in one batch: the cheapest way to keep every core busy.
@@ -211,8 +198,8 @@ class Runner {
       for (const std::string& key : group.keys) group.results.push_back(batch.outcome(key));
   }
 
-  Evidence evidence(std::size_t experiment, std::size_t set) const {
-    Evidence e;
+  ComparisonRuns evidence(std::size_t experiment, std::size_t set) const {
+    ComparisonRuns e;
     for (const RunGroup& group : groups_) {
       if (group.experiment != experiment) continue;
       // These exist for the first parameter set only; what they show is taken over to the others.

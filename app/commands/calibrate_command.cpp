@@ -24,7 +24,8 @@
 namespace firn {
 namespace {
 
-// The heap of a run at the answer, beside the results. A study of another experiment has none.
+// Draws the heap of a run at the estimate into the folder of the results. Studies of other
+// experiments have no heap.
 void draw_example(const StudySummary& summary) {
   if (summary.example_run.empty()) return;
   try {
@@ -103,11 +104,10 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
   const StoredRecord stored = database.add({record}).front();
   print_lines(stderr, "saved as material {} in {}\n", stored.record.reference(), database.file());
   if (record.provenance.program_commit.find("-dirty") != std::string::npos)
-    print_lines(
-        stderr,
-        "firn: runs were made by a program built from changed sources ({}): nobody else can "
-        "repeat this record; commit, build and save again\n",
-        record.provenance.program_commit);
+    print_lines(stderr,
+                "firn: runs were made by a program built from uncommitted sources ({}): the record "
+                "cannot be reproduced; commit, build and save again\n",
+                record.provenance.program_commit);
 }
 
 // The answer and where the report is, one line each.
@@ -122,16 +122,9 @@ std::string conclusion(const std::string& json, const std::string& page) {
 
 int run_study(const Arguments& a) {
   StudyOptions options = a.options;
-  options.directory = a.batch.directory;
-  options.jobs = a.batch.jobs;
-  options.resume = a.batch.resume;
-  options.executor = a.batch.executor;
-  options.store = a.batch.store_file();
+  apply(a.batch, options);
   options.time_limit = parsed("--time-limit", a.time_limit, positive_time);
   options.memory_limit = parsed("--memory-limit", a.memory_limit, parse_memory);
-  options.json_progress = a.batch.progress == "json";
-  options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interruption::requested();
   const std::unique_ptr<MaterialDatabase> database = open_database(a, options);
   const StudySummary summary = calibrate(options);
   if (summary.record) save(*summary.record, *database);

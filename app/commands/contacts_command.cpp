@@ -1,4 +1,4 @@
-// firn contacts: simulate again up to an instant, and tell who pushes whom.
+// firn contacts: simulates again up to an instant and prints the contact forces.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
@@ -67,7 +67,7 @@ Source open_source(const Arguments& a) {
     return s;
   }
   if (!a.settings.empty())
-    throw InputError("--set: changes a case file; expected none beside a results file");
+    throw InputError("--set: changes a case file; expected none together with a results file");
   const Recording recording(a.file);
   s.c = recording.read_case();
   const std::vector<double> times = recording.frame_times();
@@ -75,7 +75,7 @@ Source open_source(const Arguments& a) {
   s.last_frame = s.last_step = to_steps(s.c, times.back());
   s.latest = fmt::format("the end of the run, {:.6g} s", times.back());
   if (recording.status() != "finished") {
-    // Nobody knows how far beyond its last frame it came.
+    // How far the run came beyond its last frame is unknown.
     s.last_step = to_steps(s.c, s.c.duration);
     s.latest = fmt::format("the case's latest end, {:.6g} s", s.c.duration);
     spdlog::info("{}: status of the run: {}", a.file, recording.status());
@@ -130,11 +130,11 @@ void check_combination(const Arguments& a) {
   if (!a.particle.empty() && !a.pair.empty())
     throw InputError("--particle: and --pair were both given; expected one of them");
   if (!a.history.empty() && a.particle.empty() && a.pair.empty())
-    throw InputError("--history: of nobody; expected --particle or --pair beside it");
+    throw InputError("--history: needs a body; expected --particle or --pair with it");
   if (a.every > 0 && a.history.empty())
-    throw InputError("--every: thins a history; expected --history beside it");
+    throw InputError("--every: thins a history; expected --history with it");
   if (!a.history.empty() && (!a.time.empty() || a.step))
-    throw InputError("--history: has its own times; expected no --time or --step beside it");
+    throw InputError("--history: has its own times; expected no --time or --step with it");
   if (!a.time.empty() && a.step)
     throw InputError("--time: and --step were both given; expected one of them");
 }
@@ -160,7 +160,7 @@ void check_presence(const Arguments& a, const Source& source, const ContactChoic
   }
 }
 
-// Runs the replay and tells how it was proved. True when `done` was reached; else interrupted.
+// Runs the replay and prints how it was checked. Returns `done`; false: interrupted.
 bool simulate(const Arguments& a, const Source& source, ReplayOptions options, const bool& done) {
   const double dt = source.c.model.timestep;
   ProgressMeter meter(dt);
@@ -191,13 +191,14 @@ bool simulate(const Arguments& a, const Source& source, ReplayOptions options, c
 struct Outputs {
   std::string picture, table, points;
 };
-// `whole`: of an instant with everybody, which is not drawn; `points`: there are some to write.
+// `whole`: all bodies of an instant, which are not drawn; `points`: the output lists points.
 Outputs outputs_of(const std::string& output, bool whole, bool points) {
   if (output.empty()) return {};
   const std::string extension = fs::path(output).extension().string();
   const bool picture = extension == ".png" || extension == ".svg";
   if (picture && whole)
-    throw InputError("--output: a picture of everybody; expected --particle or --pair beside it");
+    throw InputError(
+        "--output: a picture shows one body or pair; expected --particle or --pair with it");
   if (picture) return {output, "", ""};
   if (extension == ".csv") return {"", output, ""};
   if (extension == ".vtk" && points) return {"", "", output};
@@ -293,8 +294,8 @@ int audit(const Arguments& a) {
 
 void add_contacts_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("contacts", "Simulate again up to an instant and tell who pushes whom");
+  CLI::App* command = app.add_subcommand(
+      "contacts", "Simulate again up to an instant and print the contact forces");
   command
       ->add_option("FILE", a->file,
                    "Results file of `firn run`, whose run is simulated again and\n"
@@ -338,7 +339,7 @@ void add_contacts_command(CLI::App& app, int& status) {
                    "points for ParaView; else a folder for all")
       ->type_name("PATH");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");
+  command->add_flag("-q,--quiet", a->quiet, "Print results and errors only");
   command->callback([a, &status] { status = audit(*a); });
 }
 

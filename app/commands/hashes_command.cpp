@@ -39,7 +39,7 @@ Json difference_json(const Arguments& a, const TraceDifference& d) {
   return document;
 }
 
-void tell(const Arguments& a, const TraceDifference& d) {
+void print_difference(const Arguments& a, const TraceDifference& d) {
   if (!d.same_case) print_lines(stdout, "the traces are of different cases\n");
   if (d.equal) {
     print_lines(stdout, "equal: {} steps, the last one {}\n", d.steps_compared, d.last_equal);
@@ -58,7 +58,7 @@ void tell(const Arguments& a, const TraceDifference& d) {
     if (d.has_numbers && d.number_count == 0)
       print_lines(
           stdout,
-          "  no body, patch or point differs: it is in what the solver keeps beside them\n");
+          "  no body, patch or point differs: the difference is in other parts of the state\n");
     if (!d.has_numbers)
       print_lines(stdout, "which numbers: run both again with --trace-numbers {}\n", d.step);
   }
@@ -72,7 +72,7 @@ int compare(const Arguments& a) {
   if (a.json)
     print_json(difference_json(a, d));
   else
-    tell(a, d);
+    print_difference(a, d);
   return d.equal ? ExitStatus::done : ExitStatus::failed;
 }
 

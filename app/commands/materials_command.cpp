@@ -203,7 +203,7 @@ int verify(const Arguments& a) {
 void add_materials_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   a->replay_options.threads = default_threads();
-  CLI::App* command = app.add_subcommand("materials", "Keep and tell material parameters");
+  CLI::App* command = app.add_subcommand("materials", "Store and show material parameters");
   command->require_subcommand(1);
   const auto sub = [&](const char* name, const char* what, int (*carry_out)(const Arguments&)) {
     CLI::App* s = command->add_subcommand(name, what);

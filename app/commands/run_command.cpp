@@ -1,4 +1,4 @@
-// firn run: simulate one case, or go on with one.
+// firn run: simulates one case or resumes one.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 #include <toml++/toml.h>
@@ -82,7 +82,7 @@ void tell_materials(const Case& c, const toml::table& resolved) {
   }
 }
 
-void tell_facts(const Case& c, const std::string& results_file) {
+void log_case(const Case& c, const std::string& results_file) {
   spdlog::info("case {} ({}), seed {}", c.name, c.source, c.seed);
   if (!c.start.empty()) spdlog::info("starts from {}", c.start);
   const toml::table resolved = toml::parse(c.resolved);
@@ -118,12 +118,13 @@ double relative_overlap(const Case& c, const Health& health) {
   return health.largest_overlap / shape.box.minCoeff();
 }
 
-// What the results file says of the contacts' health; empty when they are good, or nothing ran.
-std::string warning_of_run(const std::string& results_file, const RunSummary& summary) {
+// Warning on the quality of the contacts and the energy account of a run; empty: none.
+std::string warning_of_run(const Case& c, const std::string& results_file,
+                           const RunSummary& summary) {
   if (summary.steps == 0) return {};
   try {
     const Recording recording(results_file);
-    std::string warning = health_warning(contact_health(recording, recording.read_case()));
+    std::string warning = health_warning(contact_health(recording, c));
     if (const auto account = energy_account(recording))
       if (const std::string energy = energy_warning(*account); !energy.empty())
         warning += (warning.empty() ? "" : "; ") + energy;
@@ -159,7 +160,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
   document["health"] = {{"largest_overlap", s.health.largest_overlap},
                         {"largest_overlap_relative", relative_overlap(c, s.health)},
                         {"largest_overlap_particle", s.health.largest_overlap_particle},
-                        {"deep_births", s.health.deep_births},
+                        {"deep_births", s.health.late_contacts},
                         {"energy_rise", s.health.energy_rise},
                         {"warning", warning}};
   document["profile"] = profile_json(s.profile);
@@ -168,7 +169,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
   return document;
 }
 
-void tell_summary(const Case& c, const RunSummary& s) {
+void log_summary(const Case& c, const RunSummary& s) {
   if (!s.write_failed) spdlog::info("{} at t = {:.4g} s", s.reason, s.simulated);
   if (s.steps == 0) return;  // nothing was simulated: it was finished already
   spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
@@ -176,7 +177,7 @@ void tell_summary(const Case& c, const RunSummary& s) {
       "health: largest overlap {} mm ({} % of the thickness), {} deep births, "
       "unexplained energy {} J",
       number_text(s.health.largest_overlap * 1e3, 3),
-      number_text(100 * relative_overlap(c, s.health), 2), s.health.deep_births,
+      number_text(100 * relative_overlap(c, s.health), 2), s.health.late_contacts,
       number_text(s.health.energy_rise, 3));
   spdlog::info("energy: {} J kinetic, {} J elastic, {} J lost in impacts, {} J in friction{}",
                number_text(s.energy.kinetic), number_text(s.energy.elastic),
@@ -194,7 +195,7 @@ int exit_status(const RunSummary& summary, const std::string& file,
     case RunStatus::finished:
       return all_met(verdicts) ? ExitStatus::done : ExitStatus::requirement_missed;
     case RunStatus::interrupted:
-      print_lines(stderr, "firn: interrupted at t = {:.4g} s; go on with: firn run --resume {}\n",
+      print_lines(stderr, "firn: interrupted at t = {:.4g} s; resume with: firn run --resume {}\n",
                   summary.simulated, file);
       return ExitStatus::interrupted;
     case RunStatus::failed:
@@ -213,8 +214,8 @@ void check_combination(const Arguments& a) {
                        !a.materials.records.empty();
   if (!a.resume_file.empty() && changed) {
     throw InputError(
-        "--resume: goes on with the case in the results file; expected no CASE.toml, --output, "
-        "--seed, --set or --material beside it");
+        "--resume: takes the case from the results file; expected no CASE.toml, --output, "
+        "--seed, --set or --material with it");
   }
 }
 
@@ -262,7 +263,7 @@ int run_case(const Arguments& a) {
   const bool resuming = !a.resume_file.empty();
   options.results_file = resuming ? a.resume_file : a.output.empty() ? default_output(c) : a.output;
   make_output_folder(fs::path(options.results_file).parent_path().string());
-  tell_facts(c, options.results_file);
+  log_case(c, options.results_file);
   std::optional<TraceWriter> trace;
   if (!a.trace.file.empty()) {
     trace.emplace(c, traced);
@@ -274,8 +275,8 @@ int run_case(const Arguments& a) {
   if (!summary.kept_earlier.empty()) {
     spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
   }
-  tell_summary(c, summary);
-  const std::string warning = warning_of_run(options.results_file, summary);
+  log_summary(c, summary);
+  const std::string warning = warning_of_run(c, options.results_file, summary);
   if (!warning.empty()) spdlog::warn("{}", warning);
 
   std::vector<Verdict> verdicts;
@@ -326,7 +327,8 @@ void add_run_command(CLI::App& app, int& status) {
       ->type_name("FILE");
   command
       ->add_option("--resume", a->resume_file,
-                   "Go on from the last checkpoint in a results file,\nas if never stopped")
+                   "Resume from the last checkpoint in a results file,\nwith the bits of an "
+                   "uninterrupted run")
       ->type_name("RUN.h5");
   CLI::Option* trace =
       command
@@ -346,10 +348,9 @@ void add_run_command(CLI::App& app, int& status) {
       ->type_name("\"RESPONSE<=VALUE\"")
       ->allow_extra_args(false);
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
-  command->add_flag("-v,--verbose", a->verbose, "Tell where the time went, too");
-  command->add_flag("-q,--quiet", a->quiet, "Tell nothing but results and errors");
-  command->footer(
-      "Ctrl-C saves the state and leaves with status 130; --resume goes on from there.");
+  command->add_flag("-v,--verbose", a->verbose, "Also print the time of each phase");
+  command->add_flag("-q,--quiet", a->quiet, "Print results and errors only");
+  command->footer("Ctrl-C saves the state and leaves with status 130; --resume continues from it.");
   command->callback([a, &status] { status = run_case(*a); });
 }
 

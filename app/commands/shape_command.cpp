@@ -168,7 +168,7 @@ int print_boundary_mesh(const Arguments& a) {
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", a.file, e.what()));
   }
-  const BoundaryFacts facts = facts_of(b, "mesh", 0);
+  const BoundaryFacts facts = sample_statistics(b, "mesh", 0);
   if (a.json) {
     Json json = boundary_json(facts);
     json["file"] = a.file;

@@ -9,7 +9,6 @@
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
 #include "experiments/batch/sweep/sweep.h"
-#include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
 
 namespace firn {
@@ -23,22 +22,9 @@ struct Arguments {
 int run_sweep(const Arguments& a) {
   SweepOptions options;
   options.sweep_file = a.sweep_file;
-  options.directory = a.batch.directory;
-  options.jobs = a.batch.jobs;
-  options.resume = a.batch.resume;
-  options.executor = a.batch.executor;
-  options.store = a.batch.store_file();
-  options.json_progress = a.batch.progress == "json";
-  options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interruption::requested();
+  apply(a.batch, options);
   const SweepResult r = sweep(options);
-  if (r.interrupted) {
-    print_lines(stderr,
-                "firn: interrupted; everything finished is kept in {}: the same command goes on "
-                "from there\n",
-                r.directory);
-    return ExitStatus::interrupted;
-  }
+  if (r.interrupted) return report_interruption(r.directory);
   const std::string page = write_folder_page(r.directory);
   print_lines(stdout, "{}{}", a.batch.json ? render_json(r) : render_table(r),
               a.batch.json ? "\n" : "");

@@ -1,14 +1,12 @@
 // firn validate: simulation against experiment.
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "app/commands/commands.h"
 #include "app/support/batch_options.h"
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
-#include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
 #include "validation/validate.h"
 
@@ -31,23 +29,9 @@ bool requirement_met(const Arguments& a, const Validation& v) {
 
 int run_suite(const Arguments& a) {
   ValidationOptions options = a.options;
-  namespace fs = std::filesystem;
-  options.directory = a.batch.directory;
-  options.jobs = a.batch.jobs;
-  options.resume = a.batch.resume;
-  options.executor = a.batch.executor;
-  options.store = a.batch.store_file();
-  options.json_progress = a.batch.progress == "json";
-  options.show_progress = a.batch.progress != "none";
-  options.interrupt = &interruption::requested();
+  apply(a.batch, options);
   const Validation v = validate(options);
-  if (v.interrupted) {
-    print_lines(stderr,
-                "firn: interrupted; everything finished is kept in {}: the same command goes on "
-                "from there\n",
-                v.directory);
-    return ExitStatus::interrupted;
-  }
+  if (v.interrupted) return report_interruption(v.directory);
   const std::string page = write_folder_page(v.directory);
   print_lines(stdout, "{}{}", a.batch.json ? render_json(v) : render_table(v),
               a.batch.json ? "\n" : "");

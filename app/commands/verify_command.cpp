@@ -125,10 +125,10 @@ int verify(const Arguments& a) {
       a.jobs > 0 ? a.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const std::string program = fmt::format("firn {} (commit {})", firn_version(), firn_git_commit());
   const bool terminal = ::isatty(STDERR_FILENO) != 0;
-  if (!a.page.empty())  // a wrong name is told before hours of work
+  if (!a.page.empty())  // reports a wrong name before hours of work
     write_verification_page(cases, std::vector<CaseResult>(cases.size()), program, a.page);
   std::size_t ended = 0;
-  const auto tell = [&](std::size_t k, const std::vector<CaseResult>& so_far) {
+  const auto report = [&](std::size_t k, const std::vector<CaseResult>& so_far) {
     ++ended;
     // What is finished is on the page, whatever happens to the rest.
     if (!a.page.empty()) write_verification_page(cases, so_far, program, a.page);
@@ -141,7 +141,7 @@ int verify(const Arguments& a) {
       print(stderr, line + "\n");
     std::fflush(stderr);
   };
-  const std::vector<CaseResult> results = run_cases(cases, jobs, tell);
+  const std::vector<CaseResult> results = run_cases(cases, jobs, report);
   if (a.json) {
     print_json(results_json(cases, results));
   } else {
@@ -163,7 +163,7 @@ void add_verify_command(CLI::App& app, int& status) {
   command->add_option("NAME", arguments->names, "Groups or cases (all, when none is named)")
       ->type_name("");
   command->add_flag("--full", arguments->full, "Also the cases that take minutes");
-  command->add_flag("--list", arguments->list, "Tell what there is, and run nothing");
+  command->add_flag("--list", arguments->list, "List the cases without running them");
   command->add_flag("--checks", arguments->checks, "Print every single check");
   command->add_option("-o", arguments->page, "Page to write: FILE.html or FILE.md")
       ->type_name("PAGE");

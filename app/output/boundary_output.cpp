@@ -51,7 +51,7 @@ std::string surface_text(const MeshDefects& defects) {
 
 }  // namespace
 
-BoundaryFacts facts_of(const Boundary& b, const std::string& kind, double density) {
+BoundaryFacts sample_statistics(const Boundary& b, const std::string& kind, double density) {
   BoundaryFacts facts;
   facts.name = b.name;
   facts.kind = kind;
@@ -75,11 +75,11 @@ std::vector<BoundaryFacts> boundary_facts(const Case& c) {
   std::vector<BoundaryFacts> all;
   for (const Boundary& b : c.model.boundaries) {
     const auto kind = kinds.find(b.name);
-    all.push_back(facts_of(b,
-                           kind != kinds.end()               ? kind->second
-                           : b.kind == Boundary::Kind::plane ? "plane"
-                                                             : "box",
-                           c.model.materials[b.material].density));
+    all.push_back(sample_statistics(b,
+                                    kind != kinds.end()               ? kind->second
+                                    : b.kind == Boundary::Kind::plane ? "plane"
+                                                                      : "box",
+                                    c.model.materials[b.material].density));
   }
   return all;
 }

@@ -1,4 +1,4 @@
-// Facts of boundaries, as the user is told them.
+// Properties of boundaries as text and JSON.
 #pragma once
 
 #include <optional>
@@ -24,7 +24,7 @@ struct BoundaryFacts {
 };
 
 // `density` (kg/m^3): of its material; 0: not known.
-BoundaryFacts facts_of(const Boundary& boundary, const std::string& kind, double density);
+BoundaryFacts sample_statistics(const Boundary& boundary, const std::string& kind, double density);
 
 // In order of the model. A half-space has its kind alone.
 std::vector<BoundaryFacts> boundary_facts(const Case& c);

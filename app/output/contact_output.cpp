@@ -11,7 +11,7 @@ namespace firn {
 namespace {
 
 std::string vector_text(const Vec3& v) {
-  // What is rounding beside the largest component is told as nothing.
+  // Components at the rounding error of the largest one print as zero.
   const double least = 1e-12 * v.cwiseAbs().maxCoeff();
   const auto text = [&](double x) { return std::abs(x) <= least ? 0.0 : x; };
   return fmt::format("({:.4g}, {:.4g}, {:.4g})", text(v.x()), text(v.y()), text(v.z()));
@@ -23,7 +23,7 @@ std::string place_text(const Vec3& v) {
 
 std::string percent(double part) { return fmt::format("{:.1f} %", 100 * part); }
 
-// A difference, and beside what it is to be seen.
+// A difference and the scale that it is compared with.
 std::string error_text(double error, double scale, const char* unit) {
   return fmt::format(
       "{:.1e} {}{}", error, unit,

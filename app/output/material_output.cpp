@@ -12,7 +12,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t long_text = 60;  // beyond, a difference is told by size
+constexpr std::size_t long_text = 60;  // longer texts: their lengths are compared
 
 std::string unit_behind(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
 

@@ -7,7 +7,7 @@ namespace firn {
 
 class ProgressMeter {
  public:
-  // timestep: s, to tell the rate of steps.
+  // timestep: s, for the number of steps per second.
   explicit ProgressMeter(double timestep);
   ~ProgressMeter();
   ProgressMeter(const ProgressMeter&) = delete;

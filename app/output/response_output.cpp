@@ -11,7 +11,7 @@
 namespace firn {
 namespace {
 
-constexpr std::size_t values_in_a_row = 6;  // longer responses are told by their range
+constexpr std::size_t values_in_a_row = 6;  // longer responses print as a range
 
 std::string value_text(const Response& r, std::size_t i) {
   return measured_text(r.value[i], i < r.uncertainty.size() ? r.uncertainty[i] : 0);

@@ -1,4 +1,4 @@
-// Facts of a shape, as the user is told them.
+// Properties of a shape as text and JSON.
 #pragma once
 
 #include <string>

@@ -2,6 +2,10 @@
 
 #include <filesystem>
 
+#include "app/support/exit_status.h"
+#include "experiments/system/interruption.h"
+#include "experiments/system/terminal.h"
+
 namespace firn {
 
 std::string BatchArguments::store_file() const {
@@ -12,6 +16,24 @@ std::string BatchArguments::store_file() const {
   fs::path folder = fs::absolute(directory).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   return (folder.parent_path() / "store.db").string();
+}
+
+void apply(const BatchArguments& arguments, BatchOptions& options) {
+  options.directory = arguments.directory;
+  options.jobs = arguments.jobs;
+  options.resume = arguments.resume;
+  options.executor = arguments.executor;
+  options.store = arguments.store_file();
+  options.json_progress = arguments.progress == "json";
+  options.show_progress = arguments.progress != "none";
+  options.interrupt = &interruption::requested();
+}
+
+int report_interruption(const std::string& directory) {
+  print_lines(stderr,
+              "firn: interrupted; everything finished is kept in {}: the same command resumes\n",
+              directory);
+  return ExitStatus::interrupted;
 }
 
 void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& what) {
@@ -30,14 +52,13 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
   CLI::Option* store =
       command
           .add_option("--store", a.store,
-                      "Outcomes shared with other studies, validations and sweeps; store.db beside "
-                      "the folder by default")
+                      "Outcomes shared with other studies, validations and sweeps; by default "
+                      "store.db in the parent folder")
           ->type_name("FILE");
   command.add_flag("--no-store", a.no_store, "Share no outcomes with others")->excludes(store);
   command.add_flag("--resume", a.resume,
-                   "Insist on going on: fail when the folder does not hold this " + what +
-                       ". Without it a " + what +
-                       " goes on too where its folder has finished runs");
+                   "Fail when the folder does not hold this " + what + ". Without it a " + what +
+                       " also resumes when its folder has finished runs");
   command
       .add_option("--progress", a.progress,
                   "On standard error: a bar for people, a JSON object a line for each event, or "

@@ -1,4 +1,4 @@
-// What the program tells the shell. Part of the public interface: docs/command-line.md.
+// Exit statuses of the program. Part of the public interface: docs/command-line.md.
 #pragma once
 
 namespace firn {

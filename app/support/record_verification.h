@@ -26,8 +26,8 @@ struct RecordReplayOptions {
   int runs = 0;  // at most, of each anchor in each experiment; 0: all
 };
 
-// Simulates the anchors of a record again with the recorded seeds. By the same program, as
-// firn_program() tells, responses are the same bits; by another one, the mean of each is that of
+// Simulates the anchors of a record again with the recorded seeds. With the same program (equal
+// firn_program()), responses are the same bits; with another one, the mean of each is that of
 // the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation
 // fails.
 std::vector<RecordCheck> replay_record(const StoredRecord& stored,

@@ -10,8 +10,8 @@ namespace firn {
 struct PowerLaw {
   double exponent = 0;
   // Half-width of the interval that holds the exponent with 68 %, by Student's distribution: a
-  // standard error, wider where few runs were all that told the scatter. NaN: of two points, which
-  // give a slope and no idea of how straight it is.
+  // standard error, wider when few runs determine the scatter. NaN: two points, which give a
+  // slope but no measure of its error.
   double exponent_error = std::numeric_limits<double>::quiet_NaN();
 
   struct Logarithm {
@@ -32,7 +32,7 @@ double student_factor(double degrees_of_freedom, double confidence = 0.95);
 
 // Weighted least squares of ln(mean) over ln(x). `error`: standard errors of the means, NaN where
 // not known; `runs`: how many a mean is of. The relative scatter of a run is taken as the same at
-// every x and pooled over all, since two or three runs do not tell their own; each mean counts as
+// every x and pooled over all, since two or three runs cannot determine it; each mean counts as
 // known to 2 % at best. A line that misses by more than that scatter explains (F-test, 5 %) is no
 // better known than it misses. Points as has_power_law wants them.
 PowerLaw fit_power_law(std::span<const double> x, std::span<const double> mean,

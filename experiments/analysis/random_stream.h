@@ -8,8 +8,8 @@
 
 namespace firn {
 
-// Random numbers of one batch: a stream of its own for each (seed, fill, batch), so that a run can
-// go on from a checkpoint without carrying any state of a generator.
+// Random numbers of one batch: one stream for each (seed, fill, batch). A checkpoint therefore
+// needs no state of a generator.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t batch);

@@ -8,8 +8,8 @@
 namespace firn {
 namespace {
 
-constexpr int most_crashes = 2;  // of its own doing: then that is its outcome
-constexpr int most_losses = 5;   // by no fault of its own: then something is wrong around it
+constexpr int most_crashes = 2;  // of the run itself: then the outcome is a crash
+constexpr int most_losses = 5;   // of its process or machine: then the batch ends
 
 }  // namespace
 
@@ -104,7 +104,7 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       journal_.finish(job.key, result);
       if (store_ != nullptr) store_->add(run.planned, result);
       progress_.ended(run.planned, result);
-      if (check) check(run, result);  // the first run tells, not the last
+      if (check) check(run, result);  // the first run decides, not the last
     };
     events.note = [&](const Job& job, const std::string& line) {
       progress_.note(runs.at(job.key)->planned, line);

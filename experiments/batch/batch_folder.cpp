@@ -68,6 +68,28 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
 
 DirectoryLock::~DirectoryLock() { close(descriptor_); }
 
+BatchFolderOptions folder_options(const BatchOptions& options, const std::string& kind,
+                                  const std::string& identity, const std::string& directory,
+                                  int largest_total, const SlurmSettings& slurm) {
+  BatchFolderOptions o;
+  o.directory = directory;
+  o.identity = identity;
+  o.must_exist = options.resume;
+  o.executor = options.executor;
+  o.program = options.program;
+  o.jobs = options.jobs;
+  o.store = options.store;
+  o.slurm = slurm;
+  o.progress = !options.show_progress  ? ProgressStyle::none
+               : options.json_progress ? ProgressStyle::json
+                                       : ProgressStyle::people;
+  o.progress_name = kind;
+  o.largest_total = largest_total;
+  o.interrupt = options.interrupt;
+  o.replace_executor = options.replace_executor;
+  return o;
+}
+
 BatchFolder::BatchFolder(const BatchFolderOptions& options)
     : runs_((fs::absolute(options.directory) / "runs").lexically_normal().string()) {
   journal_file(options.directory, options.must_exist);  // the directory is there

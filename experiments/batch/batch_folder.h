@@ -19,7 +19,7 @@ namespace firn {
 // outlive a killed batch keep it until they have saved their state: these are waited for.
 class DirectoryLock {
  public:
-  // Throws InputError when somebody else is at work there.
+  // Throws InputError when another process holds the lock.
   explicit DirectoryLock(const std::string& directory);
   ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;
@@ -27,6 +27,20 @@ class DirectoryLock {
 
  private:
   int descriptor_ = -1;
+};
+
+// How the runs of a study, a validation or a sweep are executed.
+struct BatchOptions {
+  std::string directory;           // for journal, runs and results; empty: runs/<name>
+  int jobs = 0;                    // simulations side by side; 0: one per core
+  bool resume = false;             // require that the directory holds this batch already
+  std::string executor = "local";  // or "slurm"
+  std::string program;             // the firn executable that simulates; empty: this one
+  std::string store;               // file of the outcomes that batches share; empty: none
+  bool show_progress = true;       // on standard error
+  bool json_progress = false;      // as JSON, one event a line
+  const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
+  Executor* replace_executor = nullptr;          // not owned; a fake experiment, for tests
 };
 
 struct BatchFolderOptions {
@@ -45,14 +59,19 @@ struct BatchFolderOptions {
   Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
 };
 
+// The options of a folder for batch `kind` ("sweep"). `identity`: text that the journal belongs to.
+BatchFolderOptions folder_options(const BatchOptions& options, const std::string& kind,
+                                  const std::string& identity, const std::string& directory,
+                                  int largest_total, const SlurmSettings& slurm);
+
 // Returns work(). A WriteError gets what is safe: the finished runs in the journal of `directory`.
 template <class Work>
 auto with_kept_runs(const std::string& directory, Work&& work) {
   try {
     return work();
   } catch (const WriteError& e) {
-    throw WriteError(e, fmt::format("everything finished is kept in {}: {}the same command goes on "
-                                    "from there",
+    throw WriteError(e, fmt::format("everything finished is kept in {}: {}the same command "
+                                    "resumes",
                                     directory, remedy(e.error)));
   }
 }

@@ -49,37 +49,37 @@ void BatchProgress::done() {
 
 void BatchProgress::phase(const std::string& name) {
   phase_ = name;
-  tell("phase", nullptr, nullptr);
+  write_event("phase", nullptr, nullptr);
   draw(true);
 }
 
 void BatchProgress::started(const PlannedRun& run) {
   ++running_;
-  tell("started", &run, nullptr);
+  write_event("started", &run, nullptr);
 }
 
 void BatchProgress::stopped(const PlannedRun& run, const JobResult& why) {
   --running_;
-  tell("stopped", &run, &why);
+  write_event("stopped", &run, &why);
 }
 
 void BatchProgress::ended(const PlannedRun& run, const JobResult& result) {
   --running_;
   count(result);
-  tell("ended", &run, &result);
+  write_event("ended", &run, &result);
   draw(false);
 }
 
 void BatchProgress::found(const PlannedRun& run, const JobResult& result) {
   count(result);
-  tell("found", &run, &result);
+  write_event("found", &run, &result);
   draw(false);
 }
 
 void BatchProgress::note(const PlannedRun& run, const std::string& line) {
   erase();
   if (style_ != ProgressStyle::json) print_lines(stderr, "firn: {}\n", line);
-  tell("note", &run, nullptr, line);
+  write_event("note", &run, nullptr, line);
 }
 
 void BatchProgress::count(const JobResult& result) {
@@ -153,8 +153,8 @@ void BatchProgress::erase() {
   lines_drawn_ = 0;
 }
 
-void BatchProgress::tell(const char* event, const PlannedRun* run, const JobResult* result,
-                         const std::string& note) const {
+void BatchProgress::write_event(const char* event, const PlannedRun* run, const JobResult* result,
+                                const std::string& note) const {
   if (style_ != ProgressStyle::json) return;
   nlohmann::ordered_json j = {{"event", event}, {"phase", phase_}};
   if (run != nullptr)

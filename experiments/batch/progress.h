@@ -39,8 +39,8 @@ class BatchProgress {
   std::string line() const;
   void draw(bool now);
   void erase();
-  void tell(const char* event, const PlannedRun* run, const JobResult* result,
-            const std::string& note = {}) const;
+  void write_event(const char* event, const PlannedRun* run, const JobResult* result,
+                   const std::string& note = {}) const;
 
   void record(const std::string& knowledge);
 

@@ -89,7 +89,7 @@ struct Stage {
   std::vector<Until> until;  // whatever comes first; none: time
   double max_duration = 0;   // s; a stage that has not ended by then ends anyway
   double min_duration = 0;   // s, before which it does not end
-  // Empty: everybody has come and left through an outlet.
+  // Empty: all particles were inserted and have left through an outlet.
   // At rest: every particle inside slower than this and none left, for the hold time.
   double rest_kinetic_energy = 0;  // J, mean per present particle
   double rest_hold = 0;            // s
@@ -142,7 +142,7 @@ struct DrainedRepose {
   double drop_height = 0;      // m below the floor where drained particles leave
 };
 
-// What the case asks to be measured beside the responses of every case.
+// A measurement that the case requests in addition to the responses of every case.
 struct Measure {
   enum class Kind { slip, slide, rebound, heap, accelerometer, drum, curve, load };
   Kind kind = Kind::slip;

@@ -1,5 +1,5 @@
-// Contacts told so that a person can follow them: of one particle, one pair or a whole instant, and
-// over time. Works on a solver's state; where that comes from is replay()'s business.
+// Contacts of one particle, one pair or a whole instant, and their history over time. Works on the
+// state of a solver; replay() provides it.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ int find_body(const Model& model, const std::string& text, const std::string& op
 // Smallest edge of the bounding box of a body's shape, m; of the smaller one of two particles.
 double thickness(const Model& model, const Contact& contact);
 
-// Which contacts somebody wants to see: of one pair, or of one body with all others.
+// Selected contacts: of one pair, or of one body with all others.
 struct ContactChoice {
   int body = -1;   // -1: all contacts
   int other = -1;  // -1: every neighbour
@@ -72,7 +72,7 @@ struct ContactSummary {
 };
 ContactSummary summary_of(const Solver& solver, std::size_t listed);
 
-// All that is told of one instant, copied from the solver.
+// Contacts at one instant, copied from the solver.
 struct Instant {
   double time = 0;  // s
   std::uint64_t step = 0;
@@ -92,7 +92,7 @@ struct HistoryRow {
   double time = 0;  // s
   std::uint64_t step = 0;
   int patches = 0, sliding = 0;  // bearing; of these, sliding
-  double gap = 0;                // m, the smallest; NaN: nobody near
+  double gap = 0;                // m, the smallest; NaN: no body near
   double normal_force = 0;       // N, sum
   double peak_normal_force = 0;  // N, largest sum over the steps since the last row
   double friction = 0;           // N, size of the sum

@@ -117,7 +117,7 @@ Entry entry_of(const std::string& line) {
 // Adds a sentence for each value that differs.
 void compare_numbers(const std::vector<std::string>& first, const std::vector<std::string>& second,
                      std::size_t listed, TraceDifference& out) {
-  const auto tell = [&](const std::string& sentence) {
+  const auto report = [&](const std::string& sentence) {
     if (out.numbers.size() < listed) out.numbers.push_back(sentence);
     ++out.number_count;
   };
@@ -130,19 +130,19 @@ void compare_numbers(const std::vector<std::string>& first, const std::vector<st
     const Entry mine = entry_of(line);
     const auto found = others.find(mine.subject);
     if (found == others.end()) {
-      tell(mine.subject + ": only in the first");
+      report(mine.subject + ": only in the first");
       continue;
     }
     const Entry& other = found->second;
     for (std::size_t k = 0; k < mine.values.size() && k < other.values.size(); ++k) {
       if (mine.values[k] == other.values[k]) continue;
-      tell(fmt::format("{}: {} {:.17g} against {:.17g}", mine.subject, mine.values[k].first,
-                       std::strtod(mine.values[k].second.c_str(), nullptr),
-                       std::strtod(other.values[k].second.c_str(), nullptr)));
+      report(fmt::format("{}: {} {:.17g} against {:.17g}", mine.subject, mine.values[k].first,
+                         std::strtod(mine.values[k].second.c_str(), nullptr),
+                         std::strtod(other.values[k].second.c_str(), nullptr)));
     }
     others.erase(found);
   }
-  for (const auto& [subject, entry] : others) tell(subject + ": only in the second");
+  for (const auto& [subject, entry] : others) report(subject + ": only in the second");
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace firn {
 struct TraceOptions {
   std::string file;
   std::uint64_t every = 1;  // a line each how many steps
-  // Steps whose numbers are written out beside their hashes: bodies, pairs, patches, points.
+  // Steps for which the trace has numbers in addition to hashes: bodies, pairs, patches, points.
   std::uint64_t numbers_from = std::numeric_limits<std::uint64_t>::max(), numbers_to = 0;
 };
 

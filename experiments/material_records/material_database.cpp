@@ -121,7 +121,7 @@ MaterialDatabase::MaterialDatabase(const std::string& file, Access access) : fil
     require_ours(impl_->db);
     if (access == Access::read) {
       const int version = sqlite::schema_version(impl_->db);
-      if (version == 0) {  // made a moment ago, by somebody who writes
+      if (version == 0) {  // a writer has created the file but not yet its tables
         impl_.reset();
         return;
       }

@@ -82,7 +82,7 @@ void check_property(const std::string& field, const MaterialProperty& p) {
     refuse(field, "says nothing; expected a value, a range or a statement");
   if (p.value) require_finite(field + ".value", *p.value);
   if (p.uncertainty && !(p.value && *p.uncertainty >= 0 && std::isfinite(*p.uncertainty)))
-    refuse(field + ".uncertainty", "is not that of a value; expected at least 0, beside a value");
+    refuse(field + ".uncertainty", "has no value; expected at least 0, together with a value");
   if (p.range) require_interval(field + ".range", *p.range);
   if (p.value || p.range) require_text(field + ".unit", p.unit, "a unit, \"1\" for a bare number");
 }

@@ -1,6 +1,6 @@
 // The tests of ice that a laboratory can do on a bench, with what they cost and how well they can
-// be read: what a choice of the next measurement needs beside the simulations. Format and reasons:
-// docs/bench-tests.md.
+// be read. The choice of the next measurement needs these data in addition to the simulations.
+// Format and reasons: docs/bench-tests.md.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// One response of a test, as far as it is known before anybody has measured it.
+// One response of a test, as far as it is known before a measurement.
 struct BenchResponse {
   std::string name;                // docs/responses.md
   std::string measurement;         // path of the file that a laboratory fills in

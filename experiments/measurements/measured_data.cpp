@@ -46,8 +46,7 @@ void read_classes(const TomlTable& t, MeasuredData& d) {
   if (!(sum > 0)) throw InputError(fmt::format("{}: {}: counts nothing", d.file, counts));
 }
 
-// Filters ask for equal steps: the samples are taken anew, on straight lines between them, at steps
-// of `interval`.
+// Resamples by linear interpolation at steps of `interval`: filters need equal steps.
 void resample(std::vector<double>& time, std::vector<double>& samples, double interval) {
   std::vector<double> even_time, even;
   const auto steps =

@@ -1,5 +1,6 @@
 // Data of an experiment beyond one number: values one by one, counts by class, or a trace of a load
-// cell or an accelerometer. CSV files that users put beside a measurement; docs/measurements.md.
+// cell or an accelerometer. The user stores them as CSV files next to a measurement;
+// docs/measurements.md.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Measurements by experiment, as files that anybody may add. Format: docs/measurements.md.
+// Measurements by experiment, as files that users may add. Format: docs/measurements.md.
 #pragma once
 
 #include <optional>
@@ -54,8 +54,8 @@ struct Measurement {
 
   // One standard deviation of the mean: sqrt(sd^2 / repeats + reading^2).
   double standard_uncertainty() const;
-  // The same, wider where few repeats were all that told their own scatter: the mean is then
-  // uncertain as Student's distribution is (GUM supplement 1, 6.4.9).
+  // The same, wider when few repeats determine the scatter: the mean then follows Student's
+  // distribution (GUM supplement 1, 6.4.9).
   double believed_uncertainty() const;
   // "10 +- 0.96 deg (n = 7; standard deviation 2 deg, assumed: ...; reading 0.6 deg: ...)"
   std::string sentence() const;

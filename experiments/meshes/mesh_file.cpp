@@ -183,7 +183,7 @@ bool looks_like_text(std::string_view bytes) {
 Corners read_corners(const std::string& file, std::string_view bytes, const MeshLimits& limits) {
   const std::size_t promised = bytes.size() >= kHeader ? little_endian(&bytes[kTitle]) : 0;
   const std::size_t held = bytes.size() >= kHeader ? (bytes.size() - kHeader) / kTriangle : 0;
-  // The title of a binary file may begin with "solid" too; then its length tells.
+  // The title of a binary file may also begin with "solid". The file size then decides.
   const bool exact = bytes.size() == kHeader + kTriangle * promised;
   if (!exact && looks_like_text(bytes)) return read_text(file, bytes, limits);
   if (bytes.size() < kHeader) {

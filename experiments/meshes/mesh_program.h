@@ -1,4 +1,4 @@
-// Programs of other licenses that work on meshes (tools/), in processes of their own.
+// Programs of other licenses that work on meshes (tools/), in separate processes.
 #pragma once
 
 #include <array>

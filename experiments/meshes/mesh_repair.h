@@ -1,5 +1,5 @@
 // What it takes to make a solid of a mesh, by admesh (https://github.com/admesh/admesh) in a
-// process of its own (tools/repair_mesh).
+// separate process (tools/repair_mesh).
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// The union of the shells of a mesh, by CGAL (https://www.cgal.org) in a process of its own
+// The union of the shells of a mesh, by CGAL (https://www.cgal.org) in a separate process
 // (tools/unite_mesh).
 #pragma once
 

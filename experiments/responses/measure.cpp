@@ -82,7 +82,10 @@ std::vector<Response> general_responses(const Recording& recording, const Case& 
 }  // namespace
 
 std::vector<Response> measure(const Recording& recording) {
-  const Case c = recording.read_case();
+  return measure(recording, recording.read_case());
+}
+
+std::vector<Response> measure(const Recording& recording, const Case& c) {
   if (c.model.particles.size() != recording.particle_count()) {
     throw InputError(
         fmt::format("{}: holds {} particles and a case of {}; expected a file written "

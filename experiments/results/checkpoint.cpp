@@ -14,8 +14,8 @@ namespace {
 constexpr std::string_view kStates = "/states/";
 constexpr std::array kSlots = {"/checkpoint/slot_0", "/checkpoint/slot_1"};
 
-// In front of the payload. The hash comes over all that follows it, so that any mixture of an old
-// and a new checkpoint is told from a whole one.
+// Precedes the payload. The hash covers all bytes behind it. It detects any mixture of an old and a
+// new checkpoint.
 struct Header {
   char magic[8] = {'F', 'I', 'R', 'N', 'C', 'K', 'P', '1'};
   std::uint64_t hash = 0;

@@ -34,7 +34,7 @@ constexpr EventColumn kEventColumns[] = {
     {"place_on_other", "m", [](ContactEvent& e) { return e.place_on_b.data(); }, 3},
     {"dissipated", "J", [](ContactEvent& e) { return &e.dissipated; }},
 };
-// Beside them, whole numbers: who, and whether it still lasts.
+// Integer columns of the same table: the bodies, and whether the contact is still open.
 constexpr const char* kEventNumbers[] = {"body", "other", "lasts"};
 
 // What a triangle has borne, from its sums, its area (m^2) and the length of the interval (s).
@@ -146,7 +146,7 @@ void append_interval(hdf5::File& file, const Case& c, const LoadInterval& interv
   }
 }
 
-// A field of numbers that is written anew each time.
+// A field of numbers that replaces the earlier one each time.
 template <class Sums, class Value>
 void write_field(hdf5::File& file, const std::string& path, const char* unit,
                  const hdf5::Shape& shape, std::span<const Sums> sums, Value value) {

@@ -13,7 +13,7 @@
 
 namespace firn {
 
-// How much of them is in the file: what a checkpoint must know to go on.
+// Number of rows in the file. A checkpoint stores it, so that a resumed run appends behind them.
 struct StatisticsRows {
   std::uint64_t events = 0, intervals = 0;
 };

@@ -74,7 +74,7 @@ std::string keep_earlier_results(const std::string& file) {
     lock.take_copy();
   else
     lock.drop_copy();
-  sync_folder_of(file);  // an earlier copy must not come back beside the new run
+  sync_folder_of(file);  // an earlier copy must not reappear next to the new run
   if (fs::file_size(path, error) == 0) return {};
   for (int i = 1;; ++i) {
     fs::path kept = path;

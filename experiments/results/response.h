@@ -7,6 +7,7 @@
 namespace firn {
 
 class Recording;
+struct Case;
 
 struct Response {
   std::string name;                 // e.g. "angle_of_repose_left"
@@ -19,5 +20,7 @@ struct Response {
 
 // All responses that the case in this recording asks for, from the recording alone.
 std::vector<Response> measure(const Recording& recording);
+// The same with the case of the file, for callers that have constructed it.
+std::vector<Response> measure(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -69,7 +69,7 @@ struct Recording::Impl {
     }
   }
 
-  // `path` is the file itself or the copy kept beside it; errors name `results_file`.
+  // `path` is the file itself or its backup copy; errors name `results_file`.
   Impl(const std::string& results_file, const std::string& path)
       : name(results_file), file(open_results(path, results_file)) {
     contents = guarded([&] { return results::check_file(file); });
@@ -133,8 +133,8 @@ struct Recording::Impl {
 };
 
 Recording::Recording(const std::string& file) {
-  // With a copy beside it, the run is under way or was killed: what the last flush left may lack
-  // what an earlier one had. A run that ends meanwhile takes the copy away.
+  // A backup copy exists while the run is active or after it was killed: the last flush may then
+  // lack data of an earlier one. A run that ends meanwhile removes the copy.
   std::unique_ptr<Impl> copy;
   try {
     if (has_kept_copy(file)) copy = std::make_unique<Impl>(file, kept_copy(file));

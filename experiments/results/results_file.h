@@ -1,4 +1,4 @@
-// Results files: written while a run goes on, read by everything else. Layout: docs/results.md.
+// Results files: a run writes them, everything else reads them. Layout: docs/results.md.
 #pragma once
 
 #include <array>

@@ -69,7 +69,7 @@ void ResultsLock::require_in_place() const {
 }
 
 void ResultsLock::keep_copy() const {
-  std::error_code error;  // told by the write
+  std::error_code error;  // the write reports the error
   if (const fs::path folder = fs::path(file_).parent_path(); !folder.empty())
     fs::create_directories(folder, error);
   try {

@@ -218,7 +218,7 @@ constexpr Dataset kDatasets[] = {
     {"/responses/<response>", optional, "", real, "k", "", R::finite_or_nan, "",
      "what [was measured](responses.md), once the run is finished; NaN: not defined"},
     {"/checkpoint/slot_0", optional, "", byte, "b", "", R::any, "",
-     "to go on from, with a hash of its own; gone once the run is finished"},
+     "state to resume from, with its hash; removed once the run is finished"},
     {"/checkpoint/slot_1", optional, "", byte, "b", "", R::any, "", "the same, written in turn"},
     {"/states/<step>", optional, "", byte, "b", "", R::any, "",
      "states kept on the way, with `output.states_every` alone"},
@@ -556,7 +556,7 @@ class Check {
         if (other.presence != together || other.with != found.dataset->path) continue;
         const std::string path = Pattern(other.path).with(found.name);
         if (!has(path))
-          refuse(path, fmt::format("is missing; expected it beside {}", found.object->path));
+          refuse(path, fmt::format("is missing; expected it together with {}", found.object->path));
       }
     }
   }

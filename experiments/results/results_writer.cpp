@@ -139,7 +139,7 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   std::vector<double> overlaps = solver.contact_overlaps();
   std::sort(overlaps.begin(), overlaps.end());
   for (double share : {1.0, 0.99, 0.5}) row.add(quantile(overlaps, share, kNaN));
-  for (double value : {h.energy_rise, static_cast<double>(h.deep_births),
+  for (double value : {h.energy_rise, static_cast<double>(h.late_contacts),
                        static_cast<double>(h.patches), static_cast<double>(h.points)})
     row.add(value);
   return row.take();
@@ -182,7 +182,7 @@ void write_header(hdf5::File& file, const Case& c) {
   for (const Outlet& outlet : c.outlets) outlets.push_back(outlet.name);
   if (!gates.empty()) file.write_strings("/gates/name", gates);
   file.write_strings("/outlets/name", outlets);
-  write_particles(file, std::vector<double>(id.size(), 0), Passages(c));
+  write_particles(file, std::vector<double>(id.size(), 0), ParticleEvents(c));
   file.set_attribute("/particles/peak_normal_force", "unit", std::string("N"));
   for (const char* time : {"exit_time", "door_time", "insert_time"})
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
@@ -196,7 +196,7 @@ void write_header(hdf5::File& file, const Case& c) {
 }
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
-                     const Passages& passages) {
+                     const ParticleEvents& passages) {
   const hdf5::Shape all{peak_normal_force.size()};
   file.write<double>("/particles/peak_normal_force", all, peak_normal_force);
   file.write<double>("/particles/exit_time", all, passages.exit_time);
@@ -212,7 +212,7 @@ void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_fo
   file.write<double>("/particles/gate_time", {passages.gate_time.size(), all[0]}, gates);
 }
 
-Passages::Passages(const Case& c) {
+ParticleEvents::ParticleEvents(const Case& c) {
   const std::size_t n = c.model.particles.size();
   exit_time = door_time = insert_time = std::vector<double>(n, kNaN);
   outlet = batch = std::vector<int>(n, -1);

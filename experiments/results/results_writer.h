@@ -22,9 +22,9 @@ std::vector<double> result_row(const Solver& solver, double interval);
 void write_header(hdf5::File& file, const Case& c);
 
 // Per particle; times in s, NaN: not yet.
-struct Passages {
-  Passages() = default;
-  explicit Passages(const Case& c);  // before anything has happened
+struct ParticleEvents {
+  ParticleEvents() = default;
+  explicit ParticleEvents(const Case& c);  // before anything has happened
 
   std::vector<double> exit_time;               // removed by an outlet
   std::vector<double> door_time;               // centre of mass first below the floor's underside
@@ -47,7 +47,7 @@ void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchCha
 void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records);
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
-                     const Passages& passages);
+                     const ParticleEvents& passages);
 
 // Stages of the case in order; those not reached yet keep NaN times.
 std::vector<Stage> stages_of(const Case& c);  // the case's, or one until its end

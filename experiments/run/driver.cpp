@@ -79,9 +79,9 @@ void walk(const Each& each, T& traffic, P& watch) {
 
 // Whether every list of a checkpoint is as long as the case needs it.
 bool fits(const Case& c, std::size_t stages, const DriverState& state,
-          const TrafficState& traffic) {
+          const ParticleFlowState& traffic) {
   const std::size_t n = c.model.particles.size();
-  const Passages& p = traffic.passages;
+  const ParticleEvents& p = traffic.passages;
   const auto is_whole = [&](const auto& list) { return list.size() == n; };
   return !state.stages.empty() && state.stages.size() <= stages &&
          traffic.fill_batches.size() == c.fills.size() &&
@@ -98,14 +98,14 @@ Model with_threads(Model model, int threads) {
 
 }  // namespace
 
-Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker)
+Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer)
     : case_(c),
       options_(options),
       recorder_(recorder),
-      onlooker_(std::move(onlooker)),
+      observer_(std::move(observer)),
       solver_(with_threads(c.model, options.threads)),
       stages_(stages_of(c)),
-      traffic_(c),
+      particle_flow_(c),
       watch_(c) {
   last_step_ = to_steps(case_, c.duration);
   // Without an interval, the first and the last frame alone.
@@ -118,7 +118,7 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onl
 std::vector<std::byte> Driver::pack() const {
   ByteWriter out;
   put(out, state_);
-  walk([&](const auto& value) { out.put(value); }, traffic_.state, watch_.state);
+  walk([&](const auto& value) { out.put(value); }, particle_flow_.state, watch_.state);
   out.put(solver_.save());
   return out.take();
 }
@@ -128,7 +128,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   ByteReader in(payload);
   DriverState state;
   get(in, state);
-  TrafficState traffic = traffic_.state;
+  ParticleFlowState traffic = particle_flow_.state;
   StageWatchState watch = watch_.state;
   walk([&](auto& value) { in.get(value); }, traffic, watch);
   std::vector<std::byte> bytes;
@@ -142,7 +142,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
     throw RunError("checkpoint does not fit the case");
   solver_.restore(bytes);
   state_ = std::move(state);
-  traffic_.state = std::move(traffic);
+  particle_flow_.state = std::move(traffic);
   watch_.state = std::move(watch);
   resumed_ = true;
   save_wanted_ = false;
@@ -202,6 +202,7 @@ RunSummary Driver::run() {
     conclude(fmt::format("failed: {}", e.what()));
     throw;
   }
+  solver_.complete_step();
   if (options_.progress) report();
   summary.simulated = now();
   summary.wall = seconds_since(started_);
@@ -230,14 +231,14 @@ std::string Driver::simulate() {
     }
     if (interrupted) return {};
     if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
-    if (const auto blocked = traffic_.place_due(solver_, stage_now())) {
+    if (const auto blocked = particle_flow_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
       look(true);
       record_frame();  // who is in the way
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
-    if (const auto by = watch_.ended_by(stage(), solver_, traffic_, stage_now())) {
+    if (const auto by = watch_.ended_by(stage(), solver_, particle_flow_, stage_now())) {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
       if (last || solver_.steps() >= last_step_) {
@@ -249,15 +250,20 @@ std::string Driver::simulate() {
     }
     if (solver_.steps() % frame_steps_ == 0) record_frame();
     if (!look(false)) return {};
-    solver_.step();
+    solver_.step_deferred();
   }
 }
 
-bool Driver::look(bool last) { return !onlooker_.step || onlooker_.step(solver_, last); }
+bool Driver::look(bool last) {
+  if (!observer_.step) return true;
+  solver_.complete_step();
+  return observer_.step(solver_, last);
+}
 
 void Driver::watch() {
-  const bool left = traffic_.look(solver_);
-  watch_.look(stage(), solver_, traffic_, stage_now(), left);
+  solver_.complete_step();
+  const bool left = particle_flow_.look(solver_);
+  watch_.look(stage(), solver_, particle_flow_, stage_now(), left);
   if (seconds_since(saved_) >= options_.checkpoint_every) save_wanted_ = true;
   if (options_.progress && seconds_since(reported_) >= kReportEvery) report();
 }
@@ -266,12 +272,13 @@ const Stage& Driver::stage() const {
   return stages_[std::max<std::size_t>(1, state_.stages.size()) - 1];
 }
 
-Traffic::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
+ParticleFlow::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
 
 void Driver::end_stage(const std::string& by) {
+  solver_.complete_step();  // the next stage may tag particles by their positions
   state_.stages.back().end = now();
   state_.stages.back().ended_by = by;
-  solver_.end_started(state_.stages.size(), now());
+  solver_.stop_stage_motions(state_.stages.size(), now());
 }
 
 void Driver::enter_stage(std::size_t number) {
@@ -279,7 +286,7 @@ void Driver::enter_stage(std::size_t number) {
   state_.stages.push_back({stage.name, now(), std::numeric_limits<double>::quiet_NaN(), ""});
   state_.stage_start = solver_.steps();
   watch_.enter_stage();
-  traffic_.tag(stage.name, solver_);
+  particle_flow_.tag(stage.name, solver_);
   for (const std::string& name : stage.remove)
     solver_.remove_boundary(find_boundary(case_.model, name, case_.source));
   const auto begin = [&](Schedule& schedule, bool ends_with_stage) {
@@ -303,9 +310,10 @@ void Driver::enter_stage(std::size_t number) {
 void Driver::record_frame() {
   const double interval =
       static_cast<double>(solver_.steps() - state_.loads_cleared) * case_.model.timestep;
-  if (recorder_ || onlooker_.frame) {
+  if (recorder_ || observer_.frame) {
+    solver_.complete_step();
     std::vector<double> row = result_row(solver_, interval);
-    if (onlooker_.frame) onlooker_.frame(state_.frames, row);
+    if (observer_.frame) observer_.frame(state_.frames, row);
     if (recorder_) recorder_->push(std::move(row));
   }
   solver_.clear_boundary_loads();
@@ -318,6 +326,7 @@ void Driver::save() {
   saved_ = Clock::now();
   hand_over_statistics(false);
   if (!recorder_) return;
+  solver_.complete_step();
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
@@ -339,6 +348,7 @@ void Driver::advise() {
 // The same bytes whether or not the run was interrupted on its way: a resumed one writes some
 // again.
 void Driver::keep_state() {
+  solver_.complete_step();
   hand_over_statistics(false);
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
@@ -361,7 +371,7 @@ void Driver::hand_over_statistics(bool at_end) {
 void Driver::report() {
   Progress progress;
   progress.time = now();
-  progress.latest_end = onlooker_.latest_end > 0 ? onlooker_.latest_end : case_.duration;
+  progress.latest_end = observer_.latest_end > 0 ? observer_.latest_end : case_.duration;
   progress.stage = stage().name;
   progress.wall = seconds_since(started_);
   for (Presence presence : solver_.particles().presence) {
@@ -370,13 +380,13 @@ void Driver::report() {
     if (presence == Presence::left) ++progress.left;
   }
   for (std::size_t g = 0; g < case_.gates.size(); ++g)
-    progress.passed.push_back({case_.gates[g].name, traffic_.passed(static_cast<int>(g), 0)});
+    progress.passed.push_back({case_.gates[g].name, particle_flow_.passed(static_cast<int>(g), 0)});
   options_.progress(progress);
   reported_ = Clock::now();
 }
 
 void Driver::write_progress(hdf5::File& file) {
-  write_particles(file, solver_.particles().peak_normal_force, traffic_.state.passages);
+  write_particles(file, solver_.particles().peak_normal_force, particle_flow_.state.passages);
   write_stages(file, stages_, state_.stages);
   write_switches(file, case_, watch_.state.changes);
   write_bonds(file, case_, solver_.bonds());
@@ -385,6 +395,7 @@ void Driver::write_progress(hdf5::File& file) {
 
 void Driver::conclude(const std::string& status) {
   if (!recorder_) return;
+  solver_.complete_step();
   if (status != to_string(RunStatus::interrupted)) hand_over_statistics(true);
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);

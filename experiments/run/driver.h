@@ -36,7 +36,7 @@ void check_runnable(const Case& c);
 Case case_of(const Recording& recording, const char* what);
 
 // Who looks on. All may be empty.
-struct Onlooker {
+struct RunObserver {
   // With the state of each step, before the next one is taken; false ends the simulation.
   std::function<bool(const Solver&, bool last)> step;
   // With each frame: its number and its row (result_row).
@@ -47,7 +47,7 @@ struct Onlooker {
 class Driver {
  public:
   // The recorder's file is new and has its header; nullptr: nothing is recorded.
-  Driver(const Case& c, const RunOptions& options, Recorder* recorder, Onlooker onlooker = {});
+  Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer = {});
 
   // Continues from the newest checkpoint of the recorder's file that fits; cuts the rest off.
   // Throws InputError when there is none, and WriteError.
@@ -74,7 +74,7 @@ class Driver {
   std::string simulate();  // returns what ended the run; empty: interrupted
   void watch();
   const Stage& stage() const;  // under way, or the first
-  Traffic::Now stage_now() const;
+  ParticleFlow::Now stage_now() const;
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
   void record_frame();
@@ -94,13 +94,13 @@ class Driver {
   const Case& case_;
   const RunOptions& options_;
   Recorder* recorder_;
-  Onlooker onlooker_;
+  RunObserver observer_;
   std::span<interruption::Temporary> unsaved_;
   std::optional<interruption::Advice> advice_;
   Solver solver_;
   const std::vector<Stage> stages_;
-  Traffic traffic_;
-  StageWatch watch_;
+  ParticleFlow particle_flow_;
+  StageEvents watch_;
   std::uint64_t frame_steps_ = 1;
   std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
   std::uint64_t last_step_ = 0;   // of the case

@@ -19,7 +19,7 @@ constexpr std::uint64_t kNotNow = ~std::uint64_t{0};
 // A body of a source may touch what holds it: this much overlap is none.
 constexpr double kSeat = 0.2e-3;  // m
 
-bool belongs(const std::string& stage, const Traffic::Now& now) {
+bool belongs(const std::string& stage, const ParticleFlow::Now& now) {
   return stage.empty() || stage == *now.stage;
 }
 
@@ -30,7 +30,7 @@ std::uint64_t batch_count(const Fill& fill) {
                         : 1;
 }
 
-Traffic::Traffic(const Case& c) : case_(c) {
+ParticleFlow::ParticleFlow(const Case& c) : case_(c) {
   first_of_source_ = first_of_sources(c);
   std::size_t next =
       first_of_source_.empty() ? c.model.particles.size() : index(first_of_source_.front());
@@ -41,17 +41,17 @@ Traffic::Traffic(const Case& c) : case_(c) {
   }
   state.fill_batches.assign(c.fills.size(), 0);
   state.source_batches.assign(c.sources.size(), 0);
-  state.passages = Passages(c);
+  state.passages = ParticleEvents(c);
 }
 
-std::uint64_t Traffic::due(double start, double interval, std::uint64_t batch,
-                           const std::string& stage, const Now& now) const {
+std::uint64_t ParticleFlow::due(double start, double interval, std::uint64_t batch,
+                                const std::string& stage, const Now& now) const {
   if (!belongs(stage, now)) return kNotNow;
   const std::uint64_t from = stage.empty() ? 0 : now.stage_start;
   return from + to_steps(case_, start + static_cast<double>(batch) * interval);
 }
 
-void Traffic::note_batch(int first, int count, std::uint64_t batch, int tag, double time) {
+void ParticleFlow::note_batch(int first, int count, std::uint64_t batch, int tag, double time) {
   for (int i = first; i < first + count; ++i) {
     state.passages.insert_time[index(i)] = time;
     state.passages.batch[index(i)] = static_cast<int>(batch);
@@ -59,7 +59,7 @@ void Traffic::note_batch(int first, int count, std::uint64_t batch, int tag, dou
   }
 }
 
-std::optional<std::string> Traffic::place_due(Solver& solver, const Now& now) {
+std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Now& now) {
   for (std::size_t i = 0; i < case_.fills.size(); ++i) {
     const Fill& fill = case_.fills[i];
     std::uint64_t& placed = state.fill_batches[i];
@@ -89,7 +89,7 @@ std::optional<std::string> Traffic::place_due(Solver& solver, const Now& now) {
   return std::nullopt;
 }
 
-std::optional<std::string> Traffic::place_source(Solver& solver, std::size_t number) {
+std::optional<std::string> ParticleFlow::place_source(Solver& solver, std::size_t number) {
   const Source& source = case_.sources[number];
   std::uint64_t& placed = state.source_batches[number];
   const int count = static_cast<int>(source.positions.size());
@@ -123,7 +123,7 @@ std::optional<std::string> Traffic::place_source(Solver& solver, std::size_t num
   return std::nullopt;
 }
 
-bool Traffic::all_placed(const Now& now) const {
+bool ParticleFlow::all_placed(const Now& now) const {
   for (std::size_t i = 0; i < case_.fills.size(); ++i) {
     if (belongs(case_.fills[i].stage, now) && state.fill_batches[i] < batch_count(case_.fills[i]))
       return false;
@@ -136,10 +136,10 @@ bool Traffic::all_placed(const Now& now) const {
   return true;
 }
 
-bool Traffic::look(Solver& solver) {
+bool ParticleFlow::look(Solver& solver) {
   const ParticleState& particles = solver.particles();
   const double now = solver.time();
-  Passages& passages = state.passages;
+  ParticleEvents& passages = state.passages;
   bool left = false;
   for (std::size_t i = 0; i < particles.presence.size(); ++i) {
     if (particles.presence[i] != Presence::present) continue;
@@ -165,7 +165,7 @@ bool Traffic::look(Solver& solver) {
   return left;
 }
 
-void Traffic::tag(const std::string& stage, const Solver& solver) {
+void ParticleFlow::tag(const std::string& stage, const Solver& solver) {
   const ParticleState& particles = solver.particles();
   for (const TagRule& rule : case_.tag_rules) {
     if (rule.stage != stage) continue;
@@ -180,13 +180,13 @@ void Traffic::tag(const std::string& stage, const Solver& solver) {
   }
 }
 
-std::size_t Traffic::passed(int gate, double from) const {
+std::size_t ParticleFlow::passed(int gate, double from) const {
   const std::vector<double>& times = state.passages.gate_time[index(gate)];
   return static_cast<std::size_t>(
       std::ranges::count_if(times, [&](double t) { return t >= from; }));
 }
 
-double Traffic::passed_mass(int gate, double from) const {
+double ParticleFlow::passed_mass(int gate, double from) const {
   const std::vector<double>& times = state.passages.gate_time[index(gate)];
   double mass = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {

@@ -13,16 +13,16 @@
 namespace firn {
 
 // What a checkpoint keeps of it.
-struct TrafficState {
+struct ParticleFlowState {
   std::vector<std::uint64_t> fill_batches, source_batches;  // placed so far, [fills], [sources]
-  Passages passages;
+  ParticleEvents passages;
 };
 
-class Traffic {
+class ParticleFlow {
  public:
-  explicit Traffic(const Case& c);
+  explicit ParticleFlow(const Case& c);
 
-  TrafficState state;
+  ParticleFlowState state;
 
   // The stage under way and the step at which it began: what is bound to a stage comes by them.
   struct Now {

@@ -89,8 +89,8 @@ RunOptions run_options(const ReplayOptions& options) {
   return run;
 }
 
-Onlooker onlooker(const ReplayOptions& options) {
-  Onlooker looks;
+RunObserver observer(const ReplayOptions& options) {
+  RunObserver looks;
   looks.latest_end = options.latest_end;
   looks.step = [&options](const Solver& solver, bool last) {
     return (solver.steps() < options.from_step && !last) || options.observe(solver, last);
@@ -100,7 +100,7 @@ Onlooker onlooker(const ReplayOptions& options) {
 
 // A driver at the newest state of the file that is not after the first step of interest, and fits.
 std::unique_ptr<Driver> nearest_start(const std::string& results_file, const Case& c,
-                                      const RunOptions& run, const Onlooker& looks,
+                                      const RunOptions& run, const RunObserver& looks,
                                       const ReplayOptions& options) {
   auto best = std::make_unique<Driver>(c, run, nullptr, looks);
   const auto offer = [&](const std::vector<std::byte>& payload) {
@@ -137,7 +137,7 @@ Replay outcome(const RunSummary& summary, const ReplayOptions& options) {
 Replay replay(const Case& c, const ReplayOptions& options) {
   check_runnable(c);
   const RunOptions run = run_options(options);
-  Driver driver(c, run, nullptr, onlooker(options));
+  Driver driver(c, run, nullptr, observer(options));
   return outcome(driver.run(), options);
 }
 
@@ -147,7 +147,7 @@ Replay replay(const std::string& results_file, const ReplayOptions& options) try
   check_runnable(c);
   FrameProof proof(results_file, recording, c.model);
   const RunOptions run = run_options(options);
-  Onlooker looks = onlooker(options);
+  RunObserver looks = observer(options);
   bool enough = false;
   std::uint64_t seen = 0;
   looks.step = [&, observe = looks.step](const Solver& solver, bool last) {

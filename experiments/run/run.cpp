@@ -18,9 +18,9 @@ namespace {
 
 using Lock = Recorder::Lock;
 
-// From the finished file alone, and into it.
-std::vector<Response> measure_and_store(const Lock& lock) {
-  std::vector<Response> responses = measure(Recording(lock->file()));
+// Measures the finished file of case `c` and writes the responses into it.
+std::vector<Response> measure_and_store(const Lock& lock, const Case& c) {
+  std::vector<Response> responses = measure(Recording(lock->file()), c);
   Recorder recorder = Recorder::reopen(lock, {});
   recorder.with_file([&](hdf5::File& file) {
     if (file.contains("/responses")) file.remove("/responses");  // a part, from before a kill
@@ -45,7 +45,8 @@ std::vector<Response> tidy_finished(const Lock& lock) {
   Recorder recorder = Recorder::reopen(lock, {});
   recorder.with_file([](hdf5::File& file) { remove_checkpoints(file); });
   recorder.close();
-  std::vector<Response> responses = measure_and_store(lock);
+  const Case c = Recording(lock->file()).read_case();
+  std::vector<Response> responses = measure_and_store(lock, c);
   lock->drop_copy();
   return responses;
 }
@@ -57,9 +58,9 @@ RunSummary write_failure(const WriteError& e, const std::string& safe) {
   return summary;
 }
 
-Onlooker onlooker(const RunOptions& options) {
+RunObserver observer(const RunOptions& options) {
   if (!options.each_step) return {};
-  Onlooker looks;
+  RunObserver looks;
   looks.step = [&options](const Solver& solver, bool last) {
     options.each_step(solver, last);
     return true;
@@ -68,12 +69,12 @@ Onlooker onlooker(const RunOptions& options) {
 }
 
 // The copy of the last checkpoint stays until the file is complete.
-RunSummary drive(Driver& driver, const Lock& lock) {
+RunSummary drive(Driver& driver, const Lock& lock, const Case& c) {
   RunSummary summary;
   try {
     summary = driver.run();
     if (!driver.concluded()) return summary;
-    if (summary.status == RunStatus::finished) summary.responses = measure_and_store(lock);
+    if (summary.status == RunStatus::finished) summary.responses = measure_and_store(lock, c);
     lock->drop_copy();
   } catch (const WriteError& e) {
     summary.status = RunStatus::failed;
@@ -144,9 +145,9 @@ RunSummary run(const Case& c, const RunOptions& options) {
       write_header(file, c);
       file.flush();
     });
-    Driver driver(c, options, &*recorder, onlooker(options));
+    Driver driver(c, options, &*recorder, observer(options));
     driver.set_unsaved(unsaved);
-    summary = drive(driver, lock);
+    summary = drive(driver, lock, c);
   } catch (const WriteError& e) {
     summary = write_failure(
         e, fmt::format("nothing was simulated: {}start the run again", remedy(e.error)));
@@ -189,7 +190,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     const Case& c = *unfinished;
     if (!restored) lock->keep_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
-    Driver driver(c, options, &recorder, onlooker(options));
+    Driver driver(c, options, &recorder, observer(options));
     try {
       driver.restore();
       recorder.with_file(
@@ -197,7 +198,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     } catch (const WriteError& e) {
       return write_failure(e, driver.what_is_safe(e));
     }
-    return drive(driver, lock);
+    return drive(driver, lock, c);
   } catch (const WriteError& e) {
     return write_failure(
         e, fmt::format("its last state is safe in {}: {}continue with firn run --resume {}",

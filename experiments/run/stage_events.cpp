@@ -41,18 +41,18 @@ double driven_speed(const Case& c, const Stage& stage, const Solver& solver, int
 
 }  // namespace
 
-StageWatch::StageWatch(const Case& c) : case_(c) {
+StageEvents::StageEvents(const Case& c) : case_(c) {
   state.above_since.assign(c.switches.size(), -1);
   state.closed.assign(c.switches.size(), 0);
 }
 
-void StageWatch::enter_stage() {
+void StageEvents::enter_stage() {
   state.rest_since = state.force_since = state.torque_since = -1;
   state.filled_since = state.driven_since = -1;
   state.empty = state.passed = state.stalled = 0;
 }
 
-void StageWatch::look_at_switches(const Solver& solver) {
+void StageEvents::look_at_switches(const Solver& solver) {
   if (case_.switches.empty()) return;
   const std::vector<FrameState> frames = solver.frames();
   for (std::size_t i = 0; i < case_.switches.size(); ++i) {
@@ -76,8 +76,8 @@ void StageWatch::look_at_switches(const Solver& solver) {
 
 // A drive that has come less than a tenth of its way in the hold time has stalled, however it
 // rattles meanwhile.
-void StageWatch::look_at_drive(const Stage& stage, const Solver& solver,
-                               std::uint64_t stage_start) {
+void StageEvents::look_at_drive(const Stage& stage, const Solver& solver,
+                                std::uint64_t stage_start) {
   const double stage_time =
       static_cast<double>(solver.steps() - stage_start) * case_.model.timestep;
   const double wanted =
@@ -99,7 +99,7 @@ void StageWatch::look_at_drive(const Stage& stage, const Solver& solver,
 }
 
 // The mean kinetic energy of who is there is below the stage's bound.
-bool StageWatch::is_quiet(const Stage& stage, const Solver& solver) const {
+bool StageEvents::is_quiet(const Stage& stage, const Solver& solver) const {
   const Model& model = solver.model();
   const ParticleState& particles = solver.particles();
   double total = 0;
@@ -113,7 +113,7 @@ bool StageWatch::is_quiet(const Stage& stage, const Solver& solver) const {
 }
 
 // What has just come in, or leaps at its highest point, is slow for a moment: hence the hold time.
-bool StageWatch::is_filled(const Stage& stage, const Solver& solver) const {
+bool StageEvents::is_filled(const Stage& stage, const Solver& solver) const {
   const Vec3 up = -case_.model.gravity.normalized();
   const ParticleState& particles = solver.particles();
   int above = 0;
@@ -125,8 +125,8 @@ bool StageWatch::is_filled(const Stage& stage, const Solver& solver) const {
   return above >= stage.fill_count;
 }
 
-void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& traffic,
-                      const Traffic::Now& now, bool left) {
+void StageEvents::look(const Stage& stage, const Solver& solver, const ParticleFlow& traffic,
+                       const ParticleFlow::Now& now, bool left) {
   look_at_switches(solver);
   if (stage.ends_on(Until::at_rest))
     keep_since(!left && traffic.all_placed(now) && is_quiet(stage, solver), solver,
@@ -154,8 +154,8 @@ void StageWatch::look(const Stage& stage, const Solver& solver, const Traffic& t
 }
 
 // "12 of 75 particles came through \"container\"": a closed outlet, or a jam.
-std::string StageWatch::shortfall(const Stage& stage, const Traffic& traffic,
-                                  const Traffic::Now& now) const {
+std::string StageEvents::shortfall(const Stage& stage, const ParticleFlow& traffic,
+                                   const ParticleFlow::Now& now) const {
   const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
   const std::string& gate = case_.gates[index(stage.gate)].name;
   if (stage.count > 0)
@@ -165,9 +165,9 @@ std::string StageWatch::shortfall(const Stage& stage, const Traffic& traffic,
                      traffic.passed_mass(stage.gate, from), stage.mass, gate);
 }
 
-std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver& solver,
-                                                const Traffic& traffic,
-                                                const Traffic::Now& now) const {
+std::optional<std::string> StageEvents::ended_by(const Stage& stage, const Solver& solver,
+                                                 const ParticleFlow& traffic,
+                                                 const ParticleFlow::Now& now) const {
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
   if (step >= to_steps(case_, case_.duration)) return "end of the case";
   if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
@@ -196,7 +196,7 @@ std::optional<std::string> StageWatch::ended_by(const Stage& stage, const Solver
 
 std::string describe_jam(const Case& c, const Solver& solver, int frame) {
   const auto carried = [&](int boundary) {
-    return hangs_on(c.model.frames, c.model.boundaries[index(boundary)].frame, frame);
+    return descends_from(c.model.frames, c.model.boundaries[index(boundary)].frame, frame);
   };
   const int n = static_cast<int>(c.model.particles.size());
   const std::vector<Contact> contacts = solver.contacts();

@@ -24,26 +24,28 @@ struct StageWatchState {
   std::vector<SwitchChange> changes;                // of all switches, in order of time
 };
 
-class StageWatch {
+class StageEvents {
  public:
-  explicit StageWatch(const Case& c);
+  explicit StageEvents(const Case& c);
 
   StageWatchState state;
 
   void enter_stage();
   // Now and then; `left`: somebody has since the last look.
-  void look(const Stage& stage, const Solver& solver, const Traffic& traffic,
-            const Traffic::Now& now, bool left);
+  void look(const Stage& stage, const Solver& solver, const ParticleFlow& traffic,
+            const ParticleFlow::Now& now, bool left);
   // What has ended the stage, if anything has.
   std::optional<std::string> ended_by(const Stage& stage, const Solver& solver,
-                                      const Traffic& traffic, const Traffic::Now& now) const;
+                                      const ParticleFlow& traffic,
+                                      const ParticleFlow::Now& now) const;
 
  private:
   void look_at_switches(const Solver& solver);
   void look_at_drive(const Stage& stage, const Solver& solver, std::uint64_t stage_start);
   bool is_quiet(const Stage& stage, const Solver& solver) const;
   bool is_filled(const Stage& stage, const Solver& solver) const;
-  std::string shortfall(const Stage& stage, const Traffic& traffic, const Traffic::Now& now) const;
+  std::string shortfall(const Stage& stage, const ParticleFlow& traffic,
+                        const ParticleFlow::Now& now) const;
 
   const Case& case_;
 };

@@ -33,8 +33,8 @@ herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
 }
 
 // HDF5 keeps one error printer for each thread. It also wants to tidy up when the program ends, and
-// crashes there over what a full disk has kept it from closing: it must be told not to, first of
-// all.
+// crashes there over objects that it could not close on a full disk. The first call must disable
+// that.
 void silence() {
   static const bool no_tidying = H5dont_atexit() >= 0;
   static_cast<void>(no_tidying);
@@ -137,9 +137,10 @@ Handle file_access() {
   silence();
   Handle list = own(H5Pcreate(H5P_FILE_ACCESS), "make a property list");
   // The superblock of this format carries no "open for writing" flag, so that the file of a killed
-  // writer opens as it is. The recorder excludes a second writer by a lock of its own, which lets
-  // readers look at a run under way. Its groups and object headers carry checksums: a reader that
-  // meets half of a flush gets an error, where groups of the older format make HDF5 crash.
+  // writer opens as it is. The recorder excludes a second writer by a separate lock, so that
+  // readers can open the file of an active run. Its groups and object headers carry checksums: a
+  // reader that meets half of a flush gets an error, where groups of the older format make HDF5
+  // crash.
   check(H5Pset_libver_bounds(list.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), "set the format");
   check(H5Pset_file_locking(list.id(), false, true), "set the locking");
   // Metadata reach the file in flush() and nowhere else: between flushes the old ones stay whole.
@@ -610,7 +611,7 @@ Stored File::check_storage(const std::string& path) const {
     for (std::size_t row = 0; row < rows; row += s.chunk[0]) {
       const Chunk c = chunk_at(dataset.id(), row, shape.size(), path);
       if (c.address == HADDR_UNDEF) {
-        written = row;  // the rest of the index is not looked at: nobody reads it
+        written = row;  // the rest of the index is unused
         break;
       }
       check_chunk(c, s, row, file_size, path);

@@ -99,8 +99,8 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
       refuse_foreign_schema();
       return;
     }
-    // Readers of a log need a file for its index beside it. Where nothing can be written and no log
-    // was left, the file cannot change, and none is needed.
+    // Readers of a log need a file for its index in the same folder. Where nothing can be written
+    // and no log was left, the file cannot change, and none is needed.
     const int rc = sqlite3_exec(db_, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr);
     if ((rc == SQLITE_CANTOPEN || rc == SQLITE_READONLY) && !fs::exists(file + "-wal")) {
       sqlite3_close(db_);
@@ -263,7 +263,7 @@ void migrate(File& file, std::span<const char* const> steps) {
   const auto newest = static_cast<int>(steps.size());
   if (schema_version(file) == newest) return;
   Transaction transaction(file);
-  const int version = schema_version(file);  // as whoever was faster left it
+  const int version = schema_version(file);  // another process may have migrated it
   if (version > newest)
     throw InputError(fmt::format(
         "{}: its schema is of version {}, of a newer Firn; this one knows up to {}; expected "

@@ -90,7 +90,7 @@ class Transaction {
 
 // The version of a file's schema is the number of steps that made it (PRAGMA user_version).
 int schema_version(File& file);
-// Takes the steps that the file lacks, all or none. Whoever comes second finds nothing to do.
+// Applies the migration steps that the file lacks, all or none. A second process finds none left.
 void migrate(File& file, std::span<const char* const> steps);
 
 }  // namespace firn::sqlite

@@ -52,7 +52,7 @@ namespace {
 
 class OpenInput {
  public:
-  // O_NONBLOCK: the open of a pipe that nobody writes must not wait.
+  // O_NONBLOCK: opening a pipe without a writer must not block.
   OpenInput(const std::string& file, std::string_view wanted)
       : number_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
     const auto refuse = [&](const std::string& what) {

@@ -45,7 +45,7 @@ class Temporary {
   std::string path_;
 };
 
-// What the user can do then: "everything finished is kept in runs/a: the same command goes on".
+// What the user can do then: "everything finished is kept in runs/a: the same command resumes".
 class Advice {
  public:
   explicit Advice(const std::string& text);

@@ -29,7 +29,7 @@ std::optional<WriteError> write_error_in(std::string_view line);
 // "No space left on device"
 std::string system_text(int error);
 
-// What the user does about a write error before the same command can go on: "free space and ".
+// Remedy for a write error before the same command can resume: "free space and ".
 // Empty when nothing general can be said.
 std::string remedy(int error);
 

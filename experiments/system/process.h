@@ -9,7 +9,7 @@
 
 namespace firn {
 
-// Starts a program of its own process group, niced, with its output appended to `log`. It gets
+// Starts a program in a new process group, niced, with its output appended to `log`. It gets
 // SIGINT when this process dies. Throws RunError when no process can be made; a program that cannot
 // be started ends with status 127.
 pid_t start_process(const std::vector<std::string>& args, const std::string& log);
@@ -18,7 +18,7 @@ pid_t start_process(const std::vector<std::string>& args, const std::string& log
 struct ProcessLimits {
   unsigned processor_time = 0;           // s
   std::size_t address_space = 0;         // bytes; not with the address or thread sanitizer
-  std::vector<std::string> environment;  // "NAME=value", beside that of this process
+  std::vector<std::string> environment;  // "NAME=value", added to that of this process
 };
 
 struct CommandResult {

@@ -62,7 +62,7 @@ std::string number_text(double value, int digits) {
 std::string measured_text(double value, double standard_deviation) {
   if (!(standard_deviation > 0) || !std::isfinite(standard_deviation) || !std::isfinite(value))
     return number_text(value);
-  if (std::abs(value) > kMostExact * standard_deviation)  // digits that nobody reads
+  if (std::abs(value) > kMostExact * standard_deviation)  // more digits than are useful
     return fmt::format("{} ± {}", number_text(value, 6), number_text(standard_deviation, 2));
   const int last = power_of_ten(standard_deviation, 2) - 1;  // power of ten of the last digit
   const double larger = std::max(std::abs(value), standard_deviation);

@@ -47,7 +47,7 @@
     body.append(...rows.map((r) => r.row));
   };
 
-  // Full digits; an uncertainty gets a column of its own.
+  // Full digits; an uncertainty gets a separate column.
   const tsv = (table) => {
     const heads = [...table.tHead.rows[0].cells], rows = [...table.tBodies[0].rows];
     const clean = (text) => text.replace(/\s+/g, ' ').trim();

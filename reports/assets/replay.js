@@ -81,7 +81,7 @@ const FirnReplay = (() => {
       const hint = make('p', {class: 'replay-hint', id: `${this.root.id}-hint`},
           matchMedia('(pointer: coarse)').matches
               ? 'Tap the picture, then turn it with one finger, move it with two, pinch to come near; tap a particle ' +
-                'for its facts and its path. Tap beside the picture to scroll over it again. '
+                'for its facts and its path. Tap outside the picture to scroll over it again. '
               : 'Drag to turn, with Shift or two fingers to move; wheel (after a click) or pinch to come near; click ' +
                 'a particle for its facts and its path. ',
           'Keys: arrows turn, with Shift they move, + and \u2212 zoom, space ' +
@@ -191,7 +191,7 @@ const FirnReplay = (() => {
     }
     advance(now) {
       if (this.last) {
-        // Time goes on with the clock, but does not jump where the page slept.
+        // Time follows the clock, but does not jump after the page was suspended.
         this.t += Number(this.speed.value) * Math.min(0.5, (now - this.last) / 1000);
         this.spare(now - this.last);
         if (this.t >= this.r.end) {
@@ -233,24 +233,24 @@ const FirnReplay = (() => {
       this.facts.replaceChildren();
       this.ask();
       if (known < 0) return;
-      const r = this.r, tell = (name, value) => {
+      const r = this.r, addFact = (name, value) => {
         const dd = make('dd', {}, value);
         this.facts.append(make('dt', {}, name), dd);
         return dd;
       };
-      tell('shape', r.shapes[r.shape[id]].name);
-      tell('tag', String(r.tag[id]));
-      if (r.batch[id] >= 0) tell('batch', String(r.batch[id]));
-      tell('came at', Number.isNaN(r.came[id]) ? 'has not come' : `${round(r.came[id], 4)} s`);
+      addFact('shape', r.shapes[r.shape[id]].name);
+      addFact('tag', String(r.tag[id]));
+      if (r.batch[id] >= 0) addFact('batch', String(r.batch[id]));
+      addFact('came at', Number.isNaN(r.came[id]) ? 'has not come' : `${round(r.came[id], 4)} s`);
       for (const gate of r.gates) {
-        if (!Number.isNaN(gate.time[id])) tell(`in "${gate.name}"`, `${round(gate.time[id], 4)} s`);
+        if (!Number.isNaN(gate.time[id])) addFact(`in "${gate.name}"`, `${round(gate.time[id], 4)} s`);
       }
       if (!Number.isNaN(r.left[id])) {
         const by = r.outlet[id] >= 0 ? `, by "${r.outlets[r.outlet[id]]}"` : '';
-        tell('left at', `${round(r.left[id], 4)} s${by}`);
+        addFact('left at', `${round(r.left[id], 4)} s${by}`);
       }
-      tell('largest contact force', `${round(r.peak_force[id])} N`);
-      this.speedNow = tell('speed now', '');
+      addFact('largest contact force', `${round(r.peak_force[id])} N`);
+      this.speedNow = addFact('speed now', '');
       this.speedNow.setAttribute('aria-live', 'off');
     }
     tellSpeed() {
@@ -300,7 +300,7 @@ const FirnReplay = (() => {
       c.addEventListener('pointerup', up);
       c.addEventListener('pointercancel', up);
       c.addEventListener('contextmenu', (e) => e.preventDefault());
-      // The page scrolls on until somebody takes the picture in hand.
+      // The wheel scrolls the page until the picture has the focus.
       c.addEventListener('wheel', (e) => {
         if (document.activeElement !== c && !e.ctrlKey) return;
         e.preventDefault();
@@ -309,15 +309,15 @@ const FirnReplay = (() => {
       }, {passive: false});
       c.addEventListener('keydown', (e) => { if (this.key(e)) e.preventDefault(); });
     }
-    // What is in front there: a triangle of a map, or a particle, or nobody.
+    // Selects what is in front there: a triangle of a map, a particle, or nothing.
     point(x, y) {
       const triangle = this.maps.under(x, y);
       if (this.view.shape) {
-        if (triangle) this.maps.tell(triangle);
+        if (triangle) this.maps.show(triangle);
         return;
       }
       const {particle, distance} = this.view.pick(x, y);
-      if (triangle && triangle.distance < distance) this.maps.tell(triangle);
+      if (triangle && triangle.distance < distance) this.maps.show(triangle);
       else this.select(particle);
     }
     key(e) {

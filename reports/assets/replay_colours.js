@@ -14,8 +14,8 @@ const FirnReplayColours = (() => {
   const round = (value, digits = 3) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : 'none';
   const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
 
-  // viridis (van der Walt and Smith 2015) but for its darkest end: ascending in lightness, told apart by
-  // the colour-blind.
+  // viridis (van der Walt and Smith 2015) but for its darkest end: ascending in lightness, safe for
+  // color-blind readers.
   const SCALE = [[70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58],
                  [253, 231, 37]].map((c) => c.map((v) => v / 255));
   // Okabe and Ito's, for a few kinds, in the order of hues that plots have; black is dark grey.

@@ -5,11 +5,11 @@ const FirnReplayMaps = (() => {
   const UNTOUCHED = [0.74, 0.76, 0.79];
   const PREFIXES = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k'], [1, ''], [1e-3, 'm'], [1e-6, '\u00b5'], [1e-9, 'n']];
 
-  // A number by the prefix that suits `beside`, so that those of one scale agree.
-  const prefix = (beside, unit) =>
-      unit && PREFIXES.find(([factor]) => Math.abs(beside) >= 0.9995 * factor) || [1, ''];
-  const told = (value, unit, beside = value) => {
-    const [factor, letter] = prefix(beside, unit);
+  // The prefix is chosen for `reference`, so that all numbers of one scale have the same.
+  const prefix = (reference, unit) =>
+      unit && PREFIXES.find(([factor]) => Math.abs(reference) >= 0.9995 * factor) || [1, ''];
+  const quantity = (value, unit, reference = value) => {
+    const [factor, letter] = prefix(reference, unit);
     return round(value / factor) + (unit ? ` ${letter}${unit.replace('^2', '\u00b2')}` : '');
   };
 
@@ -35,7 +35,7 @@ const FirnReplayMaps = (() => {
   };
 
   class Maps {
-    // `ask` draws anew; `want(body, wanted)` shows or hides a boundary.
+    // `ask` redraws; `want(body, wanted)` shows or hides a boundary.
     constructor(replay, view, ask, want) {
       this.r = replay;
       this.view = view;
@@ -117,14 +117,14 @@ const FirnReplayMaps = (() => {
       const {value, largest, over, under, touched} = this.range, each = field.per_triangle ? ' per triangle' : '';
       const marks = [0, 0.5, 1].map((share) => {
         const sign = share === 1 && over ? '\u2265 ' : share === 0 && under ? '\u2264 ' : '';
-        return make('span', {}, sign + told(value(share), field.unit, this.log.checked ? value(share) : value(1)));
+        return make('span', {}, sign + quantity(value(share), field.unit, this.log.checked ? value(share) : value(1)));
       });
       this.legend.append(make('div', {class: 'replay-scale', style: `background: ${SCALE_CSS}`}),
           make('div', {class: 'replay-numbers'}, ...marks));
       const where = this.placeOfLargest().target;
       const coarse = targets.filter((t) => t.map.computed > t.map.fields[0].values.length)
           .map((t) => `"${t.name}" is drawn with ${t.map.fields[0].values.length} of ${t.map.computed} triangles`);
-      this.note.textContent = `Of the whole run${each}: largest ${told(largest, field.unit)}` +
+      this.note.textContent = `Of the whole run${each}: largest ${quantity(largest, field.unit)}` +
           (targets.length > 1 ? ` on "${where.name}"` : '') + `; ${touched} of ${triangles} triangles touched, ` +
           `the others grey.` + coarse.map((text) => ` ${text}.`).join('') + ' Click or tap one for its value.';
     }
@@ -144,7 +144,7 @@ const FirnReplayMaps = (() => {
       for (let hit = this.view.probe(0, 0); this.shape < 0 && hit && hit.index !== place.index; hit = this.view.probe(0, 0)) {
         this.want(hit.index, false);
       }
-      this.tell(place);
+      this.show(place);
       this.ask();
     }
 
@@ -153,10 +153,10 @@ const FirnReplayMaps = (() => {
       if (!this.there || !this.key) return null;
       return this.view.probe(x, y);
     }
-    tell({index, triangle}) {
+    show({index, triangle}) {
       const target = this.shape < 0 ? this.boundaries.find((b) => b.body === index) : this.r.maps[this.shape];
       const field = this.fieldsOf(target).find((f) => f.key === this.key), value = field.values[triangle];
-      this.here.value = `Here, on "${target.name}": ` + (value > 0 ? told(value, field.unit) : 'never touched');
+      this.here.value = `Here, on "${target.name}": ` + (value > 0 ? quantity(value, field.unit) : 'never touched');
     }
 
     apply(given) {

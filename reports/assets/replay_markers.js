@@ -101,7 +101,7 @@ const FirnReplayMarkers = (() => {
       for (const {marker, group} of this.list) if (marker.kind === kind) group.visible = wanted;
     }
 
-    // Names beside what is shown, as elements over the picture.
+    // Places the names of shown markers as elements over the picture.
     label(root, camera, width, height) {
       const shown = this.list.filter((m) => m.group.visible).slice(0, 40);
       while (root.childNodes.length < shown.length) root.append(document.createElement('span'));

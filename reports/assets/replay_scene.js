@@ -120,7 +120,7 @@ const FirnReplayScene = (() => {
       this.sky = new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.85);
       this.light = new THREE.DirectionalLight(0xffffff, 0.55);
       this.scene.add(this.sky, this.light, this.light.target);
-      this.shapes = new Map();  // surfaces with maps, each in a scene of its own
+      this.shapes = new Map();  // surfaces with maps, each in a separate scene
       this.shape = null;        // the one that is shown
       this.alone = false;       // boundaries without particles
       this.position = [0, 0, 0];

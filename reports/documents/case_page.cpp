@@ -99,15 +99,16 @@ Case with_first_batches_at_once(const Case& c, int most) {
   return first;
 }
 
-void add_particles(const Case& c, const Solver& solver, const Traffic& traffic, ScenePoses& poses) {
+void add_particles(const Case& c, const Solver& solver, const ParticleFlow& flow,
+                   ScenePoses& poses) {
   const ParticleState& state = solver.particles();
   for (std::size_t i = 0; i < state.position.size(); ++i) {
     if (state.presence[i] != Presence::present) continue;
     const Particle& particle = c.model.particles[i];
     ScenePoses::Body body;
     body.shape = particle.shape;
-    body.tag = traffic.state.passages.tag[i];
-    body.batch = traffic.state.passages.batch[i];
+    body.tag = flow.state.passages.tag[i];
+    body.batch = flow.state.passages.batch[i];
     body.position = state.position[i];
     body.orientation = solver.shape_orientation(static_cast<int>(i));
     poses.particles.push_back(body);
@@ -231,7 +232,7 @@ void add_interactions(page::Page& page, const Case& c) {
   if (!table.rows.empty()) page.section("Contact parameters").table(table);
 }
 
-Json facts_of(const Case& c, const ScenePoses& poses) {
+Json sample_statistics(const Case& c, const ScenePoses& poses) {
   const std::size_t n = poses.particles.size();
   Json facts;
   facts["particles"] = n;
@@ -280,14 +281,14 @@ ScenePoses scene_poses(const Case& c, int most) {
   Solver solver(c.model);
   place_start(solver, c);
   const Case first = with_first_batches_at_once(c, most);
-  Traffic traffic(first);
+  ParticleFlow flow(first);
   const std::string no_stage;
   try {
-    if (const auto blocked = traffic.place_due(solver, {&no_stage, 0})) poses.problem = *blocked;
+    if (const auto blocked = flow.place_due(solver, {&no_stage, 0})) poses.problem = *blocked;
   } catch (const InputError& error) {
     poses.problem = error.what();
   }
-  add_particles(c, solver, traffic, poses);
+  add_particles(c, solver, flow, poses);
 
   // Where [start] puts boundaries; the motions carry on from there.
   std::vector<RigidMotion> started;
@@ -338,7 +339,7 @@ page::Page case_page(const Case& c) {
   }
   page::Content& scene = page.section("Scene", "scene");
   replay::place_view(page, scene, "case", c.name,
-                     replay::data_text(facts_of(c, poses), poses.tracks));
+                     replay::data_text(sample_statistics(c, poses), poses.tracks));
   scene.paragraph(fmt::format(
       "{} of {} particles: those placed at the start and the first batch of every fill and source. "
       "Nothing is simulated: the slider plays the prescribed motions, free bodies stay where they "

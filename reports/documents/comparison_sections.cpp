@@ -66,7 +66,7 @@ void value_content(const Sets& sets, page::Content& content) {
                         page::measured_text(simulated, own / 2), unit);
   }
   if (plot.rows.empty()) return;
-  content.figure({plots::draw(plot), "Simulation beside experiment.", seen});
+  content.figure({plots::draw(plot), "Simulation and experiment.", seen});
   content.table(table);
 }
 
@@ -144,7 +144,7 @@ void add_to(plots::CdfPlot& plot, const std::string& name, const Json& d, const 
   plot.bands.push_back(band);
 }
 
-// What was counted or measured one by one, where there is such, beside the same of all runs.
+// Compares counts or single values of the experiment, if there are any, with those of all runs.
 void distribution_content(const Sets& sets, page::Content& content) {
   plots::BarPlot bars;
   plots::CdfPlot steps;
@@ -185,7 +185,7 @@ void distribution_content(const Sets& sets, page::Content& content) {
   const std::string scatter =
       by_class ? " Bars: one standard deviation of a single run's share." : "";
   content.figure({by_class ? plots::draw(bars) : plots::draw(steps),
-                  (measured ? "Experiment beside all runs together."
+                  (measured ? "Experiment and all runs together."
                             : "All runs together; the experiment's numbers are not here.") +
                       scatter,
                   response + ": " + (seen.empty() ? "simulation alone" : seen)});

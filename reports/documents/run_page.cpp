@@ -39,7 +39,7 @@ double uncertainty(const Response& r) {
   return r.uncertainty.empty() ? std::nan("") : r.uncertainty[0];
 }
 
-// What people look for first, most telling first: names, or the ends of names. The batches and the
+// The most informative responses first: names, or the ends of names. The batches and the
 // counts of the case's own gates stand behind the angles.
 constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
                                 "slide_angle",     "tip_angle",  "restitution"};
@@ -60,7 +60,7 @@ std::vector<std::string> telling_names(const Case& c) {
   return names;
 }
 
-// The telling ones first, then the others; of both those that are not zero first.
+// The most informative responses first, then the others; of both those that are not zero first.
 std::vector<Response> ordered(std::vector<Response> responses, const Case& c) {
   const std::vector<std::string> names = telling_names(c);
   std::ranges::stable_sort(responses, {}, [&](const Response& r) {
@@ -220,7 +220,7 @@ void health_section(const Recording& recording, const Case& c, page::Page& page)
   const double overlap = last_finite(recording.series("/health/largest_overlap"));
   const double rise = last_finite(recording.series("/health/energy_rise"));
   const double turned = last_finite(recording.series("/energy/dissipated"));
-  const double births = last_finite(recording.series("/health/deep_births"));
+  const double late = last_finite(recording.series("/health/deep_births"));
   page::Content& content = page.section("Health", "health");
   for (const Shape& shape : c.model.shapes) {
     const std::string warning = deviation_warning(shape);
@@ -232,15 +232,17 @@ void health_section(const Recording& recording, const Case& c, page::Page& page)
     if (const std::string gain = energy_warning(*account); !gain.empty())
       content.note({Mark::caution, "energy account"}, gain);
   if (rise > 0.01 * turned && rise > 0)
-    content.note({Mark::caution, "energy"},
-                 fmt::format("rises of energy that nothing explains add up to {} % of what was "
-                             "dissipated; a smaller time step tells whether they matter",
-                             page::number_text(100 * rise / turned, 3)));
+    content.note(
+        {Mark::caution, "energy"},
+        fmt::format(
+            "rises of energy that nothing explains add up to {} % of what was "
+            "dissipated; repeat the run with a smaller time step to check whether they matter",
+            page::number_text(100 * rise / turned, 3)));
   content.facts({{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
                  {"unexplained energy",
-                  fmt::format("{} J, beside {} J dissipated", page::number_text(rise, 3),
+                  fmt::format("{} J, compared with {} J dissipated", page::number_text(rise, 3),
                               page::number_text(turned, 3))},
-                 {"contacts first seen deep", page::number_text(births, 9)}});
+                 {"contacts first seen deep", page::number_text(late, 9)}});
 }
 
 void case_section(const Recording& recording, const Case& c, page::Page& page) {

@@ -59,7 +59,7 @@ std::vector<double> column(const std::vector<double>& rows, std::size_t width, s
 }
 
 // How far something has turned, in degrees within one turn, from its orientations [T, 4] (w x y z).
-// NaN once it is gone. Empty where it turns too fast for its frames to tell, or not at all.
+// NaN once it is gone. Empty where it turns too far between two frames, or not at all.
 std::vector<double> turned(const std::vector<double>& orientations) {
   constexpr double too_fast = 150, nothing = 1;  // deg
   std::vector<double> angle;

@@ -240,10 +240,10 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
 }
 
 void knowledge_section(const Json& results, page::Page& page) {
-  page::Content& content = page.section("What would tell more", "next");
+  page::Content& content = page.section("What to measure next", "next");
   if (results.contains("measure_next")) {
     page::Table table;
-    table.caption = "Measurements, by what they would tell for their effort";
+    table.caption = "Measurements, ranked by expected information for their effort";
     table.columns = {{"response", ""},
                      {"measured to", ""},
                      {"information", "bit"},

@@ -1,4 +1,4 @@
-// The page of a study: what was fitted, how well each parameter is known, what would tell more.
+// The page of a study: the fit, the uncertainty of each parameter, what to measure next.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace firn {
 
-// From a study's results.json, and the fitted response beside it where there is one. Throws
+// From a study's results.json, and the fitted response in the same folder if there is one. Throws
 // InputError for a file that is none.
 page::Page study_page(const std::string& results_file);
 

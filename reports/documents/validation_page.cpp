@@ -170,7 +170,7 @@ void method_section(page::Page& page) {
       .paragraph(
           "Damage is judged without an assumption on how strengths are distributed: a few tests "
           "only "
-          "bound it. The probability with Weibull's distribution stands beside it.");
+          "bound it. The probability with Weibull's distribution is given in addition.");
 }
 
 page::Page page_of(const Json& results, const std::string& folder,

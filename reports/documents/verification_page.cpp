@@ -23,7 +23,7 @@ const std::map<std::string, std::string>& group_titles() {
       {"body", "One rigid body"},
       {"structure", "Stacks and arches"},
       {"bulk", "Packings, silos, heaps"},
-      {"invariance", "The same scene told differently"},
+      {"invariance", "Invariance under equivalent setups"},
       {"robustness", "The hard places"}};
   return titles;
 }
@@ -80,9 +80,8 @@ std::string summary_text(const std::vector<CaseResult>& results) {
 
 constexpr const char* kIntroduction =
     "Each case sets up a small scene, runs it with the solver as shipped, and compares what comes "
-    "out with a closed form, a published value, a second method, or the same scene told "
-    "differently. The share of the tolerance that the worst check of a case uses up is told with "
-    "it: 100 % is the bound.";
+    "out with a closed form, a published value, a second method, or an equivalent setup. "
+    "Each case lists the fraction of the tolerance that its worst check uses: 100 % is the bound.";
 
 // ---- Markdown
 

@@ -10,7 +10,7 @@ namespace firn {
 
 // Writes FILE.html (one page that stands alone, also on paper) or FILE.md: for every case what is
 // simulated, what it is compared with, each number with its tolerance, and whether it holds. Cases
-// that have not run are told so. Replaces an older page in one go. `program` names the version that
+// that have not run are marked. Replaces an older page in one go. `program` names the version that
 // ran. Throws InputError for another extension or a folder that cannot be written.
 void write_verification_page(const std::vector<verification::VerificationCase>& cases,
                              const std::vector<verification::CaseResult>& results,

@@ -8,7 +8,7 @@
 
 namespace firn {
 
-std::vector<std::uint8_t> deflated(const std::vector<std::uint8_t>& bytes) {
+std::vector<std::uint8_t> zlib_compressed(const std::vector<std::uint8_t>& bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::vector<std::uint8_t> out(size);
   if (compress2(out.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6) != Z_OK)

@@ -34,7 +34,7 @@ const char* mark_class(Mark mark) {
   return "";
 }
 
-// A tick, a triangle, a cross, a ring: the word beside it says the same to who hears the page.
+// A tick, a triangle, a cross, a ring. The word next to it serves screen readers.
 const char* mark_shape(Mark mark) {
   switch (mark) {
     case Mark::good:

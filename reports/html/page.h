@@ -28,7 +28,7 @@ using firn::number_text;
 // "discharge_time" as words: "discharge time".
 std::string words(std::string name);
 
-// A verdict, told by shape and word, not by colour alone.
+// A verdict, shown by shape and word, not by color alone.
 enum class Mark { none, good, caution, bad, neutral };
 struct Badge {
   Mark mark = Mark::none;
@@ -46,7 +46,7 @@ struct Fact {
 };
 
 // One cell of a table. Columns sort by the values where there are some, else by the texts; copies
-// hold values with all digits, and uncertainties in a column of their own.
+// hold values with all digits, and uncertainties in a separate column.
 struct Cell {
   std::string text;
   double value = std::numeric_limits<double>::quiet_NaN();
@@ -77,7 +77,7 @@ struct Figure {
   std::string svg;        // of plots.h, inline
   std::string caption;    // what is to be seen
   std::string alt;        // the same for who cannot see it, numbers included
-  bool on_paper = false;  // has colors of its own, for a white ground
+  bool on_paper = false;  // has fixed colors for a white background
 };
 
 // What a section or a fold holds, in order.
@@ -130,7 +130,7 @@ class Page {
   std::string html() const;
   // Replaces an older file in one go. Throws InputError unless FILE.html can be written.
   void write(const std::string& file) const;
-  // Every figure as an SVG file of its own, in the colours of day on white: <section>.svg,
+  // Writes every figure as a separate SVG file, in the light colors on white: <section>.svg,
   // <section>-2.svg, ... Makes the folder; throws InputError where it cannot. The files' names.
   std::vector<std::string> write_figures(const std::string& folder) const;
 

@@ -10,8 +10,8 @@
 
 namespace firn::plots {
 
-// Colours are names for those of the page's style sheet: gnuplot is given one that nobody would
-// choose, and the SVG says var(--ink) in its place. Quoted for gnuplot.
+// Colours are names for those of the page's style sheet: gnuplot gets a placeholder color,
+// which the SVG replaces by var(--ink). Quoted for gnuplot.
 namespace ink {
 constexpr const char* text = "'#010203'";
 constexpr const char* faint = "'#010204'";

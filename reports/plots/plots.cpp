@@ -190,7 +190,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
 }
 
 // Of every stretch of a long line its lowest and highest point, in order, and nothing else.
-Series thinned(const Series& s) {
+Series downsampled(const Series& s) {
   if (s.x.size() <= kMostPoints || !s.low.empty() || !s.y_error.empty() || !s.x_error.empty() ||
       s.style == Style::points)
     return s;
@@ -300,7 +300,7 @@ std::string draw(const XyPlot& plot) {
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     check(plot.series[k]);
     see(plot.series[k], x, y);
-    const Series s = thinned(plot.series[k]);
+    const Series s = downsampled(plot.series[k]);
     const std::string file =
         write_series(drawing, fmt::format("series{}", k), s, plot.x, plot.y, any);
     add_series(commands, file, s, static_cast<int>(k));

@@ -45,7 +45,7 @@ struct XyPlot {
 };
 std::string draw(const XyPlot& plot);
 
-// Rows of intervals over one axis: what an experiment says beside what simulations say.
+// Rows of intervals over one axis: an experiment compared with simulations.
 struct Interval {
   double low = 0, high = 0;
   std::optional<double> middle;  // drawn as a marker

@@ -30,7 +30,7 @@ constexpr double kLayers[] = {0.2, 0.48, 0.32};
 constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
 constexpr double kTitle = 84, kKey = 44;  // pixels
 
-// Sides of a cylinder and a cone around the z axis, from `from` to `to` (unit: m).
+// TunnellingGuard of a cylinder and a cone around the z axis, from `from` to `to` (unit: m).
 void add_cone(double z_from, double r_from, double z_to, double r_to, TriangleMesh& mesh) {
   constexpr int kSides = 20;
   const int base = static_cast<int>(mesh.vertices.size());
@@ -314,7 +314,7 @@ void draw_history(const Case& c, const ContactChoice& choice, const std::vector<
   const std::filesystem::path data = gnuplot.data_file("rows");
   OutputFile out(data.string(), OutputFile::When::unsynced);
   for (const HistoryRow& r : rows) {
-    // Nobody near: no overlap to draw.
+    // No body near: no overlap to draw.
     out << fmt::format("{:.12g} {:.9g} {:.9g} {} {:.9g} {:.9g}\n", 1e3 * r.time, r.normal_force,
                        r.friction, std::isnan(r.gap) ? "NaN" : fmt::format("{:.9g}", -1e6 * r.gap),
                        1e6 * r.work_normal, 1e6 * r.work_friction);

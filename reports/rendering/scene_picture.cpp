@@ -41,7 +41,7 @@ Color ice_shade(std::size_t k) {
   return {0.84f + shade, 0.92f + 0.7f * shade, 0.99f};
 }
 
-// From dark blue over green to yellow, ascending in lightness: told apart without colour, too.
+// From dark blue over green to yellow, ascending in lightness: readable without color, too.
 Color by_rank(double share) {
   constexpr std::array<Color, 5> kScale = {{{0.20f, 0.12f, 0.40f},
                                             {0.19f, 0.40f, 0.56f},
@@ -297,7 +297,7 @@ void draw_scene(const ScenePicture& picture, const std::string& file) {
   const Scene scene = scene_of(picture, bounds);
   const Legend legend = legend_of(picture);
 
-  // Two columns: the overview over the plan, the sections beside them, all to one scale.
+  // Two columns: the overview over the plan, the sections next to them, all to one scale.
   constexpr double kTitle = 78, kAxisX = 70, kAxisY = 62, kGap = 34;
   const Vec3 size = bounds.sizes();
   const double scale =

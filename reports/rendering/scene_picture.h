@@ -10,7 +10,7 @@
 
 namespace firn {
 
-// What is drawn, as plain data. The meshes belong to somebody else. Half-spaces have no mesh and
+// Input of the drawing as plain data. The caller owns the meshes. Half-spaces have no mesh and
 // are not drawn.
 struct ScenePicture {
   struct Wall {

@@ -51,7 +51,7 @@ void quantise(const PoseTracks& tracks, std::size_t body, const PackedTracks& pa
 
 }  // namespace
 
-PoseTracks PoseTracks::thinned(double rate) const {
+PoseTracks PoseTracks::downsampled(double rate) const {
   PoseTracks kept;
   kept.bodies = bodies;
   double due = time.empty() ? 0 : time.front();

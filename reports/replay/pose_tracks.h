@@ -17,7 +17,7 @@ struct PoseTracks {
   std::vector<std::array<float, 4>> orientation;  // unit quaternion w x y z
 
   // Every n-th of them by time: at most `rate` a second and always the last.
-  PoseTracks thinned(double rate) const;
+  PoseTracks downsampled(double rate) const;
 };
 
 // 16 bits a number. A position is (low + (n + 32767) / 65534 (high - low)), so that it is off by at

@@ -56,7 +56,7 @@ void add_motion(Json& markers, const std::string& mover, const Motion& m, const 
 Vec3 middle_of(const Case& c, int frame) {
   Eigen::AlignedBox3d box;
   for (const Boundary& b : c.model.boundaries) {
-    if (!hangs_on(c.model.frames, b.frame, frame)) continue;
+    if (!descends_from(c.model.frames, b.frame, frame)) continue;
     for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
   }
   return box.isEmpty() ? c.model.frames[static_cast<std::size_t>(frame)].origin
@@ -210,7 +210,7 @@ std::string data_text(Json facts, const PoseTracks& tracks) {
   for (int k = 0; k < 4; ++k) bytes.push_back(static_cast<std::uint8_t>(text.size() >> (8 * k)));
   bytes.insert(bytes.end(), text.begin(), text.end());
   bytes.insert(bytes.end(), packed.bytes.begin(), packed.bytes.end());
-  return base64(deflated(bytes));
+  return base64(zlib_compressed(bytes));
 }
 
 void place_view(page::Page& page, page::Content& content, const std::string& anchor,

@@ -37,8 +37,8 @@ Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles);
 // regions, and the axes of motions and free bodies. Lengths in m, world at t = 0.
 Json markers_json(const Case& c);
 
-// The length of the JSON text (4 bytes, little endian), the text, the packed poses; deflated, in
-// base64.
+// The length of the JSON text (4 bytes, little endian), the text, the packed poses;
+// zlib_compressed, in base64.
 std::string data_text(Json facts, const PoseTracks& tracks);
 
 // The view and its scripts on a page. `anchor`: letters, digits and hyphens, unique on the page.

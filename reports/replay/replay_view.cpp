@@ -32,7 +32,7 @@ double wanted_rate(const std::vector<double>& times, const ReplayViewOptions& op
 PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   PoseTracks times;  // without bodies: which frames
   times.time = recording.frame_times();
-  const std::vector<double> wanted = times.thinned(rate).time;
+  const std::vector<double> wanted = times.downsampled(rate).time;
   PoseTracks tracks;
   tracks.bodies = recording.particle_count() + c.model.boundaries.size();
   tracks.time = wanted;
@@ -59,7 +59,7 @@ PoseTracks read_tracks(const Recording& recording, const Case& c, double rate) {
   return tracks;
 }
 
-// Three significant digits: what a colour tells.
+// Three significant digits: the resolution of the color scale.
 Json map_json(const SurfaceMap& map) {
   Json fields = Json::array();
   for (const MapField& field : map.fields) {
@@ -160,7 +160,7 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
   while (data.size() > options.budget && tracks.time.size() > 2) {
     rate *= std::min(0.8,
                      0.95 * static_cast<double>(options.budget) / static_cast<double>(data.size()));
-    tracks = tracks.thinned(rate);
+    tracks = tracks.downsampled(rate);
     data = replay::data_text(facts, tracks);
   }
   size.frames = tracks.time.size();

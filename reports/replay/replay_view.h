@@ -24,7 +24,7 @@ struct ReplaySize {
 };
 
 struct ReplayName {
-  std::string anchor;  // in ids and links: letters, digits, hyphens; one of its own on a page
+  std::string anchor;  // in ids and links: letters, digits, hyphens; unique on a page
   std::string title;   // for people
 };
 

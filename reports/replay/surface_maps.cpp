@@ -158,7 +158,7 @@ TriangleMesh packed(const TriangleMesh& mesh, const std::vector<Corners>& triang
   return out;
 }
 
-// Over the intervals; per area where a number without it would only tell how a mesh is cut.
+// Over the intervals; per area where the plain sum depends on the size of triangles.
 MapField over_run(const BoundaryLoads& loads, const TriangleField& field) {
   const std::size_t triangles = loads.mesh.triangles.size();
   MapField out;

@@ -33,13 +33,13 @@ struct CellList {
 // fewer are too far away.
 constexpr std::int64_t kFine = 4;
 
-CellList sort_into_cells(const std::vector<Box3>& boxes, int threads) {
+CellList sort_into_cells(const std::vector<Aabb>& boxes, int threads) {
   double cell = 0;
-  for (const Box3& b : boxes) cell = std::max(cell, (b.upper - b.lower).maxCoeff());
+  for (const Aabb& b : boxes) cell = std::max(cell, (b.upper - b.lower).maxCoeff());
   if (!(cell > 0)) cell = 1;
   const Vec3 sizes(cell, cell, cell / kFine);
-  std::vector<Keyed> order(boxes.size());
-  for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  std::vector<KeyIndex> order(boxes.size());
+  parallel_for_blocks(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 c = (0.5 * (boxes[i].lower + boxes[i].upper)).cwiseQuotient(sizes);
       std::int64_t at[3];
@@ -54,9 +54,9 @@ CellList sort_into_cells(const std::vector<Box3>& boxes, int threads) {
   CellList list;
   list.keys.resize(boxes.size());
   list.boxes.resize(boxes.size());
-  for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for_blocks(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const Box3& box = boxes[order[k].number];
+      const Aabb& box = boxes[order[k].number];
       const Vec3 &l = box.lower, &u = box.upper;
       list.keys[k] = order[k].key;
       list.boxes[k] = {{l.x(), l.y(), l.z(), 0},
@@ -94,7 +94,7 @@ void walk_cells(const std::vector<std::uint64_t>& keys, std::size_t begin, std::
   }
 }
 
-// Boxes of higher number that meet one box. Without a branch: which of them do is anybody's guess.
+// Boxes of higher number that meet one box. Branch-free: the outcome is unpredictable.
 class MeetingBoxes {
  public:
   explicit MeetingBoxes(const CellList::Entry& one) {
@@ -123,12 +123,12 @@ class MeetingBoxes {
 
 }  // namespace
 
-BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads) {
-  BoxNeighbours out;
+AabbOverlaps find_aabb_overlaps(const std::vector<Aabb>& boxes, int threads) {
+  AabbOverlaps out;
   out.places_.resize(boxes.size());
   const CellList list = sort_into_cells(boxes, threads);
   out.found_.resize((boxes.size() + kGrain - 1) / kGrain);
-  for_ranges(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for_blocks(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     const auto task = static_cast<std::uint32_t>(begin / kGrain);
     std::vector<std::int32_t>& found = out.found_[task];
     std::vector<std::int32_t> some;  // of one box
@@ -166,17 +166,17 @@ struct Query {
   bool intersectVolume(const AlignedBox& b) const { return b.intersects(box); }
   bool intersectObject(const IndexedBox& o) {
     if (o.box.intersects(box)) found.push_back(o.index);
-    return false;  // go on
+    return false;  // continue the search
   }
 };
 }  // namespace
 
-struct BoxTree::Impl {
+struct AabbTree::Impl {
   Eigen::KdBVH<double, 3, IndexedBox> tree;
-  Box3 bounds;
+  Aabb bounds;
 };
 
-BoxTree::BoxTree(std::vector<Box3> boxes) : impl_(std::make_unique<Impl>()) {
+AabbTree::AabbTree(std::vector<Aabb> boxes) : impl_(std::make_unique<Impl>()) {
   std::vector<IndexedBox> objects;
   objects.reserve(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -187,11 +187,11 @@ BoxTree::BoxTree(std::vector<Box3> boxes) : impl_(std::make_unique<Impl>()) {
   }
   impl_->tree.init(objects.begin(), objects.end());
 }
-BoxTree::~BoxTree() = default;
-BoxTree::BoxTree(BoxTree&&) noexcept = default;
-BoxTree& BoxTree::operator=(BoxTree&&) noexcept = default;
+AabbTree::~AabbTree() = default;
+AabbTree::AabbTree(AabbTree&&) noexcept = default;
+AabbTree& AabbTree::operator=(AabbTree&&) noexcept = default;
 
-void BoxTree::find(const Box3& query, std::vector<int>& found) const {
+void AabbTree::find(const Aabb& query, std::vector<int>& found) const {
   const std::size_t first = found.size();
   const AlignedBox box(query.lower, query.upper);
   Query q{box, found};
@@ -199,6 +199,6 @@ void BoxTree::find(const Box3& query, std::vector<int>& found) const {
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(first), found.end());
 }
 
-const Box3& BoxTree::bounds() const { return impl_->bounds; }
+const Aabb& AabbTree::bounds() const { return impl_->bounds; }
 
 }  // namespace firn

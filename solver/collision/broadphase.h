@@ -10,15 +10,15 @@
 
 namespace firn {
 
-struct Box3 {
+struct Aabb {
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  // m
-  bool meets(const Box3& o) const {
+  bool meets(const Aabb& o) const {
     return (lower.array() <= o.upper.array()).all() && (o.lower.array() <= upper.array()).all();
   }
 };
 
 // For each box the boxes of higher index that it meets, ascending.
-class BoxNeighbours {
+class AabbOverlaps {
  public:
   std::span<const std::int32_t> of(std::size_t box) const {
     const Place& p = places_[box];
@@ -26,7 +26,7 @@ class BoxNeighbours {
   }
 
  private:
-  friend BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads);
+  friend AabbOverlaps find_aabb_overlaps(const std::vector<Aabb>& boxes, int threads);
   struct Place {
     std::uint32_t task, first, count;
   };
@@ -34,18 +34,18 @@ class BoxNeighbours {
   std::vector<std::vector<std::int32_t>> found_;  // [tasks]
 };
 // A cell list: linear in the number of boxes, but for sorting them, for boxes of like size.
-BoxNeighbours box_neighbours(const std::vector<Box3>& boxes, int threads = 1);
+AabbOverlaps find_aabb_overlaps(const std::vector<Aabb>& boxes, int threads = 1);
 
 // A tree over fixed boxes (the parts of a boundary), for queries with one box.
-class BoxTree {
+class AabbTree {
  public:
-  explicit BoxTree(std::vector<Box3> boxes);
-  ~BoxTree();
-  BoxTree(BoxTree&&) noexcept;
-  BoxTree& operator=(BoxTree&&) noexcept;
+  explicit AabbTree(std::vector<Aabb> boxes);
+  ~AabbTree();
+  AabbTree(AabbTree&&) noexcept;
+  AabbTree& operator=(AabbTree&&) noexcept;
   // Appends the indices of the boxes that meet `query`, in ascending order.
-  void find(const Box3& query, std::vector<int>& found) const;
-  const Box3& bounds() const;
+  void find(const Aabb& query, std::vector<int>& found) const;
+  const Aabb& bounds() const;
 
  private:
   struct Impl;

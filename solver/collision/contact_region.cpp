@@ -13,10 +13,10 @@ double cross(const PlanePoint& a, const PlanePoint& b) { return a.u * b.v - a.v 
 PlanePoint operator-(const PlanePoint& a, const PlanePoint& b) { return {a.u - b.u, a.v - b.v}; }
 
 // A face as height over (u, v).
-struct Slope {
+struct HeightGradient {
   double at_origin, du, dv;
 
-  Slope(const ProjectedPart& view, const ConvexPart::Face& face) {
+  HeightGradient(const ProjectedPart& view, const ConvexPart::Face& face) {
     const double rise = face.normal.dot(view.n);
     du = -face.normal.dot(view.u) / rise;
     dv = -face.normal.dot(view.v) / rise;
@@ -55,13 +55,13 @@ int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& 
 }
 
 // An edge as a graph over its partner's and its own mean direction.
-struct Strand {
+struct ClipSegment {
   double along0, along1;    // m, along0 < along1
   double across0, height0;  // at along0
   double turn, rise;        // per length along
 
-  Strand(const ProjectedPart& view, const std::uint16_t (&ends)[2], const PlanePoint& p,
-         const PlanePoint& q, const PlanePoint& direction) {
+  ClipSegment(const ProjectedPart& view, const std::uint16_t (&ends)[2], const PlanePoint& p,
+              const PlanePoint& q, const PlanePoint& direction) {
     const bool forward = dot(q - p, direction) > 0;
     const PlanePoint& first = forward ? p : q;
     const PlanePoint& last = forward ? q : p;
@@ -79,7 +79,7 @@ struct Strand {
 }  // namespace
 
 // A fan from the mean of the corners, each triangle giving a third of its area to each corner.
-void weigh_polygon(Region& r) {
+void compute_polygon_weights(Region& r) {
   PlanePoint mean{0, 0};
   for (int i = 0; i < r.count; ++i) {
     mean.u += r.points[i].at.u / r.count;
@@ -116,7 +116,7 @@ double edge_radius(double radius_a, double radius_b) {
   return sum > 0 ? radius_a * radius_b / sum : 0;
 }
 
-void weigh_segment(Region& r, double radius, double radii) {
+void compute_segment_weights(Region& r, double radius, double radii) {
   const auto overlap = [&](const RegionPoint& p) { return radii - (p.height_b - p.height_a); };
   const double width =
       swept_width(radius, std::max(overlap(r.points[0]), overlap(r.points[1])), r.size);
@@ -127,7 +127,7 @@ void weigh_segment(Region& r, double radius, double radii) {
   r.polar = r.area * length * length / 12;
 }
 
-void weigh_point(Region& r, double radius, double radii) {
+void compute_point_weights(Region& r, double radius, double radii) {
   const double width =
       swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a), r.size);
   r.area = r.points[0].weight = width * width;
@@ -149,11 +149,11 @@ bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const 
     std::swap(polygon, spare);
   }
   if (count < 3) return false;
-  const Slope over_a(a, face_a), over_b(b, face_b);
+  const HeightGradient over_a(a, face_a), over_b(b, face_b);
   for (int i = 0; i < count; ++i) {
     r.add(polygon[i], over_a.height(polygon[i]), over_b.height(polygon[i]));
   }
-  weigh_polygon(r);
+  compute_polygon_weights(r);
   return r.area > std::pow(kEdgeWidth * r.size, 2);
 }
 
@@ -175,13 +175,13 @@ bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2]
   }
   const PlanePoint e = q - p;
   if ((to - from) * length_of(e) < kLeastExtent * r.size) return false;
-  const Slope slope(face_view, face);
+  const HeightGradient slope(face_view, face);
   for (const double t : {from, to}) {
     const PlanePoint at{p.u + t * e.u, p.v + t * e.v};
     const double on_edge = height_p + t * (height_q - height_p), on_face = slope.height(at);
     r.add(at, edge_is_a ? on_edge : on_face, edge_is_a ? on_face : on_edge);
   }
-  weigh_segment(r, edge_view.part.radius, edge_view.part.radius + face_view.part.radius);
+  compute_segment_weights(r, edge_view.part.radius, edge_view.part.radius + face_view.part.radius);
   return true;
 }
 
@@ -197,7 +197,7 @@ bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], cons
   PlanePoint middle{da.u / length_a + sign * db.u, da.v / length_a + sign * db.v};
   const double norm = length_of(middle);
   middle = {middle.u / norm, middle.v / norm};
-  const Strand on_a(a, ends_a, a0, a1, middle), on_b(b, ends_b, b0, b1, middle);
+  const ClipSegment on_a(a, ends_a, a0, a1, middle), on_b(b, ends_b, b0, b1, middle);
   double from = std::max(on_a.along0, on_b.along0), to = std::min(on_a.along1, on_b.along1);
   const double opening = on_b.turn - on_a.turn;
   if (opening == 0) {
@@ -213,7 +213,8 @@ bool edge_on_edge(const ProjectedPart& a, const std::uint16_t (&ends_a)[2], cons
     r.add({s * middle.u - across * middle.v, s * middle.v + across * middle.u}, on_a.height(s),
           on_b.height(s));
   }
-  weigh_segment(r, edge_radius(a.part.radius, b.part.radius), a.part.radius + b.part.radius);
+  compute_segment_weights(r, edge_radius(a.part.radius, b.part.radius),
+                          a.part.radius + b.part.radius);
   return true;
 }
 

@@ -108,12 +108,12 @@ struct Region {
 inline int region_capacity(int corners_a, int corners_b) { return 2 * (corners_a + corners_b); }
 
 // Weights that integrate linear functions over the polygon exactly, and its moments.
-void weigh_polygon(Region& r);
+void compute_polygon_weights(Region& r);
 // Edges and corners are swept: a rounding of `radius` (m) that overlaps by d touches over a width
-// of 2 sqrt(2 radius d). With a fixed width, an edge that has sunk in deeper than a face beside it
-// would bear next to nothing of what the patch bears. `radii`: sum of both sweep radii, m.
-void weigh_segment(Region& r, double radius, double radii);
-void weigh_point(Region& r, double radius, double radii);
+// of 2 sqrt(2 radius d). With a fixed width, an edge that overlaps deeper than an adjacent face
+// would carry almost no part of the force on the patch. `radii`: sum of both sweep radii, m.
+void compute_segment_weights(Region& r, double radius, double radii);
+void compute_point_weights(Region& r, double radius, double radii);
 // The same width for one overlap (m), and the radius of two edges against each other. `size`: of
 // the pair, m.
 double swept_width(double radius, double overlap, double size);

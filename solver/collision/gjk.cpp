@@ -40,7 +40,7 @@ struct Simplex {
   int count = 0;
 
   Vec corner(int i) const { return {x[i], y[i], z[i]}; }
-  // Most often the last support is one of the corners, but which one is anybody's guess.
+  // Most often the last support is one of the corners, but which one is unpredictable.
   bool contains(int ia, int ib) const {
     bool found = false;
     for (int i = 0; i < count; ++i) found |= (a[i] == ia) & (b[i] == ib);
@@ -103,18 +103,18 @@ struct Three {
 }
 
 // Barycentric coordinates of the origin's foot in the plane of a triangle, times normal^2.
-struct Foot {
+struct SimplexProjection {
   Vec normal;
   double at[4];
   bool needle;
 
-  Foot() = default;
-  Foot(const Simplex& s, int i, int j, int k)
-      : Foot(Three{{s.x[i], s.x[j], s.x[k], s.x[k]},
-                   {s.y[i], s.y[j], s.y[k], s.y[k]},
-                   {s.z[i], s.z[j], s.z[k], s.z[k]}}) {}
+  SimplexProjection() = default;
+  SimplexProjection(const Simplex& s, int i, int j, int k)
+      : SimplexProjection(Three{{s.x[i], s.x[j], s.x[k], s.x[k]},
+                                {s.y[i], s.y[j], s.y[k], s.y[k]},
+                                {s.z[i], s.z[j], s.z[k], s.z[k]}}) {}
   // p, q and r.
-  [[gnu::always_inline]] explicit Foot(const Three& corners) {
+  [[gnu::always_inline]] explicit SimplexProjection(const Three& corners) {
     Three following, last, sides, following_sides, last_sides, crosses;
     next(corners, following);
     next(following, last);
@@ -140,7 +140,7 @@ struct Foot {
   }
 };
 
-Nearest nearest_on_triangle(const Simplex& s, const Foot& foot, int i, int j, int k) {
+Nearest nearest_on_triangle(const Simplex& s, const SimplexProjection& foot, int i, int j, int k) {
   if (!foot.needle & (foot.at[0] > 0) & (foot.at[1] > 0) & (foot.at[2] > 0)) {
     // Along the plane's normal: a direction good to rounding however short the distance.
     const double n2 = square(foot.normal), height = dot(foot.normal, s.corner(i));
@@ -167,18 +167,19 @@ Nearest nearest_on_tetrahedron(const Simplex& s) {
     const double noise = 1e-28 * square(q) * square(r);
     const bool certain = height * height > noise * square(up) && depth * depth > noise * square(p);
     if (certain && (height > 0) == (depth > 0)) continue;  // the origin is on the inner side
-    keep_nearer(nearest_on_triangle(s, Foot(s, f[0], f[1], f[2]), f[0], f[1], f[2]), out);
+    keep_nearer(nearest_on_triangle(s, SimplexProjection(s, f[0], f[1], f[2]), f[0], f[1], f[2]),
+                out);
   }
   return out;
 }
 
 // Of a simplex that is a triangle.
-[[gnu::always_inline]] inline Foot foot_of_all(const Simplex& s) {
+[[gnu::always_inline]] inline SimplexProjection project_on_simplex(const Simplex& s) {
   Three corners;
   get(s.x, corners.x);
   get(s.y, corners.y);
   get(s.z, corners.z);
-  return Foot(corners);
+  return SimplexProjection(corners);
 }
 
 Nearest nearest(const Simplex& s) {
@@ -210,7 +211,7 @@ struct Query {
     ++s.count;
   }
   // The corners of the last query, as append() would place them.
-  void take_up(const GjkCache& cache) {
+  void restore_simplex(const GjkCache& cache) {
     for (int i = 0; i < 4; ++i) {
       const int k = std::min<int>(i, cache.count - 1);
       assert(cache.a[k] < a.vertex_count && cache.b[k] < b.vertex_count);
@@ -235,7 +236,7 @@ struct Query {
   }
   void start(const GjkCache& cache) {
     if (cache.count > 0) {
-      take_up(cache);
+      restore_simplex(cache);
       return;
     }
     const Vec away = b_in_a.place({b.center.x(), b.center.y(), b.center.z()}) -
@@ -252,7 +253,7 @@ struct Query {
   }
   // A's nearest point: the mean of its vertices with the weights of the nearest point. `foot`: of
   // the corners, if there are three.
-  Vec3 point_a(const Foot& foot) const {
+  Vec3 point_a(const SimplexProjection& foot) const {
     double weight[3] = {1, 0, 0};
     if (s.count == 2) {
       const Vec e = s.corner(1) - s.corner(0);
@@ -278,13 +279,13 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
   CoreContact out;
   Vec way{0, 0, 0};
   unsigned corners = 0;
-  Foot foot;
-  bool foot_is_known = false;  // of the corners that `corners` tells
+  SimplexProjection foot;
+  bool foot_is_known = false;  // of the vertices in the mask `corners`
   double previous = std::numeric_limits<double>::infinity();
   int stalls = 0;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const bool is_triangle = s.count == 3;
-    if (is_triangle) foot = foot_of_all(s);
+    if (is_triangle) foot = project_on_simplex(s);
     const Nearest near = is_triangle ? nearest_on_triangle(s, foot, 0, 1, 2) : nearest(s);
     if (near.corners == kInside || near.squared <= touching * touching) {
       query.store(cache);
@@ -296,8 +297,8 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
     corners = (1u << s.count) - 1;
     way = near.point;
     out.distance = std::sqrt(near.squared);
-    // On nearly flat facets the direction can still turn while the distance has settled; but only
-    // rounding is left once that goes on.
+    // On nearly flat facets the direction can still turn while the distance has settled; but after
+    // several such iterations only rounding is left.
     stalls += out.distance >= previous;
     if (stalls > kMaxStalls) break;
     previous = out.distance;
@@ -321,7 +322,7 @@ CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b
   out.normal = Vec3(way.x, way.y, way.z) / out.distance;
   if (out.converged) {
     s.reduce(corners);  // less a corner that came too late
-    if (s.count == 3 && !foot_is_known) foot = foot_of_all(s);
+    if (s.count == 3 && !foot_is_known) foot = project_on_simplex(s);
     out.point_a = query.point_a(foot);
   }
   query.store(cache);

@@ -10,8 +10,8 @@
 
 namespace firn {
 
-// What is small beside a pair of parts is measured by this, so that nothing depends on the unit of
-// length: m, the smaller bounding radius; of a bare point and a part, the part's; of two bare
+// Characteristic length of a pair of parts. Tolerances scale with it and do not depend on the unit
+// of length: m, the smaller bounding radius; of a bare point and a part, the part's; of two bare
 // points, which have none, 1.
 inline double pair_size(const ConvexPart& a, const ConvexPart& b) {
   const double smaller = std::min(a.bounding_radius, b.bounding_radius);

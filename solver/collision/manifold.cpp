@@ -18,13 +18,14 @@ struct Feature {
 };
 
 // The distinct vertices of one part that carry the contact.
-struct Carriers {
+struct SupportingFeatures {
   std::uint16_t vertex[3];
   int count = 0;
 
   // Places behind the last repeat one.
-  explicit Carriers(std::uint16_t only) : vertex{only, only, only}, count(1) {}
-  Carriers(const std::uint16_t* simplex, int simplex_count) : Carriers(simplex[0]) {
+  explicit SupportingFeatures(std::uint16_t only) : vertex{only, only, only}, count(1) {}
+  SupportingFeatures(const std::uint16_t* simplex, int simplex_count)
+      : SupportingFeatures(simplex[0]) {
     for (int i = 1; i < simplex_count; ++i) {
       const bool is_new = !include(simplex[i]);
       vertex[is_new ? count : 0] = simplex[is_new ? i : 0];
@@ -35,21 +36,22 @@ struct Carriers {
 };
 
 bool is_on_face(const ConvexPart& part, int vertex, std::uint16_t face) {
-  const ConvexPart::Star& star = part.stars[vertex];
+  const ConvexPart::VertexAdjacency& star = part.stars[vertex];
   const auto first = part.star_faces.begin() + star.first_face;
   return std::find(first, first + star.face_count, face) != first + star.face_count;
 }
 
 // Calls visit(index) for the surface faces that all carriers lie on, in ascending order.
 template <class Visit>
-void for_common_faces(const ConvexPart& part, const Carriers& carriers, const Visit& visit) {
+void for_common_faces(const ConvexPart& part, const SupportingFeatures& carriers,
+                      const Visit& visit) {
   if (!part.surface_faces.empty()) {
     std::uint64_t common = part.surface_faces[carriers.vertex[0]];
     common &= part.surface_faces[carriers.vertex[1]] & part.surface_faces[carriers.vertex[2]];
     for (; common != 0; common &= common - 1) visit(std::countr_zero(common));
     return;
   }
-  const ConvexPart::Star& star = part.stars[carriers.vertex[0]];
+  const ConvexPart::VertexAdjacency& star = part.stars[carriers.vertex[0]];
   for (std::uint32_t k = 0; k < star.face_count; ++k) {
     const std::uint16_t index = part.star_faces[star.first_face + k];
     bool common = !part.faces[index].internal;
@@ -61,15 +63,15 @@ void for_common_faces(const ConvexPart& part, const Carriers& carriers, const Vi
 
 // The edge of the carriers that drops least along n over the `reach` of the contact, if that is
 // within `depth`: any edge of a lone carrier, or one between two of them.
-void flattest_edge(const ConvexPart& part, const Vec3& n, const Carriers& carriers, double depth,
-                   double reach, Feature& out) {
+void flattest_edge(const ConvexPart& part, const Vec3& n, const SupportingFeatures& carriers,
+                   double depth, double reach, Feature& out) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   double least = kNever;
   int from = -1, to = -1;
   for (int c = 0; c < carriers.count; ++c) {
     const std::uint16_t near = carriers.vertex[c];
     const double height = n.dot(part.vertex(near));
-    const ConvexPart::Spoke* spokes = part.spokes.data() + part.stars[near].first_spoke;
+    const ConvexPart::VertexEdge* spokes = part.spokes.data() + part.stars[near].first_spoke;
     const bool alone = carriers.count == 1;
     for (std::uint32_t k = 0; k < part.stars[near].spoke_count; ++k) {
       const std::uint16_t far = spokes[k].vertex;
@@ -90,8 +92,8 @@ void flattest_edge(const ConvexPart& part, const Vec3& n, const Carriers& carrie
 
 // The feature of `part` that supports it along n (part axes): a face if it lies within `depth` of
 // the support plane at three vertices, or over the whole `reach` of the contact; else such an edge.
-Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers& carriers,
-                           double depth, double reach) {
+Feature supporting_feature(const ConvexPart& part, const Vec3& n,
+                           const SupportingFeatures& carriers, double depth, double reach) {
   constexpr double kLeastCosine = 0.9;
   Feature out;
   out.ends[0] = carriers.vertex[0];
@@ -120,8 +122,8 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n, const Carriers
 
 // True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
 // part axes) leans out over the seam and nothing of the region reaches back from it.
-bool belongs_to_neighbour(const ProjectedPart& view, const Carriers& carriers, const Vec3& outward,
-                          const Region& r, double RegionPoint::*height) {
+bool belongs_to_neighbour(const ProjectedPart& view, const SupportingFeatures& carriers,
+                          const Vec3& outward, const Region& r, double RegionPoint::*height) {
   const ConvexPart& part = view.part;
   if (part.internal_normals.empty()) return false;
   std::uint64_t common = ~std::uint64_t{0};
@@ -179,8 +181,8 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
 
   const ContactBasis frame(contact.normal);
   const ProjectedPart view_a(a, frame), view_b(b, frame, b_in_a);
-  const Carriers carriers_a(contact.simplex.a, contact.simplex.count);
-  const Carriers carriers_b(contact.simplex.b, contact.simplex.count);
+  const SupportingFeatures carriers_a(contact.simplex.a, contact.simplex.count);
+  const SupportingFeatures carriers_b(contact.simplex.b, contact.simplex.count);
   const double size = pair_size(a, b), depth = feature_depth(out.gap, shell, size);
   const double reach = 2 * size;
   const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
@@ -209,7 +211,7 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
     const double radius = on_a.face   ? b.radius
                           : on_b.face ? a.radius
                                       : edge_radius(a.radius, b.radius);
-    weigh_point(region, radius, radii);
+    compute_point_weights(region, radius, radii);
   }
   if (belongs_to_neighbour(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
       belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
@@ -258,7 +260,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
 
   const double depth = feature_depth(out.gap, shell, a.bounding_radius);
   const Feature feature =
-      supporting_feature(a, frame.n, Carriers(lowest), depth, 2 * a.bounding_radius);
+      supporting_feature(a, frame.n, SupportingFeatures(lowest), depth, 2 * a.bounding_radius);
   // A vertex on a seam that leans towards the plane is the neighbour's, who reaches lower there.
   const auto leaning_seams = [&](int i) {
     std::uint64_t mask = a.internal_normals.empty() ? 0 : a.internal_faces[i];
@@ -280,8 +282,8 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   }
   for (int i = 0; i < loop_count; ++i) add(loop[i]);
   const bool flat = loop_count > 2;
-  if (flat) weigh_polygon(region);
-  if (loop_count == 2) weigh_segment(region, a.radius, a.radius);
+  if (flat) compute_polygon_weights(region);
+  if (loop_count == 2) compute_segment_weights(region, a.radius, a.radius);
   // Whatever else is in the shell, as corners: a part that stands deep and tilted in the plane is
   // held wherever it is in.
   for (int i = 0; i < a.vertex_count; ++i) {

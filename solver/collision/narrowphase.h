@@ -58,8 +58,8 @@ void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, 
 bool leads_through_seam(const ConvexPart& part, const Vec3& way);
 
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
-// (from the part to the plane); never fails, however deep: beside the lowest feature every vertex
-// in the shell is a point, with the weight of a corner.
+// (from the part to the plane); never fails, however deep. In addition to the lowest feature,
+// every vertex in the shell is a point, with the weight of a corner.
 void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out);
 
 // Distance of the two cores (no sweep), m; 0 when they overlap. For referees and placement.

@@ -74,7 +74,7 @@ inline constexpr double kInContact = 1e-150;
 // never below lambda K s. A point that touches for the first time starts on the loading line.
 inline double normal_force(double previous, double stiffness, double unloading_stiffness,
                            double floor, double overlap, double ds) {
-  // Written without branches: whether a point touches is anybody's guess to the processor.
+  // Branch-free: whether a point touches is unpredictable.
   const double loading = std::max(0.0, stiffness * overlap);
   const double from = previous > 0 ? previous : std::numeric_limits<double>::infinity();
   const double least = std::max(floor * loading, kInContact);

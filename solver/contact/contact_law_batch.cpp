@@ -42,27 +42,27 @@ using TwoInMemory __attribute__((vector_size(16), aligned(8), may_alias)) = doub
 }  // namespace
 
 void PatchBlock::advance(double dt) {
-  fill_up();
-  for (int k = 0; k < count_; k += 4) spread(k);
-  approach_all(dt);
-  press_all();
-  rub_all(dt);
-  for (int k = 0; k < count_; k += 4) collect(k);
+  pad();
+  for (int k = 0; k < count_; k += 4) gather(k);
+  compute_relative_motion(dt);
+  compute_normal_forces();
+  compute_friction(dt);
+  for (int k = 0; k < count_; k += 4) scatter(k);
   if (with_options_) add_options(dt);
 }
 
-// Places behind the last patch, up to a multiple of four, get one that is nobody's.
-void PatchBlock::fill_up() {
+// Fills the columns behind the last patch, up to a multiple of four, with a padding patch.
+void PatchBlock::pad() {
   for (int k = count_; k % 4 != 0; ++k) {
     law_[k] = law_[0];
-    patch_[k] = &nobody_;
-    points_[k] = &nobodys_;
+    patch_[k] = &padding_patch_;
+    points_[k] = &padding_point_;
     motion_[k] = motion_[0];
   }
 }
 
 template <class RowOf>
-void PatchBlock::Columns::spread(int k, const RowOf& row_of) {
+void PatchBlock::Columns::gather(int k, const RowOf& row_of) {
   Four a, b, c, d;
   gather_four(k, row_of, a, b, c, d);
   put(a, x + k);
@@ -72,7 +72,7 @@ void PatchBlock::Columns::spread(int k, const RowOf& row_of) {
 }
 
 template <class RowOf>
-void PatchBlock::Columns::collect(int k, const RowOf& row_of) const {
+void PatchBlock::Columns::scatter(int k, const RowOf& row_of) const {
   Four a, b, c, d;
   get(x + k, a);
   get(y + k, b);
@@ -85,26 +85,26 @@ void PatchBlock::Columns::collect(int k, const RowOf& row_of) const {
   put(d, row_of(k + 3));
 }
 
-void PatchBlock::spread(int k) {
-  normal_.spread(k, [&](int i) { return &patch_[i]->normal; });
-  arm_.spread(k, [&](int i) { return &patch_[i]->arm; });
-  tangential_.spread(k, [&](int i) { return &patch_[i]->tangential; });
-  spring_.spread(k, [&](int i) { return &law_[i]->stiffness; });
-  friction_.spread(k, [&](int i) { return &law_[i]->tangential_stiffness; });
-  velocity_.spread(k, [&](int i) { return &motion_[i].velocity; });
-  spin_.spread(k, [&](int i) { return &motion_[i].spin; });
-  apart_.spread(k, [&](int i) { return &motion_[i].apart; });
+void PatchBlock::gather(int k) {
+  normal_.gather(k, [&](int i) { return &patch_[i]->normal; });
+  arm_.gather(k, [&](int i) { return &patch_[i]->arm; });
+  tangential_.gather(k, [&](int i) { return &patch_[i]->tangential; });
+  spring_.gather(k, [&](int i) { return &law_[i]->stiffness; });
+  friction_.gather(k, [&](int i) { return &law_[i]->tangential_stiffness; });
+  velocity_.gather(k, [&](int i) { return &motion_[i].velocity; });
+  spin_.gather(k, [&](int i) { return &motion_[i].spin; });
+  center_offset_.gather(k, [&](int i) { return &motion_[i].apart; });
   for (int i = k; i < k + 4; ++i) {
     sliding_[i] = patch_[i]->sliding;
-    ageing_[i] = 1 - patch_[i]->fresh;
+    advance_gap_[i] = 1 - patch_[i]->fresh;
   }
 }
 
-void PatchBlock::collect(int k) {
-  tangential_.collect(k, [&](int i) { return &patch_[i]->tangential; });
-  push_.collect(k, [&](int i) { return force_ + i; });
-  moment_.collect(k, [&](int i) { return moment_a_ + i; });
-  counter_.collect(k, [&](int i) { return moment_b_ + i; });
+void PatchBlock::scatter(int k) {
+  tangential_.scatter(k, [&](int i) { return &patch_[i]->tangential; });
+  force_on_a_.scatter(k, [&](int i) { return force_ + i; });
+  moment_.scatter(k, [&](int i) { return moment_a_ + i; });
+  moment_on_b_.scatter(k, [&](int i) { return moment_b_ + i; });
   for (int i = k; i < k + 4; ++i) {
     patch_[i]->torsion = torsion_[i];
     patch_[i]->sliding = sliding_[i] > 0;
@@ -112,7 +112,7 @@ void PatchBlock::collect(int k) {
   }
 }
 
-void PatchBlock::approach_all(double dt) {
+void PatchBlock::compute_relative_motion(double dt) {
   for (int k = 0; k < count_; ++k) {
     const Vec spin = spin_.vec(k);
     const Vec velocity = velocity_.vec(k) + cross(spin, arm_.vec(k));
@@ -136,8 +136,8 @@ struct FourLoads {
 };
 
 // advance_points() for one point each.
-[[gnu::always_inline]] inline void press_four(ContactPoint* const* points, const FourPoints& in,
-                                              FourLoads& out) {
+[[gnu::always_inline]] inline void compute_four_points(ContactPoint* const* points,
+                                                       const FourPoints& in, FourLoads& out) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const Four zero = {0, 0, 0, 0};
   const Four infinite = {kInfinity, kInfinity, kInfinity, kInfinity};
@@ -171,14 +171,14 @@ struct FourLoads {
 
 }  // namespace
 
-void PatchBlock::press_other(int k, ContactPoint& p) {
+void PatchBlock::compute_other_point(int k, ContactPoint& p) {
   const Vec offset = plain(p.offset);
   const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
-  p.gap -= ageing_[k] * ds;
+  p.gap -= advance_gap_[k] * ds;
   const double before = p.force, own = spring_.x[k] * p.share;
   p.force = firn::normal_force(before, own, own * spring_.y[k], spring_.z[k], -p.gap, ds);
   const Vec offset_force = p.force * offset;
-  pressed_.set(k, pressed_.vec(k) + offset_force, pressed_.w[k] + p.force);
+  normal_load_.set(k, normal_load_.vec(k) + offset_force, normal_load_.w[k] + p.force);
   deepest_ = std::max(deepest_, -p.gap);
   work_normal_[k] += 0.5 * (before + p.force) * ds;
 }
@@ -186,9 +186,9 @@ void PatchBlock::press_other(int k, ContactPoint& p) {
 // advance_points() for all patches. The first points are taken side by side; the others, which
 // fewer than half of the patches have, from one list: the processor would guess wrong how often a
 // loop over one, two or eight points is run.
-void PatchBlock::press_all() {
+void PatchBlock::compute_normal_forces() {
   Four deepest = {0, 0, 0, 0};
-  for (int k = 0; k < count_; k += 4) press_first(k, deepest);
+  for (int k = 0; k < count_; k += 4) compute_first_points(k, deepest);
   deepest_ = std::max(std::max(deepest[0], deepest[1]), std::max(deepest[2], deepest[3]));
   constexpr int kListed = 3;  // of a patch; faces rarely share more than four corners
   struct Other {
@@ -203,13 +203,14 @@ void PatchBlock::press_all() {
     listed += std::min(others_of_k, kListed);
     most = std::max(most, others_of_k);
   }
-  for (int i = 0; i < listed; ++i) press_other(others[i].patch, *others[i].point);
+  for (int i = 0; i < listed; ++i) compute_other_point(others[i].patch, *others[i].point);
   for (int k = 0; k < count_ && most > kListed; ++k) {
-    for (int i = 1 + kListed; i < patch_[k]->point_count; ++i) press_other(k, points_[k][i]);
+    for (int i = 1 + kListed; i < patch_[k]->point_count; ++i)
+      compute_other_point(k, points_[k][i]);
   }
 }
 
-void PatchBlock::press_first(int k, Four& deepest) {
+void PatchBlock::compute_first_points(int k, Four& deepest) {
   FourPoints in;
   FourLoads load;
   get(tilt_.x + k, in.tilt_x);
@@ -219,33 +220,33 @@ void PatchBlock::press_first(int k, Four& deepest) {
   get(spring_.x + k, in.stiffness);
   get(spring_.y + k, in.ratio);
   get(spring_.z + k, in.floor);
-  get(ageing_ + k, in.ageing);
-  press_four(points_ + k, in, load);
+  get(advance_gap_ + k, in.ageing);
+  compute_four_points(points_ + k, in, load);
   deepest = deepest < load.overlap ? load.overlap : deepest;
-  put(load.x, pressed_.x + k);
-  put(load.y, pressed_.y + k);
-  put(load.z, pressed_.z + k);
-  put(load.force, pressed_.w + k);
+  put(load.x, normal_load_.x + k);
+  put(load.y, normal_load_.y + k);
+  put(load.z, normal_load_.z + k);
+  put(load.force, normal_load_.w + k);
   put(load.work, work_normal_ + k);
 }
 
-void PatchBlock::rub_all(double dt) {
+void PatchBlock::compute_friction(double dt) {
   for (int k = 0; k < count_; ++k) {
-    const double pressing = pressed_.w[k];
+    const double pressing = normal_load_.w[k];
     const Approach way{0, {}, slip_.vec(k), slip_.w[k]};
     const FrictionStep step = advance_friction(
         {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
         {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing, arm_.w[k], way, dt);
-    const Wrench on_a = wrench(normal_.vec(k), pressing, pressed_.vec(k), step.state);
+    const Wrench on_a = wrench(normal_.vec(k), pressing, normal_load_.vec(k), step.state);
     const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
-    const Vec counter = moment + cross(apart_.vec(k), on_a.force);  // arm_b = arm_a + apart
+    const Vec counter = moment + cross(center_offset_.vec(k), on_a.force);  // arm_b = arm_a + apart
     tangential_.set(k, step.state.tangential, pressing);
     torsion_[k] = step.state.torsion;
     sliding_[k] = step.state.sliding;
     work_friction_[k] = step.work;
-    push_.set(k, on_a.force, pressing);
+    force_on_a_.set(k, on_a.force, pressing);
     moment_.set(k, moment, 0);
-    counter_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
+    moment_on_b_.set(k, {-counter.x, -counter.y, -counter.z}, 0);
   }
 }
 

@@ -84,7 +84,7 @@ class PatchBlock {
   const Quad& force(int k) const { return force_[k]; }
   const Quad& moment_a(int k) const { return moment_a_[k]; }
   const Quad& moment_b(int k) const { return moment_b_[k]; }
-  double normal_force(int k) const { return pressed_.w[k]; }
+  double normal_force(int k) const { return normal_load_.w[k]; }
   double deepest() const { return deepest_; }  // m, no patch overlaps by more
   double overlap(int k) const {                // m, deepest point
     double deepest = 0;
@@ -95,8 +95,8 @@ class PatchBlock {
   double work_normal(int k) const { return work_normal_[k]; }
   double work_friction(int k) const { return work_friction_[k]; }
   PatchLoad load(int k) const {
-    return {pair_[k]->a,  pair_[k]->b,   pair_[k]->law,   force_[k],        moment_a_[k],
-            moment_b_[k], pressed_.w[k], work_normal_[k], work_friction_[k]};
+    return {pair_[k]->a,  pair_[k]->b,       pair_[k]->law,   force_[k],        moment_a_[k],
+            moment_b_[k], normal_load_.w[k], work_normal_[k], work_friction_[k]};
   }
 
  private:
@@ -112,18 +112,18 @@ class PatchBlock {
     }
     // From or to four rows, wherever they lie.
     template <class RowOf>
-    void spread(int k, const RowOf& row_of);
+    void gather(int k, const RowOf& row_of);
     template <class RowOf>
-    void collect(int k, const RowOf& row_of) const;
+    void scatter(int k, const RowOf& row_of) const;
   };
-  void fill_up();
-  void spread(int k);  // four from k on, as below
-  void approach_all(double dt);
-  void press_all();
-  void press_first(int k, Four& deepest);
-  [[gnu::always_inline]] inline void press_other(int k, ContactPoint& p);  // of patch k
-  void rub_all(double dt);
-  void collect(int k);
+  void pad();
+  void gather(int k);  // four from k on, as below
+  void compute_relative_motion(double dt);
+  void compute_normal_forces();
+  void compute_first_points(int k, Four& deepest);
+  [[gnu::always_inline]] inline void compute_other_point(int k, ContactPoint& p);  // of patch k
+  void compute_friction(double dt);
+  void scatter(int k);
   [[gnu::noinline]] void add_options(double dt);
   void add_options(int k, double dt);
 
@@ -137,9 +137,9 @@ class PatchBlock {
   Patch* patch_[room];
   ContactPoint* points_[room];
   int at_boundary_[room + 1];
-  bool with_options_ = false;  // a patch has rolling resistance or adhesion
-  Patch nobody_;               // fills up a four,
-  ContactPoint nobodys_;       // and its point
+  bool with_options_ = false;   // a patch has rolling resistance or adhesion
+  Patch padding_patch_;         // fills up a four,
+  ContactPoint padding_point_;  // and its point
   // Rows as they come from and go to bodies, and columns as the law wants them.
   PairMotion motion_[room];
   Quad force_[room], moment_a_[room], moment_b_[room];
@@ -148,12 +148,12 @@ class PatchBlock {
   Columns tangential_;  // and normal force, afterwards
   Columns spring_;      // stiffness, unloading ratio, floor
   Columns friction_;    // stiffness, static, dynamic, sliding speed
-  Columns velocity_, spin_, apart_, push_, moment_, counter_;
-  Columns tilt_;     // and closing
-  Columns slip_;     // and turn
-  Columns pressed_;  // sum of force times offset, and normal force
+  Columns velocity_, spin_, center_offset_, force_on_a_, moment_, moment_on_b_;
+  Columns tilt_;         // and closing
+  Columns slip_;         // and turn
+  Columns normal_load_;  // sum of force times offset, and normal force
   alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
-  alignas(32) double ageing_[room];  // 1: gaps are to be advanced, 0: they are fresh
+  alignas(32) double advance_gap_[room];  // 1: gaps are to be advanced, 0: they are fresh
 };
 
 static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&

@@ -18,10 +18,10 @@ constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old
 
 std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
 
-// True when two neighbouring contacts belong to one region. Stiffness is shared by area, so a
-// corner that touches deeper than the face beside it would get next to nothing and sink in: it is a
-// region of its own.
-bool same_region(const Manifold& c, const Manifold& d) {
+// True when two neighbouring contacts belong to one region. Stiffness is distributed by
+// area. A corner deeper than the adjacent face would get almost no stiffness and sink in: it is a
+// separate region.
+bool can_share_patch(const Manifold& c, const Manifold& d) {
   const double cosine = c.normal.dot(d.normal);
   if (cosine >= kSameFace) return true;
   if (cosine < kSamePatch) return false;
@@ -47,7 +47,7 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
         const PartContact& d = in.contacts[k];
         if (!(in.neighbours_a[c.a] & bit(d.a))) continue;
         if (!in.neighbours_b.empty() && !(in.neighbours_b[c.b] & bit(d.b))) continue;
-        if (!same_region(c.manifold, d.manifold)) continue;
+        if (!can_share_patch(c.manifold, d.manifold)) continue;
         scratch.group[k] = groups;
         scratch.stack.push_back(k);
       }
@@ -165,7 +165,7 @@ void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
   if (hull.size() < 3) return;
   Region region(static_cast<int>(hull.size()), extent);
   for (const Corner& c : hull) region.add(c.at, 0, 0);
-  weigh_polygon(region);
+  compute_polygon_weights(region);
   if (!(region.area > std::pow(kEdgeWidth * extent, 2))) return;
   for (std::size_t i = 0; i < hull.size(); ++i)
     out.push_back({hull[i].point->position, hull[i].point->gap, region.points[i].weight});
@@ -292,7 +292,8 @@ void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
   }
 }
 
-// The share with which a point goes on: that of its match, changed towards its own, or its own.
+// The next stiffness fraction of a point: that of its match, changed towards the new one; without
+// a match, the new one.
 double next_share(const ContactPoint& point, const PointMatch& match) {
   constexpr double kMostChange = 1.25;  // in one search
   if (!(match.share > 0)) return point.share;

@@ -24,9 +24,9 @@ std::uint64_t spread_bits(std::uint64_t x) {
 // The present particles along a curve through space (Morton's, through cells of about their size):
 // neighbours on it are mostly neighbours in space. The list keeps this order, so that a step works
 // on bodies that it has just had in its hands, whatever their numbers.
-std::vector<int> in_space(const Model& model, const Workspace& w, const State& s) {
+std::vector<int> morton_order(const Model& model, const Workspace& w, const State& s) {
   constexpr double kMost = (1 << 21) - 1;
-  std::vector<Keyed> order;
+  std::vector<KeyIndex> order;
   order.reserve(model.particles.size());
   Vec3 lowest = Vec3::Constant(std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < model.particles.size(); ++i) {
@@ -35,19 +35,20 @@ std::vector<int> in_space(const Model& model, const Workspace& w, const State& s
     lowest = lowest.cwiseMin(s.motion[i].position);
   }
   const double cell = *std::max_element(w.reach.begin(), w.reach.begin() + w.shapes);
-  for_ranges(model.numerics.threads, order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const Vec3 from = s.motion[order[n].number].position - lowest;
-      for (int k = 0; k < 3; ++k) {
-        const double at = from[k] / cell;
-        order[n].key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
-      }
-    }
-  });
+  parallel_for_blocks(
+      model.numerics.threads, order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+          const Vec3 from = s.motion[order[n].number].position - lowest;
+          for (int k = 0; k < 3; ++k) {
+            const double at = from[k] / cell;
+            order[n].key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
+          }
+        }
+      });
   sort_by_key(model.numerics.threads, order);
   std::vector<int> particles;
   particles.reserve(order.size());
-  for (const Keyed& one : order) particles.push_back(one.number);
+  for (const KeyIndex& one : order) particles.push_back(one.number);
   return particles;
 }
 
@@ -73,11 +74,11 @@ double& lane(Quad& q, std::size_t k) { return (&q.x)[k]; }
 
 }  // namespace
 
-PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s) {
+BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, const State& s) {
   constexpr std::size_t kSize = SphereGroup::size;
   const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::infinity());
-  PartSpheres out;
-  out.particle = in_space(model, w, s);
+  BoundingSpheres out;
+  out.particle = morton_order(model, w, s);
   out.first.reserve(out.particle.size() + 1);
   out.first.push_back(0);
   for (const int i : out.particle) {
@@ -106,7 +107,7 @@ PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s
     };
     const Vec3& center = s.motion[i].position;
     out.places[k] = {center.x(), center.y(), center.z(), s.margin[i]};
-    Box3& box = out.boxes[k];
+    Aabb& box = out.boxes[k];
     const std::size_t parts = shape.parts.size();
     for (std::size_t p = 0; p < parts; ++p) {
       const double radius = shape.parts[p].bounding_radius;
@@ -118,19 +119,19 @@ PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s
     }
     for (std::size_t p = parts; p % kSize != 0; ++p) put(p, kNowhere, 0);
   };
-  for_ranges(model.numerics.threads, out.particle.size(), kGrain,
-             [&](std::size_t begin, std::size_t end) {
-               for (std::size_t k = begin; k < end; ++k) {
-                 if (k + kAhead < end) fetch_body(s, out.particle[k + kAhead]);
-                 place(k);
-               }
-             });
+  parallel_for_blocks(model.numerics.threads, out.particle.size(), kGrain,
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t k = begin; k < end; ++k) {
+                          if (k + kAhead < end) fetch_body(s, out.particle[k + kAhead]);
+                          place(k);
+                        }
+                      });
   return out;
 }
 
-int near_parts(std::span<const SphereGroup> a, std::span<const SphereGroup> b, const Vec3& center,
-               double reach, double margins, PartNumbers* found) {
-  // Without branches: which parts are near is anybody's guess.
+int find_close_parts(std::span<const SphereGroup> a, std::span<const SphereGroup> b,
+                     const Vec3& center, double reach, double margins, PartNumbers* found) {
+  // Branch-free: the outcome is unpredictable.
   constexpr std::uint32_t kSize = SphereGroup::size;
   const double all_of_b = reach + margins + kRounding;
   const Vec center_b = plain(center);

@@ -20,12 +20,12 @@ struct SphereGroup {
   Quad x, y, z, radius;  // m, world
 };
 
-struct PartSpheres {
+struct BoundingSpheres {
   std::vector<int> particle;       // [present] ids, along a curve through space
   std::vector<std::size_t> first;  // [present + 1] into groups
   std::vector<SphereGroup> groups;
   std::vector<Quad> places;   // [present] m, world, centre of mass, and the margin
-  std::vector<Box3> boxes;    // [present] m, world, of all spheres with the margin around
+  std::vector<Aabb> boxes;    // [present] m, world, of all spheres with the margin around
   std::vector<double> reach;  // [shapes] m, of all spheres from the centre of mass
 
   std::span<const SphereGroup> of(std::size_t k) const {
@@ -37,12 +37,12 @@ struct PartSpheres {
     return {(&g.x.x)[lane], (&g.y.x)[lane], (&g.z.x)[lane]};
   }
 };
-PartSpheres place_spheres(const Model& model, const Workspace& w, const State& s);
+BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, const State& s);
 
 // Lists the parts of a and b, ascending, whose spheres come nearer each other than `margins` (m).
 // All spheres of b lie within `reach` (m) around `center`. `found` has room for all pairs of
 // parts and for SphereGroup::size more. Returns how many it has found.
-int near_parts(std::span<const SphereGroup> a, std::span<const SphereGroup> b, const Vec3& center,
-               double reach, double margins, PartNumbers* found);
+int find_close_parts(std::span<const SphereGroup> a, std::span<const SphereGroup> b,
+                     const Vec3& center, double reach, double margins, PartNumbers* found);
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// Narrow phase with temporal coherence: only pairs whose motion bounds say that something can have
-// changed are looked at; their parts are queried and their patches made anew.
+// Narrow phase with temporal coherence: tests only pairs whose motion bounds allow a change.
+// Queries their parts and rebuilds their patches.
 #include <fmt/format.h>
 
 #include "solver/contact_detection/relative_poses.h"
@@ -21,9 +21,9 @@ double deepest(const FoundPatches& found) {
 }
 
 // Looks at pairs that are due, and searches for the contacts of those that have moved enough.
-class Looker {
+class ContactSearch {
  public:
-  Looker(const Model& model, const Workspace& w, State& s, TaskScratch& scratch)
+  ContactSearch(const Model& model, const Workspace& w, State& s, TaskScratch& scratch)
       : model_(model),
         w_(w),
         s_(s),
@@ -31,9 +31,9 @@ class Looker {
         scratch_(scratch),
         contacts_(scratch.contacts) {}
 
-  // Looks at `count` pairs, whose poses are found: sets their wake-up calls, and puts those that
-  // have moved enough on the list. Without branches: which of them have is anybody's guess.
-  void look(const std::uint32_t* numbers, int count, const PairPoses& poses) {
+  // Tests `count` pairs against their motion bounds. Updates their next test distances and appends
+  // the pairs that need a contact search. Branch-free: the outcome is unpredictable.
+  void test_pairs(const std::uint32_t* numbers, int count, const PairPoses& poses) {
     struct Found {
       int k;
       double path, moved;
@@ -41,18 +41,18 @@ class Looker {
     int many = 0;
     for (int k = 0; k < count; ++k) {
       const Pair& pair = s_.pairs[numbers[k]];
-      const PairWatch& watch = s_.watch[numbers[k]];
+      const PairMotionBound& motion_bound = s_.motion_bound[numbers[k]];
       const double path = s_.path[pair.a] + s_.path[pair.b];
-      const double moved = watch.moved + moved_since(pair, watch, poses, k, path);
-      const double turn_left = turn_left_of(pair, watch);
-      s_.wake[numbers[k]] = path + std::min(watch.need - moved, turn_left);
+      const double moved = motion_bound.moved + moved_since(pair, motion_bound, poses, k, path);
+      const double turn_left = turn_left_of(pair, motion_bound);
+      s_.next_test_distance[numbers[k]] = path + std::min(motion_bound.need - moved, turn_left);
       found[many].k = k;
       found[many].path = path;
       found[many].moved = moved;
-      many += (moved >= watch.need) | (turn_left <= 0);
+      many += (moved >= motion_bound.need) | (turn_left <= 0);
     }
     for (int i = 0; i < many; ++i) {
-      DuePair& due = scratch_.searched.emplace_back();
+      PairToTest& due = scratch_.searched.emplace_back();
       due.pair = numbers[found[i].k];
       due.path = found[i].path;
       due.moved = found[i].moved;
@@ -60,33 +60,34 @@ class Looker {
     }
   }
 
-  void search(const DuePair& due, Search& out) {
+  void search(const PairToTest& due, ContactSearchResult& out) {
     const Pair& pair = s_.pairs[due.pair];
-    PairWatch& watch = s_.watch[due.pair];
+    PairMotionBound& motion_bound = s_.motion_bound[due.pair];
     const PairLaw& law = w_.laws[pair.law];
-    out.deep_births = 0;
-    out.passed = false;
-    const bool first_look = watch.moved == 0 && watch.need == 0;
+    out.late_contacts = 0;
+    out.tunnelled = false;
+    const bool first_look = motion_bound.moved == 0 && motion_bound.need == 0;
     const double part_need = query(pair, due.pose, law, due.moved, out);
-    out.buried = first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
+    out.initial_penetration =
+        first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
-    watch.moved = due.moved;
-    watch.need =
+    motion_bound.moved = due.moved;
+    motion_bound.need =
         out.found.patches.empty() ? part_need : std::min(due.moved + law.refresh, part_need);
-    watch.reference_path = due.path;
-    watch.reference_turn = s_.turn[pair.a];
-    std::copy_n(due.pose.rotation.data(), 9, watch.reference_rotation);
-    std::copy_n(due.pose.translation.data(), 3, watch.reference_translation);
-    s_.wake[due.pair] = due.path + (watch.need - due.moved);
+    motion_bound.reference_path = due.path;
+    motion_bound.reference_turn = s_.turn[pair.a];
+    std::copy_n(due.pose.rotation.data(), 9, motion_bound.reference_rotation);
+    std::copy_n(due.pose.translation.data(), 3, motion_bound.reference_translation);
+    s_.next_test_distance[due.pair] = due.path + (motion_bound.need - due.moved);
   }
 
  private:
   // A bound on how far any point of b has moved relative to a since the reference pose: the smaller
   // of the ways both have gone and of the displacement in a's axes. A boundary may be large: its
   // own points say nothing about the contact.
-  double moved_since(const Pair& pair, const PairWatch& watch, const PairPoses& poses, int k,
-                     double path) const {
-    const double by_path = path - watch.reference_path;
+  double moved_since(const Pair& pair, const PairMotionBound& motion_bound, const PairPoses& poses,
+                     int k, double path) const {
+    const double by_path = path - motion_bound.reference_path;
     const bool is_particle = pair.b < n_;
     const double reach_b = w_.reach[model_.particles[is_particle ? pair.b : pair.a].shape];
     const double by_pose = poses.shift(k) + poses.turn(k) * reach_b;
@@ -94,22 +95,24 @@ class Looker {
   }
 
   // World-fixed normals and arms also age when both bodies turn together, m.
-  double turn_left_of(const Pair& pair, const PairWatch& watch) const {
-    const double left = w_.laws[pair.law].refresh - (s_.turn[pair.a] - watch.reference_turn) *
-                                                        w_.reach[model_.particles[pair.a].shape];
+  double turn_left_of(const Pair& pair, const PairMotionBound& motion_bound) const {
+    const double left =
+        w_.laws[pair.law].refresh -
+        (s_.turn[pair.a] - motion_bound.reference_turn) * w_.reach[model_.particles[pair.a].shape];
     return pick(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
   }
 
   // Returns when the next part that does not touch must be queried, in the measure of `moved`.
-  double query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved, Search& out) {
+  double query(const Pair& pair, const Pose& pose, const PairLaw& law, double moved,
+               ContactSearchResult& out) {
     const Shape& shape_a = model_.shapes[model_.particles[pair.a].shape];
     const bool solids = pair.b < n_ || model_.boundaries[pair.b - n_].kind == Boundary::Kind::solid;
     const Mat3 rotation_a = rotation_of(s_, pair.a);
-    std::optional<Sides> sides;
+    std::optional<TunnellingGuard> sides;
     if (solids) sides.emplace(SideInput{model_, w_, s_, pair});
     std::size_t used = 0;
     PartPair* const parts = s_.part_pairs.data() + pair.first_part;
-    double need = list_due_parts({parts, pair.part_count}, moved);
+    double need = find_due_parts({parts, pair.part_count}, moved);
     bool left_to_neighbor = false;
     for (const std::uint32_t k : scratch_.due_parts) {
       PartPair& p = parts[k];
@@ -119,14 +122,14 @@ class Looker {
       c.b = static_cast<int>(p.b);
       collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
       if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
-        out.passed |= !sides->keep(p, pose, law.shell, c.manifold);
+        out.tunnelled |= !sides->keep(p, pose, law.shell, c.manifold);
       p.touching = c.manifold.points.empty() ? 0 : 1;
       // A part that leaves its contact to the one beyond a seam takes it over as soon as that one
       // loses it: it is queried whenever the pair is.
       const bool at_seam = !p.touching && c.manifold.gap < law.shell;
       left_to_neighbor |= at_seam;
-      p.wake = moved + (p.touching || at_seam ? 0 : slack(c.manifold.gap, law));
-      if (!p.touching && !at_seam) need = std::min(need, p.wake);
+      p.next_test_distance = moved + (p.touching || at_seam ? 0 : slack(c.manifold.gap, law));
+      if (!p.touching && !at_seam) need = std::min(need, p.next_test_distance);
       used += p.touching;
     }
     if (left_to_neighbor && used == 0) need = moved;
@@ -148,7 +151,7 @@ class Looker {
     in.dt = model_.timestep;
     if (pair.b < n_)
       in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
-    out.deep_births = build_patches(in, scratch_.patches, out.found);
+    out.late_contacts = build_patches(in, scratch_.patches, out.found);
     return need;
   }
 
@@ -170,17 +173,18 @@ class Looker {
 
   // Lists the parts to be queried, and returns when the first of the others will be. Without
   // branches, as above.
-  double list_due_parts(std::span<const PartPair> parts, double moved) const {
+  double find_due_parts(std::span<const PartPair> parts, double moved) const {
     std::vector<std::uint32_t>& due = scratch_.due_parts;
     due.resize(parts.size());
     std::size_t many = 0;
     double need = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const PartPair& p = parts[k];
-      const bool is_due = (p.touching != 0) | (p.wake <= moved);
+      const bool is_due = (p.touching != 0) | (p.next_test_distance <= moved);
       due[many] = static_cast<std::uint32_t>(k);
       many += is_due;
-      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), p.wake), need);
+      need = std::min(pick(is_due, std::numeric_limits<double>::infinity(), p.next_test_distance),
+                      need);
     }
     due.resize(many);
     return need;
@@ -194,13 +198,14 @@ class Looker {
   std::vector<PartContact>& contacts_;
 };
 
-// Bodies are placed by somebody who may err; one that starts deeper in another than this part of
-// its smallest edge would be thrown out by the spring.
-constexpr double kBuried = 0.05;
+// Limit on the overlap of an inserted body, as a fraction of its smallest edge. A deeper one would
+// be expelled by the contact spring.
+constexpr double kInitialPenetration = 0.05;
 
-void check_look(const Model& model, const Workspace& w, const State& s, const Suspect& look) {
-  const Pair& pair = s.pairs[look.pair];
-  if (look.passed) {
+void check_fault(const Model& model, const Workspace& w, const State& s,
+                 const ContactFault& fault) {
+  const Pair& pair = s.pairs[fault.pair];
+  if (fault.tunnelled) {
     throw RunError(fmt::format(
         "{} has passed through {} at {:.6g} s, {:.4g} m a step: shorten the time step, or make "
         "the thin one thicker or the contact stiffer",
@@ -210,10 +215,11 @@ void check_look(const Model& model, const Workspace& w, const State& s, const Su
   const int n = static_cast<int>(model.particles.size());
   double edge = model.shapes[model.particles[pair.a].shape].box.minCoeff();
   if (pair.b < n) edge = std::min(edge, model.shapes[model.particles[pair.b].shape].box.minCoeff());
-  if (look.buried > kBuried * edge) {
+  if (fault.initial_penetration > kInitialPenetration * edge) {
     throw RunError(
         fmt::format("{} was placed {:.4g} m inside {} at {:.6g} s: place it where nothing is",
-                    name_of_body(model, pair.a), look.buried, name_of_body(model, pair.b), s.time));
+                    name_of_body(model, pair.a), fault.initial_penetration,
+                    name_of_body(model, pair.b), s.time));
   }
 }
 
@@ -234,8 +240,8 @@ bool fits(const FoundPatches& f, const Pair& pair) {
   return f.patches.size() <= pair.patch_capacity && f.points.size() <= pair.point_capacity;
 }
 
-// Gives a pair that has outgrown its place another one at the end.
-void make_room(const FoundPatches& f, Pair& pair, State& s) {
+// Gives a pair that has overflowed its place another one at the end.
+void reallocate_patches(const FoundPatches& f, Pair& pair, State& s) {
   const auto patches = static_cast<std::uint32_t>(f.patches.size());
   const auto points = static_cast<std::uint32_t>(f.points.size());
   if (patches > pair.patch_capacity) {
@@ -251,12 +257,12 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
   }
 }
 
-// What looks and searches further down the list will read: it lies scattered, and waiting for it
-// would cost as much as the look itself. Which bodies and contacts these are, the pair tells.
-// Always inlined, see prefetch.h.
+// Prefetches the data of pairs further down the list. They are scattered: waiting for them would
+// cost as much as the test itself. The pair has the indices of its bodies and contacts. Always
+// inlined, see prefetch.h.
 [[gnu::always_inline]] inline void fetch_pair(const State& s, std::uint32_t p) {
   fetch(&s.pairs[p]);
-  fetch(&s.watch[p]);
+  fetch(&s.motion_bound[p]);
 }
 [[gnu::always_inline]] inline void fetch_bodies(const Model& model, const State& s,
                                                 std::uint32_t p) {
@@ -280,8 +286,8 @@ void make_room(const FoundPatches& f, Pair& pair, State& s) {
 
 // Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
 // for that is fetched meanwhile: so little is done with it that one would only wait for it.
-void find_due(const Workspace& w, const State& s, std::size_t r, const PairRange* next,
-              std::vector<std::uint32_t>& out) {
+void find_due_pairs(const Workspace& w, const State& s, std::size_t r, const PairRange* next,
+                    std::vector<std::uint32_t>& out) {
   const PairRange& range = w.ranges[r];
   const std::size_t begin = r * kPairsOfRange;
   const std::size_t end = std::min(s.pairs.size(), begin + kPairsOfRange);
@@ -295,23 +301,24 @@ void find_due(const Workspace& w, const State& s, std::size_t r, const PairRange
   std::size_t body = 0;
   for (std::size_t from = begin; from < end; from += kSome) {
     if (next) {
-      fetch(s.wake.data() + from + kPairsOfRange, kSome);
+      fetch(s.next_test_distance.data() + from + kPairsOfRange, kSome);
       fetch(next->locals.data() + (from - begin), kSome);
       for (; body < next->bodies.size() * (from - begin) / kPairsOfRange; ++body)
         fetch(&s.path[next->bodies[body]]);
     }
-    // Without a branch: which of them are due is anybody's guess.
+    // Branch-free: the outcome is unpredictable.
     for (std::size_t p = from; p < std::min(from + kSome, end); ++p) {
       const auto [a, b] = range.locals[p - begin];
       due[many] = static_cast<std::uint32_t>(p);
-      many += s.wake[p] <= path[a] + path[b];
+      many += s.next_test_distance[p] <= path[a] + path[b];
     }
   }
   out.assign(due, due + many);
 }
 
-// Looks at the pairs that are due, several side by side.
-void look_at_due(const Model& model, const State& s, TaskScratch& scratch, Looker& looker) {
+// Tests the pairs that have reached their next test distance, several side by side.
+void test_due_pairs(const Model& model, const State& s, TaskScratch& scratch,
+                    ContactSearch& search) {
   constexpr std::size_t kFar = 16, kNear = 8;  // looks ahead
   const std::vector<std::uint32_t>& due = scratch.due;
   PairPoses poses;
@@ -324,15 +331,15 @@ void look_at_due(const Model& model, const State& s, TaskScratch& scratch, Looke
     for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
       fetch_bodies(model, s, due[i]);
     poses.find(s, &due[k], static_cast<int>(end - k));
-    looker.look(&due[k], static_cast<int>(end - k), poses);
+    search.test_pairs(&due[k], static_cast<int>(end - k), poses);
   }
 }
 
 // Fetches what the looks at the next range will read, a part of it with each of the searches in
 // this one: looks alone would only wait for it.
-class LooksAhead {
+class PairPrefetcher {
  public:
-  LooksAhead(const Model& model, const State& s, const TaskScratch& scratch)
+  PairPrefetcher(const Model& model, const State& s, const TaskScratch& scratch)
       : model_(model),
         s_(s),
         due_(scratch.next_due),
@@ -353,28 +360,28 @@ class LooksAhead {
 
 // Searches the contacts of those of a range's pairs that have moved enough.
 void search_range(const Model& model, State& s, PairRange& range, TaskScratch& scratch,
-                  Looker& looker) {
+                  ContactSearch& contact_search) {
   range.refreshed.clear();
-  range.outgrown.clear();
-  range.suspects.clear();
-  range.queries = range.refreshes = range.deep_births = 0;
+  range.overflowed.clear();
+  range.contact_faults.clear();
+  range.queries = range.refreshes = range.late_contacts = 0;
   range.more_patches = range.more_points = 0;
   constexpr std::size_t kAhead = 4;  // searches
-  const std::vector<DuePair>& searched = scratch.searched;
-  LooksAhead looks_ahead(model, s, scratch);
+  const std::vector<PairToTest>& searched = scratch.searched;
+  PairPrefetcher looks_ahead(model, s, scratch);
   for (std::size_t k = 0; k < std::min(kAhead, searched.size()); ++k)
     fetch_contacts(s, searched[k].pair);
-  Search& search = scratch.search;
+  ContactSearchResult& search = scratch.search;
   for (std::size_t k = 0; k < searched.size(); ++k) {
     if (k + kAhead < searched.size()) fetch_contacts(s, searched[k + kAhead].pair);
     looks_ahead.fetch_some();
     const std::uint32_t p = searched[k].pair;
-    looker.search(searched[k], search);
+    contact_search.search(searched[k], search);
     Pair& pair = s.pairs[p];
     range.queries += search.queries;
-    range.deep_births += search.deep_births;
-    if (search.passed || search.buried > 0)
-      range.suspects.push_back({p, search.passed, search.buried});
+    range.late_contacts += search.late_contacts;
+    if (search.tunnelled || search.initial_penetration > 0)
+      range.contact_faults.push_back({p, search.tunnelled, search.initial_penetration});
     if (search.found.patches.empty() && pair.patch_count == 0) continue;
     ++range.refreshes;
     range.more_patches += static_cast<std::int64_t>(search.found.patches.size()) - pair.patch_count;
@@ -384,8 +391,8 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
       range.refreshed.push_back(active_pair(range, s, p));
       continue;
     }
-    const std::size_t kept = range.outgrown.size();
-    range.outgrown.push_back(static_cast<std::uint32_t>(range.refreshed.size()));
+    const std::size_t kept = range.overflowed.size();
+    range.overflowed.push_back(static_cast<std::uint32_t>(range.refreshed.size()));
     range.refreshed.push_back({.pair = p});  // the rest when it has its place
     if (range.found.size() == kept) range.found.emplace_back();
     std::swap(range.found[kept], search.found);
@@ -396,29 +403,29 @@ void search_range(const Model& model, State& s, PairRange& range, TaskScratch& s
 void search_ranges(const Model& model, Workspace& w, State& s, std::size_t first,
                    std::size_t last) {
   TaskScratch& scratch = w.scratch[first / w.ranges_of_task];
-  Looker looker(model, w, s, scratch);
+  ContactSearch search(model, w, s, scratch);
   const auto find_due_of = [&](std::size_t r, std::vector<std::uint32_t>& due) {
     due.clear();
-    if (r < last) find_due(w, s, r, r + 1 < last ? &w.ranges[r + 1] : nullptr, due);
+    if (r < last) find_due_pairs(w, s, r, r + 1 < last ? &w.ranges[r + 1] : nullptr, due);
   };
   find_due_of(first, scratch.due);
   for (std::size_t r = first; r < last; ++r) {
-    look_at_due(model, s, scratch, looker);
+    test_due_pairs(model, s, scratch, search);
     find_due_of(r + 1, scratch.next_due);
-    search_range(model, s, w.ranges[r], scratch, looker);
+    search_range(model, s, w.ranges[r], scratch, search);
     std::swap(scratch.due, scratch.next_due);
   }
 }
 
 // Closes the holes that pairs leave when they outgrow their places or lose touch. A bed that has
 // come to rest is walked through in every step: what lies close costs least.
-void close_holes(int threads, ListArrays& spare, State& s) {
+void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
   struct Sizes {
     std::size_t patches = 0, points = 0;
   };
   const std::size_t pairs = s.pairs.size(), ranges = (pairs + kPairsOfRange - 1) / kPairsOfRange;
   std::vector<Sizes> first(ranges + 1);
-  for_ranges(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+  parallel_for_blocks(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
     Sizes& size = first[begin / kPairsOfRange + 1];
     for (std::size_t p = begin; p < end; ++p) {
       size.patches += s.pairs[p].patch_count;
@@ -429,10 +436,10 @@ void close_holes(int threads, ListArrays& spare, State& s) {
     first[r + 1].patches += first[r].patches;
     first[r + 1].points += first[r].points;
   }
-  resize_afresh(spare.patches, first.back().patches);
-  resize_afresh(spare.rolling, first.back().patches);
-  resize_afresh(spare.points, first.back().points);
-  for_ranges(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+  resize_discarding(spare.patches, first.back().patches);
+  resize_discarding(spare.rolling, first.back().patches);
+  resize_discarding(spare.points, first.back().points);
+  parallel_for_blocks(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
     Sizes at = first[begin / kPairsOfRange];
     for (std::size_t p = begin; p < end; ++p)
       copy_contacts(s, s.pairs[p], s.pairs[p], spare, at.patches, at.points);
@@ -442,7 +449,7 @@ void close_holes(int threads, ListArrays& spare, State& s) {
   std::swap(s.points, spare.points);
 }
 
-bool has_holes(const Workspace& w, const State& s) {
+bool needs_compaction(const Workspace& w, const State& s) {
   constexpr std::size_t kFew = 1000;  // not worth the while
   return s.patches.size() > static_cast<std::size_t>(w.patches + w.patches / 2) + kFew ||
          s.points.size() > static_cast<std::size_t>(w.points + w.points / 2) + 2 * kFew;
@@ -451,8 +458,8 @@ bool has_holes(const Workspace& w, const State& s) {
 }  // namespace
 
 void find_contacts(const Model& model, Workspace& w, State& s) {
-  if (w.list_is_new) take_up_list(model, w, s);
-  for_ranges(
+  if (w.neighbor_list_rebuilt) build_pair_blocks(model, w, s);
+  parallel_for_blocks(
       model.numerics.threads, w.ranges.size(), w.ranges_of_task,
       [&](std::size_t first, std::size_t last) { search_ranges(model, w, s, first, last); },
       &w.pair_shares);
@@ -460,23 +467,23 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   for (PairRange& range : w.ranges) {
     s.health.queries += range.queries;
     s.health.refreshes += range.refreshes;
-    s.health.deep_births += range.deep_births;
+    s.health.late_contacts += range.late_contacts;
     w.patches += range.more_patches;
     w.points += range.more_points;
-    for (std::size_t k = 0; k < range.outgrown.size(); ++k) {
-      ActivePair& refreshed = range.refreshed[range.outgrown[k]];
+    for (std::size_t k = 0; k < range.overflowed.size(); ++k) {
+      ActivePair& refreshed = range.refreshed[range.overflowed[k]];
       Pair& pair = s.pairs[refreshed.pair];
-      make_room(range.found[k], pair, s);
+      reallocate_patches(range.found[k], pair, s);
       store(range.found[k], pair, s);
       refreshed = active_pair(range, s, refreshed.pair);
     }
   }
   for (const PairRange& range : w.ranges) {
-    for (const Suspect& suspect : range.suspects) check_look(model, w, s, suspect);
+    for (const ContactFault& fault : range.contact_faults) check_fault(model, w, s, fault);
   }
-  w.points_moved = has_holes(w, s);
+  w.points_moved = needs_compaction(w, s);
   if (w.points_moved) {
-    close_holes(model.numerics.threads, w.spare_list, s);
+    compact_patches(model.numerics.threads, w.back_buffer, s);
     for (PairRange& range : w.ranges) range.active_is_stale = true;
   }
 }

@@ -1,6 +1,6 @@
-// The neighbour list: made anew when somebody has moved its margin, keeping the memory of the pairs
-// that stay. Fast bodies get wider margins, so that a few that fall do not wear out the list of
-// all.
+// The neighbor list: rebuilt when a body has moved further than its skin. Pairs that stay keep
+// their contact history. Fast bodies get a wider skin, so that a few falling ones do not force
+// rebuilds for all.
 #include <algorithm>
 #include <atomic>
 
@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kGrain = 64;  // bodies a task
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
-// at constant speed nobody then asks for a new list before the average body has moved a quarter.
+// at constant speed no body then needs a rebuild before the average body has moved a quarter.
 void set_margins(const Model& model, const Workspace& w, State& s) {
   constexpr double kWidest = 2;  // skins
   const std::size_t n = model.particles.size();
@@ -36,34 +36,36 @@ void set_margins(const Model& model, const Workspace& w, State& s) {
   for (std::size_t i = 0; i < s.path.size(); ++i) {
     const bool moves = i < n && s.presence[i] == Presence::present && mean > 0;
     s.margin[i] = moves ? std::min(base * (1 + speed(i) / mean), kWidest * w.skin) : 2 * base;
-    s.relist_path[i] = s.path[i] + s.margin[i];
+    s.rebuild_distance[i] = s.path[i] + s.margin[i];
   }
 }
 
 // Where the pairs of the present list are.
-class OldPairs {
+class PreviousPairs {
  public:
-  OldPairs(const LargeArray<Pair>& pairs, std::size_t bodies, int threads)
+  PreviousPairs(const HugePageVector<Pair>& pairs, std::size_t bodies, int threads)
       : first_(bodies + 1, 0), partners_(pairs.size()) {
     // The order of a body's partners is of no meaning.
     const auto add_one = [&](std::uint32_t& x) {
       return threads > 1 ? std::atomic_ref(x).fetch_add(1, std::memory_order_relaxed) : x++;
     };
-    for_ranges(threads, pairs.size(), kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) add_one(first_[pairs[k].a + 1]);
-    });
+    parallel_for_blocks(threads, pairs.size(), kPairsOfRange,
+                        [&](std::size_t begin, std::size_t end) {
+                          for (std::size_t k = begin; k < end; ++k) add_one(first_[pairs[k].a + 1]);
+                        });
     for (std::size_t i = 0; i < bodies; ++i) first_[i + 1] += first_[i];
     std::vector<std::uint32_t> filled(first_.begin(), first_.end() - 1);
-    for_ranges(threads, pairs.size(), kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k)
-        partners_[add_one(filled[pairs[k].a])] = {pairs[k].b, static_cast<std::uint32_t>(k)};
-    });
+    parallel_for_blocks(
+        threads, pairs.size(), kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+          for (std::size_t k = begin; k < end; ++k)
+            partners_[add_one(filled[pairs[k].a])] = {pairs[k].b, static_cast<std::uint32_t>(k)};
+        });
   }
   std::uint32_t find(int a, int b) const {
     for (std::uint32_t k = first_[a]; k < first_[a + 1]; ++k) {
       if (partners_[k].b == b) return partners_[k].pair;
     }
-    return FoundPair::kNew;
+    return CandidatePair::kNew;
   }
   // What find() reads, in this order.
   [[gnu::always_inline]] void fetch_first(int a) const { fetch(&first_[a]); }
@@ -87,7 +89,7 @@ struct Wall {
   // m, world: a body has no part near the boundary if its centre is farther from this box than
   // sqrt(3) times its reach, as far as the corners of boxes that are looked up in the boundary's
   // axes. A plane's has no end.
-  Box3 box;
+  Aabb box;
 };
 
 std::vector<Wall> present_walls(const Model& model, const Workspace& w, const State& s) {
@@ -101,7 +103,7 @@ std::vector<Wall> present_walls(const Model& model, const Workspace& w, const St
     Vec3 center = wall.pose.translation;
     Vec3 half = Vec3::Constant(std::numeric_limits<double>::infinity());
     if (w.trees[b]) {
-      const Box3& bounds = w.trees[b]->bounds();
+      const Aabb& bounds = w.trees[b]->bounds();
       center = wall.pose * (0.5 * (bounds.lower + bounds.upper));
       half = wall.pose.rotation.cwiseAbs() * (0.5 * (bounds.upper - bounds.lower));
       half.array() += std::sqrt(3.0) * s.margin[n + b] + kRounding;
@@ -113,9 +115,9 @@ std::vector<Wall> present_walls(const Model& model, const Workspace& w, const St
 
 // Those that bodies of a stretch may be near.
 std::vector<const Wall*> near_walls(const std::vector<Wall>& walls, const Model& model,
-                                    const State& s, const PartSpheres& spheres, std::size_t begin,
-                                    std::size_t end) {
-  Box3 box{Vec3::Constant(std::numeric_limits<double>::infinity()),
+                                    const State& s, const BoundingSpheres& spheres,
+                                    std::size_t begin, std::size_t end) {
+  Aabb box{Vec3::Constant(std::numeric_limits<double>::infinity()),
            Vec3::Constant(-std::numeric_limits<double>::infinity())};
   for (std::size_t k = begin; k < end; ++k) {
     const int i = spheres.particle[k];
@@ -133,8 +135,8 @@ std::vector<const Wall*> near_walls(const std::vector<Wall>& walls, const Model&
 // Finds the pairs of a piece.
 class PairFinder {
  public:
-  PairFinder(const Model& model, const Workspace& w, const State& s, const PartSpheres& spheres,
-             ListPiece& piece)
+  PairFinder(const Model& model, const Workspace& w, const State& s, const BoundingSpheres& spheres,
+             NeighborListChunk& piece)
       : model_(model),
         w_(w),
         s_(s),
@@ -150,8 +152,8 @@ class PairFinder {
         model_.shapes[shape_a].parts.size() * model_.shapes[shape_b].parts.size();
     parts_.resize(std::max(parts_.size(), room + SphereGroup::size));
     const Quad &of_a = spheres_.places[i], &of_b = spheres_.places[j];
-    const int count = near_parts(spheres_.of(i), spheres_.of(j), {of_b.x, of_b.y, of_b.z},
-                                 spheres_.reach[shape_b], of_a.w + of_b.w, parts_.data());
+    const int count = find_close_parts(spheres_.of(i), spheres_.of(j), {of_b.x, of_b.y, of_b.z},
+                                       spheres_.reach[shape_b], of_a.w + of_b.w, parts_.data());
     add(a, b, w_.law_index(shape_a, shape_b), {parts_.data(), static_cast<std::size_t>(count)});
   }
 
@@ -163,7 +165,7 @@ class PairFinder {
     const double all_of_a = spheres_.reach[shape] + s_.margin[a] + s_.margin[b] + kRounding;
     const Vec3 center = pose.rotation.transpose() * (s_.motion[a].position - pose.translation);
     if (w_.trees[boundary]) {
-      const Box3& bounds = w_.trees[boundary]->bounds();
+      const Aabb& bounds = w_.trees[boundary]->bounds();
       const Vec3 all = Vec3::Constant(all_of_a);
       if (!bounds.meets({center - all, center + all})) return;
     } else if (center.z() > all_of_a) {
@@ -188,7 +190,8 @@ class PairFinder {
  private:
   void add(int a, int b, int law, std::span<const PartNumbers> parts) {
     if (parts.empty()) return;
-    piece_.pairs.push_back({a, b, law, FoundPair::kNew, static_cast<std::uint32_t>(parts.size())});
+    piece_.pairs.push_back(
+        {a, b, law, CandidatePair::kNew, static_cast<std::uint32_t>(parts.size())});
     piece_.parts.insert(piece_.parts.end(), parts.begin(), parts.end());
   }
 
@@ -196,30 +199,31 @@ class PairFinder {
   const Workspace& w_;
   const State& s_;
   int n_;
-  const PartSpheres& spheres_;
-  ListPiece& piece_;
+  const BoundingSpheres& spheres_;
+  NeighborListChunk& piece_;
   // Scratch memory.
   std::vector<PartNumbers> parts_;
   std::vector<int> found_;
 };
 
-// Looks up a piece's pairs in the old list, and sums up what will be copied. In three passes, as
-// what one reads tells where that of the next one lies, which is fetched ahead.
-void look_up(const State& s, const OldPairs& old_pairs, ListPiece& piece) {
+// Finds the pairs of a chunk in the old list and counts the data to copy. Three passes: each reads
+// the addresses that the next one needs, which are prefetched.
+void match_previous_pairs(const State& s, const PreviousPairs& old_pairs,
+                          NeighborListChunk& piece) {
   constexpr std::size_t kAhead = 16;  // pairs
   const std::size_t count = piece.pairs.size();
-  for (const FoundPair& pair : piece.pairs) old_pairs.fetch_first(pair.a);
+  for (const CandidatePair& pair : piece.pairs) old_pairs.fetch_first(pair.a);
   for (std::size_t k = 0; k < count; ++k) {
     if (k + kAhead < count) old_pairs.fetch_partners(piece.pairs[k + kAhead].a);
-    FoundPair& pair = piece.pairs[k];
+    CandidatePair& pair = piece.pairs[k];
     pair.old = old_pairs.find(pair.a, pair.b);
-    if (pair.old != FoundPair::kNew) fetch(&s.pairs[pair.old]);
+    if (pair.old != CandidatePair::kNew) fetch(&s.pairs[pair.old]);
   }
   piece.size = {count, piece.parts.size(), 0, 0};
   for (std::size_t k = 0; k < count; ++k) {
-    if (k + kAhead < count && piece.pairs[k + kAhead].old != FoundPair::kNew)
+    if (k + kAhead < count && piece.pairs[k + kAhead].old != CandidatePair::kNew)
       fetch(s.patches.data() + s.pairs[piece.pairs[k + kAhead].old].first_patch);
-    if (piece.pairs[k].old == FoundPair::kNew) continue;
+    if (piece.pairs[k].old == CandidatePair::kNew) continue;
     const Pair& old = s.pairs[piece.pairs[k].old];
     piece.size.patches += old.patch_count;
     piece.size.points += static_cast<std::size_t>(points_of(old, s));
@@ -229,44 +233,44 @@ void look_up(const State& s, const OldPairs& old_pairs, ListPiece& piece) {
 // Writes a piece into its place in the new list, taking over what the old one knew.
 class ListWriter {
  public:
-  ListWriter(const State& s, const ListPiece& piece, ListArrays& list)
+  ListWriter(const State& s, const NeighborListChunk& piece, NeighborListBuffers& list)
       : s_(s), list_(list), at_(piece.first) {}
 
-  void write(const FoundPair& found, const PartNumbers* parts) {
+  void write(const CandidatePair& found, const PartNumbers* parts) {
     Pair pair;
     pair.a = found.a;
     pair.b = found.b;
     pair.law = found.law;
     pair.first_part = static_cast<std::uint32_t>(at_.parts);
     pair.part_count = found.part_count;
-    PairWatch watch;
-    double wake = s_.path[pair.a] + s_.path[pair.b];  // look at once
-    if (found.old == FoundPair::kNew) {
+    PairMotionBound motion_bound;
+    double next_test_distance = s_.path[pair.a] + s_.path[pair.b];  // look at once
+    if (found.old == CandidatePair::kNew) {
       copy_parts({parts, found.part_count}, {}, 0);
-      watch.reference_path = wake;
-      watch.reference_turn = s_.turn[pair.a];
+      motion_bound.reference_path = next_test_distance;
+      motion_bound.reference_turn = s_.turn[pair.a];
       const Pose pose = relative_pose(s_, pair.a, pair.b);
-      std::copy_n(pose.rotation.data(), 9, watch.reference_rotation);
-      std::copy_n(pose.translation.data(), 3, watch.reference_translation);
+      std::copy_n(pose.rotation.data(), 9, motion_bound.reference_rotation);
+      std::copy_n(pose.translation.data(), 3, motion_bound.reference_translation);
     } else {
       const Pair& old = s_.pairs[found.old];
-      watch = s_.watch[found.old];
+      motion_bound = s_.motion_bound[found.old];
       const std::span old_parts(s_.part_pairs.data() + old.first_part, old.part_count);
-      if (copy_parts({parts, found.part_count}, old_parts, watch.moved)) {
-        watch.need = watch.moved;
+      if (copy_parts({parts, found.part_count}, old_parts, motion_bound.moved)) {
+        motion_bound.need = motion_bound.moved;
       } else {
-        wake = s_.wake[found.old];
+        next_test_distance = s_.next_test_distance[found.old];
       }
       copy_contacts(s_, old, pair, list_, at_.patches, at_.points);
     }
     list_.pairs[at_.pairs] = pair;
-    list_.wake[at_.pairs] = wake;
-    list_.watch[at_.pairs] = watch;
+    list_.next_test_distance[at_.pairs] = next_test_distance;
+    list_.motion_bound[at_.pairs] = motion_bound;
     ++at_.pairs;
   }
 
  private:
-  // Both ascending. Tells whether there are parts that the old list has not.
+  // Both ascending. True when there are parts that the old list does not have.
   bool copy_parts(std::span<const PartNumbers> parts, std::span<const PartPair> old, double moved) {
     bool is_new = false;
     auto known = old.begin();
@@ -283,42 +287,43 @@ class ListWriter {
       out = PartPair{};
       out.a = static_cast<std::uint16_t>(part.a);
       out.b = part.b;
-      out.wake = moved;
+      out.next_test_distance = moved;
       is_new = true;
     }
     return is_new;
   }
 
   const State& s_;
-  ListArrays& list_;
+  NeighborListBuffers& list_;
   ListSizes at_;
 };
 
 // Puts the pieces one behind the other: the list that one piece would have been.
-void write_list(std::vector<ListPiece>& pieces, int threads, ListArrays& spare, State& s) {
+void write_list(std::vector<NeighborListChunk>& pieces, int threads, NeighborListBuffers& spare,
+                State& s) {
   ListSizes all;
-  for (ListPiece& piece : pieces) {
+  for (NeighborListChunk& piece : pieces) {
     piece.first = all;
     all.add(piece.size);
   }
-  resize_afresh(spare.pairs, all.pairs);
-  resize_afresh(spare.wake, all.pairs);
-  resize_afresh(spare.watch, all.pairs);
-  resize_afresh(spare.part_pairs, all.parts);
-  resize_afresh(spare.patches, all.patches);
-  resize_afresh(spare.rolling, all.patches);
-  resize_afresh(spare.points, all.points);
-  for_ranges(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
+  resize_discarding(spare.pairs, all.pairs);
+  resize_discarding(spare.next_test_distance, all.pairs);
+  resize_discarding(spare.motion_bound, all.pairs);
+  resize_discarding(spare.part_pairs, all.parts);
+  resize_discarding(spare.patches, all.patches);
+  resize_discarding(spare.rolling, all.patches);
+  resize_discarding(spare.points, all.points);
+  parallel_for_blocks(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
     ListWriter writer(s, pieces[k], spare);
     const PartNumbers* parts = pieces[k].parts.data();
-    for (const FoundPair& pair : pieces[k].pairs) {
+    for (const CandidatePair& pair : pieces[k].pairs) {
       writer.write(pair, parts);
       parts += pair.part_count;
     }
   });
   std::swap(s.pairs, spare.pairs);
-  std::swap(s.wake, spare.wake);
-  std::swap(s.watch, spare.watch);
+  std::swap(s.next_test_distance, spare.next_test_distance);
+  std::swap(s.motion_bound, spare.motion_bound);
   std::swap(s.part_pairs, spare.part_pairs);
   std::swap(s.patches, spare.patches);
   std::swap(s.rolling, spare.rolling);
@@ -326,12 +331,12 @@ void write_list(std::vector<ListPiece>& pieces, int threads, ListArrays& spare, 
 }
 
 bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
-  if (s.list_is_stale) return true;
-  for (const char leaves : w.must_relist) {
+  if (s.neighbor_list_invalid) return true;
+  for (const char leaves : w.needs_rebuild) {
     if (leaves) return true;
   }
   for (std::size_t i = model.particles.size(); i < s.path.size(); ++i) {
-    if (s.path[i] > s.relist_path[i]) return true;
+    if (s.path[i] > s.rebuild_distance[i]) return true;
   }
   return false;
 }
@@ -342,16 +347,16 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   if (!must_rebuild(model, w, s)) return;
   check_step_lengths(model, w, s);
   set_margins(model, w, s);
-  const PartSpheres spheres = place_spheres(model, w, s);
+  const BoundingSpheres spheres = update_bounding_spheres(model, w, s);
   const int threads = model.numerics.threads;
-  const BoxNeighbours neighbours = box_neighbours(spheres.boxes, threads);
+  const AabbOverlaps neighbours = find_aabb_overlaps(spheres.boxes, threads);
   const std::vector<Wall> walls = present_walls(model, w, s);
   const std::size_t present = spheres.particle.size();
-  const OldPairs old_pairs(s.pairs, s.motion.size(), threads);
-  std::vector<ListPiece>& pieces = w.list_pieces;
+  const PreviousPairs old_pairs(s.pairs, s.motion.size(), threads);
+  std::vector<NeighborListChunk>& pieces = w.list_chunks;
   pieces.resize((present + kGrain - 1) / kGrain);
-  for_ranges(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
-    ListPiece& piece = pieces[begin / kGrain];
+  parallel_for_blocks(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
+    NeighborListChunk& piece = pieces[begin / kGrain];
     piece.clear();
     PairFinder pairs(model, w, s, spheres, piece);
     const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);
@@ -364,11 +369,11 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
         pairs.add_particles(i, static_cast<std::size_t>(j));
       for (const Wall* const wall : near) pairs.add_wall(i, *wall);
     }
-    look_up(s, old_pairs, piece);
+    match_previous_pairs(s, old_pairs, piece);
   });
-  write_list(pieces, threads, w.spare_list, s);
-  s.list_is_stale = false;
-  w.list_is_new = true;
+  write_list(pieces, threads, w.back_buffer, s);
+  s.neighbor_list_invalid = false;
+  w.neighbor_list_rebuilt = true;
   ++s.health.rebuilds;
   s.health.pairs = s.pairs.size();
 }

@@ -7,12 +7,12 @@ namespace firn {
 
 namespace {
 
-// What PairWatch begins with, by rows of four.
+// What PairMotionBound begins with, by rows of four.
 struct References {
   Columns4 rotation_0_to_3, rotation_4_to_7, rotation_8_translation;
 };
-static_assert(offsetof(PairWatch, reference_rotation) == 0 &&
-              offsetof(PairWatch, reference_translation) == 9 * sizeof(double));
+static_assert(offsetof(PairMotionBound, reference_rotation) == 0 &&
+              offsetof(PairMotionBound, reference_translation) == 9 * sizeof(double));
 
 [[gnu::always_inline]] inline void gather_references(const State& s, const std::size_t* pairs,
                                                      References& out) {
@@ -20,7 +20,7 @@ static_assert(offsetof(PairWatch, reference_rotation) == 0 &&
     gather(
         pairs,
         [&](std::size_t p, Four& row) {
-          get(reinterpret_cast<const double*>(&s.watch[p]) + first, row);
+          get(reinterpret_cast<const double*>(&s.motion_bound[p]) + first, row);
         },
         columns);
   };

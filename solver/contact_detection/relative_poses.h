@@ -15,8 +15,8 @@ class PairPoses {
   void find(const State& s, const std::uint32_t* numbers, int count);
 
   void get_pose(int k, Pose& out) const;  // of b's axes in a's
-  // How far b has moved in a's axes since the pair's reference pose (PairWatch): its origin, m, and
-  // a bound on the way of its points by turning, per m that they are away from it.
+  // How far b has moved in a's axes since the pair's reference pose (PairMotionBound): its origin,
+  // m, and a bound on the way of its points by turning, per m that they are away from it.
   double shift(int k) const { return shift_[k]; }
   double turn(int k) const { return turn_[k]; }
 

@@ -16,16 +16,16 @@ struct SideInput {
   const Pair& pair;
 };
 
-class Sides {
+class TunnellingGuard {
  public:
-  explicit Sides(const SideInput& input);
+  explicit TunnellingGuard(const SideInput& input);
 
   // True when the bodies move farther within a step than parts may overlap unwatched.
   bool fast() const { return fast_; }
 
-  // To be called for every part pair that overlaps or had points, and for all when fast(). Finds
-  // the contact anew where it came out on another side than the one the parts met on. False when
-  // the parts have passed through each other.
+  // Call for every part pair that overlaps or had points, and for all when fast(). Recomputes the
+  // contact when it is on another side than the one where the parts met. False when the parts have
+  // passed through each other.
   bool keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifold& m) const;
 
   // A bound on how far any two points of the bodies move relative to each other in a step, m.
@@ -47,7 +47,7 @@ class Sides {
   bool fast_ = false;
 };
 
-// The motion bound of Sides for any pair, planes included, m.
+// The motion bound of TunnellingGuard for any pair, planes included, m.
 double step_motion(const Model& model, const Workspace& workspace, const State& state, int a,
                    int b);
 

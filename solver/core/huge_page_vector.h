@@ -16,12 +16,12 @@ namespace firn {
 // quarter of each: looking up thousands of small pages would cost more than to walk through the
 // array. A wish: where it is not granted, nothing is lost.
 template <class T>
-struct LargePages {
+struct HugePageAllocator {
   using value_type = T;
 
-  LargePages() = default;
+  HugePageAllocator() = default;
   template <class U>
-  LargePages(const LargePages<U>& /*other*/) {}
+  HugePageAllocator(const HugePageAllocator<U>& /*other*/) {}
 
   T* allocate(std::size_t n) {
     const std::size_t bytes = n * sizeof(T), large = in_large_pages(bytes);
@@ -34,7 +34,9 @@ struct LargePages {
   void deallocate(T* memory, std::size_t n) noexcept {
     ::operator delete(memory, alignment(in_large_pages(n * sizeof(T))));
   }
-  friend bool operator==(const LargePages& /*a*/, const LargePages& /*b*/) { return true; }
+  friend bool operator==(const HugePageAllocator& /*a*/, const HugePageAllocator& /*b*/) {
+    return true;
+  }
 
  private:
   static constexpr std::size_t kPage = std::size_t{2} << 20;
@@ -47,11 +49,12 @@ struct LargePages {
 };
 
 template <class T>
-using LargeArray = std::vector<T, LargePages<T>>;
+using HugePageVector = std::vector<T, HugePageAllocator<T>>;
 
-// For arrays whose elements are all written anew, and that grow again and again.
+// Resizes an array without copying elements: the caller overwrites all of them. For arrays that
+// grow repeatedly.
 template <class T>
-void resize_afresh(LargeArray<T>& v, std::size_t n) {
+void resize_discarding(HugePageVector<T>& v, std::size_t n) {
   if (n > v.capacity()) {
     v = {};  // nothing to take along
     v.reserve(n + n / 8);

@@ -19,23 +19,23 @@
 namespace firn {
 
 #ifdef __SANITIZE_THREAD__
-struct Shares::Impl {};
+struct TaskAffinity::Impl {};
 #else
-struct Shares::Impl {
+struct TaskAffinity::Impl {
   tbb::affinity_partitioner partitioner;
 };
 #endif
-Shares::Shares() : impl_(std::make_unique<Impl>()) {}
-Shares::~Shares() = default;
-Shares::Shares(Shares&&) noexcept = default;
-Shares& Shares::operator=(Shares&&) noexcept = default;
+TaskAffinity::TaskAffinity() : impl_(std::make_unique<Impl>()) {}
+TaskAffinity::~TaskAffinity() = default;
+TaskAffinity::TaskAffinity(TaskAffinity&&) noexcept = default;
+TaskAffinity& TaskAffinity::operator=(TaskAffinity&&) noexcept = default;
 
 namespace {
 
 #ifdef __SANITIZE_THREAD__
 // Calls one(k) for every k below `ranges`.
 template <class One>
-void share_out(int threads, std::size_t ranges, const One& one, Shares*) {
+void assign_tasks(int threads, std::size_t ranges, const One& one, TaskAffinity*) {
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t k = next++; k < ranges; k = next++) one(k);
@@ -45,7 +45,7 @@ void share_out(int threads, std::size_t ranges, const One& one, Shares*) {
   work();
 }
 
-void sort_shared(int, std::vector<Keyed>& list) { std::sort(list.begin(), list.end()); }
+void sort_shared(int, std::vector<KeyIndex>& list) { std::sort(list.begin(), list.end()); }
 #else
 // An arena of as many threads as asked for, also where there are fewer cores.
 tbb::task_arena& arena_of(int threads) {
@@ -63,7 +63,7 @@ tbb::task_arena& arena_of(int threads) {
 }
 
 template <class One>
-void share_out(int threads, std::size_t ranges, const One& one, Shares* shares) {
+void assign_tasks(int threads, std::size_t ranges, const One& one, TaskAffinity* shares) {
   const std::size_t from = 0;
   arena_of(threads).execute([&] {
     if (ranges <= static_cast<std::size_t>(threads)) {  // one for each, sent to it at once
@@ -76,25 +76,26 @@ void share_out(int threads, std::size_t ranges, const One& one, Shares* shares) 
   });
 }
 
-void sort_shared(int threads, std::vector<Keyed>& list) {
+void sort_shared(int threads, std::vector<KeyIndex>& list) {
   arena_of(threads).execute([&] { tbb::parallel_sort(list.begin(), list.end()); });
 }
 #endif
 
 }  // namespace
 
-void for_ranges(int threads, std::size_t n, std::size_t grain,
-                const std::function<void(std::size_t, std::size_t)>& body, Shares* shares) {
+void parallel_for_blocks(int threads, std::size_t n, std::size_t grain,
+                         const std::function<void(std::size_t, std::size_t)>& body,
+                         TaskAffinity* shares) {
   const std::size_t ranges = (n + grain - 1) / grain;
   const auto one = [&](std::size_t k) { body(k * grain, std::min(n, (k + 1) * grain)); };
   if (threads <= 1 || ranges <= 1) {
     for (std::size_t k = 0; k < ranges; ++k) one(k);
     return;
   }
-  share_out(threads, ranges, one, shares);
+  assign_tasks(threads, ranges, one, shares);
 }
 
-void sort_by_key(int threads, std::vector<Keyed>& list) {
+void sort_by_key(int threads, std::vector<KeyIndex>& list) {
   if (threads <= 1) {
     std::sort(list.begin(), list.end());
   } else {

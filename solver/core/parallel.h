@@ -11,14 +11,14 @@
 
 namespace firn {
 
-// Which thread has done which range of a loop. One that is walked through again and again is shared
-// out alike each time, as far as nobody is late: every thread has its ranges at hand.
-class Shares {
+// Assignment of ranges of a loop to threads. A repeated loop gets the same assignment each time
+// unless a thread is late, so that the data of a range stay in the cache of its thread.
+class TaskAffinity {
  public:
-  Shares();
-  ~Shares();
-  Shares(Shares&&) noexcept;
-  Shares& operator=(Shares&&) noexcept;
+  TaskAffinity();
+  ~TaskAffinity();
+  TaskAffinity(TaskAffinity&&) noexcept;
+  TaskAffinity& operator=(TaskAffinity&&) noexcept;
   struct Impl;
   Impl& operator*() const { return *impl_; }
 
@@ -28,9 +28,9 @@ class Shares {
 
 // Calls body(begin, end) for the ranges [0, grain), [grain, 2 grain) ... of [0, n), in order with
 // one thread and in any order with more. The ranges do not depend on the number of threads.
-void for_ranges(int threads, std::size_t n, std::size_t grain,
-                const std::function<void(std::size_t, std::size_t)>& body,
-                Shares* shares = nullptr);
+void parallel_for_blocks(int threads, std::size_t n, std::size_t grain,
+                         const std::function<void(std::size_t, std::size_t)>& body,
+                         TaskAffinity* shares = nullptr);
 
 // How many of `ranges` a task should take, one behind the other, so that it can fetch what the next
 // one will need: that must not be at work elsewhere, as it would be taken away from there. Few
@@ -42,12 +42,12 @@ inline std::size_t ranges_of_task(int threads, std::size_t ranges) {
 }
 
 // Something numbered, to be put in order.
-struct Keyed {
+struct KeyIndex {
   std::uint64_t key;
   std::int32_t number;
-  auto operator<=>(const Keyed&) const = default;
+  auto operator<=>(const KeyIndex&) const = default;
 };
 // Sorts by key, then number. No two may be equal in both, so that there is one order only.
-void sort_by_key(int threads, std::vector<Keyed>& list);
+void sort_by_key(int threads, std::vector<KeyIndex>& list);
 
 }  // namespace firn

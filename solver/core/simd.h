@@ -26,7 +26,7 @@ inline Vec cross(const Vec& a, const Vec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// yes ? a : b, never by a branch: for what is anybody's guess to the processor.
+// yes ? a : b without a branch, for unpredictable conditions.
 inline double pick(bool yes, double a, double b) {
   const std::uint64_t mask = -static_cast<std::uint64_t>(yes);
   return std::bit_cast<double>((std::bit_cast<std::uint64_t>(a) & mask) |

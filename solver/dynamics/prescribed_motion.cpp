@@ -53,7 +53,7 @@ bool Schedule::acts(double t) const {
   return t >= begin && t < begin + (stop - start) && t < end;
 }
 
-bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above) {
+bool descends_from(const std::vector<MotionFrame>& frames, int frame, int above) {
   while (frame >= 0 && frame != above) frame = frames[static_cast<std::size_t>(frame)].parent;
   return frame >= 0;
 }

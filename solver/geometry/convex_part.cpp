@@ -289,7 +289,7 @@ void set_edges(ConvexPart& part) {
 }
 
 void set_stars(ConvexPart& part) {
-  std::vector<std::vector<ConvexPart::Spoke>> spokes(part.vertex_count);
+  std::vector<std::vector<ConvexPart::VertexEdge>> spokes(part.vertex_count);
   std::vector<std::vector<std::uint16_t>> faces(part.vertex_count);
   for (const auto& [a, b] : part.edges) {
     const double inverse = 1 / (part.vertex(b) - part.vertex(a)).norm();

@@ -37,9 +37,9 @@ struct Box {
 
 // A tree of bounding boxes: node n has the children 2 n + 1 and 2 n + 2, each with half of its
 // triangles.
-class BoxTree {
+class AabbTree {
  public:
-  explicit BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
+  explicit AabbTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
     std::iota(order_.begin(), order_.end(), 0);
     if (!order_.empty()) build(0, 0, order_.size());
   }
@@ -142,10 +142,10 @@ class Surface {
 
   // A point at which two triangles pass through each other, or lie on each other facing one way.
   std::optional<Vec3> crossing(int a, int b) const {
-    const Sides of_b = sides(b, a);
+    const TunnellingGuard of_b = sides(b, a);
     if (!of_b.above && !of_b.below) return on_each_other(a, b);
     if (!of_b.above || !of_b.below) return std::nullopt;
-    const Sides of_a = sides(a, b);
+    const TunnellingGuard of_a = sides(a, b);
     if (!of_a.above || !of_a.below) return std::nullopt;
     for (const auto& [t, other] : {std::pair(a, b), std::pair(b, a)}) {
       for (int k = 0; k < 3; ++k) {
@@ -168,11 +168,11 @@ class Surface {
   }
 
   // On which sides of a plane a triangle has corners.
-  struct Sides {
+  struct TunnellingGuard {
     bool above = false, below = false;
   };
-  Sides sides(int triangle, int plane) const {
-    Sides s;
+  TunnellingGuard sides(int triangle, int plane) const {
+    TunnellingGuard s;
     for (int k = 0; k < 3; ++k) {
       const int at = side(corner(triangle, k), plane);
       s.above |= at > 0;
@@ -289,7 +289,7 @@ MeshConflicts find_conflicts(const TriangleMesh& mesh) {
   std::vector<Box> boxes;
   for (int i = 0; i < count; ++i) boxes.push_back(surface.box(i));
   std::set<std::pair<int, int>> overlapping;
-  BoxTree(boxes).pairs([&](int i, int j) {
+  AabbTree(boxes).pairs([&](int i, int j) {
     if (result.intersections + overlapping.size() >= kMost) return;
     const int a = surface.shell(i), b = surface.shell(j);
     const std::pair<int, int> shells(std::min(a, b), std::max(a, b));

@@ -84,12 +84,12 @@ struct Search {
 
 }  // namespace
 
-struct TriangleIndex::Impl {
+struct NearestTriangle::Impl {
   std::vector<Triangle> triangles;
   Tree tree;
 };
 
-TriangleIndex::TriangleIndex(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+NearestTriangle::NearestTriangle(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     Triangle t{static_cast<int>(i), {}, area_normal(mesh, i).normalized()};
     for (int k = 0; k < 3; ++k) t.corner[k] = mesh.vertices[mesh.triangles[i][k]];
@@ -99,11 +99,11 @@ TriangleIndex::TriangleIndex(const TriangleMesh& mesh) : impl_(std::make_unique<
   for (const Triangle& t : impl_->triangles) all.push_back(&t);
   impl_->tree.init(all.begin(), all.end());
 }
-TriangleIndex::~TriangleIndex() = default;
-TriangleIndex::TriangleIndex(TriangleIndex&&) noexcept = default;
-TriangleIndex& TriangleIndex::operator=(TriangleIndex&&) noexcept = default;
+NearestTriangle::~NearestTriangle() = default;
+NearestTriangle::NearestTriangle(NearestTriangle&&) noexcept = default;
+NearestTriangle& NearestTriangle::operator=(NearestTriangle&&) noexcept = default;
 
-int TriangleIndex::nearest(const Vec3& place, const Vec3& out, int guess) const {
+int NearestTriangle::nearest(const Vec3& place, const Vec3& out, int guess) const {
   Search search{place, out};
   if (guess >= 0 && guess < static_cast<int>(impl_->triangles.size()))
     search.look_at(impl_->triangles[guess]);
@@ -111,7 +111,7 @@ int TriangleIndex::nearest(const Vec3& place, const Vec3& out, int guess) const 
   return search.index >= 0 ? search.index : nearest(place);
 }
 
-int TriangleIndex::nearest(const Vec3& place) const {
+int NearestTriangle::nearest(const Vec3& place) const {
   Search search{place, Vec3::Zero()};
   search.descend(impl_->tree);
   return search.index;

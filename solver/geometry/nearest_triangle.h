@@ -7,13 +7,13 @@
 
 namespace firn {
 
-class TriangleIndex {
+class NearestTriangle {
  public:
   // Of a mesh with at least one triangle.
-  explicit TriangleIndex(const TriangleMesh& mesh);
-  ~TriangleIndex();
-  TriangleIndex(TriangleIndex&&) noexcept;
-  TriangleIndex& operator=(TriangleIndex&&) noexcept;
+  explicit NearestTriangle(const TriangleMesh& mesh);
+  ~NearestTriangle();
+  NearestTriangle(NearestTriangle&&) noexcept;
+  NearestTriangle& operator=(NearestTriangle&&) noexcept;
 
   // The number of the triangle nearest to a place (m, axes of the mesh) among those that face
   // `out` (outward normal within 90 degrees); of all where none does. On an edge, always the same

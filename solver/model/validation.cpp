@@ -56,7 +56,7 @@ void check_interaction(const Model& model, int a, int b) {
   if (!(law.adhesion_stiffness_fraction >= 0 && law.adhesion_stiffness_fraction < 1))
     fail("adhesion stiffness fraction must be at least 0 and below 1");
   if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) && law.unloading_floor == 0)
-    fail("adhesion acts while a contact bears; expected an unloading floor above 0 beside it");
+    fail("adhesion acts only with a contact force; expected an unloading floor above 0 with it");
 }
 
 // Shapes that some particle of the model has.
@@ -106,7 +106,8 @@ void check_frames(const Model& model) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const MotionFrame& frame = model.frames[f];
     if (frame.parent >= static_cast<int>(f))
-      throw InputError("motion_frames." + frame.name + ": hangs on a later one");
+      throw InputError("motion_frames." + frame.name +
+                       ": has a parent that is listed later; expected an earlier one");
     if (frame.free) check_free_body(frame);
     const int above = free_frame(model.frames, frame.parent);
     if (above >= 0 && (frame.free || !frame.motions.empty()))

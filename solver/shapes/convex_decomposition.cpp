@@ -870,7 +870,7 @@ Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& option
     std::array<Outcome, rules.size()> outcomes;
     const int threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
                                    static_cast<int>(rules.size()));
-    for_ranges(threads, rules.size(), 1, [&](std::size_t i, std::size_t) {
+    parallel_for_blocks(threads, rules.size(), 1, [&](std::size_t i, std::size_t) {
       Outcome& o = outcomes[i];
       o.tree = decomposer.cut_down({plan}, rules[i], reflex);
       o.merged = decomposer.merge(o.tree);

@@ -47,8 +47,8 @@ PrincipalInertia principal_inertia(const Mat3& inertia) {
 
 namespace {
 
-// Planes closer than the tolerances of a convex part cannot be told apart.
-void refuse_sheets(const Vec3& moments) {
+// Rejects shapes thinner than the tolerances of a convex part.
+void reject_degenerate_shape(const Vec3& moments) {
   constexpr double kThinnest = 1e-5;
   // Second moments along the axes: the square of the thickness over 12 for a plate.
   const Vec3 along = Vec3::Constant(0.5 * moments.sum()) - moments;
@@ -73,7 +73,7 @@ Shape begin_shape(TriangleMesh mesh, const MassProperties& integrals, const Shap
   shape.centroid = integrals.centroid;
   shape.shape_from_body = principal.axes;
   shape.inertia = shape.mass / shape.volume * principal.moments;
-  refuse_sheets(principal.moments);
+  reject_degenerate_shape(principal.moments);
   const auto [lower, upper] = bounding_box(mesh);
   shape.box = upper - lower;
   shape.mesh = std::move(mesh);

@@ -19,7 +19,7 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
 // Of a point to a flat convex polygon, corners counter-clockwise about unit normal n.
 template <typename Corner>
 double distance_to_polygon(const Vec3& p, const Vec3& n, int count, const Corner& corner) {
-  // An edge that is next to nothing beside the others runs anywhere.
+  // The direction of an edge much shorter than the others is only rounding.
   constexpr double kNoEdge = 1e-4;
   double size2 = 0;
   for (int k = 1; k < count; ++k) size2 = std::max(size2, (corner(k) - corner(0)).squaredNorm());

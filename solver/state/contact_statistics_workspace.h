@@ -20,13 +20,13 @@ struct PatchWork {
   double normal = 0, friction = 0;
 };
 
-struct BegunContact {
+struct NewContact {
   OpenContact contact;
   ContactSums sums;
 };
 
 // A patch that bears more than the particle's largest opposed load so far.
-struct PressedParticle {
+struct NormalLoadSample {
   std::int32_t particle = 0, by = 0;  // bodies
   double force = 0;                   // N
   Vec3 out = Vec3::Zero();            // unit, normal out of the particle, world
@@ -44,11 +44,11 @@ struct TriangleLoad {
 };
 
 // What statistics want of the present step in one range of pairs.
-struct RangeNotes {
+struct RangeStatistics {
   std::vector<PatchWork> work;       // [patches of the active pairs]
-  std::vector<BegunContact> begun;   // contacts, in order of their pairs
+  std::vector<NewContact> begun;     // contacts, in order of their pairs
   std::vector<std::int32_t> parted;  // open contacts that bear nothing any more
-  std::vector<PressedParticle> pressed;
+  std::vector<NormalLoadSample> pressed;
   std::vector<TriangleLoad> triangle_loads;
 };
 
@@ -56,12 +56,12 @@ struct StatisticsWorkspace {
   explicit StatisticsWorkspace(const Model& model);
 
   std::vector<std::int32_t> watched;            // [boundaries] its number among them; -1: not one
-  std::vector<TriangleIndex> watched_index;     // [watched]
+  std::vector<NearestTriangle> watched_index;   // [watched]
   std::vector<std::uint32_t> first_of_watched;  // [watched] triangle, in StatisticsState::triangles
-  std::vector<TriangleIndex> surface_index;     // [shapes], or none
+  std::vector<NearestTriangle> surface_index;   // [shapes], or none
   std::vector<std::uint32_t> first_of_shape;    // [shapes] triangle, in StatisticsState::surfaces
   // Of the present step:
-  std::vector<PressedParticle> pressed;
+  std::vector<NormalLoadSample> pressed;
   std::vector<std::int32_t> last_pressed;  // [particles] in `pressed`; -1 between two steps
   std::vector<double> force;               // N, [triangles] 0 between two steps
   std::vector<std::uint32_t> touched;      // triangles

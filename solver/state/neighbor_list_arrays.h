@@ -8,19 +8,19 @@
 
 namespace firn {
 
-struct ListArrays {
-  LargeArray<Pair> pairs;
-  LargeArray<double> wake;
-  LargeArray<PairWatch> watch;
-  LargeArray<PartPair> part_pairs;
-  LargeArray<Patch> patches;
-  LargeArray<Vec3> rolling;
-  LargeArray<ContactPoint> points;
+struct NeighborListBuffers {
+  HugePageVector<Pair> pairs;
+  HugePageVector<double> next_test_distance;
+  HugePageVector<PairMotionBound> motion_bound;
+  HugePageVector<PartPair> part_pairs;
+  HugePageVector<Patch> patches;
+  HugePageVector<Vec3> rolling;
+  HugePageVector<ContactPoint> points;
 };
 
 // Copies the patches and points of a pair of `s` to places of `to`, from `patches` and `points` on,
-// which move behind them, and tells `pair` where they are. `old` may be `pair`.
-inline void copy_contacts(const State& s, const Pair& old, Pair& pair, ListArrays& to,
+// which move behind them, and stores their new positions in `pair`. `old` may be `pair`.
+inline void copy_contacts(const State& s, const Pair& old, Pair& pair, NeighborListBuffers& to,
                           std::size_t& patches, std::size_t& points) {
   const std::uint32_t first = old.first_patch;
   pair.patch_count = pair.patch_capacity = old.patch_count;

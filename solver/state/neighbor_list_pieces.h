@@ -13,7 +13,7 @@ struct PartNumbers {
 };
 
 // A pair of the new list.
-struct FoundPair {
+struct CandidatePair {
   static constexpr std::uint32_t kNew = ~std::uint32_t{0};
   std::int32_t a, b, law;
   std::uint32_t old;  // its number in the old list, or kNew
@@ -31,8 +31,8 @@ struct ListSizes {
 };
 
 // The pairs of some bodies with later ones.
-struct ListPiece {
-  std::vector<FoundPair> pairs;
+struct NeighborListChunk {
+  std::vector<CandidatePair> pairs;
   std::vector<PartNumbers> parts;  // of all pairs, one behind the other
   ListSizes size, first;           // where it begins in the list
 

@@ -29,8 +29,8 @@ class LocalBodies {
 };
 
 // Which loads of ranges make up that of each particle.
-void make_load_lists(std::size_t particles, Workspace& w) {
-  LoadLists& lists = w.load_lists;
+void build_load_index(std::size_t particles, Workspace& w) {
+  LoadIndex& lists = w.load_index;
   std::size_t loads = 0;
   lists.first.assign(particles + 1, 0);
   for (PairRange& range : w.ranges) {
@@ -49,28 +49,29 @@ void make_load_lists(std::size_t particles, Workspace& w) {
       if (i < particles) lists.loads[end[i]++] = static_cast<std::uint32_t>(range.first_load + k);
     }
   }
-  resize_afresh(w.loads, loads);
+  resize_discarding(w.loads, loads);
 }
 
 }  // namespace
 
-void take_up_list(const Model& model, Workspace& w, const State& s) {
+void build_pair_blocks(const Model& model, Workspace& w, const State& s) {
   const std::size_t pairs = s.pairs.size();
   w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
-  for_ranges(model.numerics.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
-    PairRange& range = w.ranges[begin / kPairsOfRange];
-    LocalBodies local(range.bodies);
-    range.locals.clear();
-    range.more_patches = range.more_points = 0;
-    for (std::size_t p = begin; p < end; ++p) {
-      const Pair& pair = s.pairs[p];
-      const std::uint16_t a = local.number(pair.a), b = local.number(pair.b);
-      range.locals.push_back({a, b});
-      range.more_patches += pair.patch_count;
-      range.more_points += points_of(pair, s);
-    }
-    range.active_is_stale = true;
-  });
+  parallel_for_blocks(model.numerics.threads, pairs, kPairsOfRange,
+                      [&](std::size_t begin, std::size_t end) {
+                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        LocalBodies local(range.bodies);
+                        range.locals.clear();
+                        range.more_patches = range.more_points = 0;
+                        for (std::size_t p = begin; p < end; ++p) {
+                          const Pair& pair = s.pairs[p];
+                          const std::uint16_t a = local.number(pair.a), b = local.number(pair.b);
+                          range.locals.push_back({a, b});
+                          range.more_patches += pair.patch_count;
+                          range.more_points += points_of(pair, s);
+                        }
+                        range.active_is_stale = true;
+                      });
   w.patches = w.points = 0;
   for (const PairRange& range : w.ranges) {
     w.patches += range.more_patches;
@@ -78,8 +79,8 @@ void take_up_list(const Model& model, Workspace& w, const State& s) {
   }
   w.ranges_of_task = ranges_of_task(model.numerics.threads, w.ranges.size());
   w.scratch.resize((w.ranges.size() + w.ranges_of_task - 1) / w.ranges_of_task);
-  make_load_lists(model.particles.size(), w);
-  w.list_is_new = false;
+  build_load_index(model.particles.size(), w);
+  w.neighbor_list_rebuilt = false;
 }
 
 }  // namespace firn

@@ -110,7 +110,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.path);
   ar.array(s.turn);
   ar.array(s.margin);
-  ar.array(s.relist_path);
+  ar.array(s.rebuild_distance);
   ar.group("presence and peaks");
   ar.array(s.presence);
   ar.array(s.peak_normal_force);
@@ -127,11 +127,11 @@ void walk(Archive& ar, S& s) {
   ar.array(s.boundary_position);
   ar.array(s.boundary_orientation);
   ar.group("neighbour list");
-  ar.value(s.list_is_stale);
+  ar.value(s.neighbor_list_invalid);
   ar.array(s.pairs);
   ar.group("watch on pairs");
-  ar.array(s.wake);
-  ar.array(s.watch);
+  ar.array(s.next_test_distance);
+  ar.array(s.motion_bound);
   ar.group("pairs of parts");
   ar.array(s.part_pairs);
   ar.group("patches");
@@ -155,7 +155,7 @@ void walk(Archive& ar, S& s) {
   ar.group("health");
   ar.value(s.health.largest_overlap);
   ar.value(s.health.largest_overlap_particle);
-  ar.value(s.health.deep_births);
+  ar.value(s.health.late_contacts);
   ar.value(s.health.energy_rise);
   ar.value(s.health.rebuilds);
   ar.value(s.health.queries);
@@ -259,8 +259,8 @@ std::vector<double> fingerprint(const Model& model) {
   return f;
 }
 
-// A state that was kept without statistics, or with some that nobody wants any more, can be gone on
-// with: they start then.
+// A saved state without statistics, or with some that are not requested any more, can be resumed:
+// statistics start then.
 void start_missing(const Model& model, State& state) {
   StatisticsState& stats = state.statistics;
   const bool has_none = stats.list == 0 && stats.surfaces.empty() && stats.energies.empty() &&

@@ -62,10 +62,10 @@ struct Pair {
   std::uint32_t point_capacity = 0;
 };
 
-// When to look at a pair again. `moved` is a bound on how far any two points of the bodies have
-// moved relative to each other up to the reference pose; part pairs carry their own wake-up calls
-// in the same measure. Aligned to lie on two lines of the cache.
-struct alignas(64) PairWatch {
+// Bound on the relative motion of a pair, which decides when its parts are tested again. `moved`
+// bounds the relative displacement of any two points of the bodies up to the reference pose. Part
+// pairs store their next test distance in the same measure. Aligned to two cache lines.
+struct alignas(64) PairMotionBound {
   double reference_rotation[9] = {};     // b in a, column by column
   double reference_translation[3] = {};  // m
   double reference_path = 0;             // m, path[a] + path[b] then
@@ -76,10 +76,10 @@ struct alignas(64) PairWatch {
 
 // One convex part of a against one of b.
 struct PartPair {
-  double wake = 0;             // query when the pair's `moved` reaches this
-  std::uint32_t b = 0;         // part of b
-  std::uint16_t a = 0;         // part of a
-  std::uint16_t touching = 0;  // 1: gave points at the last query
+  double next_test_distance = 0;  // query when the pair's `moved` reaches this
+  std::uint32_t b = 0;            // part of b
+  std::uint16_t a = 0;            // part of a
+  std::uint16_t touching = 0;     // 1: gave points at the last query
   GjkCache cache;
   std::uint16_t unused[3] = {0, 0, 0};
 };
@@ -88,19 +88,18 @@ struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
   // Bodies
-  LargeArray<BodyMotion> motion;               // [M]
-  LargeArray<Quat> orientation;                // [M] body axes -> world
-  LargeArray<Vec3> angular_momentum;           // [N] kg m^2/s, body axes
-  LargeArray<BodyLoad> load;                   // [N] by contacts and bonds, at `time`; while a
-                                               // half kick is put off, one step older with bonds
-                                               // and of no meaning without
-  LargeArray<double> path;                     // [M] m, bound on the way of any point of the body
-  LargeArray<double> turn;                     // [M] rad, bound on the angle turned
-  LargeArray<double> margin;                   // [M] m, what the neighbour list lets it move
-  LargeArray<double> relist_path;              // [M] m, path at which the list must be made anew
-  LargeArray<Presence> presence;               // [N]
-  LargeArray<double> peak_normal_force;        // [N] N
-  std::vector<std::uint8_t> boundary_present;  // [B]
+  HugePageVector<BodyMotion> motion;      // [M]
+  HugePageVector<Quat> orientation;       // [M] body axes -> world
+  HugePageVector<Vec3> angular_momentum;  // [N] kg m^2/s, body axes
+  HugePageVector<BodyLoad> load;          // [N] by contacts and bonds, at `time`; undefined while a
+                                          // half kick is pending
+  HugePageVector<double> path;            // [M] m, bound on the way of any point of the body
+  HugePageVector<double> turn;            // [M] rad, bound on the angle turned
+  HugePageVector<double> margin;          // [M] m, skin: motion that the neighbor list allows
+  HugePageVector<double> rebuild_distance;  // [M] m, translation bound at which the list is rebuilt
+  HugePageVector<Presence> presence;        // [N]
+  HugePageVector<double> peak_normal_force;                      // [N] N
+  std::vector<std::uint8_t> boundary_present;                    // [B]
   std::vector<Vec3> boundary_impulse, boundary_angular_impulse;  // [B] N s, N m s
   std::vector<double> boundary_peak;                             // [B] N
   std::vector<BodyLoad> boundary_load;                           // [B] by contacts, at `time`,
@@ -117,16 +116,16 @@ struct State {
   std::vector<Drive> extra_drives;
   std::vector<std::int32_t> extra_drive_axis, extra_drive_group;  // frame * kMostAxes + axis
   // Contacts
-  bool list_is_stale = true;
-  LargeArray<Pair> pairs;       // [P] along a curve through space (neighbor_list.cpp)
-  LargeArray<double> wake;      // [P] look when path[a] + path[b] reaches this
-  LargeArray<PairWatch> watch;  // [P]
-  LargeArray<PartPair> part_pairs;
-  LargeArray<Patch> patches;         // with holes
-  LargeArray<Vec3> rolling;          // N m, rolling moment on a, of each place of a patch
-  LargeArray<ContactPoint> points;   // with holes
-  std::vector<BondRecord> bonds;     // [bonds]
-  std::vector<BeamLoad> bond_loads;  // [bonds] at `time`
+  bool neighbor_list_invalid = true;
+  HugePageVector<Pair> pairs;                 // [P] along a curve through space (neighbor_list.cpp)
+  HugePageVector<double> next_test_distance;  // [P] look when path[a] + path[b] reaches this
+  HugePageVector<PairMotionBound> motion_bound;  // [P]
+  HugePageVector<PartPair> part_pairs;
+  HugePageVector<Patch> patches;        // with holes
+  HugePageVector<Vec3> rolling;         // N m, rolling moment on a, of each place of a patch
+  HugePageVector<ContactPoint> points;  // with holes
+  std::vector<BondRecord> bonds;        // [bonds]
+  std::vector<BeamLoad> bond_loads;     // [bonds] at `time`
   // Accounts
   double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
   double work_walls = 0;                         // J, the part of both at boundaries

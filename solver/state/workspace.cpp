@@ -31,8 +31,8 @@ PairLaw base_law(const Model& model, const Interaction& i, double stiffness, dou
   return law;
 }
 
-Box3 part_box(const ConvexPart& part) {
-  Box3 box{part.vertex(0), part.vertex(0)};
+Aabb part_box(const ConvexPart& part) {
+  Aabb box{part.vertex(0), part.vertex(0)};
   for (int i = 1; i < part.vertex_count; ++i) {
     box.lower = box.lower.cwiseMin(part.vertex(i));
     box.upper = box.upper.cwiseMax(part.vertex(i));
@@ -98,9 +98,9 @@ Workspace::Workspace(const Model& model) : bonds(model), statistics(model) {
     reach.push_back(farthest_vertex(b.parts));
     thinnest.push_back(thinnest_part(b.parts));
     if (b.kind == Boundary::Kind::solid) {
-      std::vector<Box3> boxes;
+      std::vector<Aabb> boxes;
       for (const ConvexPart& p : b.parts) boxes.push_back(part_box(p));
-      trees.emplace_back(BoxTree(std::move(boxes)));
+      trees.emplace_back(AabbTree(std::move(boxes)));
     } else {
       trees.emplace_back(std::nullopt);
     }

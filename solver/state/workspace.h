@@ -1,6 +1,6 @@
-// What a step needs beside model and state: tables made once from the model, and scratch memory.
-// Nothing here outlives a step in meaning but the loads of a half kick that has been put off (see
-// Solver::step()), which is made before a state is saved: a restored one may use a new workspace.
+// Tables made once from the model, and scratch memory of a step. Only the loads of a deferred half
+// kick (see Solver::step()) are read by the next step. That half kick is completed before a state
+// is saved, so a restored state may use a new workspace.
 #pragma once
 
 #include <array>
@@ -23,25 +23,25 @@
 namespace firn {
 
 // A pair whose contacts are to be searched, as a look has found it.
-struct DuePair {
+struct PairToTest {
   std::uint32_t pair = 0;
   double path = 0;   // m, of both bodies
-  double moved = 0;  // m, see PairWatch
+  double moved = 0;  // m, see PairMotionBound
   Pose pose;         // b in a
 };
 
 // Outcome of one search.
-struct Search {
+struct ContactSearchResult {
   int queries = 0;
-  int deep_births = 0;
-  bool passed = false;  // parts have gone through each other
-  double buried = 0;    // m, overlap of bodies that were placed into each other
+  int late_contacts = 0;
+  bool tunnelled = false;          // parts have gone through each other
+  double initial_penetration = 0;  // m, overlap of bodies that were placed into each other
   FoundPatches found;
 };
 
 // What a step sums up over the contacts of one range of pairs. The ranges are the same for any
 // number of threads, and are added up in their order, so the sums are the same bits.
-struct ContactAccounts {
+struct ContactTotals {
   struct Wall {
     Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, on the boundary
     double peak = 0;                                              // N
@@ -57,10 +57,10 @@ struct ContactAccounts {
 };
 
 // A pair that may have gone through each other, or been placed into each other.
-struct Suspect {
+struct ContactFault {
   std::uint32_t pair;
-  bool passed;
-  double buried;  // m
+  bool tunnelled;
+  double initial_penetration;  // m
 };
 
 // What the patches of one range of pairs do to one of its bodies. In fours, each one wide load.
@@ -79,26 +79,27 @@ struct alignas(64) PairRange {
   std::vector<ActivePair> active;                    // ascending
   bool active_is_stale = true;
   // Of the present step:
-  std::vector<ActivePair> refreshed;    // pairs whose patches were made anew, ascending; may have
-                                        // none left; places are those before holes are closed
-  std::vector<std::uint32_t> outgrown;  // of them, those whose patches do not fit into their place,
-  std::vector<FoundPatches> found;      // and these patches; may be longer
-  std::vector<Suspect> suspects;
-  std::uint64_t queries = 0, refreshes = 0, deep_births = 0;
+  std::vector<ActivePair> refreshed;  // pairs whose patches were rebuilt, ascending; may have
+                                      // none left; places are those before holes are closed
+  std::vector<std::uint32_t>
+      overflowed;                   // of them, those whose patches do not fit into their place,
+  std::vector<FoundPatches> found;  // and these patches; may be longer
+  std::vector<ContactFault> contact_faults;
+  std::uint64_t queries = 0, refreshes = 0, late_contacts = 0;
   std::int64_t more_patches = 0, more_points = 0;  // than before
-  ContactAccounts accounts;
-  RangeNotes notes;  // empty without statistics
+  ContactTotals accounts;
+  RangeStatistics notes;  // empty without statistics
 };
 
-// Scratch memory of a task, the same for all of its ranges: what is used again and again stays
-// near. Aligned, as the tasks beside it belong to other threads.
+// Scratch memory of a task, the same for all of its ranges: reused memory stays
+// in the cache. Aligned, as adjacent elements belong to other threads.
 struct alignas(64) TaskScratch {
   std::vector<std::uint32_t> due, next_due;  // pairs to look at, of a range and the one behind it
-  std::vector<DuePair> searched;             // those of them whose contacts are searched
+  std::vector<PairToTest> searched;          // those of them whose contacts are searched
   std::vector<std::uint32_t> due_parts;      // of the pair that is searched
   std::vector<PartContact> contacts;
   PatchScratch patches;
-  Search search;
+  ContactSearchResult search;
   std::vector<ActivePair> active;
 };
 
@@ -110,9 +111,9 @@ inline ActivePair active_pair(const PairRange& range, const State& s, std::uint3
 }
 
 // The loads of a particle in all ranges that know it, in their order.
-struct LoadLists {
-  LargeArray<std::uint32_t> first;  // [particles + 1] into:
-  LargeArray<std::uint32_t> loads;  // into Workspace::loads
+struct LoadIndex {
+  HugePageVector<std::uint32_t> first;  // [particles + 1] into:
+  HugePageVector<std::uint32_t> loads;  // into Workspace::loads
 };
 
 // The six dampers of a bond.
@@ -136,9 +137,9 @@ struct BondWorkspace {
 struct Workspace {
   explicit Workspace(const Model& model);
 
-  std::vector<RigidBody> rigid;               // [shapes]
-  std::vector<PairLaw> laws;                  // [shape * (shapes + boundaries) + other]
-  std::vector<std::optional<BoxTree>> trees;  // [boundaries]; none for planes
+  std::vector<RigidBody> rigid;                // [shapes]
+  std::vector<PairLaw> laws;                   // [shape * (shapes + boundaries) + other]
+  std::vector<std::optional<AabbTree>> trees;  // [boundaries]; none for planes
   std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the centre
   std::vector<double> thinnest;       // [shapes + boundaries] m, least thickness of a part
   std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part
@@ -147,20 +148,20 @@ struct Workspace {
 
   // A new list is found in pieces, and written here while the old one is read, then both change
   // places.
-  std::vector<ListPiece> list_pieces;
-  ListArrays spare_list;
+  std::vector<NeighborListChunk> list_chunks;
+  NeighborListBuffers back_buffer;
 
-  // Made anew with the neighbour list:
-  bool list_is_new = true;
+  // Rebuilt with the neighbor list:
+  bool neighbor_list_rebuilt = true;
   std::vector<PairRange> ranges;
   std::size_t ranges_of_task = 1;
   std::vector<TaskScratch> scratch;      // [tasks]
   std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
   bool points_moved = false;             // holes were closed in this step
-  LargeArray<RangeLoad> loads;           // of all ranges, one behind the other
-  LoadLists load_lists;
-  Shares pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
-  std::vector<char> must_relist;    // [tasks] somebody has left its margin
+  HugePageVector<RangeLoad> loads;       // of all ranges, one behind the other
+  LoadIndex load_index;
+  TaskAffinity pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
+  std::vector<char> needs_rebuild;        // [tasks] a body has moved further than its skin
 
   BondWorkspace bonds;
   StatisticsWorkspace statistics;
@@ -174,15 +175,15 @@ struct Workspace {
 
 // The phases of a step, in order (see Solver::step).
 void advance_boundaries(const Model& model, State& state);  // and first half kick of free bodies
-// With both kicks: after the last step's second half kick, which has been put off.
-void kick_and_drift(const Model& model, Workspace& workspace, State& state, bool both_kicks);
+// With both kicks: after the deferred second half kick of the last step.
+void integrate_positions(const Model& model, Workspace& workspace, State& state, bool both_kicks);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
-void take_up_list(const Model& model, Workspace& workspace,
-                  const State& state);  // after a new list
+void build_pair_blocks(const Model& model, Workspace& workspace,
+                       const State& state);  // after a new list
 void contact_forces(const Model& model, Workspace& workspace, State& state);
 void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
-void sum_loads_and_kick(const Model& model, const Workspace& workspace, State& state);
+void finish_velocities(const Model& model, const Workspace& workspace, State& state);
 void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
 // After this step; only then is the state to be checked.
 bool check_is_due(const State& state);
@@ -203,7 +204,7 @@ double particle_energy(const Model& model, const Workspace& workspace, const Sta
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);
 
-// Body axes -> world. Made when somebody asks: few do, and every step would have to keep it.
+// Body axes -> world. Computed on request: few callers need it.
 inline Mat3 rotation_of(const State& s, int body) { return s.orientation[body].toRotationMatrix(); }
 
 // The placement of b's axes in a's.

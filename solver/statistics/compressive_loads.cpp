@@ -10,7 +10,7 @@ namespace {
 
 // Two patches bear an opposed load of no more than the lesser of their forces, so only those that
 // bear more than the largest load so far can make a larger one: in a bed at rest, next to none.
-void read(const State& s, const PairRange& range, std::vector<PressedParticle>& pressed) {
+void read(const State& s, const PairRange& range, std::vector<NormalLoadSample>& pressed) {
   const std::vector<OpposedLoad>& opposed = s.statistics.opposed;
   const auto particles = static_cast<std::int32_t>(opposed.size());
   pressed.clear();
@@ -25,7 +25,7 @@ void read(const State& s, const PairRange& range, std::vector<PressedParticle>& 
   }
 }
 
-void note(const PressedParticle& p, const PressedParticle& q, double time, OpposedLoad& most) {
+void note(const NormalLoadSample& p, const NormalLoadSample& q, double time, OpposedLoad& most) {
   const double lesser = std::min(p.force, q.force);
   if (!(lesser > most.load)) return;
   const double load = lesser * -p.out.dot(q.out);
@@ -38,18 +38,18 @@ void note(const PressedParticle& p, const PressedParticle& q, double time, Oppos
 }  // namespace
 
 void note_opposed_loads(const Model& model, Workspace& w, State& s) {
-  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
-             [&](std::size_t begin, std::size_t) {
-               PairRange& range = w.ranges[begin / kPairsOfRange];
-               read(s, range, range.notes.pressed);
-             });
+  parallel_for_blocks(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+                      [&](std::size_t begin, std::size_t) {
+                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        read(s, range, range.notes.pressed);
+                      });
   // Each with those before it on the same particle.
-  std::vector<PressedParticle>& all = w.statistics.pressed;
+  std::vector<NormalLoadSample>& all = w.statistics.pressed;
   std::vector<std::int32_t>& last = w.statistics.last_pressed;
   all.clear();
   const double time = static_cast<double>(s.steps + 1) * model.timestep;
   for (const PairRange& range : w.ranges) {
-    for (PressedParticle p : range.notes.pressed) {
+    for (NormalLoadSample p : range.notes.pressed) {
       OpposedLoad& most = s.statistics.opposed[p.particle];
       for (std::int32_t k = last[p.particle]; k >= 0; k = all[k].before)
         note(p, all[k], time, most);
@@ -57,7 +57,7 @@ void note_opposed_loads(const Model& model, Workspace& w, State& s) {
       all.push_back(p);
     }
   }
-  for (const PressedParticle& p : all) last[p.particle] = -1;
+  for (const NormalLoadSample& p : all) last[p.particle] = -1;
 }
 
 }  // namespace firn

@@ -1,8 +1,7 @@
 // Contact by contact: what pairs of bodies do to each other, over every step.
 //
-// Ranges of pairs are read side by side, each into notes of its own; what must go in order (new
-// contacts, ended ones) is done afterwards range by range, so that every number of threads leaves
-// the same bytes.
+// Ranges of pairs are read in parallel, each into separate notes. New and ended contacts are then
+// processed in order, range by range, so that every number of threads gives the same bytes.
 #include <algorithm>
 #include <tuple>
 
@@ -30,7 +29,7 @@ class ContactReader {
         step_(s.steps + 1) {}
 
   // Adds up the open contacts of a range of pairs, and notes those that begin and part.
-  void read(const PairRange& range, RangeNotes& notes) const {
+  void read(const PairRange& range, RangeStatistics& notes) const {
     StatisticsState& stats = s_.statistics;
     const PatchWork* work = notes.work.data();
     notes.begun.clear();
@@ -70,7 +69,7 @@ class ContactReader {
     return load;
   }
 
-  void note_parting(std::int32_t open, RangeNotes& notes) const {
+  void note_parting(std::int32_t open, RangeStatistics& notes) const {
     if (s_.statistics.sums[open].last + 1 == step_) notes.parted.push_back(open);
   }
 
@@ -87,8 +86,8 @@ class ContactReader {
     }
   }
 
-  BegunContact begin(const ActivePair& pair, const PairLoad& load) const {
-    BegunContact begun;
+  NewContact begin(const ActivePair& pair, const PairLoad& load) const {
+    NewContact begun;
     OpenContact& contact = begun.contact;
     contact.event.a = pair.a;
     contact.event.b = pair.b;
@@ -140,7 +139,7 @@ class ContactReader {
 
 // The open contacts of a new neighbour list, or of the same one without free places: in order of
 // the list, then those whose pair is not listed.
-void take_up_list(State& s) {
+void remap_open_contacts(State& s) {
   StatisticsState& stats = s.statistics;
   const std::size_t particles = s.angular_momentum.size();
   // Old places by their first body.
@@ -253,16 +252,16 @@ void follow_contacts(const Model& model, Workspace& w, State& s) {
   constexpr std::size_t kFew = 64;  // free places, not worth the while
   if (stats.list != s.health.rebuilds || stats.open_of_pair.size() != s.pairs.size() ||
       2 * stats.free_places > stats.open.size() + kFew)
-    take_up_list(s);
+    remap_open_contacts(s);
   const ContactReader reader(model, s);
-  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
-             [&](std::size_t begin, std::size_t) {
-               PairRange& range = w.ranges[begin / kPairsOfRange];
-               reader.read(range, range.notes);
-             });
+  parallel_for_blocks(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+                      [&](std::size_t begin, std::size_t) {
+                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        reader.read(range, range.notes);
+                      });
   for (const PairRange& range : w.ranges) {
     stats.parted.insert(stats.parted.end(), range.notes.parted.begin(), range.notes.parted.end());
-    for (const BegunContact& begun : range.notes.begun) {
+    for (const NewContact& begun : range.notes.begun) {
       stats.open_of_pair[begun.contact.pair] = static_cast<std::int32_t>(stats.open.size());
       stats.open.push_back(begun.contact);
       stats.sums.push_back(begun.sums);

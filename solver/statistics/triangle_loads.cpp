@@ -13,8 +13,8 @@ class BoundaryReader {
         triangles_(s.statistics.triangle_of_point),
         particles_(static_cast<int>(model.particles.size())) {}
 
-  // Which triangles the points of a range lie on: of pairs whose contacts were found anew, or of
-  // all. A look costs more than all else here.
+  // Finds the triangles under the points of a range: of pairs with a new contact search, or of all.
+  // The search costs more than all else here.
   void look_up(const PairRange& range, bool all) const {
     if (all) {
       for (const ActivePair& pair : range.active) look_up(pair.pair);
@@ -23,7 +23,7 @@ class BoundaryReader {
     }
   }
 
-  void read(const PairRange& range, RangeNotes& notes) const {
+  void read(const PairRange& range, RangeStatistics& notes) const {
     notes.triangle_loads.clear();
     const PatchWork* work = notes.work.data();
     for (const ActivePair& pair : range.active) {
@@ -44,7 +44,7 @@ class BoundaryReader {
     const Pair& pair = s_.pairs[p];
     const int number = watched(pair.b);
     if (number < 0) return;
-    const TriangleIndex& index = w_.watched_index[number];
+    const NearestTriangle& index = w_.watched_index[number];
     const std::uint32_t first = w_.first_of_watched[number];
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Mat3 to_boundary = rotation_of(s_, pair.b).transpose();
@@ -117,12 +117,12 @@ void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
   stats.points_list = s.health.rebuilds;
   stats.triangle_of_point.resize(s.points.size());
   const BoundaryReader reader(model, w, s);
-  for_ranges(model.numerics.threads, s.pairs.size(), kPairsOfRange,
-             [&](std::size_t begin, std::size_t) {
-               PairRange& range = w.ranges[begin / kPairsOfRange];
-               reader.look_up(range, all);
-               reader.read(range, range.notes);
-             });
+  parallel_for_blocks(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+                      [&](std::size_t begin, std::size_t) {
+                        PairRange& range = w.ranges[begin / kPairsOfRange];
+                        reader.look_up(range, all);
+                        reader.read(range, range.notes);
+                      });
   StatisticsWorkspace& scratch = w.statistics;
   scratch.touched.clear();
   for (const PairRange& range : w.ranges)

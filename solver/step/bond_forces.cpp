@@ -150,11 +150,12 @@ BondWorkspace::BondWorkspace(const Model& model)
   }
 }
 
-void strain_bonds(const Model& model, BondWorkspace& w, State& s) {
-  for_ranges(model.numerics.threads, model.bonds.size(), kGrain,
-             [&](std::size_t begin, std::size_t end) {
-               for (std::size_t k = begin; k < end; ++k) s.bond_loads[k] = strained(model, w, s, k);
-             });
+void compute_bond_forces(const Model& model, BondWorkspace& w, State& s) {
+  parallel_for_blocks(model.numerics.threads, model.bonds.size(), kGrain,
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t k = begin; k < end; ++k)
+                          s.bond_loads[k] = strained(model, w, s, k);
+                      });
   for (const double lost : w.lost) s.lost_in_bonds += lost;
 }
 
@@ -182,7 +183,7 @@ double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s
   return sum;
 }
 
-void part_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
+void release_bonds(const Model& model, const BondWorkspace& w, State& s, int particle) {
   for_bonds_of(w, particle, [&](std::size_t k, bool) {
     if (s.bonds[k].mode != BondMode::whole) return;
     const BondState now = bond_state(model, w, s, k);

@@ -135,10 +135,11 @@ void note_work(const PatchBlock& block, std::vector<PatchWork>& work) {
     work.push_back({block.work_normal(k), block.work_friction(k)});
 }
 
-// The accounts of one range of pairs: what patches do beside pushing their bodies.
-class Bookkeeper {
+// Sums over one range of pairs in addition to the forces on bodies.
+class ContactAccumulator {
  public:
-  Bookkeeper(const Model& model, const Workspace& w, const State& s, ContactAccounts& accounts)
+  ContactAccumulator(const Model& model, const Workspace& w, const State& s,
+                     ContactTotals& accounts)
       : w_(w),
         s_(s),
         accounts_(accounts),
@@ -168,7 +169,7 @@ class Bookkeeper {
  private:
   [[gnu::noinline]] void note_wall(const PatchLoad& load) {
     const int b = load.b - n_;
-    ContactAccounts::Wall& wall = accounts_.walls[b];
+    ContactTotals::Wall& wall = accounts_.walls[b];
     if (!wall.touched) {
       wall.touched = true;
       accounts_.touched.push_back(b);
@@ -206,13 +207,13 @@ class Bookkeeper {
 
   const Workspace& w_;
   const State& s_;
-  ContactAccounts& accounts_;
+  ContactTotals& accounts_;
   int n_;
   double dt_;
   double overlap_;  // m, what is no more need not be noted
 };
 
-void add_up(const Model& model, const ContactAccounts& accounts, State& s) {
+void add_up(const Model& model, const ContactTotals& accounts, State& s) {
   if (accounts.beyond_limit > 0) {
     throw RunError(fmt::format(
         "particle {} overlaps {} by {:.4g} m at {:.6g} s, beyond the limit of {:.4g} m: the "
@@ -230,7 +231,7 @@ void add_up(const Model& model, const ContactAccounts& accounts, State& s) {
   s.work_walls += accounts.work_walls;
   s.boundary_work += accounts.boundary_work;
   for (const std::int32_t b : accounts.touched) {
-    const ContactAccounts::Wall& wall = accounts.walls[b];
+    const ContactTotals::Wall& wall = accounts.walls[b];
     s.boundary_impulse[b] += wall.impulse;
     s.boundary_angular_impulse[b] += wall.angular_impulse;
     s.boundary_peak[b] = std::max(s.boundary_peak[b], wall.peak);
@@ -274,14 +275,14 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
     update_active(s, r, range, spare);
     RangeLoad* const loads = w.loads.data() + range.first_load;
     std::fill_n(loads, range.bodies.size(), RangeLoad{});
-    Bookkeeper books(model, w, s, range.accounts);
+    ContactAccumulator books(model, w, s, range.accounts);
     advance_patches(model, w, s, range, next, [&](const PatchBlock& block) {
       books.note(block);
       add_loads(block, loads);
       if (noted) note_work(block, range.notes.work);
     });
   };
-  for_ranges(
+  parallel_for_blocks(
       model.numerics.threads, w.ranges.size(), w.ranges_of_task,
       [&](std::size_t first, std::size_t last) {
         std::vector<ActivePair>& spare = w.scratch[first / w.ranges_of_task].active;

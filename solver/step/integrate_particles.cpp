@@ -100,7 +100,7 @@ class Mover {
   Four gravity_;
 };
 
-// Tells whether somebody has left its margin.
+// True when a body has moved further than its skin.
 template <int kicks>
 bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
   bool leaves = false;
@@ -136,7 +136,7 @@ bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
     const std::size_t i = crew.body[k];
     s.turn[i] += turned[k];
     s.path[i] += gone[k] + turned[k] * mover.w_.reach[mover.model_.particles[i].shape];
-    leaves |= s.path[i] > s.relist_path[i];
+    leaves |= s.path[i] > s.rebuild_distance[i];
   }
   mover.store_spin(crew, spin);
   mover.store_momentum(crew, momentum);
@@ -162,8 +162,8 @@ void kick_crew(const Mover& mover, Crew& crew) {
 // Adds up what contacts and bonds do to the bodies [begin, end), into `loads`.
 void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end, BodyLoad* loads) {
   constexpr std::uint32_t kAhead = 16;  // loads of a body may be anywhere
-  const std::uint32_t* const first = w.load_lists.first.data();
-  const std::uint32_t* const list = w.load_lists.loads.data();
+  const std::uint32_t* const first = w.load_index.first.data();
+  const std::uint32_t* const list = w.load_index.loads.data();
   const std::uint32_t last = first[end];
   const RangeLoad* const of_ranges = w.loads.data();
   for (std::size_t i = begin; i < end; ++i) {
@@ -188,12 +188,12 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end,
 
 // Fetches the loads of the bodies [begin, end), as many at a time as a crew has: they lie anywhere,
 // and sum_loads() alone would only wait for them.
-class LoadsAhead {
+class LoadPrefetcher {
  public:
-  LoadsAhead(const Workspace& w, std::size_t begin, std::size_t end)
+  LoadPrefetcher(const Workspace& w, std::size_t begin, std::size_t end)
       : loads_(w.loads.data()),
-        next_(w.load_lists.loads.data() + w.load_lists.first[begin]),
-        end_(w.load_lists.loads.data() + w.load_lists.first[end]) {}
+        next_(w.load_index.loads.data() + w.load_index.first[begin]),
+        end_(w.load_index.loads.data() + w.load_index.first[end]) {}
 
   void fetch_some() {
     constexpr std::ptrdiff_t kSome = 20;  // 2.4 for each body
@@ -216,7 +216,7 @@ class LoadsAhead {
   fetch(s.angular_momentum.data() + first, kMany);
   fetch(s.path.data() + first, kMany);
   fetch(s.turn.data() + first, kMany);
-  fetch(s.relist_path.data() + first, kMany);
+  fetch(s.rebuild_distance.data() + first, kMany);
 }
 
 // Calls move(crew) for the present bodies of [begin, end).
@@ -235,21 +235,21 @@ void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& m
 
 }  // namespace
 
-void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks) {
+void integrate_positions(const Model& model, Workspace& w, State& s, bool both_kicks) {
   const double dt = model.timestep;
   const std::size_t n = model.particles.size();
-  w.must_relist.assign((n + kGrain - 1) / kGrain, 0);
+  w.needs_rebuild.assign((n + kGrain - 1) / kGrain, 0);
   const auto move = [&](std::size_t begin, bool goes_on) {
     const std::size_t end = std::min(n, begin + kGrain);
     bool leaves = false;
     if (both_kicks) {
-      // Not kept in the state: nobody else needs them, and they are a line of the cache each.
+      // Not stored in the state: no other function needs them, and each is a cache line.
       BodyLoad loads[kGrain];
       sum_loads(w, s, begin, end, loads);
       // Dampers of bonds read them (bond_forces.cpp).
       if (!s.bonds.empty()) std::copy_n(loads, end - begin, s.load.data() + begin);
       const Mover mover(model, w, s, loads, begin);
-      LoadsAhead ahead(w, end, goes_on ? std::min(n, end + kGrain) : end);
+      LoadPrefetcher ahead(w, end, goes_on ? std::min(n, end + kGrain) : end);
       for_crews(s, begin, end, [&](Crew& crew) {
         ahead.fetch_some();
         if (goes_on || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
@@ -259,10 +259,10 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
       const Mover mover(model, w, s, s.load.data(), 0);
       for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
     }
-    w.must_relist[begin / kGrain] = leaves;
+    w.needs_rebuild[begin / kGrain] = leaves;
   };
-  const std::size_t ranges = w.must_relist.size();
-  for_ranges(
+  const std::size_t ranges = w.needs_rebuild.size();
+  parallel_for_blocks(
       model.numerics.threads, ranges, ranges_of_task(model.numerics.threads, ranges),
       [&](std::size_t first, std::size_t last) {
         for (std::size_t r = first; r < last; ++r) move(r * kGrain, r + 1 < last);
@@ -272,7 +272,7 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
     const BodyMotion& m = s.motion[n + b];
     const double turned = m.spin.norm() * dt;
     if (turned == 0 && m.velocity.isZero(0)) continue;
-    // A turning plane has no farthest point of its own: take that of the particles around it.
+    // A turning plane has no farthest point: use that of the particles around it.
     double reach = w.reach[w.shapes + b];
     if (turned > 0 && model.boundaries[b].kind == Boundary::Kind::plane) {
       for (std::size_t i = 0; i < n; ++i) {
@@ -286,14 +286,14 @@ void kick_and_drift(const Model& model, Workspace& w, State& s, bool both_kicks)
   }
 }
 
-void sum_loads_and_kick(const Model& model, const Workspace& w, State& s) {
-  for_ranges(model.numerics.threads, model.particles.size(), kGrain,
-             [&](std::size_t begin, std::size_t end) {
-               BodyLoad* const loads = s.load.data() + begin;
-               sum_loads(w, s, begin, end, loads);
-               const Mover mover(model, w, s, loads, begin);
-               for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
-             });
+void finish_velocities(const Model& model, const Workspace& w, State& s) {
+  parallel_for_blocks(model.numerics.threads, model.particles.size(), kGrain,
+                      [&](std::size_t begin, std::size_t end) {
+                        BodyLoad* const loads = s.load.data() + begin;
+                        sum_loads(w, s, begin, end, loads);
+                        const Mover mover(model, w, s, loads, begin);
+                        for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
+                      });
 }
 
 }  // namespace firn

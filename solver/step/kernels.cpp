@@ -6,8 +6,8 @@
 namespace firn {
 
 const Kernels& FIRN_KERNELS() {
-  static constexpr Kernels kernels{FIRN_KERNELS_NAME, kick_and_drift, refresh_neighbours,
-                                   find_contacts,     contact_forces, sum_loads_and_kick};
+  static constexpr Kernels kernels{FIRN_KERNELS_NAME, integrate_positions, refresh_neighbours,
+                                   find_contacts,     contact_forces,      finish_velocities};
   return kernels;
 }
 

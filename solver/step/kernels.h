@@ -13,11 +13,11 @@ struct Workspace;
 
 struct Kernels {
   const char* name;
-  void (*kick_and_drift)(const Model&, Workspace&, State&, bool both_kicks);
+  void (*integrate_positions)(const Model&, Workspace&, State&, bool both_kicks);
   void (*refresh_neighbours)(const Model&, Workspace&, State&);
   void (*find_contacts)(const Model&, Workspace&, State&);
   void (*contact_forces)(const Model&, Workspace&, State&);
-  void (*sum_loads_and_kick)(const Model&, const Workspace&, State&);
+  void (*finish_velocities)(const Model&, const Workspace&, State&);
 };
 
 const Kernels& baseline_kernels();

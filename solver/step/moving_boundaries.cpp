@@ -219,7 +219,7 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
   BodyLoad sum;
   const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
-    if (!hangs_on(model.frames, model.boundaries[b].frame, frame)) continue;
+    if (!descends_from(model.frames, model.boundaries[b].frame, frame)) continue;
     const BodyLoad& load = s.boundary_load[b];
     const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
     sum.force += load.force;
@@ -286,7 +286,7 @@ void start_frame(const Model& model, const FrameStart& start, State& s) {
   s.frame_orientation[f] = place.orientation;
   for (std::size_t k = f; k < model.frames.size(); ++k) {
     const int above = model.frames[k].parent;
-    if (!hangs_on(model.frames, static_cast<int>(k), start.frame)) continue;
+    if (!descends_from(model.frames, static_cast<int>(k), start.frame)) continue;
     const FrameMotion& carrier = above < 0 ? world : s.frames[static_cast<std::size_t>(above)];
     const Mat3 turn = RotationMap(carrier.rotation);
     s.frames[k].position = carrier.position + turn * s.frame_position[k];
@@ -294,7 +294,7 @@ void start_frame(const Model& model, const FrameStart& start, State& s) {
   }
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
     const int carrier = model.boundaries[b].frame;
-    if (!hangs_on(model.frames, carrier, start.frame)) continue;
+    if (!descends_from(model.frames, carrier, start.frame)) continue;
     const FrameMotion& at = s.frames[static_cast<std::size_t>(carrier)];
     const std::size_t body = model.particles.size() + b;
     const Mat3 turn = RotationMap(at.rotation);

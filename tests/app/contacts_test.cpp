@@ -151,7 +151,7 @@ TEST_F(ContactsCommand, MistakesAreOneLine) {
       {{"case.toml", "--time", "1 s"}, "is outside the run"},
       {{"run.h5", "--time", "1ms", "--step", "3"}, "--time"},
       {{"run.h5", "--particle", "0", "--pair", "0", "1"}, "--particle"},
-      {{"run.h5", "--history", "0s", "1ms"}, "--history: of nobody"},
+      {{"run.h5", "--history", "0s", "1ms"}, "--history: needs a body"},
       {{"run.h5", "--particle", "0", "--every", "5"}, "--every"},
       {{"run.h5", "--particle", "0", "--history", "2ms", "1ms"}, "ends before it begins"},
       {{"run.h5", "--set", "case.seed=3"}, "--set"},

@@ -35,7 +35,7 @@ class TimedBed {
 
   int timed() const { return timed_; }  // steps
   void step() {                         // one that does not count
-    solver_.step();
+    solver_.step_deferred();
     ++taken_;
   }
   int particles() const { return static_cast<int>(solver_.model().particles.size()); }
@@ -48,13 +48,13 @@ class TimedBed {
       taken_ = 0;
     }
     const int warm = std::max(1, kWarm / particles()), steps = std::max(1, kCounted / particles());
-    for (int k = 0; k < warm; ++k) solver_.step();
+    for (int k = 0; k < warm; ++k) solver_.step_deferred();
     Costs sum;
     int counted = 0;
     for (int k = 0; k < steps; ++k) {
       const Costs before = so_far();
       const std::uint64_t lists = solver_.health().rebuilds;
-      solver_.step();
+      solver_.step_deferred();
       Costs step = so_far();
       for (const auto& [phase, seconds] : before) step[phase] -= seconds;
       if (solver_.health().rebuilds > lists) {

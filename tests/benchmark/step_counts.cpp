@@ -66,7 +66,7 @@ void step(const std::string& scene, const std::filesystem::path& folder, const M
   Solver solver(model);
   solver.restore(kept(folder / (scene + ".state")));
   const Health before = solver.health();
-  for (int i = 0; i < kSteps; ++i) solver.step();
+  for (int i = 0; i < kSteps; ++i) solver.step_deferred();
   const Health& after = solver.health();
   std::cout << fmt::format(
       "{{\"particle_steps\": {}, \"instructions\": \"{}\", \"patches\": {}, \"queries\": {}}}\n",

@@ -58,7 +58,7 @@ Measurement measured(const Values& values) {
   m.unit = "N";
   m.values = values;
   m.scatter = ScatterKind::values;
-  const SampleFacts f = facts_of(values);
+  const SampleStatistics f = sample_statistics(values);
   m.value = f.mean;
   m.standard_deviation = f.deviation;
   m.repeats = f.count;
@@ -67,14 +67,14 @@ Measurement measured(const Values& values) {
   return m;
 }
 
-Comparison judge(SuiteComparison what, const Evidence& evidence) {
+Comparison judge(SuiteComparison what, const ComparisonRuns& evidence) {
   Suite suite;
   suite.experiments.push_back({"experiment", "", {}, {1}, {}});
   return compare(suite, what, {}, evidence);
 }
 
 Comparison judge(SuiteComparison what, const RunGroup& base) {
-  Evidence e;
+  ComparisonRuns e;
   e.base = e.numerics_base = &base;
   return judge(std::move(what), e);
 }
@@ -125,7 +125,7 @@ V value_of_draws(Dice& d, int n, Truth truth, double input) {
   const double real =
       1000 + (truth == Truth::right ? input * d.normal() : 3 * std::hypot(10, input));
   what.measurement = measured(sample(30, [&] { return real + 5 * d.normal(); }));
-  Evidence e;
+  ComparisonRuns e;
   e.base = e.numerics_base = &base;
   e.input = &draws;
   return judge(what, e).verdict;
@@ -408,7 +408,7 @@ Coverage coverage(int n, int suites) {
       }));
       groups.back().setting = modulus;
     }
-    Evidence e;
+    ComparisonRuns e;
     e.base = &groups[0];
     e.base_modulus = 1e7;
     e.stiffness = {&groups[1], &groups[2]};

@@ -57,9 +57,9 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
   Change c;
   c.seeds = static_cast<int>(difference.size());
   if (c.seeds == 0) return c;
-  c.before = facts_of(before).mean;
-  c.after = facts_of(after).mean;
-  const SampleFacts f = facts_of(difference);
+  c.before = sample_statistics(before).mean;
+  c.after = sample_statistics(after).mean;
+  const SampleStatistics f = sample_statistics(difference);
   c.error = f.error();
   return c;
 }
@@ -69,7 +69,7 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
 namespace {
 
 // What inputs were chosen with these data, as a clause; empty: none that is known.
-std::string chosen_with(const Suite& suite, const SuiteComparison& what, const Evidence& e) {
+std::string chosen_with(const Suite& suite, const SuiteComparison& what, const ComparisonRuns& e) {
   const DataIdentity mine = identity_of(what.measurement, what.responses);
   const auto calibrated = [&](const MaterialRecord& record, const char* how) -> std::string {
     for (const UsedMeasurement& used : record.provenance.measurements)
@@ -91,7 +91,7 @@ std::string chosen_with(const Suite& suite, const SuiteComparison& what, const E
   return {};
 }
 
-void judge_independence(const Suite& suite, const SuiteComparison& what, const Evidence& e,
+void judge_independence(const Suite& suite, const SuiteComparison& what, const ComparisonRuns& e,
                         Comparison& c) {
   if (const std::string found = chosen_with(suite, what, e); !found.empty()) {
     c.verdict = ValidationVerdict::not_independent;
@@ -161,7 +161,7 @@ std::vector<double> RunGroup::values(const std::string& text) const {
 namespace {
 
 // Of one kind, with runs as they are: neither where inputs come from nor what is assumed.
-void compare_runs(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_runs(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   switch (what.kind) {
     case ComparisonKind::value:
       comparison::compare_value(what, e, c);
@@ -208,17 +208,17 @@ bool decided(ValidationVerdict v) {
   return v == ValidationVerdict::consistent || v == ValidationVerdict::inconsistent;
 }
 
-// The same comparison at each end of what is assumed, beside that of the runs it is a variant of.
-// A value has these differences among its uncertainties already.
-void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Evidence& e,
+// Repeats the comparison at each end of an assumed range and compares it with that of the base
+// runs. The uncertainty of a value includes these differences already.
+void judge_assumptions(const Suite& suite, const SuiteComparison& what, const ComparisonRuns& e,
                        Comparison& c) {
   for (const std::string& one : suite.experiments[what.experiment].assumes)
     c.caveats.push_back(fmt::format("assumed, without a range: {}", one));
   std::string changing;
-  for (const Evidence::Other& other : e.variants) {
+  for (const ComparisonRuns::Other& other : e.variants) {
     if (!other.what->assumed || other.runs->finished().empty()) continue;
     const auto with = [&](const RunGroup* base) {
-      Evidence alone;
+      ComparisonRuns alone;
       alone.base = alone.numerics_base = base;
       Comparison there;
       compare_runs(what, alone, there);
@@ -243,7 +243,7 @@ void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Ev
 }  // namespace
 
 Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
-                   const Evidence& e) {
+                   const ComparisonRuns& e) {
   Comparison c;
   c.name = what.name;
   c.title = what.title;

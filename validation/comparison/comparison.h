@@ -1,5 +1,5 @@
-// Simulation beside experiment: the difference, what it is uncertain by and through whom, and what
-// may be concluded. After ASME V&V 20-2009; docs/validation.md explains every step.
+// Comparison of simulation and experiment: the difference, its uncertainty budget by source, and
+// the validation outcome. After ASME V&V 20-2009; docs/validation.md explains every step.
 #pragma once
 
 #include <limits>
@@ -46,7 +46,7 @@ struct RunGroup {
 const char* to_string(RunGroup::Purpose purpose);
 
 // All groups of an experiment with a parameter set, and what they are run with.
-struct Evidence {
+struct ComparisonRuns {
   const RunGroup* base = nullptr;
   const RunGroup* input = nullptr;  // draws from the material's family, one run each; may be null
   const RunGroup* numerics_base = nullptr;  // what the following are compared with
@@ -60,7 +60,7 @@ struct Evidence {
   };
   std::vector<Other> variants = {};
   std::vector<const RunGroup*> timesteps = {};  // all that `timestep` is the finest of
-  // Calibrated records whose values the case has, whoever put them there.
+  // Calibrated records whose values the case has, from any source.
   std::vector<const MaterialRecord*> same_values = {};
 };
 
@@ -73,13 +73,13 @@ struct UncertaintyPart {
 };
 
 struct ValueComparison {
-  SampleFacts simulation;  // over seeds
+  SampleStatistics simulation;  // over seeds
   double measured = 0;
   std::string unit;
   double difference = 0;   // simulation - measured
   double uncertainty = 0;  // one standard deviation, root of the sum of squares of the parts
   // 95 % of the difference's noise is within this; and of the simulation's and the experiment's
-  // own. Wider than two standard deviations where few runs, draws or repeats tell the scatter.
+  // own. Wider than two standard deviations where few runs, draws or repeats give the scatter.
   double expanded = 0, simulated_expanded = 0, measured_expanded = 0;
   double p_value = 1;  // of such a difference or a larger one by that noise alone
   std::vector<UncertaintyPart> parts;
@@ -96,8 +96,8 @@ struct ClaimResult {
   std::string unit;
 };
 
-// Values or counts of an experiment beside those of all runs together (two_sample_tests.h). Without
-// the experiment's, what the runs have.
+// Values or counts of an experiment compared with those of all runs (two_sample_tests.h). Without
+// data of the experiment, those of the runs.
 struct DistributionResult {
   std::string response, unit;
   bool by_class = false;
@@ -132,7 +132,7 @@ struct SofteningResult {
   std::vector<double> modulus, mean, error;  // by stiffness, ascending
   std::vector<int> runs;                     // that a mean is of
   double exponent = 0;                       // of response ~ modulus^exponent
-  double exponent_error = 0;  // half of an interval of 68 %; NaN: the runs do not tell it
+  double exponent_error = 0;                 // half of an interval of 68 %; NaN: too few runs
   // At the real modulus, 95 %. NaN: not enough data (three runs at each of three stiffnesses, and
   // an interval within a factor of ten).
   Interval extrapolated;
@@ -185,6 +185,6 @@ std::string verdict_words(const Comparison& comparison);
 // Pure function of its arguments. Throws InputError for responses that runs do not have, or whose
 // unit is not the measurement's.
 Comparison compare(const Suite& suite, const SuiteComparison& what, const ParameterSet& parameters,
-                   const Evidence& evidence);
+                   const ComparisonRuns& evidence);
 
 }  // namespace firn

@@ -26,10 +26,10 @@ struct Change {
 };
 Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand);
 
-void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c);
-void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& c);
-void compare_damage(const SuiteComparison& what, const Evidence& e, Comparison& c);
-void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c);
-void compare_choices(const SuiteComparison& what, const Evidence& e, Comparison& c);
+void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_claims(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 
 }  // namespace firn::comparison

@@ -61,14 +61,14 @@ void judge(double tolerance, Comparison& c) {
   } else if (off - expanded > tolerance) {
     c.verdict = ValidationVerdict::inconsistent;
   } else {
-    c.would_decide = v.repeats < 2 ? "repeats of the experiment: one curve tells no scatter"
+    c.would_decide = v.repeats < 2 ? "repeats of the experiment: one curve gives no scatter"
                                    : "more runs with other seeds and more repeats";
   }
 }
 
 }  // namespace
 
-void compare_curve(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   const MeasuredData& data = *what.measurement.data;
   const std::vector<SampledCurve> simulated = curves_of(*e.base, data);
   c.curve = compare_curves(simulated, data.repeats, data.align);

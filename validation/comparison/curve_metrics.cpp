@@ -33,7 +33,7 @@ double error_at(const std::vector<SampledCurve>& curves, double x) {
   std::vector<double> values;
   values.reserve(curves.size());
   for (const SampledCurve& c : curves) values.push_back(curve_at(c, x));
-  return facts_of(values).error();
+  return sample_statistics(values).error();
 }
 
 double mean_square(const std::vector<double>& values) {

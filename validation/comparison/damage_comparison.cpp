@@ -26,7 +26,7 @@ std::vector<std::vector<double>> loads_by_run(const RunGroup& base, const std::s
 
 }  // namespace
 
-void compare_damage(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   if (e.base->finished().empty()) {
     c.headline = "no run finished";
     c.would_decide = "runs that finish";

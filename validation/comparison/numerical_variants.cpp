@@ -15,11 +15,12 @@ struct Choice {
   const RunGroup* runs;
 };
 
-std::vector<Choice> choices_of(const Evidence& e) {
+std::vector<Choice> choices_of(const ComparisonRuns& e) {
   std::vector<Choice> all;
   if (e.timestep != nullptr) all.push_back({words_on(*e.timestep), e.timestep});
   for (const RunGroup* group : e.stiffness) all.push_back({words_on(*group), group});
-  for (const Evidence::Other& other : e.variants) all.push_back({other.what->name, other.runs});
+  for (const ComparisonRuns::Other& other : e.variants)
+    all.push_back({other.what->name, other.runs});
   return all;
 }
 
@@ -46,7 +47,7 @@ std::string headline(const std::vector<ChoiceResult>& all) {
 
 }  // namespace
 
-void compare_choices(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   c.verdict = ValidationVerdict::information;
   for (const std::string& response : what.responses)
     for (const Choice& choice : choices_of(e)) {

@@ -109,7 +109,7 @@ void add_counts(const std::vector<const Response*>& runs, DistributionResult& d)
   for (std::size_t k = 0; k < classes; ++k) {
     const double p = all > 0 ? d.simulated[k] / all : 0;
     const double multinomial = a_run > 0 ? std::sqrt(p * (1 - p) / a_run) : 0;
-    d.deviation.push_back(std::fmax(facts_of(shares[k]).deviation, multinomial));
+    d.deviation.push_back(std::fmax(sample_statistics(shares[k]).deviation, multinomial));
   }
   if (d.classes.empty())
     for (std::size_t k = 1; k <= classes; ++k) d.classes.push_back(std::to_string(k));
@@ -210,7 +210,7 @@ std::string open_words(const DistributionResult& d) {
   if (d.apart)
     return fmt::format("; {} stands apart from all other values", with_unit(*d.apart, d.unit));
   if (d.critical > half)
-    return fmt::format("; too few to tell: {}",
+    return fmt::format("; too few values: {}",
                        d.critical > 1 ? "no distance would be too large for chance"
                                       : fmt::format("chance alone reaches {:.2g}", d.critical));
   return fmt::format("; a distance of {:.2g} could hide in this", d.critical);
@@ -252,7 +252,7 @@ void add_caveats(const DistributionResult& d, std::size_t runs, Comparison& c) {
 
 }  // namespace
 
-void compare_claims(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_claims(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   int consistent = 0, inconsistent = 0, more = 0;
   for (const Claim& claim : what.measurement.claims) {
     const ClaimResult r = evaluate_claim(claim, *e.base);

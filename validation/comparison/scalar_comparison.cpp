@@ -37,7 +37,7 @@ UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
 }
 
 // The finest of several time steps, by the order of convergence where there is one.
-UncertaintyPart timestep_part(const Evidence& e, const std::string& operand) {
+UncertaintyPart timestep_part(const ComparisonRuns& e, const std::string& operand) {
   if (e.timesteps.size() < 2)
     return numerics_part("time step", e.timestep, *e.numerics_base, operand);
   const RunGroup& medium = **(e.timesteps.end() - 2);
@@ -54,7 +54,7 @@ UncertaintyPart timestep_part(const Evidence& e, const std::string& operand) {
 }
 
 // An end of the range of what is assumed: uniform up to there on either side.
-UncertaintyPart assumed_part(const Evidence::Other& other, const RunGroup& base,
+UncertaintyPart assumed_part(const ComparisonRuns::Other& other, const RunGroup& base,
                              const std::string& operand) {
   UncertaintyPart p = numerics_part(other.what->name, other.runs, base, operand);
   if (p.value && std::isinf(p.freedom)) *p.value /= std::sqrt(3.0);
@@ -62,15 +62,16 @@ UncertaintyPart assumed_part(const Evidence::Other& other, const RunGroup& base,
   return p;
 }
 
-UncertaintyPart seeds_part(const SampleFacts& f) {
-  if (f.count < 2) return {"seeds", std::nullopt, "one run tells no scatter"};
+UncertaintyPart seeds_part(const SampleStatistics& f) {
+  if (f.count < 2) return {"seeds", std::nullopt, "one run gives no scatter"};
   return {"seeds", f.error(),
           fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
           static_cast<double>(f.count - 1)};
 }
 
 // What is left of the scatter over draws from the family when that over seeds is taken out.
-UncertaintyPart input_part(const Evidence& e, const SampleFacts& draws, const SampleFacts& base) {
+UncertaintyPart input_part(const ComparisonRuns& e, const SampleStatistics& draws,
+                           const SampleStatistics& base) {
   if (e.input == nullptr)
     return {"input", std::nullopt,
             e.material == nullptr ? "the parameters come without an uncertainty"
@@ -99,8 +100,8 @@ void add_experiment(const Measurement& m, Noise& noise) {
 }
 
 // Seeds and draws share the scatter of seeds; other parts stand for themselves.
-void add_simulation(const ValueComparison& v, const SampleFacts& draws, Noise& noise) {
-  const SampleFacts& base = v.simulation;
+void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noise& noise) {
+  const SampleStatistics& base = v.simulation;
   std::optional<std::size_t> seeds;
   if (base.count > 1)
     seeds = noise.add({base.deviation * base.deviation, base.count - 1.0}, 1.0 / base.count);
@@ -150,7 +151,7 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
   } else if (what.tolerance && expanded > *what.tolerance) {
     c.verdict = ValidationVerdict::not_enough_data;
     c.headline +=
-        fmt::format(", too uncertain to tell within {}", with_unit(*what.tolerance, v.unit));
+        fmt::format(", too uncertain for a decision within {}", with_unit(*what.tolerance, v.unit));
   } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
     // Nothing would have been found, whatever was simulated.
     c.verdict = ValidationVerdict::not_enough_data;
@@ -174,7 +175,7 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
 
 }  // namespace
 
-void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c) {
+void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   const Measurement& m = what.measurement;
   const std::string& response = what.responses.front();
   require_unit(response, *e.base, m);
@@ -187,22 +188,23 @@ void compare_value(const SuiteComparison& what, const Evidence& e, Comparison& c
         "{} of {} runs did not come to the point where the response is read: the mean is of the "
         "others",
         missing, all.size()));
-  v.simulation = facts_of(v.samples);
+  v.simulation = sample_statistics(v.samples);
   v.measured = m.value;
   if (v.samples.empty()) {
     c.headline = "no run gave the response";
     c.would_decide = "runs that finish";
     return;
   }
-  const SampleFacts draws =
-      e.input == nullptr ? SampleFacts{} : facts_of(defined(e.input->values(response)));
+  const SampleStatistics draws = e.input == nullptr
+                                     ? SampleStatistics{}
+                                     : sample_statistics(defined(e.input->values(response)));
   const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
   v.parts = {seeds_part(v.simulation),
              timestep_part(e, response),
              numerics_part("stiffness", stiffest, *e.numerics_base, response),
              input_part(e, draws, v.simulation),
              {"experiment", m.standard_uncertainty(), m.sentence(), freedom_of(m)}};
-  for (const Evidence::Other& other : e.variants)
+  for (const ComparisonRuns::Other& other : e.variants)
     if (other.what->numerics)
       v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response));
     else if (other.what->assumed)

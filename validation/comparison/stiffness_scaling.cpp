@@ -22,7 +22,7 @@ void add_point(const RunGroup& group, const std::string& operand, double modulus
   std::vector<double> values = group.values(operand);
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return;
-  const SampleFacts f = facts_of(values);
+  const SampleStatistics f = sample_statistics(values);
   s.modulus.push_back(modulus);
   s.mean.push_back(f.mean);
   s.error.push_back(f.error());
@@ -34,7 +34,7 @@ bool known(const SofteningResult& s) { return std::isfinite(s.exponent_error); }
 std::string word_on(const SofteningResult& s) {
   if (s.modulus.size() < least_stiffnesses)
     return "two stiffnesses give a slope and no idea of how straight it is";
-  if (!known(s)) return "not enough data for an exponent: one run tells no scatter";
+  if (!known(s)) return "not enough data for an exponent: one run gives no scatter";
   if (s.exponent + 2 * s.exponent_error > -0.05 && s.exponent - 2 * s.exponent_error < 0.05 &&
       std::abs(s.exponent) < 0.05)
     return "does not depend on the stiffness as far as it was looked at";
@@ -66,7 +66,7 @@ void fit(SofteningResult& s, double real_modulus) {
 
 }  // namespace
 
-SofteningResult soften(const std::string& operand, const Evidence& e, double real_modulus) {
+SofteningResult soften(const std::string& operand, const ComparisonRuns& e, double real_modulus) {
   SofteningResult s;
   s.response = operand;
   s.exponent = s.exponent_error = std::numeric_limits<double>::quiet_NaN();

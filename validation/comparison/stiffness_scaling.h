@@ -11,7 +11,8 @@ namespace firn {
 
 // An operand's mean over seeds at the base stiffness and at each other, a straight line through
 // their logarithms (weights by standard errors), and its value at `real_modulus` (Pa).
-SofteningResult soften(const std::string& operand, const Evidence& evidence, double real_modulus);
+SofteningResult soften(const std::string& operand, const ComparisonRuns& evidence,
+                       double real_modulus);
 
 std::string softening_headline(const std::vector<SofteningResult>& all, double real_modulus);
 

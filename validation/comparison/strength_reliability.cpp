@@ -90,10 +90,10 @@ double log_likelihood(const Measurement& m, double shape, double scale) {
 }
 
 void require_strength(const Measurement& m) {
-  const bool told = m.scatter == ScatterKind::values || m.scatter == ScatterKind::range;
-  if (told && m.minimum > 0) return;
+  const bool has_range = m.scatter == ScatterKind::values || m.scatter == ScatterKind::range;
+  if (has_range && m.minimum > 0) return;
   throw InputError(m.file +
-                   ": scatter: tells no range of breaking forces above zero; expected values, or "
+                   ": scatter: has no range of breaking forces above zero; expected values, or "
                    "the kind \"range\"");
 }
 

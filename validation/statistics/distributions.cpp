@@ -35,12 +35,12 @@ std::vector<double> joined(const std::vector<double>& a, const std::vector<doubl
 
 }  // namespace
 
-double SampleFacts::error() const {
+double SampleStatistics::error() const {
   return count < 2 ? nothing : deviation / std::sqrt(static_cast<double>(count));
 }
 
-SampleFacts facts_of(const std::vector<double>& values) {
-  SampleFacts f;
+SampleStatistics sample_statistics(const std::vector<double>& values) {
+  SampleStatistics f;
   f.count = static_cast<int>(values.size());
   f.mean = values.empty() ? nothing : 0;
   for (const double v : values) f.mean += v / f.count;

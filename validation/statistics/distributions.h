@@ -1,4 +1,5 @@
-// What samples tell: intervals, distances between distributions, and exact tests. Pure functions.
+// Statistics of samples: intervals, distances between distributions, and exact tests. Pure
+// functions.
 #pragma once
 
 #include <optional>
@@ -9,13 +10,13 @@
 
 namespace firn {
 
-struct SampleFacts {
+struct SampleStatistics {
   int count = 0;
   double mean = 0;
   double deviation = 0;  // standard, of one value; NaN below two
   double error() const;  // standard, of the mean; NaN below two
 };
-SampleFacts facts_of(const std::vector<double>& values);
+SampleStatistics sample_statistics(const std::vector<double>& values);
 
 // Clopper and Pearson (1934): covers the probability in at least `confidence` of all cases.
 Interval binomial_interval(int successes, int trials, double confidence = 0.95);
@@ -30,8 +31,8 @@ DistributionBand empirical_distribution(std::vector<double> values);
 // All that n values with this smallest, largest and mean value can be: tight for every x. n >= 2;
 // throws InputError when no such values exist.
 DistributionBand distribution_from_summary(int n, double minimum, double maximum, double mean);
-// The repeats' distribution, as far as a measurement tells it; nothing where it gives no values and
-// no range.
+// Bounds of the distribution of the repeats of a measurement; none without values and without a
+// range.
 std::optional<DistributionBand> distribution_of(const Measurement& measurement);
 
 // Half-width of a band around an empirical distribution of n values that holds the true one at

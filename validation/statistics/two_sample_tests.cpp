@@ -183,7 +183,7 @@ Scatter scatter_of(const ValuesByRun& runs) {
   s.mean = sum / s.count;
   for (const auto& run : runs) {
     if (run.empty()) continue;
-    const SampleFacts f = facts_of(run);
+    const SampleStatistics f = sample_statistics(run);
     s.between += f.count * (f.mean - s.mean) * (f.mean - s.mean);
     for (const double v : run) s.within += (v - f.mean) * (v - f.mean);
   }
@@ -213,7 +213,7 @@ Noise noise_of_means(const Scatter& s, double n) {
   return noise;
 }
 
-double mean(const std::vector<double>& values) { return facts_of(values).mean; }
+double mean(const std::vector<double>& values) { return sample_statistics(values).mean; }
 
 // Scores of the pooled values handed back to the runs and the experiment.
 struct Scores {
@@ -310,7 +310,7 @@ Farthest farthest(const std::vector<double>& values, const std::vector<char>& ou
   std::vector<double> rest;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (out[i] == 0) rest.push_back(values[i]);
-  const SampleFacts f = facts_of(rest);
+  const SampleStatistics f = sample_statistics(rest);
   Farthest far;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (const double d = std::abs(values[i] - f.mean) / f.deviation; out[i] == 0 && d > far.deviate)

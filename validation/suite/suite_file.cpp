@@ -24,7 +24,7 @@ struct Seeds {
   int count = 3, first = 1;
 };
 
-std::string beside(const Suite& suite, const std::string& file) {
+std::string relative_to(const Suite& suite, const std::string& file) {
   return (fs::path(suite.source).parent_path() / file).lexically_normal().string();
 }
 
@@ -126,7 +126,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
            "assumes"});
   SuiteExperiment e;
   e.name = fresh_name(t, suite.experiments);
-  e.case_file = beside(suite, t.string("case"));
+  e.case_file = relative_to(suite, t.string("case"));
   std::error_code unreadable;  // as a name that is too long
   if (!fs::exists(e.case_file, unreadable))
     t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
@@ -171,7 +171,7 @@ Chosen read_chosen(const TomlTable& t, const Suite& suite) {
   Chosen c;
   c.what = t.string("what");
   if (c.what.empty()) t.fail("what", "is empty; expected what was chosen, in words");
-  c.with = read_measurement(beside(suite, t.string("measurement")));
+  c.with = read_measurement(relative_to(suite, t.string("measurement")));
   c.experiments = t.strings("experiments");
   for (const std::string& name : c.experiments)
     if (std::ranges::find(suite.experiments, name, &SuiteExperiment::name) ==
@@ -243,7 +243,8 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   belongs("expects", damage);
   belongs("real_modulus", c.kind == ComparisonKind::softening);
   belongs("measurement", measures(c.kind));
-  if (measures(c.kind)) c.measurement = read_measurement(beside(suite, t.string("measurement")));
+  if (measures(c.kind))
+    c.measurement = read_measurement(relative_to(suite, t.string("measurement")));
   switch (c.kind) {
     case ComparisonKind::value:
       read_value(t, c);

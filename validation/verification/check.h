@@ -1,8 +1,8 @@
-// The verification suite: what the solver does beside what it must do.
+// The verification suite: the solver compared with known solutions.
 //
 // A case sets up a small scene through the public Solver alone, runs it, and returns checks: one
-// number each, beside a closed form, a published value, a second method or the same scene told
-// differently. `firn verify` prints them as a table and writes a page; the test suite runs the same
+// number each, compared with a closed form, a published value, a second method or an equivalent
+// setup. `firn verify` prints them as a table and writes a page; the test suite runs the same
 // ones. Cases are pure: no files, no clock, no global state, so that they run side by side.
 #pragma once
 
@@ -51,13 +51,13 @@ std::string group(const VerificationCase& c);
 
 // All cases of the suite, in the order of the page: one function a group, cases_GROUP*.cpp.
 std::vector<VerificationCase> all_cases();
-std::vector<VerificationCase> impact_cases();      // "impact.": one contact, normal and oblique
-std::vector<VerificationCase> energy_cases();      // "energy.": elastic impacts
-std::vector<VerificationCase> body_cases();        // "body.": one rigid body, free and on a plane
-std::vector<VerificationCase> structure_cases();   // "structure.": stacks, arches
-std::vector<VerificationCase> bulk_cases();        // "bulk.": packings, silos, heaps
-std::vector<VerificationCase> invariance_cases();  // "invariance.": the same scene told differently
-std::vector<VerificationCase> mesh_cases();        // "invariance.": other meshes, other parts
+std::vector<VerificationCase> impact_cases();        // "impact.": one contact, normal and oblique
+std::vector<VerificationCase> energy_cases();        // "energy.": elastic impacts
+std::vector<VerificationCase> body_cases();          // "body.": one rigid body, free and on a plane
+std::vector<VerificationCase> structure_cases();     // "structure.": stacks, arches
+std::vector<VerificationCase> bulk_cases();          // "bulk.": packings, silos, heaps
+std::vector<VerificationCase> invariance_cases();    // "invariance.": equivalent setups
+std::vector<VerificationCase> mesh_cases();          // "invariance.": other meshes, other parts
 std::vector<VerificationCase> tessellation_cases();  // "invariance.": the same solid cut otherwise
 std::vector<VerificationCase> robustness_cases();    // "robustness.": the hard places
 

@@ -36,7 +36,7 @@ enum class JobStatus {
   timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
   out_of_memory,  // killed at its limit of memory: the same
   // No outcomes: they say nothing of the run.
-  lost,        // its process or its machine vanished, by no fault of its own
+  lost,        // its process or its machine vanished for an external reason
   interrupted  // by the user
 };
 // Those that are kept.
@@ -78,7 +78,7 @@ class Executor {
   virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
                               const MaterialRequest& materials) = 0;
   // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
-  // Goes on from what an earlier, killed attempt left in the job's folder where it can.
+  // Resumes from the files of an earlier, killed attempt in the job's folder if possible.
   virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;
 };
 

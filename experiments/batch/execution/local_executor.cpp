@@ -28,13 +28,13 @@ class LocalExecutor final : public Executor {
   void run(const std::vector<Job>& jobs, const JobEvents& events) override {
     std::deque<Job> waiting(jobs.begin(), jobs.end());
     Running running;
-    bool told_to_stop = false;
+    bool stop_requested = false;
     while (!waiting.empty() || !running.empty()) {
       const bool stop = options_.interrupt != nullptr && options_.interrupt->load();
       if (stop) waiting.clear();
-      if (stop && !told_to_stop)
+      if (stop && !stop_requested)
         for (const auto& run : running) run->interrupt();
-      told_to_stop = stop;
+      stop_requested = stop;
       while (!waiting.empty() && static_cast<int>(running.size()) < options_.jobs) {
         const Job job = waiting.front();
         waiting.pop_front();
@@ -59,7 +59,7 @@ class LocalExecutor final : public Executor {
 
  private:
   struct Running : std::vector<std::unique_ptr<RunProcess>> {
-    // Should somebody throw while they run, they save their state and end.
+    // On an exception while runs are active, they save their state and end.
     ~Running() {
       for (const auto& run : *this) run->interrupt();
     }

@@ -183,7 +183,7 @@ void RunProcess::note(const std::string& line) const {
   if (!line.empty() && print_note_) print_note_(line);
 }
 
-// Never to a process that has ended: its number may be somebody else's, and -1 means everybody.
+// Never signals a process that has ended: its id may be reused, and -1 addresses all processes.
 void RunProcess::send(int signal) {
   if (pid_ > 0) kill(pid_, signal);
 }
@@ -202,10 +202,10 @@ void RunProcess::watch_limits() {
   }
   if (over_ == Over::nothing && limits.time > 0 && wall() > limits.time) {
     over_ = Over::time;
-    told_ = Clock::now();
+    deadline_notified_ = Clock::now();
     send(SIGINT);
   }
-  if (over_ == Over::time && Clock::now() - told_ > patience) send(SIGKILL);
+  if (over_ == Over::time && Clock::now() - deadline_notified_ > patience) send(SIGKILL);
 }
 
 std::optional<JobResult> RunProcess::poll() {
@@ -265,7 +265,7 @@ JobResult RunProcess::result(int status) const {
   if (code == 126 || code == 127)
     throw RunError(fmt::format(
         "exit status {}: the program cannot be started; everything finished is kept, and the same "
-        "command goes on from there",
+        "command resumes",
         code));
   if (signal != 0) return {JobStatus::crashed, killed, {}};
   if (code == 2 && gone_on_) {  // what an earlier session left is of no use: from the start, then

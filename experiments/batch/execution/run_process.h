@@ -21,7 +21,7 @@ struct JobFiles {
 // What the files of a run say of its outcome; nothing while it has not come to an end.
 std::optional<JobResult> ended_before(const Job& job);
 
-// How far the run came, s simulated, as its files tell.
+// Simulated time that the files of the run reach, s.
 double simulated_time(const Job& job);
 
 // Throws WriteError when a folder cannot take a file: full, read-only, gone.
@@ -65,8 +65,8 @@ class RunProcess {
   double earlier_ = 0;        // s of wall time in sessions before this
   Clock::time_point start_;
   Over over_ = Over::nothing;
-  Clock::time_point told_;  // to end, for taking too long
-  pid_t pid_ = -1;          // -1: has ended
+  Clock::time_point deadline_notified_;  // to end, for taking too long
+  pid_t pid_ = -1;                       // -1: has ended
 };
 
 }  // namespace firn

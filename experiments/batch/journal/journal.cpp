@@ -108,7 +108,7 @@ void Journal::put_back() {
   namespace fs = std::filesystem;
   const std::string file = (fs::path(directory_) / "study.db").string();
   const char* const removed = "it was removed or replaced during the work";
-  std::error_code error;  // told by the database
+  std::error_code error;  // the database reports the error
   fs::create_directories(directory_, error);
   if (fs::exists(file, error)) throw WriteError(directory_, removed);
   try {

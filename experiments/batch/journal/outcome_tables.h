@@ -10,8 +10,8 @@
 
 namespace firn {
 
-// Columns of a table `runs` that has `key TEXT PRIMARY KEY` or `UNIQUE`, and the table of responses
-// beside it.
+// Columns of a table `runs` that has `key TEXT PRIMARY KEY` or `UNIQUE`, and the table of
+// responses that belongs to it.
 inline constexpr const char* outcome_columns =
     "status TEXT NOT NULL CHECK (status IN ('planned', 'running', 'finished', 'arched', "
     "'failed', 'crashed', 'timed out', 'out of memory')), "

@@ -1,5 +1,5 @@
-// SQLite for journals and stores of runs: numbers, NaN among them, beside the texts of
-// experiments/storage/sqlite_file.h.
+// SQLite for journals and stores of runs: adds numbers, including NaN, to the texts
+// of experiments/storage/sqlite_file.h.
 #pragma once
 
 #include <cstdint>

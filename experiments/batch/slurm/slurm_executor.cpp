@@ -66,7 +66,7 @@ class SlurmExecutor final : public Executor {
         give_up_vanished(tasks, events);
       }
     } catch (...) {
-      cancel();  // nobody would wait for them
+      cancel();  // no caller waits for the tasks any more
       throw;
     }
     if (interrupted()) {
@@ -96,7 +96,7 @@ class SlurmExecutor final : public Executor {
     look_at_queue();
     if (!answered_)
       throw RunError(fmt::format(
-          "Slurm does not answer ({}), and may be at work on this study; the same command goes on "
+          "Slurm does not answer ({}), and may be at work on this study; the same command resumes "
           "once it does",
           trouble_));
     for (auto& [name, array] : arrays_) {
@@ -265,7 +265,7 @@ class SlurmExecutor final : public Executor {
   }
 
   // A task that has left the queue without an outcome, for longer than a shared folder takes to
-  // show one, is lost: its node died, somebody cancelled it, or its partition's time was up.
+  // show one, is lost: its node died, it was cancelled, or its partition's time was up.
   void give_up_vanished(Tasks& tasks, const JobEvents& events) {
     if (!answered_) return;
     const auto now = Clock::now();

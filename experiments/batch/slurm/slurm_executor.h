@@ -27,8 +27,8 @@ struct SlurmOptions {
 // that was killed finds them again by name, and never submits a run twice.
 std::unique_ptr<Executor> slurm_executor(const SlurmOptions& options, Journal& journal);
 
-// The part of a node: carries out task `index` of a list that the executor wrote, and leaves its
-// outcome beside the results. Returns the exit status.
+// Runs on a node: executes task `index` of a list that the executor wrote and writes its outcome
+// into the folder of the results. Returns the exit status.
 int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt);
 
 }  // namespace firn

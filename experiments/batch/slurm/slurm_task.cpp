@@ -148,10 +148,10 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
     const interruption::Polled polled;
     RunProcess run(job, program,
                    [](const std::string& line) { print_lines(stderr, "firn: {}\n", line); });
-    bool told_to_stop = false;
+    bool stop_requested = false;
     while (!(result = run.poll())) {
-      if (interrupt != nullptr && interrupt->load() && !told_to_stop) run.interrupt();
-      told_to_stop = interrupt != nullptr && interrupt->load();
+      if (interrupt != nullptr && interrupt->load() && !stop_requested) run.interrupt();
+      stop_requested = interrupt != nullptr && interrupt->load();
       std::this_thread::sleep_for(look_every);
     }
   }

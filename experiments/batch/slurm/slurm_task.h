@@ -1,4 +1,4 @@
-// What the executor and the tasks of a Slurm array tell each other through the shared folder.
+// Files that the executor and the tasks of a Slurm array exchange through the shared folder.
 #pragma once
 
 #include <optional>

@@ -155,26 +155,6 @@ std::optional<double> number(const std::string& value) {
   }
 }
 
-BatchFolderOptions folder_options(const Sweep& s, const SweepOptions& options,
-                                  const std::string& directory) {
-  BatchFolderOptions o;
-  o.directory = directory;
-  o.identity = "sweep " + s.name;
-  o.must_exist = options.resume;
-  o.executor = options.executor;
-  o.program = options.program;
-  o.jobs = options.jobs;
-  o.store = options.store;
-  o.slurm = s.execution.slurm;
-  o.progress = !options.show_progress  ? ProgressStyle::none
-               : options.json_progress ? ProgressStyle::json
-                                       : ProgressStyle::people;
-  o.progress_name = "sweep";
-  o.largest_total = static_cast<int>(s.combinations() * s.seeds.size());
-  o.interrupt = options.interrupt;
-  return o;
-}
-
 }  // namespace
 
 std::size_t Sweep::combinations() const {
@@ -242,9 +222,11 @@ Sweep read_sweep(const std::string& file) {
 namespace {
 
 void carry_out(SweepResult& r, const SweepOptions& options) {
-  BatchFolder folder(folder_options(r.sweep, options, r.directory));
-  const interruption::Advice advice(fmt::format(
-      "everything finished is kept in {}: the same command goes on from there", r.directory));
+  BatchFolder folder(folder_options(options, "sweep", "sweep " + r.sweep.name, r.directory,
+                                    static_cast<int>(r.sweep.combinations() * r.sweep.seeds.size()),
+                                    r.sweep.execution.slurm));
+  const interruption::Advice advice(
+      fmt::format("everything finished is kept in {}: the same command resumes", r.directory));
   Batch batch(folder.executor(), folder.journal(), folder.store(), folder.progress(),
               options.interrupt);
   std::vector<BatchRun> runs;

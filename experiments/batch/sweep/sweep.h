@@ -1,14 +1,12 @@
 // A case over values of its keys and over seeds: what `firn sweep` does. docs/sweeps.md.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "experiments/analysis/power_law.h"
-#include "experiments/batch/execution/execution_settings.h"
-#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/batch_folder.h"
 #include "experiments/case/case.h"
 
 namespace firn {
@@ -40,16 +38,8 @@ struct Sweep {
 // Throws InputError with one line `FILE:LINE: KEY: what is wrong; what is expected`.
 Sweep read_sweep(const std::string& file);
 
-struct SweepOptions {
-  std::string sweep_file;          // TOML
-  std::string directory;           // empty: runs/<sweep name>, without blanks
-  int jobs = 0;                    // simulations side by side; 0: one per core
-  bool resume = false;             // require that the directory holds this sweep already
-  std::string executor = "local";  // or "slurm"
-  std::string program;             // the firn executable that simulates; empty: this one
-  std::string store;               // file of the outcomes that batches share; empty: none
-  bool show_progress = true, json_progress = false;
-  const std::atomic<bool>* interrupt = nullptr;
+struct SweepOptions : BatchOptions {
+  std::string sweep_file;  // TOML
 };
 
 struct SweepRun {
@@ -68,7 +58,7 @@ struct SweepResult {
   bool interrupted = false;
 };
 
-// Runs or goes on with the sweep, and leaves runs.csv and results.json in the directory. Throws
+// Runs or resumes the sweep and writes runs.csv and results.json into the directory. Throws
 // InputError for a wrong file, a directory that holds something else, or a response that the case
 // does not have.
 SweepResult sweep(const SweepOptions& options);

@@ -212,7 +212,7 @@ FreeBody read_free_body(const TomlTable& t) {
 TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
   TriangleMesh all;
   for (const Boundary& b : model.boundaries) {
-    if (!hangs_on(model.frames, b.frame, frame)) continue;
+    if (!descends_from(model.frames, b.frame, frame)) continue;
     if (!inspect(b.mesh).sound() || b.mesh.triangles.empty()) {
       t.fail("", fmt::format("carries \"{}\", whose mesh is not closed, so that it has no mass of "
                              "its own; expected mass, center and inertia",

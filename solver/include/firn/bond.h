@@ -67,7 +67,7 @@ struct BeamSprings {
 BeamSprings stiffness_of(const BeamLaw& law);
 // A given part of critical damping for each deformation by itself, with the masses of both bodies.
 BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
-// How the six deformations give way to forces of their own kind, with the bodies free: rate of one
+// Mobility of the six deformations under forces of the same kind, with the bodies free: rate of one
 // over impulse of another, beam axes, in the pose without stress. Ways first, then turns.
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;

@@ -1,5 +1,5 @@
-// Statistics of contacts, kept over every step of a simulation beside its motion: what may be asked
-// for, and what comes of it. They change nothing of the motion. docs/statistics.md.
+// Statistics of contacts, accumulated in every step of a simulation: requests and results. They do
+// not change the motion. docs/statistics.md.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace firn {
 
-// A boundary whose triangles are told apart. The mesh need not be the one that it is drawn with.
+// A boundary with statistics for each triangle. The mesh may differ from the drawn one.
 struct WatchedBoundary {
   int boundary = 0;
   TriangleMesh mesh;  // m, boundary axes
@@ -84,7 +84,7 @@ struct OpposedLoad {
 };
 
 // What has acted on one triangle of a boundary over an interval. Each contact point of a patch acts
-// on the triangle that was nearest to it when the contacts of its pair were last found anew, and
+// on the triangle that was nearest to it at the last contact search of its pair, and
 // friction in the proportion of the points' normal forces.
 struct TriangleSums {
   double normal_impulse = 0;      // N s, of normal forces

@@ -39,16 +39,16 @@ struct ConvexPart {
   std::vector<std::array<std::uint16_t, 2>> edges;  // each once
 
   // What meets at each vertex: far ends of its edges and its faces, both ascending.
-  struct Spoke {
+  struct VertexEdge {
     std::uint16_t vertex = 0;
     double inverse_length = 0;  // 1/m
   };
-  struct Star {
+  struct VertexAdjacency {
     std::uint32_t first_spoke = 0, spoke_count = 0;
     std::uint32_t first_face = 0, face_count = 0;
   };
-  std::vector<Star> stars;  // [vertex_count]
-  std::vector<Spoke> spokes;
+  std::vector<VertexAdjacency> stars;  // [vertex_count]
+  std::vector<VertexEdge> spokes;
   std::vector<std::uint16_t> star_faces;
   // [vertex_count] bit f: face f, which is no seam, meets here. Empty if there are more than 64.
   std::vector<std::uint64_t> surface_faces;

@@ -21,17 +21,17 @@ struct Energy {  // J
 struct Health {
   double largest_overlap = 0;  // m, over all steps
   int largest_overlap_particle = -1;
-  std::uint64_t deep_births = 0;  // patches first seen already deeper than 1 % of the sweep radii
-  double energy_rise = 0;         // J, sum of unexplained rises
-  std::uint64_t rebuilds = 0;     // of the neighbour list
-  std::uint64_t queries = 0;      // narrow-phase queries of part pairs
-  std::uint64_t refreshes = 0;    // of body pairs with patches
-  std::uint64_t patches = 0;      // now
-  std::uint64_t points = 0;       // now
-  std::uint64_t pairs = 0;        // in the neighbour list now
+  std::uint64_t late_contacts = 0;  // patches first seen already deeper than 1 % of the sweep radii
+  double energy_rise = 0;           // J, sum of unexplained rises
+  std::uint64_t rebuilds = 0;       // of the neighbour list
+  std::uint64_t queries = 0;        // narrow-phase queries of part pairs
+  std::uint64_t refreshes = 0;      // of body pairs with patches
+  std::uint64_t patches = 0;        // now
+  std::uint64_t points = 0;         // now
+  std::uint64_t pairs = 0;          // in the neighbour list now
 };
 
-// Hashes of the state's arrays in groups, so that two runs that part can be told what parted first.
+// Hashes of the arrays of the state in groups. They show which group of two runs diverges first.
 struct GroupHash {
   const char* group;
   std::uint64_t hash;

@@ -43,7 +43,7 @@ struct Boundary {
   bool rigid = false;    // no compliance in series, whatever its Young's modulus
   double stiffness = 0;  // N/m; 0: E_b * L of the particle, equation (7)
   Kind kind = Kind::plane;
-  // Axes of the boundary. A plane is the half-space z <= 0 of its own axes, solid below.
+  // Axes of the boundary. A plane is the half-space z <= 0 in these axes, solid below.
   Vec3 origin = Vec3::Zero();           // m, world, at t = 0
   Quat orientation = Quat::Identity();  // boundary axes -> world, at t = 0
   std::vector<ConvexPart> parts;        // m, boundary axes (solids)
@@ -58,7 +58,7 @@ struct Numerics {
   double contact_shell = 0.06;
   double shell_limit = 60e-6;  // m
   // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
-  // each other. 0: the plain path, every contact found anew at every step.
+  // each other. 0: a contact search for every pair in every step.
   double refresh_fraction = 1;
   double skin = 0;  // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
   int threads = 1;

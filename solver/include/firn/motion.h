@@ -1,8 +1,8 @@
 // How boundaries move: prescribed motions, and frames that carry boundaries and each other, along
 // prescribed motions or as free bodies.
 //
-// Everything is given in world axes as the scene stands at t = 0. What hangs on a frame goes along
-// with it: directions and points turn with the frame that they hang on.
+// All data are in world axes at t = 0. Children move with their parent frame: directions and points
+// turn with it.
 #pragma once
 
 #include <limits>
@@ -92,9 +92,9 @@ struct MotionFrame {
   std::optional<FreeBody> free;
 };
 
-// Frame `frame` is `above`, or hangs on it; -1 (the world) hangs on nothing.
-bool hangs_on(const std::vector<MotionFrame>& frames, int frame, int above);
-// The free frame that it is, or hangs on; -1: none.
+// True when `frame` is `above` or a descendant of it. -1: the world, which has no parent.
+bool descends_from(const std::vector<MotionFrame>& frames, int frame, int above);
+// The free frame among `frame` and its ancestors; -1: none.
 int free_frame(const std::vector<MotionFrame>& frames, int frame);
 
 }  // namespace firn

@@ -35,7 +35,7 @@ struct Shape {
   std::string deviation_reason;   // what decides contact_deviation, a few words
 };
 
-// What every maker below needs to know beside the geometry.
+// Input of every maker below in addition to the geometry.
 struct ShapeOptions {
   std::string name;
   int material = 0;

@@ -1,4 +1,6 @@
 // The simulation: one mutable state over one constant model.
+//
+// `const` members do not modify the state, and several threads may call them at the same time.
 #pragma once
 
 #include <cstddef>
@@ -72,7 +74,7 @@ class Solver {
   // Places a waiting particle. orientation: shape axes -> world; velocities in world axes.
   void insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
               const Vec3& velocity, const Vec3& angular_velocity);
-  // Before the first step, parents before their children: takes along what hangs on the frame.
+  // Before the first step, parents before their children: moves the children of the frame with it.
   void start_frame(const FrameStart& start);
   void remove_particle(int particle);
   void remove_boundary(int boundary);
@@ -81,7 +83,7 @@ class Solver {
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
   void add_drive(int frame, int axis, const Drive& drive, int group = 0);
-  void end_started(int group, double time);
+  void stop_stage_motions(int group, double time);
 
   // True when a body of this shape placed there would touch a present particle or boundary, or
   // come nearer than `clearance` (m). For placement; does not change the state.
@@ -92,14 +94,20 @@ class Solver {
                               double clearance) const;
 
   // Advances by one time step. Throws RunError (non-finite state, runaway energy, overlap beyond
-  // the limit) naming the particle and the time. The second half kick is left for the next step to
-  // make together with its first one; who asks for velocities, loads or energy, or saves the state,
-  // gets it made before, and pays for a pass over all bodies. What is computed is the same.
+  // the limit) naming the particle and the time.
   void step();
+  // The same step without its second half kick, for loops that do not read every step. The next
+  // step merges that half kick with its first one and saves a pass over all bodies; results are
+  // bit-identical. After it, accessors of velocities, loads of particles, energy, bonds, hashes and
+  // the saved state throw std::logic_error until complete_step() or the next step().
+  void step_deferred();
+  // Makes the second half kick of a deferred step. Does nothing when there is none.
+  void complete_step();
 
   double time() const;  // s
   std::uint64_t steps() const;
-  // A copy made when asked for: valid until the next step(), insert() or removal; ask again then.
+  // A copy, made once for each state. The reference is valid while the solver exists; its contents,
+  // until the state changes.
   const ParticleState& particles() const;
   // Orientation as the results file wants it: shape axes -> world.
   Quat shape_orientation(int particle) const;
@@ -109,7 +117,7 @@ class Solver {
   Load frame_load(int frame) const;
   void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
-  const Health& health() const;
+  Health health() const;
   // Overlap of the deepest point of every patch that bears a force now, m.
   std::vector<double> contact_overlaps() const;
   const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
@@ -135,12 +143,13 @@ class Solver {
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 
-  // Every byte that the next step reads. restore() makes a solver over the same model go on bit
-  // for bit; it throws RunError when the bytes were made by another program version or model.
+  // Every byte that the next step reads. After restore(), a solver over the same model continues
+  // with identical bits. It throws RunError when the bytes were made by another program version or
+  // model.
   std::vector<std::byte> save() const;
   void restore(const std::vector<std::byte>& bytes);
-  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it tells
-  // chance apart, not malice.
+  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it
+  // detects chance differences, not forgery.
   std::uint64_t hash() const;
   std::vector<GroupHash> group_hashes() const;  // together, all that save() packs but the model
 

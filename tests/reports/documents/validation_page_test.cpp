@@ -75,7 +75,7 @@ Validation example() {
   v.groups.push_back(stiff);
   for (const SuiteComparison& what : v.suite.comparisons)
     for (std::size_t p = 0; p < 2; ++p) {
-      Evidence e;
+      ComparisonRuns e;
       e.base = &v.groups[p];
       e.numerics_base = &v.groups[0];
       e.stiffness = {&v.groups[2]};

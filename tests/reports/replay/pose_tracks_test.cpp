@@ -115,13 +115,13 @@ TEST(PoseTracks, WhatRestsInAPlaneOrIsNeverThereIsPackedAsWell) {
 
 TEST(PoseTracks, ThinningKeepsTheLastFrameAndNoMoreThanItsRate) {
   const PoseTracks fast = wandering(1, 1001, 1000);  // a second
-  const PoseTracks thin = fast.thinned(30);
+  const PoseTracks thin = fast.downsampled(30);
   EXPECT_EQ(thin.time.front(), 0);
   EXPECT_EQ(thin.time.back(), 1);
   EXPECT_NEAR(static_cast<double>(thin.time.size()), 31, 1);
   EXPECT_EQ(thin.position.size(), thin.time.size());
   // One that has no more than that is not thinned.
-  EXPECT_EQ(wandering(1, 61, 30).thinned(30).time.size(), 61U);
+  EXPECT_EQ(wandering(1, 61, 30).downsampled(30).time.size(), 61U);
 }
 
 TEST(PoseTracks, AMinuteOf160MovingBodiesIsSmall) {

@@ -15,15 +15,15 @@ namespace {
 
 // Sizes of many magnitudes, some boxes alike, some without extent, some touching, some beyond the
 // farthest cell.
-std::vector<Box3> random_boxes(Dice& dice, int count, double room, double size) {
-  std::vector<Box3> boxes;
+std::vector<Aabb> random_boxes(Dice& dice, int count, double room, double size) {
+  std::vector<Aabb> boxes;
   for (int i = 0; i < count; ++i) {
     const Vec3 center = dice.vector(room), half = dice.vector(0.5 * size).cwiseAbs();
     boxes.push_back({center - half, center + half});
     if (i % 7 == 1) boxes.back() = boxes[static_cast<std::size_t>(i) / 2];
     if (i % 7 == 2) boxes.back().upper = boxes.back().lower;
     if (i % 7 == 3) {
-      const Box3& other = boxes[static_cast<std::size_t>(i) / 3];
+      const Aabb& other = boxes[static_cast<std::size_t>(i) / 3];
       boxes.back() = {other.upper, other.upper + half};
     }
     if (i % 50 == 4) {
@@ -37,9 +37,9 @@ std::vector<Box3> random_boxes(Dice& dice, int count, double room, double size) 
 TEST(Neighbours, BoxesMeetThoseThatTheyMeetWhenEachIsTried) {
   Dice dice(7);
   for (const double size : {1e-3, 0.1, 1.0, 30.0}) {
-    const std::vector<Box3> boxes = random_boxes(dice, 900, 1, size);
+    const std::vector<Aabb> boxes = random_boxes(dice, 900, 1, size);
     for (const int threads : {1, 3}) {
-      const BoxNeighbours near = box_neighbours(boxes, threads);
+      const AabbOverlaps near = find_aabb_overlaps(boxes, threads);
       for (std::size_t i = 0; i < boxes.size(); ++i) {
         std::vector<std::int32_t> expected;
         for (std::size_t j = i + 1; j < boxes.size(); ++j)
@@ -49,8 +49,8 @@ TEST(Neighbours, BoxesMeetThoseThatTheyMeetWhenEachIsTried) {
       }
     }
   }
-  EXPECT_NO_THROW(box_neighbours({}, 2));
-  EXPECT_TRUE(box_neighbours({Box3{}}, 2).of(0).empty());
+  EXPECT_NO_THROW(find_aabb_overlaps({}, 2));
+  EXPECT_TRUE(find_aabb_overlaps({Aabb{}}, 2).of(0).empty());
 }
 
 // Up to nine spheres: none, one, and three groups, the last of them not full.
@@ -98,7 +98,8 @@ TEST(Neighbours, PartsAreNearAsWhenEachPairIsTried) {
       }
     }
     std::vector<PartNumbers> found(a.centers.size() * b.centers.size() + kSize);
-    const int count = near_parts(a.groups, b.groups, b.center, b.reach, margins, found.data());
+    const int count =
+        find_close_parts(a.groups, b.groups, b.center, b.reach, margins, found.data());
     for (int k = 0; k < count; ++k) listed.push_back({found[k].a, found[k].b});
     ASSERT_EQ(listed, expected);
     ++(expected.empty() ? far : near);
@@ -140,7 +141,7 @@ struct Scene {
     s.path.resize(bodies, 0);
     s.turn.resize(bodies, 0);
     s.margin.resize(bodies, 0);
-    s.relist_path.resize(bodies, 0);
+    s.rebuild_distance.resize(bodies, 0);
     s.presence.resize(n, Presence::present);
     s.boundary_present.resize(model.boundaries.size(), 1);
     s.boundary_present[3] = 0;
@@ -205,7 +206,7 @@ List everything_tried(const Model& model, const State& s) {
         const std::vector<ConvexPart>& parts = model.boundaries[b].parts;
         if (parts.empty() && c.z() < reach) out[{a, body}].push_back({k, 0});
         for (std::size_t l = 0; l < parts.size(); ++l) {
-          Box3 box{Vec3::Constant(1), Vec3::Constant(-1)};
+          Aabb box{Vec3::Constant(1), Vec3::Constant(-1)};
           for (int v = 0; v < parts[l].vertex_count; ++v) {
             const Vec3 p = parts[l].vertex(v), r = Vec3::Constant(parts[l].radius);
             box.lower = v == 0 ? Vec3(p - r) : Vec3(box.lower.cwiseMin(p - r));
@@ -268,11 +269,12 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
     const auto mark = [](const Pair& p) { return 1000.0 * p.a + p.b; };
     for (std::size_t k = 0; k < s.pairs.size(); ++k) {
       Pair& pair = s.pairs[k];
-      s.wake[k] = mark(pair);
-      s.watch[k].moved = 0.5 * mark(pair);
-      s.watch[k].need = mark(pair);
+      s.next_test_distance[k] = mark(pair);
+      s.motion_bound[k].moved = 0.5 * mark(pair);
+      s.motion_bound[k].need = mark(pair);
       for (std::uint32_t p = pair.first_part; p < pair.first_part + pair.part_count; ++p)
-        s.part_pairs[p].wake = mark(pair) + s.part_pairs[p].a + 0.01 * s.part_pairs[p].b;
+        s.part_pairs[p].next_test_distance =
+            mark(pair) + s.part_pairs[p].a + 0.01 * s.part_pairs[p].b;
       if (k % 3 != 0) continue;
       pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
       pair.first_point = static_cast<std::uint32_t>(s.points.size());
@@ -293,7 +295,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
     for (std::size_t i = 0; i < scene.model.particles.size(); ++i)
       s.motion[i].position += dice.vector(2e-3);
     s.presence[20] = Presence::left;
-    s.list_is_stale = true;
+    s.neighbor_list_invalid = true;
     refresh_neighbours(scene.model, w, s);
     const List list = list_of(s);
     EXPECT_EQ(list, everything_tried(scene.model, s));
@@ -304,7 +306,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
       const auto old = before.find({pair.a, pair.b});
       if (old == before.end()) {
         ++added;
-        EXPECT_EQ(s.wake[k], s.path[pair.a] + s.path[pair.b]);
+        EXPECT_EQ(s.next_test_distance[k], s.path[pair.a] + s.path[pair.b]);
         EXPECT_EQ(pair.patch_count, 0u);
         continue;
       }
@@ -315,10 +317,11 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
         const bool known = std::ranges::count(old->second, std::pair<std::uint32_t, std::uint32_t>(
                                                                part.a, part.b)) > 0;
         is_new |= !known;
-        EXPECT_EQ(part.wake, known ? mark(pair) + part.a + 0.01 * part.b : 0.5 * mark(pair));
+        EXPECT_EQ(part.next_test_distance,
+                  known ? mark(pair) + part.a + 0.01 * part.b : 0.5 * mark(pair));
       }
-      EXPECT_EQ(s.watch[k].need, is_new ? 0.5 * mark(pair) : mark(pair));
-      EXPECT_EQ(s.wake[k], is_new ? s.path[pair.a] + s.path[pair.b] : mark(pair));
+      EXPECT_EQ(s.motion_bound[k].need, is_new ? 0.5 * mark(pair) : mark(pair));
+      EXPECT_EQ(s.next_test_distance[k], is_new ? s.path[pair.a] + s.path[pair.b] : mark(pair));
       for (std::uint32_t patch = 0; patch < pair.patch_count; ++patch) {
         const Patch& one = s.patches[pair.first_patch + patch];
         ++patches;
@@ -338,11 +341,11 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
 
 TEST(Neighbours, KeysAreSortedAlikeByAnyNumberOfThreads) {
   Dice dice(7);
-  std::vector<Keyed> one;
+  std::vector<KeyIndex> one;
   for (std::int32_t k = 0; k < 30000; ++k)
     one.push_back({static_cast<std::uint64_t>(dice(0, 5000)), k});
   std::ranges::reverse(one);  // numbers of like keys descend
-  std::vector<Keyed> many = one;
+  std::vector<KeyIndex> many = one;
   sort_by_key(1, one);
   sort_by_key(4, many);
   EXPECT_TRUE(std::is_sorted(one.begin(), one.end()));

@@ -52,7 +52,7 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
   s.load.resize(kBodies);
   s.path.resize(kBodies, 0);
   s.turn.resize(kBodies, 0);
-  s.relist_path.resize(kBodies, 1);
+  s.rebuild_distance.resize(kBodies, 1);
   for (int i = 0; i < kBodies; ++i) {
     s.presence.push_back(i % 5 == 3 ? Presence::left : Presence::present);
     s.motion[i].position = dice.vector(1);
@@ -63,24 +63,24 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     s.orientation.push_back(Quat(dice(-1, 1), dice(-1, 1), dice(-1, 1), dice(-1, 1)).normalized());
   }
   const State before = s;
-  kick_and_drift(model, w, s, false);
+  integrate_positions(model, w, s, false);
   const State drifted = s;
   // Two ranges of pairs push each body; the first one presses harder.
   w.loads.resize(2 * kBodies);
-  w.load_lists.first = {0};
+  w.load_index.first = {0};
   for (int i = 0; i < kBodies; ++i) {
     for (const int range : {0, 1}) {
       RangeLoad& load = w.loads[2 * i + range];
       const Vec3 force = dice.vector(1), torque = dice.vector(1e-2);
       load.force = {force.x(), force.y(), force.z(), 2.0 - range};
       load.torque = {torque.x(), torque.y(), torque.z(), 0};
-      w.load_lists.loads.push_back(2 * i + range);
+      w.load_index.loads.push_back(2 * i + range);
     }
-    w.load_lists.first.push_back(2 * i + 2);
+    w.load_index.first.push_back(2 * i + 2);
   }
   s.peak_normal_force.resize(kBodies, 1.5);
   State at_once = s;
-  sum_loads_and_kick(model, w, s);
+  finish_velocities(model, w, s);
   for (int i = 0; i < kBodies; ++i) {
     SCOPED_TRACE(i);
     Vec3 velocity = before.motion[i].velocity, momentum = before.angular_momentum[i];
@@ -118,8 +118,8 @@ TEST(Lanes, KickAndDriftEachBodyAsOnItsOwn) {
     EXPECT_EQ(s.motion[i].spin, q.toRotationMatrix() * momentum.cwiseProduct(body.inverse_inertia));
   }
   // Both kicks in one pass.
-  kick_and_drift(model, w, s, false);
-  kick_and_drift(model, w, at_once, true);
+  integrate_positions(model, w, s, false);
+  integrate_positions(model, w, at_once, true);
   for (int i = 0; i < kBodies; ++i) {
     SCOPED_TRACE(i);
     EXPECT_EQ(at_once.motion[i].position, s.motion[i].position);
@@ -147,10 +147,10 @@ TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
       Pair& pair = s.pairs.emplace_back();
       pair.a = a;
       pair.b = b;
-      PairWatch& watch = s.watch.emplace_back();
-      for (double& x : watch.reference_rotation) x = dice(-1, 1);
-      for (double& x : watch.reference_translation) x = dice(-1, 1);
-      watch.reference_path = dice(-1, 1);  // must not get in
+      PairMotionBound& motion_bound = s.motion_bound.emplace_back();
+      for (double& x : motion_bound.reference_rotation) x = dice(-1, 1);
+      for (double& x : motion_bound.reference_translation) x = dice(-1, 1);
+      motion_bound.reference_path = dice(-1, 1);  // must not get in
     }
   }
   for (int trial = 0; trial < 40; ++trial) {
@@ -162,14 +162,14 @@ TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
     poses.find(s, numbers.data(), count);
     for (int k = 0; k < count; ++k) {
       const Pair& pair = s.pairs[numbers[k]];
-      const PairWatch& watch = s.watch[numbers[k]];
+      const PairMotionBound& motion_bound = s.motion_bound[numbers[k]];
       const Pose plain_one = relative_pose(s, pair.a, pair.b);
       Pose pose;
       poses.get_pose(k, pose);
       EXPECT_EQ(pose.rotation, plain_one.rotation);
       EXPECT_EQ(pose.translation, plain_one.translation);
-      const Mat3 then = Eigen::Map<const Mat3>(watch.reference_rotation);
-      const Vec3 there = Eigen::Map<const Vec3>(watch.reference_translation);
+      const Mat3 then = Eigen::Map<const Mat3>(motion_bound.reference_rotation);
+      const Vec3 there = Eigen::Map<const Vec3>(motion_bound.reference_translation);
       EXPECT_EQ(poses.shift(k), (plain_one.translation - there).norm());
       EXPECT_NEAR(poses.turn(k), std::sqrt(0.5) * (plain_one.rotation - then).norm(), 1e-15);
     }

@@ -351,7 +351,7 @@ TriangleMesh box_mesh(const Vec3& size) {
   return mesh;
 }
 
-TEST(TriangleIndex, FindsTheNearestTriangleOfMany) {
+TEST(NearestTriangle, FindsTheNearestTriangleOfMany) {
   const TriangleMesh mesh = refined(box_mesh({0.1, 0.08, 0.02}), 0.013);
   double area = 0;
   Vec3 closed = Vec3::Zero();
@@ -365,7 +365,7 @@ TEST(TriangleIndex, FindsTheNearestTriangleOfMany) {
   }
   EXPECT_NEAR(area, 2 * (0.1 * 0.08 + 0.1 * 0.02 + 0.08 * 0.02), 1e-12);
   EXPECT_LT(closed.norm(), 1e-12);
-  const TriangleIndex index(mesh);
+  const NearestTriangle index(mesh);
   scenes::Random random(5);
   for (int i = 0; i < 300; ++i) {
     const auto t = static_cast<std::size_t>(
@@ -385,9 +385,9 @@ TEST(TriangleIndex, FindsTheNearestTriangleOfMany) {
 }
 
 // Corners and middles of edges have several nearest triangles, to the last bit or nearly.
-TEST(TriangleIndex, AnswersTheSameWhateverTheGuess) {
+TEST(NearestTriangle, AnswersTheSameWhateverTheGuess) {
   const TriangleMesh mesh = refined(box_mesh({0.1, 0.08, 0.02}), 0.013);
-  const TriangleIndex index(mesh);
+  const NearestTriangle index(mesh);
   const int count = static_cast<int>(mesh.triangles.size());
   scenes::Random random(6);
   for (int i = 0; i < 300; ++i) {

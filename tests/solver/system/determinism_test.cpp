@@ -4,7 +4,10 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <optional>
+#include <stdexcept>
+#include <vector>
 
 #include "solver/core/parallel.h"
 #include "solver/state/workspace.h"
@@ -89,12 +92,13 @@ TEST(Determinism, ResumedAtAnyStepGoesOnWithTheSameHashes) {
   }
 }
 
-// The second half kick of a step waits for the next one, or for somebody who asks: whoever asks
-// whatever at any step, and whoever never does, sees the same run.
-TEST(Determinism, AskingChangesNothing) {
+// Deferred steps, complete steps and any mixture of both give the same bits, with any reads
+// between.
+TEST(Determinism, DeferredStepsGiveTheSameBits) {
   Solver silent = falling(small_box(20));
   Solver asked = copy_of(silent);
   const auto ask = [&](int what) {
+    asked.complete_step();
     if (what == 0) return asked.particles().velocity[0].norm();
     if (what == 1) return asked.energy().kinetic;
     if (what == 2) return asked.load(3).force.norm();
@@ -107,16 +111,57 @@ TEST(Determinism, AskingChangesNothing) {
     for (Solver* solver : {&silent, &asked}) {
       if (step == 137) solver->remove_particle(5);
       if (step == 212) solver->remove_boundary(0);
-      solver->step();
+      if (solver == &silent || step % 5 == 0)
+        solver->step_deferred();
+      else
+        solver->step();
     }
     if (step % 3 > 0) {
       EXPECT_GE(ask(step % 7), 0);
     }
   }
   ASSERT_GT(silent.health().patches, 0u);
+  silent.complete_step();
+  asked.complete_step();
   EXPECT_EQ(different_groups(silent.group_hashes(), asked.group_hashes()), "");
   EXPECT_EQ(silent.particles().peak_normal_force, asked.particles().peak_normal_force);
   EXPECT_EQ(silent.energy().kinetic, asked.energy().kinetic);
+}
+
+// Reads between the two half kicks would show velocities of an earlier time.
+TEST(Solver, ReadsOfADeferredStepAreRefused) {
+  Solver solver = falling(small_box(20));
+  const auto reads = [&] {
+    const Solver& s = solver;
+    return std::vector<std::function<void()>>{[&] { s.particles(); }, [&] { s.energy(); },
+                                              [&] { s.load(0); },     [&] { s.save(); },
+                                              [&] { s.hash(); },      [&] { s.group_hashes(); }};
+  };
+  solver.step_deferred();
+  for (const auto& read : reads()) EXPECT_THROW(read(), std::logic_error);
+  EXPECT_NO_THROW(solver.boundaries());
+  EXPECT_NO_THROW(solver.contacts());
+  EXPECT_NO_THROW(solver.health());
+  solver.complete_step();
+  for (const auto& read : reads()) EXPECT_NO_THROW(read());
+  solver.step_deferred();
+  solver.step();
+  for (const auto& read : reads()) EXPECT_NO_THROW(read());
+}
+
+// Copies that accessors return follow every change of the state.
+TEST(Solver, AccessorsFollowTheState) {
+  Solver solver = falling(small_box(20));
+  for (int step = 0; step < 300; ++step) {
+    solver.step_deferred();
+    solver.complete_step();
+    const Solver again = copy_of(solver);
+    ASSERT_EQ(solver.particles().velocity[3], again.particles().velocity[3]) << step;
+    ASSERT_EQ(solver.boundaries()[0].impulse, again.boundaries()[0].impulse) << step;
+  }
+  ASSERT_FALSE(solver.boundaries()[0].impulse.isZero(0));
+  solver.clear_boundary_loads();
+  EXPECT_TRUE(solver.boundaries()[0].impulse.isZero(0));
 }
 
 // Counted by the steps, and by walking through all contacts: over new lists and removals, before

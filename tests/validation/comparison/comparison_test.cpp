@@ -52,7 +52,7 @@ struct Comparisons : testing::Test {
 
   Suite suite;
   SuiteComparison what;
-  Evidence evidence;
+  ComparisonRuns evidence;
 };
 
 TEST_F(Comparisons, OfAValueAddUpItsUncertainties) {
@@ -513,7 +513,7 @@ TEST_F(Comparisons, OfAValueDoNotPassWithOneThatStandsApart) {
   Measurement& m = what.measurement;
   m.scatter = ScatterKind::values;
   m.values = {10, 9, 11, 10, 10.5, 9.5, 100};
-  const SampleFacts f = facts_of(m.values);
+  const SampleStatistics f = sample_statistics(m.values);
   m.value = f.mean;
   m.standard_deviation = f.deviation;
   m.repeats = f.count;

@@ -47,12 +47,12 @@ TEST(BinomialInterval, CoversAtLeastAsOftenAsItSays) {
   }
 }
 
-TEST(SampleFacts, AreTheTextbooks) {
-  const SampleFacts f = facts_of({1, 2, 3, 4});
+TEST(SampleStatistics, AreTheTextbooks) {
+  const SampleStatistics f = sample_statistics({1, 2, 3, 4});
   EXPECT_EQ(f.mean, 2.5);
   EXPECT_NEAR(f.deviation, std::sqrt(5.0 / 3), 1e-15);
   EXPECT_NEAR(f.error(), std::sqrt(5.0 / 12), 1e-15);
-  EXPECT_TRUE(std::isnan(facts_of({1}).deviation));
+  EXPECT_TRUE(std::isnan(sample_statistics({1}).deviation));
 }
 
 TEST(Summary, HoldsEveryPossibleSampleAndIsTight) {
@@ -140,7 +140,7 @@ TEST(Damage, WeibullIsFoundFromValuesAndFromTheirSummary) {
   all.scatter = ScatterKind::values;
   all.values = values;
   all.repeats = 60;
-  all.value = facts_of(values).mean;
+  all.value = sample_statistics(values).mean;
   all.minimum = *std::ranges::min_element(values);
   all.maximum = *std::ranges::max_element(values);
   const WeibullFit fit = fit_weibull(all);
@@ -170,7 +170,7 @@ TEST(Damage, WeibullIntervalsOfSummariesCoverTheTruth) {
     for (double& x : v) x = scale * std::pow(-std::log1p(-uniform(bits)), 1 / shape);
     const auto [low, high] = std::ranges::minmax(v);
     const DamageProbability p =
-        damage_if_weibull({{load}}, fit_weibull(summary(7, low, high, facts_of(v).mean)));
+        damage_if_weibull({{load}}, fit_weibull(summary(7, low, high, sample_statistics(v).mean)));
     covered += p.each.low <= truth && truth <= p.each.high;
   }
   EXPECT_GE(covered, 0.95 * trials - 3 * std::sqrt(trials * 0.05 * 0.95));

@@ -133,7 +133,7 @@ TEST(ValueApart, IsFoundAmongValuesOfSeveralKinds) {
   EXPECT_FALSE(value_apart({1, 1, 1, 1, 1}));
 }
 
-TEST(Shares, DistanceAndProbability) {
+TEST(TaskAffinity, DistanceAndProbability) {
   EXPECT_NEAR(share_distance({10, 0}, {0, 4}), 1, 1e-15);
   EXPECT_NEAR(share_distance({2, 2}, {3, 1}), 0.25, 1e-15);
   EXPECT_GT(compare_shares({{10, 10, 10}}, {5, 6, 4}).p, 0.5);
@@ -141,7 +141,7 @@ TEST(Shares, DistanceAndProbability) {
   EXPECT_GT(compare_shares({{1, 1}}, {1, 1}).critical, 1);
 }
 
-TEST(Shares, ScatterFromRunToRunCountsOnlyBeyondAMultinomial) {
+TEST(TaskAffinity, ScatterFromRunToRunCountsOnlyBeyondAMultinomial) {
   // Runs that agree better than chance are no better known.
   const ShareTest even = compare_shares({{20, 20}, {20, 20}, {20, 20}}, {14, 26});
   EXPECT_EQ(even.dispersion, 1);

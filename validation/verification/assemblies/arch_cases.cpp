@@ -166,7 +166,7 @@ std::vector<VerificationCase> arch_cases() {
            .title = "Semicircular masonry arch",
            .reference =
                "least t/R 0.107478 with radial joints (Heyman 1969, Milankovitch 1907); for the "
-               "arch as it is cut, by limit analysis of its own wedges and rounded edges",
+               "arch as it is cut, by limit analysis of the actual wedges and rounded edges",
            .remark =
                "Limit analysis knows rigid blocks that take up their load slowly. Here gravity is "
                "there at once: joints close by their overlap, the crown drops and has to be "

@@ -28,12 +28,12 @@ std::vector<Check> energy_account() {
       for (Boundary& wall : model.boundaries) wall.rigid = true;
       model.timestep = advise_timestep(model, steps).timestep;
       Solver solver(model);
-      Rain rain_on;
+      PourOptions rain_on;
       rain_on.upper = Vec3(4.5 * kDie, 4.5 * kDie, 20 * kDie);
       rain_on.step = 2 * kDie;  // falls of a diameter or two
       rain_on.batch = 2;
       rain_on.interval = 0.02;
-      rain(solver, 0, kCount, rain_on);
+      pour(solver, 0, kCount, rain_on);
       const auto check = [&](const char* after) {
         const Energy e = solver.energy();
         const double lost = e.dissipated_normal + e.dissipated_friction;

@@ -159,7 +159,7 @@ std::vector<Check> discharge_case() {
     const Sample rate = sample(by_width[w]);
     const double line = std::pow(slope * (slots.widths[w] - zero), 1.5);
     off = std::max(off, std::abs(rate.mean / line - 1));
-    checks.push_back({.what = fmt::format("slot of {:.1f} d: rate beside Beverloo's line",
+    checks.push_back({.what = fmt::format("slot of {:.1f} d: rate compared with Beverloo's line",
                                           slots.widths[w] / kDie),
                       .measured = rate.mean,
                       .expected = line,

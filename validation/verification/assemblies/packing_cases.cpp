@@ -33,13 +33,13 @@ Fractions fractions(const Bed& bed, std::uint64_t seed) {
   for (Boundary& wall : model.boundaries) wall.rigid = true;
   model.timestep = advise_timestep(model, 7).timestep;
   Solver solver(model);
-  Rain rain_on;
+  PourOptions rain_on;
   rain_on.upper = Vec3(wide, wide, (1.3 * bed.count / (bed.wide * bed.wide) + 4) * kDie);
   rain_on.step = 0.05 * kDie;
   rain_on.batch = static_cast<int>(0.1 * bed.wide * bed.wide);
   rain_on.interval = 0.04;
   rain_on.seed = seed;
-  rain(solver, 0, bed.count, rain_on);
+  pour(solver, 0, bed.count, rain_on);
   settle(solver, 1e-4 * die_mass(bed.dice) * kGravity * kDie, 1);
   const auto measured = [&] {
     const double edge = bed.margin * kDie,

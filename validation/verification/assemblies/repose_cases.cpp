@@ -1,4 +1,4 @@
-// Columns that collapse when the gate beside them goes: how steep a heap they leave.
+// Slope of the heap that a column leaves when its lateral gate is removed.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -94,8 +94,8 @@ std::vector<Check> repose_trends() {
                          wedges(dice_model(base), dice_column(9))));
   const auto same = [&](const std::string& what, const Dice& d) {
     const Sample s = wedges(dice_model(d), column);
-    checks.push_back({fmt::format("{}: {:.1f} +- {:.1f} beside {:.1f} +- {:.1f} deg, difference",
-                                  what, s.mean, s.error, b.mean, b.error),
+    checks.push_back({fmt::format("{}: {:.1f} +- {:.1f} and {:.1f} +- {:.1f} deg, difference", what,
+                                  s.mean, s.error, b.mean, b.error),
                       s.mean - b.mean, 0, 1 + 2 * std::hypot(s.error, b.error), Bound::absolute,
                       "deg"});
   };

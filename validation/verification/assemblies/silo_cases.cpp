@@ -37,13 +37,13 @@ std::vector<Loads> janssen_loads(double wall_friction, std::uint64_t seed) {
   Solver solver(model);
   std::vector<Loads> loads;
   for (int k = 0; k < kFillings; ++k) {
-    Rain rain_on;
+    PourOptions rain_on;
     rain_on.upper = Vec3(kWide, kWide, height_below(solver, 1) + 4 * kDie);
     rain_on.step = 0.1 * kDie;
     rain_on.batch = 7;
     rain_on.interval = 0.03;
     rain_on.seed = seed * 100 + k;
-    rain(solver, k * kStep, (k + 1) * kStep, rain_on);
+    pour(solver, k * kStep, (k + 1) * kStep, rain_on);
     run(solver, 0.15);
     const auto momentum = [&] {
       double sum = 0;
@@ -122,7 +122,7 @@ std::vector<Check> janssen_case() {
     // S = (rho g A) (D / 4) / (mu K); rho g A = weight / height, height from the bulk fraction.
     const double line_weight = 0.58 * 1000 * kGravity * std::pow(6 * kDie, 2);
     pressure_ratio.push_back(line_weight * 6 * kDie / 4 / (friction * s));
-    checks.push_back({.what = at + "floor + walls beside weight and momentum, largest difference",
+    checks.push_back({.what = at + "floor + walls minus weight and momentum, largest difference",
                       .measured = unbalanced,
                       .expected = 1e-3,
                       .bound = Bound::at_most});
@@ -185,8 +185,8 @@ std::vector<VerificationCase> silo_cases() {
            "isotropic state; with wall friction it grows, by Mohr's circle 1 to 1.5 times "
            "between the two walls at internal frictions above 28 degrees. rho from a bulk fraction "
            "of 0.58 (bulk.dice), which cancels in the ratio. That K grows was measured before it "
-           "was explained, 1.30, 1.16 and 1.18 with three seeds and roundings of their own, 1.21 "
-           "with six: it does not tell a constant K from Mohr's. 80 s of one core.",
+           "was explained, 1.30, 1.16 and 1.18 with three seeds and separate roundings, 1.21 "
+           "with six: it does not distinguish a constant K from Mohr's. 80 s of one core.",
        .tier = Tier::full,
        .run = janssen_case}};
 }

@@ -118,12 +118,13 @@ std::vector<Check> dropped_stack() {
                       .bound = Bound::absolute,
                       .unit = "N"});
   }
-  checks.push_back({.what = "impulse on the floor / time, beside weight and gain of momentum",
-                    .measured = -solver.boundaries()[0].impulse.z() / kTime,
-                    .expected = interface_load(0) + (momentum() - before) / kTime,
-                    .tolerance = 2 * model.timestep / kTime * interface_load(0),
-                    .bound = Bound::absolute,
-                    .unit = "N"});
+  checks.push_back(
+      {.what = "impulse on the floor / time, compared with weight and gain of momentum",
+       .measured = -solver.boundaries()[0].impulse.z() / kTime,
+       .expected = interface_load(0) + (momentum() - before) / kTime,
+       .tolerance = 2 * model.timestep / kTime * interface_load(0),
+       .bound = Bound::absolute,
+       .unit = "N"});
   const ParticleState& now = solver.particles();
   checks.push_back({.what = "kinetic energy of the ring that stays",
                     .measured = solver.energy().kinetic,

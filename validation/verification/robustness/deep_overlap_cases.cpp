@@ -46,7 +46,7 @@ Crush crush(const Shape& shape, double height, double depth, double platen_thick
   constexpr double speed = 0.1;
   Model model = scenes::body_on_plane(shape, scenes::law(0, e));
   model.gravity.setZero();
-  Boundary platen = sheet({.kind = Sheet::Kind::box, .thickness = platen_thickness});
+  Boundary platen = sheet({.kind = ThinWall::Kind::box, .thickness = platen_thickness});
   platen.origin = Vec3(0, 0, height + platen_thickness / 2);
   const double turn = depth / speed;
   platen.motions = {translation({0, 0, -speed}, 0, turn), translation({0, 0, speed}, turn, 9)};
@@ -119,8 +119,9 @@ std::vector<Check> placed_inside() {
   const Shape box = cube(edge);
   int stopped = 0, wanted = 0;
   for (const double part : {0.001, 0.01, 0.04, 0.06, 0.1, 0.3, 0.6, 0.9}) {
-    for (Sheet wall : {Sheet{.kind = Sheet::Kind::plane}, Sheet{.kind = Sheet::Kind::box},
-                       Sheet{.kind = Sheet::Kind::mesh, .cells = 15}}) {
+    for (ThinWall wall :
+         {ThinWall{.kind = ThinWall::Kind::plane}, ThinWall{.kind = ThinWall::Kind::box},
+          ThinWall{.kind = ThinWall::Kind::mesh, .cells = 15}}) {
       Model model = scenes::body_on_plane(box, scenes::law(0, e));
       model.boundaries = {sheet(wall)};
       model.gravity.setZero();

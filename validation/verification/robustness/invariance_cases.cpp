@@ -1,4 +1,4 @@
-// The same scene told differently: other axes, units, order, observers, steps, threads.
+// Invariance under equivalent setups: other axes, units, order, observers, steps, threads.
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -12,15 +12,15 @@ namespace {
 
 using scenes::kDegree;
 
-// How a scene of crescents that fall between leaning walls is told.
-struct Telling {
+// Setup of a scene of crescents that fall between leaning walls.
+struct Setup {
   Mat3 axes = Mat3::Identity();  // new axes of the old ones; a reflection mirrors the scene
   Vec3 origin = Vec3::Zero();    // m
   Vec3 boost = Vec3::Zero();     // m/s, of the observer, taken from every velocity
   double length = 1, mass = 1, time = 1;  // new units in old ones
-  std::vector<int> order;                 // particle k of the telling is order[k] of the scene
+  std::vector<int> order;                 // particle k of the setup is order[k] of the scene
   double timestep = 1e-5;                 // s, in old units
-  double refresh_fraction = 0;  // plain: when a contact is found anew is decided to rounding
+  double refresh_fraction = 0;  // 0: otherwise rounding decides when a contact search is made
   int bodies = 4;
   bool walls = true;
 };
@@ -31,7 +31,7 @@ struct Places {
 };
 
 // Everything with a length, a mass or a time in it, in new units.
-Model told(const Telling& t) {
+Model make_model(const Setup& t) {
   const double force = t.mass * t.length / (t.time * t.time);
   Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.3, 0.3));
   for (Interaction& i : model.interactions) i.sliding_speed *= t.length / t.time;
@@ -67,11 +67,11 @@ Model told(const Telling& t) {
   return model;
 }
 
-Places fall(const Telling& t, double duration) {
+Places fall(const Setup& t, double duration) {
   const bool mirrored = t.axes.determinant() < 0;
   // The mirror image of a body is a body of the same shape (a crescent is symmetric in x), turned.
   const Mat3 flip = mirrored ? Mat3(Vec3(-1, 1, 1).asDiagonal()) : Mat3(Mat3::Identity());
-  Solver solver(told(t));
+  Solver solver(make_model(t));
   scenes::Random random(11);
   for (int i = 0; i < t.bodies; ++i) {
     const Mat3 turn = t.axes * random.orientation().toRotationMatrix() * flip;
@@ -108,7 +108,7 @@ double apart(const Places& a, const Places& b) {
   return most;
 }
 
-Check check(const std::string& what, const Telling& t, const Places& reference, double duration,
+Check check(const std::string& what, const Setup& t, const Places& reference, double duration,
             double bound) {
   const Places got = fall(t, duration);
   if (got.patches == 0) throw RunError(what + ": nothing touches at the end");
@@ -120,7 +120,7 @@ constexpr double kFall = 0.16;  // s
 std::vector<Check> other_axes() {
   const Places reference = fall({}, kFall);
   std::vector<Check> checks;
-  Telling t;
+  Setup t;
   t.origin = {1.25, -3.5, 0.75};
   checks.push_back(check("moved by (1.25, -3.5, 0.75) m", t, reference, kFall, 1e-6));
   t = {};
@@ -138,9 +138,9 @@ std::vector<Check> other_axes() {
 std::vector<Check> mirrored() {
   std::vector<Check> checks;
   for (const bool walls : {false, true}) {
-    Telling plain;
+    Setup plain;
     plain.walls = walls;
-    Telling t = plain;
+    Setup t = plain;
     t.axes = Vec3(-1, 1, 1).asDiagonal();
     checks.push_back(check(walls ? "between walls, mirrored in x" : "on a floor, mirrored in x", t,
                            fall(plain, kFall), kFall, 1e-6));
@@ -152,7 +152,7 @@ std::vector<Check> other_units() {
   const Places reference = fall({}, kFall);
   std::vector<Check> checks;
   // Powers of two change no mantissa: the motion must be the same to the last bit.
-  Telling t;
+  Setup t;
   t.length = 1024;
   t.mass = 64;
   t.time = 32;
@@ -172,7 +172,7 @@ std::vector<Check> other_order() {
   const Places reference = fall({}, kFall);
   std::vector<Check> checks;
   for (const std::vector<int>& order : {std::vector{3, 2, 1, 0}, std::vector{2, 0, 3, 1}}) {
-    Telling t;
+    Setup t;
     t.order = order;
     checks.push_back(check(fmt::format("order {} {} {} {}", order[0], order[1], order[2], order[3]),
                            t, reference, kFall, 1e-6));
@@ -286,8 +286,8 @@ std::vector<VerificationCase> invariance_cases() {
       {"invariance.axes", "Moved, turned, and seen by a moving observer",
        "the same scene in the first axes",
        "Four crescents, five planes, 0.16 s: rounding errors grow a thousandfold with some "
-       "impacts. Contacts are found at every step: when one is found "
-       "anew otherwise is itself decided to rounding.",
+       "impacts. Contacts are found in every step: otherwise "
+       "rounding decides when they are searched.",
        Tier::quick, other_axes},
       {"invariance.mirror", "Mirrored", "the same scene in the first axes",
        "A friction or a spin of the wrong hand would move the bodies by centimetres.", Tier::quick,

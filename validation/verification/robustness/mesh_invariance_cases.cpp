@@ -1,4 +1,4 @@
-// The same body and the same wall, told by meshes of other fineness and cut into other parts.
+// The same body and wall with meshes of other resolution and other convex parts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -156,11 +156,11 @@ Boundary box_wall(const std::string& name, const Vec3& lower, const Vec3& upper)
 // The same floor, 0.6 m square and solid below z = 0.
 std::vector<Wall> floors() {
   constexpr double size = 0.6;
-  std::vector<Wall> all = {{"plane", {sheet({.kind = Sheet::Kind::plane})}},
-                           {"box", {sheet({.kind = Sheet::Kind::box, .size = size})}}};
+  std::vector<Wall> all = {{"plane", {sheet({.kind = ThinWall::Kind::plane})}},
+                           {"box", {sheet({.kind = ThinWall::Kind::box, .size = size})}}};
   for (const int cells : {2, 3, 78}) {  // 8, 18 and 12168 triangles
     all.push_back({fmt::format("{} triangles", 2 * cells * cells),
-                   {sheet({.kind = Sheet::Kind::mesh, .cells = cells, .size = size})}});
+                   {sheet({.kind = ThinWall::Kind::mesh, .cells = cells, .size = size})}});
   }
   return all;
 }
@@ -234,7 +234,7 @@ std::vector<Check> same_floor() {
   return checks;
 }
 
-// Panels side by side, each a boundary of its own, crossed at right angles and aslant.
+// Panels side by side, each a separate boundary, crossed at right angles and aslant.
 std::vector<Check> butted_panels() {
   constexpr double pitch = 30e-3, friction = 0.2;
   Wall panels{"panels", {}};
@@ -242,7 +242,7 @@ std::vector<Check> butted_panels() {
     panels.boundaries.push_back(
         box_wall(fmt::format("panel {}", i), {i * pitch, -0.3, -5e-3}, {(i + 1) * pitch, 0.3, 0}));
   }
-  const Wall plane{"plane", {sheet({.kind = Sheet::Kind::plane})}};
+  const Wall plane{"plane", {sheet({.kind = ThinWall::Kind::plane})}};
   std::vector<Check> checks;
   for (const Rider& rider : riders()) {
     const Vec3 velocity(0.7, 0.1, 0);

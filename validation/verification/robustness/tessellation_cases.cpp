@@ -27,7 +27,7 @@ struct Floor {
 };
 
 Boundary rigid(std::vector<ConvexPart> parts) {
-  Boundary b = sheet({.kind = Sheet::Kind::plane});
+  Boundary b = sheet({.kind = ThinWall::Kind::plane});
   b.kind = Boundary::Kind::solid;
   b.parts = std::move(parts);
   return b;
@@ -48,7 +48,7 @@ Floor notched_floor(double size, std::uint64_t seed) {
 // widths (m) of `widths`.
 std::vector<Floor> floors(double size, const std::vector<double>& widths, std::uint64_t seed) {
   std::vector<Floor> all;
-  all.push_back({"box", sheet({.kind = Sheet::Kind::box, .thickness = 2e-3, .size = size})});
+  all.push_back({"box", sheet({.kind = ThinWall::Kind::box, .thickness = 2e-3, .size = size})});
   all.push_back({"two triangles", mesh_floor(meshes::irregular_floor(size, 1, seed))});
   for (const double width : widths) {
     const int cells = static_cast<int>(std::round(size / width));
@@ -137,7 +137,7 @@ std::vector<Check> tilt() {
   };
   const Shape cube =
       make_box(Vec3::Constant(kEdge), scenes::ice_options(7.2e-3, kStiffness, kRounding));
-  const Boundary plane = sheet({.kind = Sheet::Kind::plane});
+  const Boundary plane = sheet({.kind = ThinWall::Kind::plane});
   check(cube, plane, "cube on a plane");
   for (const Floor& f : floors(0.08, {20e-3, 5e-3, 2e-3, 0.5e-3}, 7))
     check(cube, f.boundary, "cube on: " + f.name);
@@ -174,7 +174,7 @@ std::vector<Check> bar_spin() {
   const Vec3 size(60e-3, 10e-3, 10e-3);
   const Quat turn = about(Vec3::UnitY(), 0.5) * about(Vec3::UnitX(), 45);
   Random random(31);
-  const Boundary plane = sheet({.kind = Sheet::Kind::plane});
+  const Boundary plane = sheet({.kind = ThinWall::Kind::plane});
   const auto spin = [&](const Shape& bar, const Boundary& floor, const Vec3& place) {
     return impact(bar, floor, 0.5, place, turn, 20e-3).spin.norm();
   };
@@ -220,7 +220,7 @@ std::vector<Check> impacts(int count) {
       {"boxes", make_box({24e-3, 20e-3, 16e-3}, scenes::ice_options(7e-3, 1e5, kRounding))},
       {"crescents", make_crescent(named_crescent("mass-matched", {}).parameters,
                                   scenes::ice_options(13.7e-3, 1e5, kRounding))}};
-  const Boundary plane = sheet({.kind = Sheet::Kind::plane});
+  const Boundary plane = sheet({.kind = ThinWall::Kind::plane});
   const std::vector<Floor> all = floors(0.12, {40e-3, 20e-3, 10e-3, 5e-3, 2e-3}, 3);
   std::vector<Check> checks;
   for (const Body& body : bodies) {

@@ -63,17 +63,17 @@ std::vector<Named> bodies() {
           {"crescent of 12 parts", many_part_crescent()}};
 }
 
-const std::vector<Sheet>& kinds() {
-  static const std::vector<Sheet> all = {{.kind = Sheet::Kind::plane},
-                                         {.kind = Sheet::Kind::box},
-                                         {.kind = Sheet::Kind::mesh, .cells = 3},
-                                         {.kind = Sheet::Kind::mesh, .cells = 15},
-                                         {.kind = Sheet::Kind::mesh, .cells = 60}};
+const std::vector<ThinWall>& kinds() {
+  static const std::vector<ThinWall> all = {{.kind = ThinWall::Kind::plane},
+                                            {.kind = ThinWall::Kind::box},
+                                            {.kind = ThinWall::Kind::mesh, .cells = 3},
+                                            {.kind = ThinWall::Kind::mesh, .cells = 15},
+                                            {.kind = ThinWall::Kind::mesh, .cells = 60}};
   return all;
 }
 
-Shot random_shot(scenes::Random& random, double speed, int number) {
-  Shot shot;
+Impact random_shot(scenes::Random& random, double speed, int number) {
+  Impact shot;
   shot.speed = speed;
   shot.target = {random.uniform(-10e-3, 10e-3), random.uniform(-10e-3, 10e-3), 0};
   if (number == 0) return shot;  // flat, along the normal
@@ -83,8 +83,8 @@ Shot random_shot(scenes::Random& random, double speed, int number) {
   return shot;
 }
 
-// Nothing has gone through, and nobody has gained energy.
-void add_flight_checks(const std::string& what, const char* through, const Tally& all,
+// No body has gone through the sheet or gained energy.
+void add_flight_checks(const std::string& what, const char* through, const ImpactCounts& all,
                        std::vector<Check>& checks) {
   checks.push_back({.what = what + through,
                     .measured = double(all.through),
@@ -102,14 +102,14 @@ std::vector<Check> thin_walls(const std::vector<double>& speeds,
   scenes::Random random(5);
   for (const Named& body : bodies()) {
     for (const double speed : speeds) {
-      Tally all;
-      for (Sheet wall : kinds()) {
+      ImpactCounts all;
+      for (ThinWall wall : kinds()) {
         if (wall.cells > finest) continue;
         for (const double thickness : thicknesses) {
           wall.thickness = thickness;
           for (int k = 0; k < shots; ++k)
-            all.add(fire(body.shape, wall, random_shot(random, speed, k)));
-          if (wall.kind == Sheet::Kind::plane) break;
+            all.add(simulate_impact(body.shape, wall, random_shot(random, speed, k)));
+          if (wall.kind == ThinWall::Kind::plane) break;
         }
       }
       const std::string what =
@@ -127,7 +127,7 @@ std::vector<Check> thin_walls(const std::vector<double>& speeds,
 
 // Two bodies, the first at rest. True when the second one flew through it: behind it at the end
 // without a complaint.
-Outcome collide_bodies(const Shape& target, const Shape& shape, const Shot& shot) {
+Outcome collide_bodies(const Shape& target, const Shape& shape, const Impact& shot) {
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.1, 0.3));
   scenes::add_particles(model, scenes::add_shape(model, target));
   scenes::add_particles(model, scenes::add_shape(model, shape));
@@ -168,9 +168,9 @@ std::vector<Check> thin_particles() {
   scenes::Random random(9);
   for (const Named& body : shot_at_it) {
     for (const double speed : {1.0, 10.0, 100.0}) {
-      Tally all;
+      ImpactCounts all;
       for (int k = 0; k < 8; ++k) {
-        Shot shot = random_shot(random, speed, k);
+        Impact shot = random_shot(random, speed, k);
         shot.angle *= 0.5;
         shot.target *= 0.5;
         all.add(collide_bodies(plate, body.shape, shot));
@@ -188,20 +188,20 @@ std::vector<Check> long_steps() {
   std::vector<Check> checks;
   const Shape plate = make_box({20e-3, 20e-3, 1e-3}, scenes::ice_options(0, 0, -1));
   for (const double thickness : {0.2e-3, 1e-3, 5e-3}) {
-    for (Sheet wall : kinds()) {
-      if (wall.kind == Sheet::Kind::plane || wall.cells > 15) continue;
+    for (ThinWall wall : kinds()) {
+      if (wall.kind == ThinWall::Kind::plane || wall.cells > 15) continue;
       wall.thickness = thickness;
-      Tally all;
+      ImpactCounts all;
       for (const double way : {0.5, 1.1, 2.0, 4.0}) {  // both thicknesses a step
         const double dt = way * (thickness + 1e-3) / 100;
         Model model = scenes::body_on_plane(plate, scenes::law(0.1, 0.3));
         model.boundaries = {sheet(wall)};
-        Shot shot;
+        Impact shot;
         shot.speed = 100;
         shot.steps = advise_timestep(model, 1).timestep / dt;
         for (const double offset : {0.0, 0.3, 0.6}) {
           shot.target.x() = offset * 1e-2;
-          all.add(fire(plate, wall, shot));
+          all.add(simulate_impact(plate, wall, shot));
         }
       }
       checks.push_back(
@@ -216,8 +216,8 @@ std::vector<Check> long_steps() {
   return checks;
 }
 
-// A corner that comes down beside a cut of the mesh and is past it at the end of the same step lies
-// in pieces that it never entered from above.
+// A corner that comes down next to a cut of the mesh and is past it at the end of the same step
+// lies in pieces that it never entered from above.
 struct Aim {
   double angle = 0;           // rad from the normal, in the plane of `azimuth`
   double azimuth = 0;         // rad about the normal
@@ -248,9 +248,9 @@ double entry_impulse(const Shape& cube, const Boundary& wall, double speed, cons
 std::vector<Check> seam_entry() {
   std::vector<Check> checks;
   const Shape cube = make_box(Vec3::Constant(20e-3), scenes::ice_options(0, 0, -1));
-  const Sheet triangles{.kind = Sheet::Kind::mesh, .thickness = 1e-3, .cells = 15};
+  const ThinWall triangles{.kind = ThinWall::Kind::mesh, .thickness = 1e-3, .cells = 15};
   const Boundary mesh = sheet(triangles);
-  const Boundary box = sheet({.kind = Sheet::Kind::box, .thickness = triangles.thickness});
+  const Boundary box = sheet({.kind = ThinWall::Kind::box, .thickness = triangles.thickness});
   const double cell = triangles.size / triangles.cells;
   const Vec3 four(0.5 * cell, 0.5 * cell, 0), eight(1.5 * cell, 0.5 * cell, 0);  // meet there
   for (const double speed : {3.0, 30.0, 100.0}) {

@@ -100,7 +100,8 @@ std::optional<double> kept_energy(const Family& family, double steps, std::uint6
   scenes::add_particles(model, scenes::add_shape(model, shape), pair ? 2 : 1);
   if (family.target == Target::plane) scenes::add_plane(model, Vec3::Zero(), Vec3::UnitZ());
   if (family.target == Target::mesh)
-    model.boundaries.push_back(sheet({.kind = Sheet::Kind::mesh, .thickness = 5e-3, .cells = 12}));
+    model.boundaries.push_back(
+        sheet({.kind = ThinWall::Kind::mesh, .thickness = 5e-3, .cells = 12}));
   model.gravity.setZero();
   model.timestep = advise_timestep(model, steps).timestep;
   Solver solver(model);

@@ -132,7 +132,7 @@ std::vector<Check> stopping() {
 }
 
 // A static coefficient of 0.5 and a dynamic one of 0.3: at 25 degrees a block at rest stays and a
-// sliding one goes on; at 15 a sliding one stops.
+// sliding one keeps sliding; at 15 a sliding one stops.
 std::vector<Check> static_and_dynamic() {
   Interaction law = scenes::law(0.3, 0.5);
   law.static_friction = 0.5;

@@ -58,7 +58,7 @@ Oblique integrated(const ObliqueScene& in) {
   for (int i = 0; i < 100000000; ++i) {
     const double f0 = normal(s);
     const double s1 = s + dt * v - 0.5 * dt * dt * f0;
-    // First touch, and the loading line: the largest overlap goes on only where it is loaded.
+    // First touch, and the loading line: the largest overlap grows only during loading.
     if (s1 > deepest) deepest = s1;
     const double f1 = normal(s1);
     v -= 0.5 * dt * (f0 + f1);
@@ -211,13 +211,13 @@ std::vector<Check> spinning_spheres() {
                                  .stiffness = stiffness,
                                  .gap = 0.5e-9});
     const std::string scene = fmt::format("both spins {}: ", spin);
-    checks.push_back({scene + "spin after, beside one sphere on a wall", pair.spin, wall.spin,
-                      3e-4 * spin, Bound::absolute, "rad/s"});
-    checks.push_back({scene + "speed across, beside one sphere on a wall",
+    checks.push_back({scene + "spin after, compared with one sphere on a wall", pair.spin,
+                      wall.spin, 3e-4 * spin, Bound::absolute, "rad/s"});
+    checks.push_back({scene + "speed across, compared with one sphere on a wall",
                       std::abs(pair.tangential), std::abs(wall.tangential), 3e-4 * slip,
                       Bound::absolute, "m/s"});
-    checks.push_back({scene + "rebound, beside one sphere on a wall", -pair.normal, wall.normal,
-                      3e-4, Bound::relative, "m/s"});
+    checks.push_back({scene + "rebound, compared with one sphere on a wall", -pair.normal,
+                      wall.normal, 3e-4, Bound::relative, "m/s"});
   }
   return checks;
 }
@@ -297,7 +297,7 @@ std::vector<VerificationCase> oblique_cases() {
        "angles: a real (Mindlin) contact sticks and slips at once over its area, a single "
        "tangential spring does one or the other, and its rebound there depends on K_t / K only. "
        "The "
-       "bounds below 33 degrees tell how far off it is.",
+       "bounds below 33 degrees quantify the deviation.",
        Tier::quick, kharaz}};
 }
 

@@ -16,7 +16,7 @@ namespace {
 struct FloorImpact {
   Shape shape;
   Quat turn = Quat::Identity();  // shape axes -> world
-  Sheet ground;
+  ThinWall ground;
   Vec3 target = Vec3::Zero();  // m, on the ground
   double speed = 1;            // m/s
   double e = 0.5, floor = 0;
@@ -69,9 +69,9 @@ std::vector<Check> small_floors() {
   const auto options = [](double stiffness) { return scenes::ice_options(0.05, stiffness, 1e-4); };
   for (const char* body :
        {"sphere", "box on a face", "box on an edge", "box on a corner", "crescent"}) {
-    for (const Sheet::Kind ground : {Sheet::Kind::plane, Sheet::Kind::mesh}) {
+    for (const ThinWall::Kind ground : {ThinWall::Kind::plane, ThinWall::Kind::mesh}) {
       Worst worst(fmt::format("{} on a {}: rebound / e'", body,
-                              ground == Sheet::Kind::plane ? "plane" : "mesh"),
+                              ground == ThinWall::Kind::plane ? "plane" : "mesh"),
                   0.01);
       for (int k = 0; k < kMembers; ++k) {
         FloorImpact in;
