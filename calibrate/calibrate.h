@@ -17,6 +17,7 @@ struct StudyOptions {
   std::string study_file;          // TOML
   std::string directory;           // where the journal and the reports go; empty: runs/<study name>
   int jobs = 0;                    // simulations side by side; 0: one per core
+  bool allow_programs = false;     // the study may start programs of its own (docs/calibration.md)
   bool resume = false;             // require that the directory holds this study already
   std::string executor = "local";  // or "slurm"
   std::string program;             // the firn executable that simulates; empty: this one

@@ -164,6 +164,9 @@ void add_calibrate_command(CLI::App& app, int& status) {
       ->required()
       ->type_name("");
   add_batch_options(*command, a->batch, "study");
+  command->add_flag("--allow-programs", options->allow_programs,
+                    "Start the programs that the study names as experiments: they run with your "
+                    "rights, so only for studies that you trust");
   command
       ->add_option("--time-limit", a->time_limit,
                    "Wall time of one run, e.g. \"10 min\"; in place of the study's")

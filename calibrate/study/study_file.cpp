@@ -60,7 +60,7 @@ Parameter read_parameter(const TomlTable& t) {
   Parameter p;
   p.name = path_name(t);
   p.keys = t.strings("keys");
-  if (p.keys.empty())
+  if (t.has("keys") && p.keys.empty())
     t.fail("keys",
            "names no key of the case; expected a list such as "
            "[\"interactions.ice-ice.static_friction\"]");
@@ -145,7 +145,40 @@ std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
   return takes;
 }
 
-void read_experiments(const TomlTable& root, const TomlTable& head, Study& study) {
+// A parameter needs keys where a case takes it; a program takes it by its name.
+void require_keys(const TomlTable& root, const Study& study) {
+  const std::vector<TomlTable> tables = root.tables("parameters");
+  for (std::size_t i = 0; i < tables.size(); ++i)
+    for (const Experiment& e : study.experiments)
+      if (e.takes[i] && !e.program && study.parameters[i].keys.empty())
+        tables[i].fail("keys",
+                       "is missing; expected a list such as "
+                       "[\"interactions.ice-ice.static_friction\"]");
+}
+
+Experiment read_experiment(const TomlTable& t, const Study& study, Programs programs) {
+  Experiment e;
+  e.name = path_name(t);
+  if (t.has("program")) {
+    t.allow({"name", "program", "template", "inputs", "responses", "set", "parameters"});
+    e.program = read_user_program(t, study.source, programs);
+  } else {
+    t.allow({"name", "case", "set", "parameters"});
+    e.case_file = case_path(t, study.source);
+  }
+  if (t.has("set")) e.set = read_set(t);
+  e.takes = read_takes(t, study);
+  if (!e.program) return e;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < e.takes.size(); ++i)
+    if (e.takes[i]) names.push_back(study.parameters[i].name);
+  for (const auto& [key, value] : e.set) names.push_back(key);
+  require_placeholders(t, *e.program, names);
+  return e;
+}
+
+void read_experiments(const TomlTable& root, const TomlTable& head, Study& study,
+                      Programs programs) {
   const std::vector<TomlTable> tables = root.tables("experiments");
   if (tables.empty()) {
     study.experiments.push_back(
@@ -156,14 +189,9 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
     head.fail("case", "stands beside [[experiments]]; expected one or the other");
   std::set<std::string> names;
   for (const TomlTable& t : tables) {
-    t.allow({"name", "case", "set", "parameters"});
-    Experiment e;
-    e.name = path_name(t);
-    if (!names.insert(e.name).second) t.fail("name", "is used twice; expected a name of its own");
-    e.case_file = case_path(t, study.source);
-    if (t.has("set")) e.set = read_set(t);
-    e.takes = read_takes(t, study);
-    study.experiments.push_back(e);
+    study.experiments.push_back(read_experiment(t, study, programs));
+    if (!names.insert(study.experiments.back().name).second)
+      t.fail("name", "is used twice; expected a name of its own");
   }
   for (std::size_t i = 0; i < study.parameters.size(); ++i)
     if (std::none_of(study.experiments.begin(), study.experiments.end(),
@@ -311,6 +339,16 @@ void read_numerics(const TomlTable& root, Study& study) {
     t.allow({"name", "set", "experiment"});
     NumericsCheck check{t.string("name"), read_set(t), {}};
     if (t.has("experiment")) check.only = named_experiment(t, study);
+    for (std::size_t e = 0; e < study.experiments.size(); ++e) {
+      const Experiment& experiment = study.experiments[e];
+      if (!experiment.program || (check.only && *check.only != e)) continue;
+      for (const auto& [key, value] : check.set)
+        if (std::none_of(experiment.set.begin(), experiment.set.end(),
+                         [&](const Override& o) { return o.first == key; }))
+          t.fail("set", fmt::format("\"{}\" is no key of `set` of the experiment \"{}\"; expected "
+                                    "one, or another `experiment`",
+                                    key, experiment.name));
+    }
     study.numerics.push_back(std::move(check));
   }
 }
@@ -363,7 +401,7 @@ const char* to_string(DirectSearch search) {
   return "";
 }
 
-Study read_study(const std::string& file) {
+Study read_study(const std::string& file, Programs programs) {
   Study study;
   study.source = file;
   study.text = read_input_file(file, "a study file (TOML)", input_limits::toml_bytes);
@@ -377,7 +415,8 @@ Study read_study(const std::string& file) {
   study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
   study.threads = head.integer("threads", 1, 1);
   read_parameters(root, study);
-  read_experiments(root, head, study);
+  read_experiments(root, head, study, programs);
+  require_keys(root, study);
   read_responses(root, head, study);
   read_compare(root, study);
   read_numerics(root, study);

@@ -9,6 +9,7 @@
 
 #include "calibrate/numerics/optimize.h"
 #include "calibrate/study/parameters.h"
+#include "calibrate/study/user_program.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/case/case.h"
 
@@ -16,10 +17,13 @@ namespace firn {
 
 // One of the simulations that a parameter set is judged by.
 struct Experiment {
-  std::string name;           // empty: the study's only one, not named
-  std::string case_file;      // path, resolved against the study's folder
-  std::vector<Override> set;  // case keys held at other values than the file's
-  std::vector<bool> takes;    // [parameters], which of them its case is given
+  std::string name;                         // empty: the study's only one, not named
+  std::string case_file;                    // path, resolved against the study's folder
+  std::vector<Override> set;                // case keys held at other values than the file's
+  std::vector<bool> takes;                  // [parameters], which of them its case is given
+  std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
+  // Where its responses come from, for messages.
+  const std::string& source() const { return program ? program->responses : case_file; }
 };
 
 // A response of one of the experiments.
@@ -112,6 +116,6 @@ struct Study {
 
 // Reads and checks a study. Throws InputError with one line
 // `FILE:LINE: KEY: what is wrong; what is expected`.
-Study read_study(const std::string& file);
+Study read_study(const std::string& file, Programs programs = Programs::refused);
 
 }  // namespace firn
