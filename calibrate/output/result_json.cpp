@@ -205,6 +205,12 @@ std::string render_json(const Study& study, const Answer& a) {
             {"git_commit", firn_git_commit()},
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
+  for (const Prior& prior : study.priors) {
+    Json names = Json::array();
+    for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);
+    j["priors"].push_back({{"parameters", names}, {"prior", prior.text}});
+  }
+  for (const Constraint& c : study.constraints.all) j["constraints"].push_back(c.rule);
   j["cautions"] = a.cautions;
   j["outliers"] = Json::array();
   for (const OutlierRun& o : a.outliers)

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "calibrate/numerics/optimize.h"
+#include "calibrate/study/constraint.h"
 #include "calibrate/study/parameters.h"
+#include "calibrate/study/prior.h"
 #include "calibrate/study/user_program.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/case/case.h"
@@ -105,6 +107,8 @@ struct Study {
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;
+  std::vector<Prior> priors;  // beside those that stand with a parameter
+  Constraints constraints;
   std::vector<Target> targets;
   std::vector<Observed> observed;
   std::vector<CompareSet> compare;

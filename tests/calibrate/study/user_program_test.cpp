@@ -269,6 +269,23 @@ TEST_F(UserProgramTest, MistakesHaveAPlace) {
   EXPECT_THAT(message(text), HasSubstr("no UTF-8"));
 }
 
+// The shipped study of LIGGGHTS finds the friction that made its target.
+TEST(UserProgramLong, CalibratesLiggghts) {
+  if (!fs::exists("/usr/bin/liggghts")) GTEST_SKIP() << "liggghts is not installed";
+  const Folder folder("liggghts");
+  StudyOptions o;
+  o.study_file = std::string(FIRN_SOURCE_DIR) + "/cases/liggghts/study.toml";
+  o.directory = folder / "out";
+  o.allow_programs = true;
+  o.show_progress = o.plot = false;
+  const StudySummary s = calibrate(o);
+  const json j = json::parse(s.json);
+  EXPECT_EQ(s.verdict, StudyVerdict::calibrated) << s.table;
+  EXPECT_EQ(j["runs"]["finished"], j["runs"]["total"]) << s.table;
+  EXPECT_LT(j["parameters"][0]["interval_95"][0].get<double>(), 0.4) << s.table;
+  EXPECT_GT(j["parameters"][0]["interval_95"][1].get<double>(), 0.4) << s.table;
+}
+
 // Whatever stands around placeholders stays, and a value is one word of the arguments.
 TEST(UserProgram, TemplatesKeepTheirText) {
   std::mt19937_64 random(5);
