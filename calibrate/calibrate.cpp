@@ -61,8 +61,10 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
   }
   write_own_file(folder / "results.json", s.json + "\n");
   write_own_file(folder / "runs.csv", render_runs_csv(study, runs));
-  if (answer.posterior)
+  if (answer.posterior) {
     write_own_file(folder / "posterior.csv", render_posterior_csv(study, answer));
+    write_inference_data(study, answer, (folder / "posterior.nc").string());
+  }
   write_own_file(folder / "report.md",
                  fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
                              encode::markdown(s.headline), encode::markdown_block(s.table)));

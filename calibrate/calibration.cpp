@@ -612,6 +612,15 @@ Answer Calibration::finish() {
         const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict(u).mean; };
         const int d = static_cast<int>(study_.parameters.size());
         Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
+        // The other kind of model is as good a witness of what the response depends on.
+        const SobolIndices other = sobol_indices(
+            [&](const VectorXd& u) { return m.surrogate.other.predict(u).mean; }, d, sobol_samples);
+        const auto widen = [](Eigen::MatrixX2d& interval, const VectorXd& estimate) {
+          interval.col(0) = interval.col(0).cwiseMin(estimate);
+          interval.col(1) = interval.col(1).cwiseMax(estimate);
+        };
+        widen(s.indices.first_interval, other.first);
+        widen(s.indices.total_interval, other.total);
         s.noise_share = std::pow(m.noise.at(f(VectorXd::Constant(d, 0.5))), 2) / s.indices.variance;
         a_.sensitivity.push_back(s);
       }

@@ -225,7 +225,13 @@ void print_sensitivity(Out& out, const Study& study, const Answer& a) {
     for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
       print(out, "{:>18}",
             fmt::format("{:.2f} / {:.2f}", std::max(0.0, s.indices.first[i]), s.indices.total[i]));
-    print(out, "{:>20.2f}\n", s.noise_share);
+    print(out, "{:>20.2f}\n    95 % of the latter", s.noise_share);
+    for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
+      print(out, "{:>{}}",
+            fmt::format("{:.2f} to {:.2f}", s.indices.total_interval(i, 0),
+                        s.indices.total_interval(i, 1)),
+            i == 0 ? 20 : 18);
+    print(out, "\n");
   }
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
