@@ -6,6 +6,7 @@
 #include <signal.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -235,6 +236,43 @@ TEST_F(UserProgramTest, AnInterruptedStudyGoesOn) {
   const json resumed = json::parse(calibrate(o).json), first = json::parse(whole.json);
   EXPECT_EQ(resumed["parameters"], first["parameters"]);
   EXPECT_LE(count(), 2 * runs + 2);  // those under way began again
+}
+
+// A cluster of scripts: sbatch carries out the tasks of the array at once.
+TEST_F(UserProgramTest, RunsAsTasksOfSlurm) {
+  fs::create_directory(folder / "bin");
+  const auto command = [&](const std::string& name, const std::string& script) {
+    fs::permissions(folder.write("bin/" + name, "#!/bin/sh\n" + script), fs::perms::owner_all);
+  };
+  command("squeue", "exit 0\n");
+  command("sacct", "exit 1\n");
+  command("scancel", "exit 0\n");
+  command("sbatch", replaced(R"sh(for argument in "$@"; do
+  case $argument in
+    --job-name=*) list=FOLDER/out/slurm/${argument#*=}.json ;;
+  esac
+done
+count=$(grep -c '"key"' $list)
+index=0
+while [ $index -lt $count ]; do
+  )sh" FIRN_PROGRAM R"sh( slurm-task $list $index >&2 || exit 1
+  index=$((index + 1))
+done
+echo 77
+)sh",
+                             "FOLDER", folder.path().string()));
+  write_study(std::string(study_text) + "[execution.slurm]\npoll = \"0.05 s\"\n");
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", ((folder / "bin") + ":" + path).c_str(), 1);
+  StudyOptions o = options();
+  o.executor = "slurm";
+  const json by_slurm = json::parse(calibrate(o).json);
+  setenv("PATH", path.c_str(), 1);
+  o.executor = "local";
+  o.directory = folder / "local";
+  const json here = json::parse(calibrate(o).json);
+  EXPECT_EQ(by_slurm["verdict"], "calibrated");
+  EXPECT_EQ(by_slurm["parameters"], here["parameters"]);
 }
 
 TEST_F(UserProgramTest, MistakesHaveAPlace) {
