@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, Answer& a) {
   for (const JournalRun& run : runs) {
-    a.other_version += run.program != campaign.program();
+    a.other_version += run.program != campaign.program() && run.program != user_program_identity;
     if (!campaign.asked_for(run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
@@ -55,14 +55,16 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
          {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
       std::error_code unreadable;  // as a name that is too long
       if (run.label.phase == "confirm" && campaign.asked_for(run.key) &&
-          fs::exists(results, unreadable))
+          results.extension() == ".h5" && fs::exists(results, unreadable))
         s.example_run = results.string();
     }
   }
   write_own_file(folder / "results.json", s.json + "\n");
   write_own_file(folder / "runs.csv", render_runs_csv(study, runs));
-  if (answer.posterior)
+  if (answer.posterior) {
     write_own_file(folder / "posterior.csv", render_posterior_csv(study, answer));
+    write_inference_data(study, answer, (folder / "posterior.nc").string());
+  }
   write_own_file(folder / "report.md",
                  fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
                              encode::markdown(s.headline), encode::markdown_block(s.table)));
@@ -148,7 +150,8 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
 }  // namespace
 
 StudySummary calibrate(const StudyOptions& options) {
-  Study study = read_study(options.study_file);
+  Study study = read_study(options.study_file,
+                           options.allow_programs ? Programs::allowed : Programs::refused);
   const std::string directory =
       options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
   return with_kept_runs(directory, [&] { return carry_out(study, options, directory); });

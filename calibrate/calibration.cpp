@@ -91,8 +91,8 @@ void observe(const Study& study, const Knowledge* knowledge, const Point& point,
 // share their seeds: the same packing where the parameters allow it.
 void Calibration::explore() {
   const Budget& b = study_.budget;
-  const auto d = static_cast<Eigen::Index>(study_.parameters.size());
-  const std::vector<double> middle = tidy_values(study_.parameters, VectorXd::Constant(d, 0.5));
+  const std::vector<double> middle =
+      allowed_values(study_.constraints, study_.parameters, study_.constraints.middle);
   std::vector<Point> points;
   for (std::size_t i = 0; i < study_.compare.size() && b.compare_runs > 0; ++i)
     points.push_back(campaign_.point(compare_phase + study_.compare[i].name, static_cast<int>(i),
@@ -151,9 +151,11 @@ void Calibration::spread_design() {
   if (reused_ > 0) count = std::clamp((seeds_left() - b.confirm_runs) / seeds_each_, 0, count);
   const int d = static_cast<int>(study_.parameters.size());
   if (count == 0) return;
-  for (const VectorXd& u : maximin_latin_hypercube(count, d, study_.seed, taken))
+  for (const VectorXd& u : study_.constraints.all.empty()
+                               ? maximin_latin_hypercube(count, d, study_.seed, taken)
+                               : spread_points(study_.constraints, study_.parameters, count, taken))
     design.push_back(campaign_.point("design", static_cast<int>(design.size()),
-                                     tidy_values(study_.parameters, u),
+                                     allowed_values(study_.constraints, study_.parameters, u),
                                      seed_range(study_.seed, seeds_each_)));
   progress_.phase("exploring the ranges");
   campaign_.run(design);
@@ -216,6 +218,7 @@ bool Calibration::explore_further() {
     double most = -1;
     for (std::uint64_t c = 0; c < candidates; ++c) {
       const VectorXd u = quasi_random_point(c, d);
+      if (!allowed(study_.constraints, study_.parameters, u)) continue;
       double nearest = std::numeric_limits<double>::infinity(), score = 1;
       for (const VectorXd& t : taken) nearest = std::min(nearest, (u - t).squaredNorm());
       for (const OutcomeShare& share : without) score *= std::pow(1 - share.at(u), 2);
@@ -229,7 +232,7 @@ bool Calibration::explore_further() {
     int number = static_cast<int>(batch.size());
     for (const Point& p : a_.points) number += p.phase == "design, continued";
     batch.push_back(campaign_.point("design, continued", number,
-                                    tidy_values(study_.parameters, best),
+                                    allowed_values(study_.constraints, study_.parameters, best),
                                     seed_range(study_.seed, seeds_each_)));
   }
   progress_.phase("exploring further");
@@ -281,8 +284,7 @@ bool Calibration::fit() {
 
 // Whether all targets can be met together, and the range of each.
 void Calibration::judge_fit() {
-  const bool priors = std::any_of(study_.parameters.begin(), study_.parameters.end(),
-                                  [](const Parameter& p) { return p.prior_sd_unit().has_value(); });
+  const bool priors = prior_count(study_.priors, study_.parameters) > 0;
   a_.goodness = goodness_of_fit(study_, *a_.knowledge, best_, Priors::with);
   a_.without_priors.reset();
   if (priors) a_.without_priors = goodness_of_fit(study_, *a_.knowledge, best_, Priors::without);
@@ -293,6 +295,7 @@ void Calibration::judge_fit() {
     const ResponseModel& m = a_.knowledge->targets[k];
     ReachedRange r{m.lowest, m.highest, m.lowest <= t.value && t.value <= m.highest, false};
     const auto look = [&](const VectorXd& u) {
+      if (!allowed(study_.constraints, study_.parameters, u)) return;
       const Prediction p = m.surrogate.best.predict(u);
       r.lowest = std::min(r.lowest, p.mean);
       r.highest = std::max(r.highest, p.mean);
@@ -324,7 +327,7 @@ bool Calibration::simulated_nearby(const VectorXd& u) const {
 
 // The best region so far and what the data determine, for those who wait.
 void Calibration::tell_knowledge() const {
-  const std::vector<double> values = tidy_values(study_.parameters, best_);
+  const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   std::vector<std::string> regions, determined;
   nlohmann::ordered_json j = {{"best", nlohmann::ordered_json::object()},
                               {"determined", nlohmann::ordered_json::array()}};
@@ -405,7 +408,8 @@ void Calibration::refine() {
   for (const VectorXd& u : splitting_points(
            study_, *a_.knowledge, *a_.posterior, missed ? a_.goodness->u : best_,
            missed ? FirstPoint::answer : FirstPoint::answer_if_unsure, taken, points, seeds_each_))
-    batch.push_back(campaign_.point(phase, number++, tidy_values(study_.parameters, u),
+    batch.push_back(campaign_.point(phase, number++,
+                                    allowed_values(study_.constraints, study_.parameters, u),
                                     seed_range(study_.seed, seeds_each_)));
   progress_.phase("splitting the equally good");
   campaign_.run(batch);
@@ -415,7 +419,7 @@ void Calibration::refine() {
 // Before its confirmation, whose runs must not have a say in it.
 void Calibration::choose_answer() {
   if (!a_.goodness->acceptable()) best_ = a_.goodness->u;
-  const std::vector<double> values = tidy_values(study_.parameters, best_);
+  const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   best_ = to_unit(study_.parameters, values);
   a_.best = checked(a_.goodness->acceptable() ? "answer" : "nearest",
                     campaign_.point("confirm", 0, values, {}));
@@ -610,6 +614,15 @@ Answer Calibration::finish() {
         const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict(u).mean; };
         const int d = static_cast<int>(study_.parameters.size());
         Sensitivity s{m.response.label, sobol_indices(f, d, sobol_samples), 0};
+        // The other kind of model is as good a witness of what the response depends on.
+        const SobolIndices other = sobol_indices(
+            [&](const VectorXd& u) { return m.surrogate.other.predict(u).mean; }, d, sobol_samples);
+        const auto widen = [](Eigen::MatrixX2d& interval, const VectorXd& estimate) {
+          interval.col(0) = interval.col(0).cwiseMin(estimate);
+          interval.col(1) = interval.col(1).cwiseMax(estimate);
+        };
+        widen(s.indices.first_interval, other.first);
+        widen(s.indices.total_interval, other.total);
         s.noise_share = std::pow(m.noise.at(f(VectorXd::Constant(d, 0.5))), 2) / s.indices.variance;
         a_.sensitivity.push_back(s);
       }

@@ -11,6 +11,7 @@
 #include "app/support/exit_status.h"
 #include "app/support/report_page.h"
 #include "calibrate/calibrate.h"
+#include "calibrate/output/study_comparison.h"
 #include "experiments/batch/batch_folder.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/batch/slurm/slurm_executor.h"
@@ -42,7 +43,15 @@ void draw_example(const StudySummary& summary) {
   }
 }
 
+// Two finished studies side by side.
+int compare(const std::vector<std::string>& folders, bool json) {
+  const StudyComparison c = compare_studies(folders[0], folders[1]);
+  print_lines(stdout, "{}{}", json ? comparison_json(c) : comparison_table(c), json ? "\n" : "");
+  return ExitStatus::done;
+}
+
 struct Arguments {
+  std::vector<std::string> compare;  // folders of two studies, in place of a study
   StudyOptions options;
   BatchArguments batch;
   std::string time_limit, memory_limit;
@@ -121,6 +130,10 @@ std::string conclusion(const std::string& json, const std::string& page) {
 }
 
 int run_study(const Arguments& a) {
+  if (!a.compare.empty()) return compare(a.compare, a.batch.json);
+  if (a.options.study_file.empty())
+    throw InputError(
+        "STUDY.toml: is missing; expected a study file, or --compare with two folders");
   StudyOptions options = a.options;
   apply(a.batch, options);
   options.time_limit = parsed("--time-limit", a.time_limit, positive_time);
@@ -154,9 +167,16 @@ void add_calibrate_command(CLI::App& app, int& status) {
   command
       ->add_option("STUDY.toml", options->study_file,
                    "The study: case, parameters, targets, budget")
-      ->required()
       ->type_name("");
   add_batch_options(*command, a->batch, "study");
+  command
+      ->add_option("--compare", a->compare,
+                   "In place of a study: the folders of two finished ones, side by side")
+      ->expected(2)
+      ->type_name("DIR_A DIR_B");
+  command->add_flag("--allow-programs", options->allow_programs,
+                    "Start the programs that the study names as experiments: they run with your "
+                    "rights, so only for studies that you trust");
   command
       ->add_option("--time-limit", a->time_limit,
                    "Wall time of one run, e.g. \"10 min\"; in place of the study's")

@@ -21,7 +21,9 @@ bool free_at(double u) { return u > at_border && u < 1 - at_border; }
 double determined_directions(const Study& study, const Knowledge& knowledge, const VectorXd& u,
                              Priors priors) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
-  MatrixXd jacobian = MatrixXd::Zero(targets + d, d);
+  Index beliefs = 0;
+  for (const Prior& prior : study.priors) beliefs += prior.residuals();
+  MatrixXd jacobian = MatrixXd::Zero(targets + d + beliefs, d);
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Prediction p = knowledge.targets[i].surrogate.best.predict_with_gradients(u);
@@ -31,8 +33,18 @@ double determined_directions(const Study& study, const Knowledge& knowledge, con
   for (Index i = 0; i < d; ++i) {
     const auto sd = study.parameters[static_cast<std::size_t>(i)].prior_sd_unit();
     if (sd && priors == Priors::with) jacobian(targets + i, i) = 1 / *sd;
-    if (!free_at(u[i])) jacobian.col(i).setZero();
   }
+  Index row = targets + d;
+  VectorXd r;
+  MatrixXd slopes;
+  for (const Prior& prior : study.priors) {
+    if (priors == Priors::without) break;
+    prior_residuals(prior, study.parameters, u, r, slopes);
+    jacobian.middleRows(row, slopes.rows()) = slopes;
+    row += slopes.rows();
+  }
+  for (Index i = 0; i < d; ++i)
+    if (!free_at(u[i])) jacobian.col(i).setZero();
   constexpr double range_precision = 12;  // of a uniform distribution over the range
   double sum = 0;
   const VectorXd singular = Eigen::JacobiSVD<MatrixXd>(jacobian).singularValues();
@@ -55,12 +67,7 @@ Goodness goodness_of_fit(const Study& study, const Knowledge& knowledge, const V
   const Misfit misfit(study, knowledge);
   const Index d = start.size();
   const auto prior_squares = [&](const VectorXd& u) {
-    double sum = 0;
-    for (Index i = 0; i < d; ++i) {
-      const Parameter& p = study.parameters[static_cast<std::size_t>(i)];
-      if (const auto sd = p.prior_sd_unit()) sum += std::pow((u[i] - p.prior_mean_unit()) / *sd, 2);
-    }
-    return sum;
+    return prior_cost(study.priors, study.parameters, u);
   };
   const auto cost = [&](const VectorXd& u) {
     return misfit.cost(u) - (priors == Priors::without ? prior_squares(u) : 0);
@@ -78,8 +85,7 @@ Goodness goodness_of_fit(const Study& study, const Knowledge& knowledge, const V
   g.z.assign(z.begin(), z.end());
   g.chi_square = z.squaredNorm() + (priors == Priors::with ? prior_squares(g.u) : 0);
   double residuals = static_cast<double>(z.size());
-  if (priors == Priors::with)
-    for (const Parameter& p : study.parameters) residuals += p.prior_sd_unit() ? 1 : 0;
+  if (priors == Priors::with) residuals += prior_count(study.priors, study.parameters);
   g.freedom = std::max(1.0, residuals - determined_directions(study, knowledge, g.u, priors));
   g.probability = chi_square_tail(g.chi_square, g.freedom);
   return g;

@@ -147,7 +147,7 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
         start = s;
     const Minimum best =
         minimize_locally(f, VectorXd::Zero(d), VectorXd::Ones(d), posterior.u[start], 0.02, 400);
-    members.push_back({best.x, tidy_values(study.parameters, best.x)});
+    members.push_back({best.x, allowed_values(study.constraints, study.parameters, best.x)});
   }
   return members;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 
 #include "calibrate/numerics/experimental_design.h"
 #include "calibrate/numerics/random.h"
@@ -16,7 +17,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int cloud_size = 4096;
+constexpr std::size_t cloud_size = 4096;
+constexpr std::uint64_t most_tries = 10000 * cloud_size;
 constexpr int moves = 6;  // Metropolis steps of every sample at each temperature
 constexpr int profile_points = 25;
 constexpr double wilks_95 = 3.841;  // quantile of chi squared with one degree of freedom
@@ -72,9 +74,15 @@ class Cloud {
  public:
   Cloud(const std::function<double(const VectorXd&)>& density_cost, int dimensions)
       : cost_of_(density_cost), random_(20061) {
-    for (int i = 0; i < cloud_size; ++i) {
-      u.push_back(quasi_random_point(static_cast<std::uint64_t>(i), dimensions));
-      cost.push_back(cost_of_(u.back()));
+    // Places without density are left out, so that the cloud begins with its full size.
+    for (std::uint64_t i = 0; u.size() < cloud_size; ++i) {
+      if (i == most_tries)
+        throw std::logic_error("the posterior has no density at any of its candidates");
+      const VectorXd place = quasi_random_point(i, dimensions);
+      const double there = cost_of_(place);
+      if (there == std::numeric_limits<double>::infinity()) continue;
+      u.push_back(place);
+      cost.push_back(there);
     }
   }
 
@@ -133,23 +141,9 @@ class Cloud {
   std::mt19937_64 random_;
 };
 
-// Standard deviation of what was believed of a parameter before any run.
-double prior_sd(const Parameter& p) {
-  const auto sd = p.prior_sd_unit();
-  if (!sd) return 1 / std::sqrt(12.0);
-  constexpr int cells = 1000;
-  double w0 = 0, w1 = 0, w2 = 0;
-  for (int i = 0; i < cells; ++i) {
-    const double x = (i + 0.5) / cells, z = (x - p.prior_mean_unit()) / *sd;
-    const double w = std::exp(-0.5 * z * z);
-    w0 += w;
-    w1 += w * x;
-    w2 += w * x * x;
-  }
-  return std::sqrt(w2 / w0 - (w1 / w0) * (w1 / w0));
-}
-
-Marginal marginal(const Parameter& parameter, const Posterior& p, Index i) {
+Marginal marginal(const Study& study, const Posterior& p, Index i) {
+  const auto index = static_cast<std::size_t>(i);
+  const Parameter& parameter = study.parameters[index];
   Marginal m;
   std::vector<double> x(p.u.size());
   for (std::size_t s = 0; s < x.size(); ++s) {
@@ -175,7 +169,9 @@ Marginal marginal(const Parameter& parameter, const Posterior& p, Index i) {
   m.low = m.at_min ? parameter.min : parameter.from_unit(low);
   m.median = parameter.from_unit(weighted_quantile(x, p.weight, 0.5));
   m.high = m.at_max ? parameter.max : parameter.from_unit(high);
-  m.width_ratio = m.sd / prior_sd(parameter);
+  const bool believed = prior_count(study.priors, study.parameters) > 0;
+  m.width_ratio =
+      m.sd / (believed ? prior_sd(study.priors, study.parameters, index) : 1 / std::sqrt(12.0));
   return m;
 }
 
@@ -260,13 +256,17 @@ Posterior sample_density(const std::function<double(const VectorXd&)>& cost, int
 
 Posterior sample_posterior(const Study& study, const Misfit& misfit) {
   const Index d = static_cast<Index>(study.parameters.size());
-  Posterior p =
-      sample_density([&](const VectorXd& u) { return misfit.cost(u); }, static_cast<int>(d));
+  Posterior p = sample_density(
+      [&](const VectorXd& u) {
+        return allowed(study.constraints, study.parameters, u)
+                   ? misfit.cost(u)
+                   : std::numeric_limits<double>::infinity();
+      },
+      static_cast<int>(d));
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance(p.u, p.weight));
   p.longest = eigen.eigenvectors().col(d - 1);
   if (p.longest[0] < 0) p.longest *= -1;
-  for (Index i = 0; i < d; ++i)
-    p.marginals.push_back(marginal(study.parameters[static_cast<std::size_t>(i)], p, i));
+  for (Index i = 0; i < d; ++i) p.marginals.push_back(marginal(study, p, i));
   return p;
 }
 

@@ -184,10 +184,9 @@ double Misfit::cost(const VectorXd& u) const {
     const double v = t.uncertainty * t.uncertainty + p.variance;
     sum += (p.mean - t.value) * (p.mean - t.value) / v + std::log(v);
   }
-  for (Index i = 0; i < dimensions(); ++i) {
-    const Parameter& p = study_.parameters[static_cast<std::size_t>(i)];
-    if (const auto sd = p.prior_sd_unit()) sum += std::pow((u[i] - p.prior_mean_unit()) / *sd, 2);
-  }
+  sum += prior_cost(study_.priors, study_.parameters, u);
+  if (!study_.constraints.all.empty())
+    sum += violations(study_.constraints, study_.parameters, u).squaredNorm();
   return sum - 2 * std::log(1 - knowledge_.arch_probability(u));
 }
 
@@ -214,7 +213,9 @@ LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
                        std::sqrt(knowledge_.targets[i].surrogate.best.predict(frozen).variance));
   }
   LeastSquaresProblem problem;
-  problem.residuals = static_cast<int>(targets + 2 * d);
+  Index beliefs = static_cast<Index>(study_.constraints.all.size());
+  for (const Prior& prior : study_.priors) beliefs += prior.residuals();
+  problem.residuals = static_cast<int>(targets + 2 * d + beliefs);
   problem.lower = VectorXd::Zero(d);
   problem.upper = VectorXd::Ones(d);
   problem.evaluate = [this, sd, targets, d](const VectorXd& u, VectorXd& r, MatrixXd* jacobian) {
@@ -235,6 +236,20 @@ LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
       r[targets + d + i] = (u[i] - 0.5) / pull_sd;
       if (jacobian != nullptr) (*jacobian)(targets + d + i, i) = 1 / pull_sd;
     }
+    Index row = targets + 2 * d;
+    const auto append = [&](const VectorXd& more, const MatrixXd& slopes) {
+      r.segment(row, more.size()) = more;
+      if (jacobian != nullptr) jacobian->middleRows(row, more.size()) = slopes;
+      row += more.size();
+    };
+    VectorXd more;
+    MatrixXd slopes;
+    for (const Prior& prior : study_.priors) {
+      prior_residuals(prior, study_.parameters, u, more, slopes);
+      append(more, slopes);
+    }
+    more = violations(study_.constraints, study_.parameters, u, &slopes);
+    append(more, slopes);
     return true;
   };
   return problem;

@@ -76,14 +76,14 @@ class Misfit {
   Misfit(const Study& study, const Knowledge& knowledge) : study_(study), knowledge_(knowledge) {}
 
   // Minus twice the logarithm of the posterior density up to a constant: for each target
-  // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors,
+  // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors, a steep wall beyond constraints,
   // plus the chance that the flow arches, which the experiment did not do.
   double cost(const Eigen::VectorXd& u) const;
   // The same with a weak pull to the middle of the ranges, which chooses among equals and nothing
   // else: one range away costs as much as one standard deviation of a target.
   double picking_cost(const Eigen::VectorXd& u) const;
-  // Whitened residuals (m - y) / sqrt(V) of the targets, then the prior blocks, then the pull; V as
-  // it is at `frozen`.
+  // Whitened residuals (m - y) / sqrt(V) of the targets, then the priors of single parameters, the
+  // pull, other priors and violations of constraints; V as it is at `frozen`.
   LeastSquaresProblem residuals(const Eigen::VectorXd& frozen) const;
   // (m - y) / sqrt(V) of each target.
   Eigen::VectorXd z(const Eigen::VectorXd& u) const;

@@ -107,6 +107,10 @@ std::string render_json(const Study& study, const Answer& answer);
 // All samples of the posterior (there must be one): parameters in their units, weights that add up
 // to 1, and the logarithm of the density over the unit cube up to a constant.
 std::string render_posterior_csv(const Study& study, const Answer& answer);
+// The same, resampled to 4096 draws of equal weight, with the density, the targets and what their
+// measurements would give (of the posterior, with the uncertainties of measurement and model), as a
+// netCDF-4 file in the InferenceData layout. Throws WriteError.
+void write_inference_data(const Study& study, const Answer& answer, const std::string& file);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
 
 // Fitted response of the first target (there must be a fit) over the parameters, as

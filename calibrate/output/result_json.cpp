@@ -163,8 +163,11 @@ Json sensitivity_json(const Study& study, const Answer& a) {
     Json j = {{"response", s.response}, {"noise_share", number(s.noise_share)}};
     for (std::size_t i = 0; i < study.parameters.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      j["parameters"][study.parameters[i].name] = {{"first", s.indices.first[k]},
-                                                   {"total", s.indices.total[k]}};
+      j["parameters"][study.parameters[i].name] = {
+          {"first", s.indices.first[k]},
+          {"first_interval_95", {s.indices.first_interval(k, 0), s.indices.first_interval(k, 1)}},
+          {"total", s.indices.total[k]},
+          {"total_interval_95", {s.indices.total_interval(k, 0), s.indices.total_interval(k, 1)}}};
     }
     all.push_back(j);
   }
@@ -205,6 +208,12 @@ std::string render_json(const Study& study, const Answer& a) {
             {"git_commit", firn_git_commit()},
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
+  for (const Prior& prior : study.priors) {
+    Json names = Json::array();
+    for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);
+    j["priors"].push_back({{"parameters", names}, {"prior", prior.text}});
+  }
+  for (const Constraint& c : study.constraints.all) j["constraints"].push_back(c.rule);
   j["cautions"] = a.cautions;
   j["outliers"] = Json::array();
   for (const OutlierRun& o : a.outliers)

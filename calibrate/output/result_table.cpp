@@ -47,6 +47,19 @@ void print_targets(Out& out, const Study& study, const Answer& a) {
   }
 }
 
+void print_beliefs(Out& out, const Study& study) {
+  if (!study.priors.empty()) print(out, "\nPriors\n");
+  for (const Prior& prior : study.priors) {
+    std::vector<std::string> names;
+    for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);
+    print(out, "  {}: {}\n", fmt::join(names, ", "), prior.text);
+  }
+  if (!study.constraints.all.empty())
+    print(out, "\nConstraints, which leave {:.0f} % of the ranges\n",
+          100 * study.constraints.share);
+  for (const Constraint& c : study.constraints.all) print(out, "  {}\n", c.rule);
+}
+
 void print_models(Out& out, const Answer& a) {
   print(out, "\nHow the responses were modelled\n");
   const auto line = [&](const ResponseModel& m) {
@@ -212,7 +225,13 @@ void print_sensitivity(Out& out, const Study& study, const Answer& a) {
     for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
       print(out, "{:>18}",
             fmt::format("{:.2f} / {:.2f}", std::max(0.0, s.indices.first[i]), s.indices.total[i]));
-    print(out, "{:>20.2f}\n", s.noise_share);
+    print(out, "{:>20.2f}\n    95 % of the latter", s.noise_share);
+    for (Eigen::Index i = 0; i < s.indices.total.size(); ++i)
+      print(out, "{:>{}}",
+            fmt::format("{:.2f} to {:.2f}", s.indices.total_interval(i, 0),
+                        s.indices.total_interval(i, 1)),
+            i == 0 ? 20 : 18);
+    print(out, "\n");
   }
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -290,6 +309,7 @@ void print_goodness(Out& out, const Answer& a) {
 std::string render_table(const Study& study, const Answer& a) {
   Out out;
   print_targets(out, study, a);
+  print_beliefs(out, study);
   print_compare(out, study, a);
   if (a.knowledge) print_models(out, a);
   print_sensitivity(out, study, a);

@@ -266,6 +266,12 @@ std::vector<SimulatedCase> cases_of(const Study& study, const Anchor& anchor, Ex
 }  // namespace
 
 void require_material(const Study& study) {
+  for (const Experiment& e : study.experiments)
+    if (e.program)
+      throw InputError(
+          fmt::format("{}: experiments: {} is a program of the user, whose parameters are no "
+                      "properties of Firn's materials; expected cases alone for a material record",
+                      study.source, e.name));
   for (const Parameter& p : study.parameters)
     for (const std::string& key : p.keys) {
       try {

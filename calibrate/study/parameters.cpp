@@ -37,6 +37,7 @@ double Parameter::from_unit(double u) const {
 }
 
 double Parameter::tidy(double u) const {
+  if (integer) return std::clamp(std::round(from_unit(u)), min, max);
   return std::clamp(std::strtod(text(from_unit(u)).c_str(), nullptr), min, max);
 }
 

@@ -15,6 +15,7 @@ struct Parameter {
   double min = 0, max = 0;        // in `unit`
   std::string unit;               // empty: a bare number
   bool logarithmic = false;
+  bool integer = false;  // runs get whole numbers; models are continuous between them
   // Gaussian belief from elsewhere, in the parameter's own unit; cut at the range.
   std::optional<double> prior_mean, prior_sd;
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "calibrate/study/budget.h"
+#include "calibrate/study/read_parameters.h"
 #include "experiments/measurements/bench_tests.h"
 #include "experiments/measurements/measurement.h"
 #include "experiments/system/input_file.h"
@@ -18,101 +19,6 @@
 
 namespace firn {
 namespace {
-
-// A number with what stands behind it: bare, or "2.4 in".
-struct Quantity {
-  double value = 0;
-  std::string unit;
-};
-
-Quantity split_quantity(const std::string& text) {
-  std::size_t used = 0;
-  Quantity q;
-  try {
-    q.value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    throw InputError(
-        fmt::format("\"{}\" is no number; expected a number and its unit, such as "
-                    "\"10 deg\"",
-                    text));
-  }
-  const std::size_t unit = text.find_first_not_of(' ', used);
-  q.unit = unit == std::string::npos ? "" : text.substr(unit);
-  const double most = usable_range(dimension::none).largest;
-  if (!(std::abs(q.value) <= most))
-    throw InputError(fmt::format("is {:g}; expected a number up to {:g}", q.value, most));
-  return q;
-}
-
-// The value of a key that may or may not have a dimension.
-Quantity quantity(const TomlTable& table, const std::string& key) {
-  std::string text;
-  try {
-    text = table.string(key);
-  } catch (const InputError&) {
-    return {table.number(key), ""};  // says so itself when it is neither
-  }
-  return table.at(key, [&] { return split_quantity(text); });
-}
-
-Parameter read_parameter(const TomlTable& t) {
-  t.allow({"name", "keys", "min", "max", "scale", "prior_mean", "prior_sd"});
-  Parameter p;
-  p.name = path_name(t);
-  p.keys = t.strings("keys");
-  if (p.keys.empty())
-    t.fail("keys",
-           "names no key of the case; expected a list such as "
-           "[\"interactions.ice-ice.static_friction\"]");
-  const Quantity min = quantity(t, "min"), max = quantity(t, "max");
-  p.min = min.value;
-  p.max = max.value;
-  p.unit = min.unit;
-  if (max.unit != min.unit)
-    t.fail("max", fmt::format("has the unit \"{}\" and min has \"{}\"; expected the same unit",
-                              max.unit, min.unit));
-  if (!(p.min < p.max))
-    t.fail("max", fmt::format("{} is not above min = {}; expected a range that is not empty", p.max,
-                              p.min));
-  p.logarithmic = t.choice("scale", {"linear", "log"}, "linear") == "log";
-  if (p.logarithmic && !(p.min > 0))
-    t.fail("min",
-           fmt::format("{} has no logarithm; expected a number above 0, or scale = \"linear\"",
-                       p.min));
-  if (t.has("prior_mean") != t.has("prior_sd"))
-    t.fail(t.has("prior_mean") ? "prior_sd" : "prior_mean",
-           "is missing; expected both prior_mean and prior_sd, or neither");
-  if (t.has("prior_mean")) {
-    const Quantity mean = quantity(t, "prior_mean"), sd = quantity(t, "prior_sd");
-    if (mean.unit != p.unit || sd.unit != p.unit)
-      t.fail("prior_mean", fmt::format("has another unit than the range; expected \"{}\"", p.unit));
-    if (!(mean.value >= p.min && mean.value <= p.max))
-      t.fail("prior_mean",
-             fmt::format("{} lies outside the range; expected {} to {}", mean.value, p.min, p.max));
-    if (!(sd.value > 0)) t.fail("prior_sd", "is not above 0; expected a standard deviation");
-    p.prior_mean = mean.value;
-    p.prior_sd = sd.value;
-  }
-  return p;
-}
-
-void read_parameters(const TomlTable& root, Study& study) {
-  std::set<std::string> names, keys;
-  for (const TomlTable& t : root.tables("parameters")) {
-    const Parameter p = read_parameter(t);
-    if (!names.insert(p.name).second)
-      t.fail("name", fmt::format("\"{}\" is used twice; expected a name of its own", p.name));
-    for (const std::string& key : p.keys)
-      if (!keys.insert(key).second)
-        t.fail("keys",
-               fmt::format("\"{}\" is bound twice; expected each key of the case once", key));
-    if (keys.contains("case.seed"))
-      t.fail("keys", "\"case.seed\" is the study's own; expected another key");
-    study.parameters.push_back(p);
-  }
-  if (study.parameters.empty())
-    root.fail("parameters", "is missing; expected at least one [[parameters]] table");
-}
 
 std::vector<Override> read_set(const TomlTable& t) {
   std::vector<Override> set;
@@ -145,7 +51,40 @@ std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
   return takes;
 }
 
-void read_experiments(const TomlTable& root, const TomlTable& head, Study& study) {
+// A parameter needs keys where a case takes it; a program takes it by its name.
+void require_keys(const TomlTable& root, const Study& study) {
+  const std::vector<TomlTable> tables = root.tables("parameters");
+  for (std::size_t i = 0; i < tables.size(); ++i)
+    for (const Experiment& e : study.experiments)
+      if (e.takes[i] && !e.program && study.parameters[i].keys.empty())
+        tables[i].fail("keys",
+                       "is missing; expected a list such as "
+                       "[\"interactions.ice-ice.static_friction\"]");
+}
+
+Experiment read_experiment(const TomlTable& t, const Study& study, Programs programs) {
+  Experiment e;
+  e.name = path_name(t);
+  if (t.has("program")) {
+    t.allow({"name", "program", "template", "inputs", "responses", "set", "parameters"});
+    e.program = read_user_program(t, study.source, programs);
+  } else {
+    t.allow({"name", "case", "set", "parameters"});
+    e.case_file = case_path(t, study.source);
+  }
+  if (t.has("set")) e.set = read_set(t);
+  e.takes = read_takes(t, study);
+  if (!e.program) return e;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < e.takes.size(); ++i)
+    if (e.takes[i]) names.push_back(study.parameters[i].name);
+  for (const auto& [key, value] : e.set) names.push_back(key);
+  require_placeholders(t, *e.program, names);
+  return e;
+}
+
+void read_experiments(const TomlTable& root, const TomlTable& head, Study& study,
+                      Programs programs) {
   const std::vector<TomlTable> tables = root.tables("experiments");
   if (tables.empty()) {
     study.experiments.push_back(
@@ -156,14 +95,9 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
     head.fail("case", "stands beside [[experiments]]; expected one or the other");
   std::set<std::string> names;
   for (const TomlTable& t : tables) {
-    t.allow({"name", "case", "set", "parameters"});
-    Experiment e;
-    e.name = path_name(t);
-    if (!names.insert(e.name).second) t.fail("name", "is used twice; expected a name of its own");
-    e.case_file = case_path(t, study.source);
-    if (t.has("set")) e.set = read_set(t);
-    e.takes = read_takes(t, study);
-    study.experiments.push_back(e);
+    study.experiments.push_back(read_experiment(t, study, programs));
+    if (!names.insert(study.experiments.back().name).second)
+      t.fail("name", "is used twice; expected a name of its own");
   }
   for (std::size_t i = 0; i < study.parameters.size(); ++i)
     if (std::none_of(study.experiments.begin(), study.experiments.end(),
@@ -227,7 +161,8 @@ Target measured_target(const TomlTable& t, const Study& study) {
 // Given in place.
 Target stated_target(const TomlTable& t, const Study& study) {
   t.allow({"response", "value", "uncertainty", "experiment", "effort"});
-  const Quantity value = quantity(t, "value"), uncertainty = quantity(t, "uncertainty");
+  const StatedQuantity value = read_stated_quantity(t, "value"),
+                       uncertainty = read_stated_quantity(t, "uncertainty");
   if (uncertainty.unit != value.unit)
     t.fail("uncertainty", fmt::format("has the unit \"{}\"; expected \"{}\" as the value has",
                                       uncertainty.unit, value.unit));
@@ -268,7 +203,7 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
     return o;
   }
   if (t.has("uncertainty")) {
-    const Quantity q = quantity(t, "uncertainty");
+    const StatedQuantity q = read_stated_quantity(t, "uncertainty");
     if (!(q.value > 0))
       t.fail("uncertainty",
              fmt::format("{} is not above 0; expected one standard deviation of a measured value",
@@ -311,6 +246,16 @@ void read_numerics(const TomlTable& root, Study& study) {
     t.allow({"name", "set", "experiment"});
     NumericsCheck check{t.string("name"), read_set(t), {}};
     if (t.has("experiment")) check.only = named_experiment(t, study);
+    for (std::size_t e = 0; e < study.experiments.size(); ++e) {
+      const Experiment& experiment = study.experiments[e];
+      if (!experiment.program || (check.only && *check.only != e)) continue;
+      for (const auto& [key, value] : check.set)
+        if (std::none_of(experiment.set.begin(), experiment.set.end(),
+                         [&](const Override& o) { return o.first == key; }))
+          t.fail("set", fmt::format("\"{}\" is no key of `set` of the experiment \"{}\"; expected "
+                                    "one, or another `experiment`",
+                                    key, experiment.name));
+    }
     study.numerics.push_back(std::move(check));
   }
 }
@@ -323,6 +268,8 @@ void read_direct(const TomlTable& root, Study& study) {
        {DirectSearch::bobyqa, DirectSearch::cobyla, DirectSearch::nelder_mead, DirectSearch::crs})
     if (word == to_string(s)) study.direct = s;
   study.direct_evaluations = t.integer("evaluations", 1);
+  if (!study.constraints.all.empty() || !study.priors.empty())
+    t.fail("search", "takes neither [[priors]] nor [[constraints]]; expected a study without them");
 }
 
 void read_compare(const TomlTable& root, Study& study) {
@@ -336,7 +283,7 @@ void read_compare(const TomlTable& root, Study& study) {
                        [&](const Parameter& p) { return p.name == key; }))
         values.fail(key, "is no parameter of this study; expected the name of one");
     for (const Parameter& p : study.parameters) {
-      const Quantity q = quantity(values, p.name);
+      const StatedQuantity q = read_stated_quantity(values, p.name);
       if (q.unit != p.unit)
         values.fail(p.name, fmt::format("has the unit \"{}\"; expected \"{}\"", q.unit, p.unit));
       set.values.push_back(q.value);
@@ -363,21 +310,24 @@ const char* to_string(DirectSearch search) {
   return "";
 }
 
-Study read_study(const std::string& file) {
+Study read_study(const std::string& file, Programs programs) {
   Study study;
   study.source = file;
   study.text = read_input_file(file, "a study file (TOML)", input_limits::toml_bytes);
   TomlDocument document(study.text, file);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"study", "experiments", "budget", "parameters", "targets", "observe", "compare",
-              "numerics", "direct", "execution"});
+  root.allow({"study", "experiments", "budget", "parameters", "priors", "constraints", "targets",
+              "observe", "compare", "numerics", "direct", "execution"});
   const TomlTable head = root.required_table("study");
   head.allow({"name", "case", "bench_tests", "seed", "threads"});
   study.name = path_name(head);
   study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
   study.threads = head.integer("threads", 1, 1);
   read_parameters(root, study);
-  read_experiments(root, head, study);
+  read_priors(root, study);
+  read_constraints(root, study);
+  read_experiments(root, head, study, programs);
+  require_keys(root, study);
   read_responses(root, head, study);
   read_compare(root, study);
   read_numerics(root, study);

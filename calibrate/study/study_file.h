@@ -8,7 +8,10 @@
 #include <vector>
 
 #include "calibrate/numerics/optimize.h"
+#include "calibrate/study/constraint.h"
 #include "calibrate/study/parameters.h"
+#include "calibrate/study/prior.h"
+#include "calibrate/study/user_program.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/case/case.h"
 
@@ -16,10 +19,13 @@ namespace firn {
 
 // One of the simulations that a parameter set is judged by.
 struct Experiment {
-  std::string name;           // empty: the study's only one, not named
-  std::string case_file;      // path, resolved against the study's folder
-  std::vector<Override> set;  // case keys held at other values than the file's
-  std::vector<bool> takes;    // [parameters], which of them its case is given
+  std::string name;                         // empty: the study's only one, not named
+  std::string case_file;                    // path, resolved against the study's folder
+  std::vector<Override> set;                // case keys held at other values than the file's
+  std::vector<bool> takes;                  // [parameters], which of them its case is given
+  std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
+  // Where its responses come from, for messages.
+  const std::string& source() const { return program ? program->responses : case_file; }
 };
 
 // A response of one of the experiments.
@@ -101,6 +107,8 @@ struct Study {
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;
+  std::vector<Prior> priors;  // beside those that stand with a parameter
+  Constraints constraints;
   std::vector<Target> targets;
   std::vector<Observed> observed;
   std::vector<CompareSet> compare;
@@ -112,6 +120,6 @@ struct Study {
 
 // Reads and checks a study. Throws InputError with one line
 // `FILE:LINE: KEY: what is wrong; what is expected`.
-Study read_study(const std::string& file);
+Study read_study(const std::string& file, Programs programs = Programs::refused);
 
 }  // namespace firn

@@ -79,7 +79,15 @@ Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, Run
       journal_(journal),
       store_(store),
       batch_(executor, journal, store, progress, interrupt),
-      folder_(std::move(folder)) {}
+      program_(batch_.program()),
+      folder_(std::move(folder)) {
+  const auto& experiments = study.experiments;
+  if (std::all_of(experiments.begin(), experiments.end(),
+                  [](const Experiment& e) { return e.program.has_value(); }))
+    program_ = user_program_identity;
+  for (const Experiment& e : experiments)
+    if (e.program) keep_inputs(*e.program, folder_);
+}
 
 Point Campaign::point(const std::string& phase, int number, const std::vector<double>& values,
                       const std::vector<std::uint64_t>& seeds) const {
@@ -100,6 +108,18 @@ std::vector<Override> overrides_of(const Study& study, const Experiment& experim
     for (const std::string& key : p.keys) all.emplace_back(key, value);
   }
   return all;
+}
+
+std::map<std::string, std::string> placeholders_of(const Study& study, const Experiment& experiment,
+                                                   const std::vector<double>& values,
+                                                   std::uint64_t seed,
+                                                   const std::vector<Override>& of_the_point) {
+  std::map<std::string, std::string> texts = {{"seed", std::to_string(seed)}};
+  for (const auto* overrides : {&experiment.set, &of_the_point})
+    for (const auto& [key, value] : *overrides) texts[key] = placeholder_text(value);
+  for (std::size_t i = 0; i < study.parameters.size(); ++i)
+    if (experiment.takes[i]) texts[study.parameters[i].name] = fmt::format("{}", values[i]);
+  return texts;
 }
 
 std::string Campaign::describe(const Point& point) const {
@@ -176,9 +196,16 @@ std::vector<Point> Campaign::reusable(int most_runs) {
 
 BatchRun Campaign::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {
   const Experiment& experiment = study_.experiments[e];
-  BatchRun run = batch_.make(
-      experiment.case_file, overrides_of(study_, experiment, point.values, seed, point.set),
-      folder_, {experiment.name, point.phase, point.number, describe(point), seed});
+  const RunLabel label{experiment.name, point.phase, point.number, describe(point), seed};
+  BatchRun run =
+      experiment.program
+          ? batch_.make(
+                program_run(*experiment.program,
+                            placeholders_of(study_, experiment, point.values, seed, point.set)),
+                folder_, label)
+          : batch_.make(experiment.case_file,
+                        overrides_of(study_, experiment, point.values, seed, point.set), folder_,
+                        label);
   run.job.threads = study_.threads;
   run.job.limits = study_.execution.limits;
   return run;
@@ -228,7 +255,7 @@ void Campaign::check_responses(std::size_t experiment, const JobResult& result) 
     throw InputError(fmt::format(
         "{}: response: \"{}\" is no single-valued response of {}; expected "
         "one of {}",
-        study_.source, id.name, study_.experiments[experiment].case_file, fmt::join(known, ", ")));
+        study_.source, id.name, study_.experiments[experiment].source(), fmt::join(known, ", ")));
   };
   for (const Target& t : study_.targets) check("targets", t.response, t.unit);
   for (const Observed& o : study_.observed) check("observe", o.response, o.unit);

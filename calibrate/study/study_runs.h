@@ -59,6 +59,12 @@ std::vector<Override> overrides_of(const Study& study, const Experiment& experim
                                    const std::vector<double>& values, std::uint64_t seed,
                                    const std::vector<Override>& of_the_point = {});
 
+// What the placeholders of a program stand for in a run; the same order of precedence.
+std::map<std::string, std::string> placeholders_of(const Study& study, const Experiment& experiment,
+                                                   const std::vector<double>& values,
+                                                   std::uint64_t seed,
+                                                   const std::vector<Override>& of_the_point);
+
 class Campaign {
  public:
   // `store`: outcomes of other studies are found there, and these go there; null: none.
@@ -76,7 +82,8 @@ class Campaign {
   // Fills in the results. Throws BatchInterrupted, and InputError when the case does not take the
   // parameters or does not have the responses.
   void run(std::vector<Point>& points);
-  const std::string& program() const { return batch_.program(); }  // of the program that simulates
+  // Of the program that simulates; where all experiments are programs of the user, their identity.
+  const std::string& program() const { return program_; }
   // Whether the study asked for this run in this session. A journal may hold others: by another
   // program, or of points chosen when other runs were cut short.
   bool asked_for(const std::string& key) const { return asked_.contains(key); }
@@ -92,6 +99,7 @@ class Campaign {
   Journal& journal_;
   RunStore* store_;
   Batch batch_;
+  std::string program_;
   std::string folder_;
   std::set<std::string> asked_;  // keys
 };

@@ -35,6 +35,17 @@ BatchRun Batch::make(const std::string& case_file, const std::vector<Override>& 
   return run;
 }
 
+BatchRun Batch::make(const ProgramRun& program, const std::string& folder,
+                     const RunLabel& label) const {
+  BatchRun run;
+  run.job.text = program_run_text(program);
+  run.job.key = run_key(run.job.text, user_program_identity);
+  run.job.folder = folder;
+  run.job.user_program = true;
+  run.planned = {run.job.key, run.job.text, user_program_identity, label};
+  return run;
+}
+
 void Batch::run(const std::vector<BatchRun>& runs, const Check& check) {
   std::vector<Job> jobs;
   std::vector<PlannedRun> planned;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "experiments/batch/execution/executor.h"
+#include "experiments/batch/execution/program_run.h"
 #include "experiments/batch/journal/journal.h"
 #include "experiments/batch/journal/run_cache.h"
 #include "experiments/batch/progress.h"
@@ -39,6 +40,9 @@ class Batch {
   BatchRun make(const std::string& case_file, const std::vector<Override>& overrides,
                 const std::string& folder, const RunLabel& label,
                 const MaterialRequest& materials = {}) const;
+
+  // A run of a program of the user; its files go to a folder of its own below `folder`.
+  BatchRun make(const ProgramRun& program, const std::string& folder, const RunLabel& label) const;
 
   // Throws BatchInterrupted, and RunError when runs are lost again and again.
   void run(const std::vector<BatchRun>& runs, const Check& check = {});

@@ -92,6 +92,35 @@ pid_t start_process(const std::vector<std::string>& args, const std::string& log
   _exit(127);
 }
 
+pid_t start_program(const std::vector<std::string>& args, const std::string& directory,
+                    const std::string& out_file, const std::string& err_file) {
+  const std::vector<char*> argv = argument_list(args);
+  const pid_t parent = getpid();
+  const auto create = [](const std::string& file) {
+    Descriptor opened(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+    if (opened.number() < 0) throw WriteError(file, errno);
+    return opened;
+  };
+  const Descriptor out = create(out_file), err = create(err_file);
+  const pid_t pid = fork();
+  if (pid < 0) no_process();
+  if (pid > 0) {
+    setpgid(pid, pid);  // the group exists when this function returns
+    return pid;
+  }
+  live_and_die_with(parent, SIGTERM);
+  if (nice(niceness) == -1) errno = 0;
+  const int in = open("/dev/null", O_RDONLY);
+  if (in < 0 || chdir(directory.c_str()) != 0) _exit(126);
+  dup2(in, STDIN_FILENO);
+  dup2(out.number(), STDOUT_FILENO);
+  dup2(err.number(), STDERR_FILENO);
+  execvp(argv[0], argv.data());
+  constexpr char cannot[] = "the program cannot be started\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, cannot, sizeof(cannot) - 1);
+  _exit(127);
+}
+
 CommandResult run_command(const std::vector<std::string>& args, const std::string& directory,
                           const ProcessLimits& limits) {
   const std::vector<char*> argv = argument_list(args);

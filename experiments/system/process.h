@@ -14,6 +14,12 @@ namespace firn {
 // be started ends with status 127.
 pid_t start_process(const std::vector<std::string>& args, const std::string& log);
 
+// Starts a program, looked up in PATH, in `directory`, with its output in two files of their own;
+// otherwise as start_process(). It gets SIGTERM when this process dies. Throws RunError when no
+// process can be made; a program that cannot be started says so in `err` and ends with status 127.
+pid_t start_program(const std::vector<std::string>& args, const std::string& directory,
+                    const std::string& out, const std::string& err);
+
 // What a command may use; 0: as much as this process.
 struct ProcessLimits {
   unsigned processor_time = 0;           // s

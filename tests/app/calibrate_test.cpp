@@ -35,5 +35,39 @@ TEST(CalibrateCommand, EndsWithFiveLines) {
   EXPECT_THAT(read_text(folder.path() / "runs/study/report.html"), HasSubstr("<h1>"));
 }
 
+// A study starts no program unless the user says so, and nothing of it is made before.
+TEST(CalibrateCommand, StartsProgramsOnlyWhenAllowed) {
+  const Folder folder;
+  ASSERT_EQ(folder.firn({"new", "plate", "--from", "user-simulator"}).status, 0);
+  const std::vector<std::string> command = {"calibrate", "plate/study.toml", "--no-store",
+                                            "--progress", "none"};
+  const Outcome refused = folder.firn(command);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(lines(refused.err), 1u) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("plate/study.toml:12: experiments.plate.program: "));
+  EXPECT_THAT(refused.err, HasSubstr("--allow-programs"));
+  EXPECT_FALSE(folder.contains("runs"));
+  std::vector<std::string> allowed = command;
+  allowed.push_back("--allow-programs");
+  const Outcome done = folder.firn(allowed);
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("calibrated: friction = "));
+  const Outcome compared = folder.firn({"calibrate", "--compare", "runs/plate", "runs/plate"});
+  EXPECT_EQ(compared.status, 0) << compared.err;
+  EXPECT_THAT(compared.out, HasSubstr("restitution"));
+  EXPECT_THAT(compared.out, HasSubstr("100 %"));
+}
+
+TEST(CalibrateCommand, ComparesStudiesAlone) {
+  const Folder folder;
+  for (const std::vector<std::string>& wrong : {std::vector<std::string>{"calibrate"},
+                                                {"calibrate", "--compare", "one"},
+                                                {"calibrate", "--compare", "one", "two"}}) {
+    const Outcome o = folder.firn(wrong);
+    EXPECT_EQ(o.status, 2);
+    EXPECT_EQ(lines(o.err), 1u) << o.err;
+  }
+}
+
 }  // namespace
 }  // namespace firn::cli

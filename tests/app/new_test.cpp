@@ -27,7 +27,7 @@ TEST(NewCommand, ListsItsTemplates) {
     EXPECT_GT(t.at("description").get<std::string>().size(), 20u);
   }
   EXPECT_THAT(names, testing::ElementsAre("bucket", "drum", "hopper", "icemaker", "own-study",
-                                          "own-validation", "repose"));
+                                          "own-validation", "repose", "user-simulator"));
   const std::string help = folder.firn({"new", "--help"}).out;
   for (const std::string& name : names) EXPECT_THAT(help, HasSubstr(name));
 }
@@ -160,7 +160,8 @@ INSTANTIATE_TEST_SUITE_P(Each, Template, testing::Values("bucket", "hopper", "re
 class TemplateLong : public testing::TestWithParam<const char*> {};
 TEST_P(TemplateLong, RunsAsItsReadmeSays) { runs_as_its_readme_says(GetParam()); }
 INSTANTIATE_TEST_SUITE_P(Each, TemplateLong,
-                         testing::Values("drum", "icemaker", "own-study", "own-validation"));
+                         testing::Values("drum", "icemaker", "own-study", "own-validation",
+                                         "user-simulator"));
 
 }  // namespace
 }  // namespace firn::cli

@@ -63,7 +63,7 @@ TEST(ShippedFiles, AllCanBeRead) {
       if (has("\n[suite]")) {
         read_suite(path);
       } else if (has("\n[study]")) {
-        read_study(path);
+        read_study(path, Programs::allowed);
       } else if (has("\n[sweep]")) {
         read_sweep(path);
       } else if (has("\n[[tests]]")) {

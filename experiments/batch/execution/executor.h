@@ -26,6 +26,7 @@ struct Job {
   std::string folder;               // where its files go
   int threads = 1;
   RunLimits limits;
+  bool user_program = false;  // `text` describes the run of a program (program_run.h), not a case
 };
 
 enum class JobStatus {

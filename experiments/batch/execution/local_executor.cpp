@@ -8,6 +8,7 @@
 
 #include "experiments/batch/execution/executor.h"
 #include "experiments/batch/execution/run_process.h"
+#include "experiments/batch/execution/running_job.h"
 
 namespace firn {
 namespace {
@@ -42,10 +43,9 @@ class LocalExecutor final : public Executor {
         if (const auto known = ended_before(job))  // ended unseen: nothing to repeat
           events.ended(job, *known);
         else
-          running.push_back(std::make_unique<RunProcess>(job, options_.program,
-                                                         [&, job](const std::string& line) {
-                                                           if (events.note) events.note(job, line);
-                                                         }));
+          running.push_back(start_job(job, options_.program, [&, job](const std::string& line) {
+            if (events.note) events.note(job, line);
+          }));
       }
       std::erase_if(running, [&](const auto& run) {
         const auto result = run->poll();
@@ -58,7 +58,7 @@ class LocalExecutor final : public Executor {
   }
 
  private:
-  struct Running : std::vector<std::unique_ptr<RunProcess>> {
+  struct Running : std::vector<std::unique_ptr<RunningJob>> {
     // On an exception while runs are active, they save their state and end.
     ~Running() {
       for (const auto& run : *this) run->interrupt();

@@ -109,6 +109,7 @@ JobFiles::JobFiles(const Job& job) {
 }
 
 std::optional<JobResult> ended_before(const Job& job) {
+  if (job.user_program) return std::nullopt;
   const std::string results = JobFiles(job).results;
   if (!fs::exists(results)) return std::nullopt;
   try {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "experiments/batch/execution/executor.h"
+#include "experiments/batch/execution/running_job.h"
 
 namespace firn {
 
@@ -27,7 +27,7 @@ double simulated_time(const Job& job);
 // Throws WriteError when a folder cannot take a file: full, read-only, gone.
 void require_writable(const std::string& folder);
 
-class RunProcess {
+class RunProcess final : public RunningJob {
  public:
   using Note = std::function<void(const std::string&)>;  // gets one line for the user
 
@@ -36,15 +36,15 @@ class RunProcess {
   // says so.
   RunProcess(const Job& job, const std::string& program, Note print_note = {});
   // One that is still running saves its state and ends.
-  ~RunProcess();
+  ~RunProcess() override;
   RunProcess(const RunProcess&) = delete;
   RunProcess& operator=(const RunProcess&) = delete;
 
-  const Job& job() const { return job_; }
-  void interrupt();  // it saves its state and ends
+  const Job& job() const override { return job_; }
+  void interrupt() override;  // it saves its state and ends
   // Looks at its limits; its result when it has ended. Throws RunError when it could not do its
   // work for reasons that lie around it, such as a full disk: that is no outcome.
-  std::optional<JobResult> poll();
+  std::optional<JobResult> poll() override;
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <thread>
 
+#include "experiments/batch/execution/program_process.h"
 #include "experiments/batch/execution/run_process.h"
 #include "experiments/batch/slurm/slurm_executor.h"
 #include "experiments/system/input_file.h"
@@ -81,6 +82,7 @@ Job read_task(const std::string& list, int index, std::string& program) {
   job.folder = t.string("folder");
   job.threads = static_cast<int>(t.integer("threads", 1, 1024));
   job.limits = {t.number("time_limit"), t.number("memory_limit")};
+  job.user_program = t.boolean("user_program");
   job.text = read_whole(JobFiles(job).case_file);
   return job;
 }
@@ -97,7 +99,8 @@ void write_tasks(const std::string& file, const std::vector<Job>& jobs,
                      {"folder", job.folder},
                      {"threads", job.threads},
                      {"time_limit", job.limits.time},
-                     {"memory_limit", job.limits.memory}});
+                     {"memory_limit", job.limits.memory},
+                     {"user_program", job.user_program}});
   }
   make_folder_of(file);
   write_own_file(file, json{{"program", program}, {"tasks", tasks}}.dump(1) + '\n');
@@ -128,6 +131,14 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
     if (now <= 0 || now > r.limit) return std::nullopt;
   }
   if (r.status != JobStatus::finished && r.status != JobStatus::arched) return r;
+  // Of a program, the responses may be late on a shared folder; then they do not read as JSON or
+  // CSV.
+  if (job.user_program) {
+    JobResult read = finished_program(job);
+    read.wall = r.wall;
+    if (read.status == JobStatus::failed) return std::nullopt;
+    return read;
+  }
   auto measured = ended_before(job);  // nothing: the shared folder does not show the results yet
   if (measured) measured->wall = r.wall;
   return measured;
@@ -146,11 +157,11 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   auto result = ended_before(job);
   if (!result) {
     const interruption::Polled polled;
-    RunProcess run(job, program,
-                   [](const std::string& line) { print_lines(stderr, "firn: {}\n", line); });
+    const auto run = start_job(
+        job, program, [](const std::string& line) { print_lines(stderr, "firn: {}\n", line); });
     bool stop_requested = false;
-    while (!(result = run.poll())) {
-      if (interrupt != nullptr && interrupt->load() && !stop_requested) run.interrupt();
+    while (!(result = run->poll())) {
+      if (interrupt != nullptr && interrupt->load() && !stop_requested) run->interrupt();
       stop_requested = interrupt != nullptr && interrupt->load();
       std::this_thread::sleep_for(look_every);
     }

@@ -1,0 +1,84 @@
+// The posterior as posterior.nc in the InferenceData layout (docs/calibration.md).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "calibrate/numerics/random.h"
+#include "calibrate/output/calibration_result.h"
+#include "experiments/storage/netcdf_file.h"
+#include "experiments/storage/version.h"
+#include "experiments/system/output_file.h"
+
+namespace firn {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr std::size_t draws = 4096;
+
+// A slash would lead into a group.
+std::string variable_name(std::string label) {
+  std::replace(label.begin(), label.end(), '/', '_');
+  return label;
+}
+
+std::string unit_of(const std::string& unit) { return unit.empty() ? "1" : unit; }
+
+void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
+  const std::vector<VectorXd> u = resampled(*a.posterior, draws);
+  const Misfit misfit(study, *a.knowledge);
+  const NetcdfAttributes made = {{"inference_library", "firn"},
+                                 {"inference_library_version", firn_version()},
+                                 {"study", study.name}};
+  const std::vector<std::string> per_draw = {"chain", "draw"};
+  for (const char* name : {"posterior", "sample_stats", "posterior_predictive"}) {
+    file.group(name, made);
+    file.dimension(name, "chain", 1);
+    file.dimension(name, "draw", u.size());
+  }
+  std::vector<double> values(u.size());
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Parameter& p = study.parameters[i];
+    for (std::size_t s = 0; s < u.size(); ++s)
+      values[s] = p.from_unit(u[s][static_cast<Eigen::Index>(i)]);
+    file.variable("posterior", p.name, per_draw, values, {{"units", unit_of(p.unit)}});
+  }
+  std::ranges::transform(u, values.begin(),
+                         [&](const VectorXd& x) { return -0.5 * misfit.cost(x); });
+  file.variable("sample_stats", "lp", per_draw, values);
+  file.group("observed_data", made);
+  std::mt19937_64 random(20061);
+  for (std::size_t k = 0; k < study.targets.size(); ++k) {
+    const Target& t = study.targets[k];
+    const std::string name = variable_name(t.response.label), dimension = name + "_dim_0";
+    for (const char* group : {"observed_data", "posterior_predictive"})
+      file.dimension(group, dimension, 1);
+    file.variable(
+        "observed_data", name, {dimension}, std::span(&t.value, 1),
+        {{"units", unit_of(t.unit)}, {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
+    for (std::size_t s = 0; s < u.size(); ++s) {
+      const Prediction p = a.knowledge->targets[k].surrogate.best.predict(u[s]);
+      const double z = std::sqrt(-2 * std::log(uniform(random))) *
+                       std::cos(2 * M_PI * uniform(random));  // Box and Muller
+      values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * z;
+    }
+    file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values,
+                  {{"units", unit_of(t.unit)}});
+  }
+}
+
+}  // namespace
+
+void write_inference_data(const Study& study, const Answer& answer, const std::string& file) {
+  try {
+    NetcdfFile netcdf(file);
+    write_groups(netcdf, study, answer);
+    netcdf.commit();
+  } catch (const hdf5::Error& e) {
+    throw WriteError(file, e.what());
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,55 @@
+// One run of a user program as a watched process in a folder of its own, FOLDER/KEY/. The folder
+// holds the filled template as `input_name`, links to the inputs (FOLDER/inputs/SHA-256), and what
+// the program writes; its streams go to stdout.txt and stderr.txt.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "experiments/batch/execution/program_run.h"
+#include "experiments/batch/execution/running_job.h"
+
+namespace firn {
+
+// Where the content of an input with this hash is kept, below the folder of the runs.
+std::string program_input_file(const std::string& runs_folder, const std::string& hash);
+
+// The result of a program that ended with status 0, from the files of its run.
+JobResult finished_program(const Job& job);
+
+class ProgramProcess final : public RunningJob {
+ public:
+  // Makes the folder anew and starts the program. Nothing of an earlier attempt is kept: whether it
+  // came to its end is not known.
+  explicit ProgramProcess(const Job& job);
+  // Kills the program and its children.
+  ~ProgramProcess() override;
+  ProgramProcess(const ProgramProcess&) = delete;
+  ProgramProcess& operator=(const ProgramProcess&) = delete;
+
+  const Job& job() const override { return job_; }
+  void interrupt() override;
+  std::optional<JobResult> poll() override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class Over { nothing, time, memory };
+
+  void end();  // SIGTERM now, SIGKILL when that does not help
+  void watch_limits();
+  double wall() const;  // s
+  JobResult result(int status) const;
+
+  Job job_;
+  std::string folder_;
+  Clock::time_point start_;
+  std::optional<Clock::time_point> told_to_end_;
+  bool interrupted_ = false;
+  Over over_ = Over::nothing;
+  pid_t pid_ = -1;  // of the process and of its group; -1: has ended
+};
+
+}  // namespace firn

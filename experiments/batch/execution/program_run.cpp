@@ -1,0 +1,128 @@
+#include "experiments/batch/execution/program_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <set>
+
+#include "experiments/system/input_file.h"
+#include "experiments/system/input_limits.h"
+#include "experiments/system/text_encoding.h"
+#include "experiments/text/csv_reader.h"
+#include "experiments/text/json_reader.h"
+
+namespace firn {
+namespace {
+
+using nlohmann::json;
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t most_responses = 1000, longest_name = 200;
+
+std::map<std::string, std::string> text_map(const json& document, const std::string& source,
+                                            const char* key) {
+  const JsonReader texts = JsonReader(document, source).at(key);
+  std::map<std::string, std::string> map;
+  for (const auto& item : document.at(key).items()) map[item.key()] = texts.string(item.key());
+  return map;
+}
+
+Response response_of(const std::string& name, double value, std::string unit) {
+  return {name, {value}, {}, unit.empty() ? "1" : std::move(unit), "user program", 1};
+}
+
+Response read_json_response(const std::string& name, const json& value, const std::string& file) {
+  if (value.is_null()) return response_of(name, undefined, "");
+  const json whole = value.is_object() ? value : json{{"value", value}};
+  const JsonReader reader(whole, file, name);
+  reader.allow({"value", "unit", "uncertainty"});
+  if (!whole.contains("value")) reader.number("value");  // throws
+  Response r = response_of(name, reader.optional_number("value").value_or(undefined),
+                           reader.string_or_empty("unit"));
+  if (const auto u = reader.optional_number("uncertainty")) r.uncertainty = {*u};
+  return r;
+}
+
+std::vector<Response> read_json_responses(const std::string& file) {
+  const json document = parse_json(
+      read_input_file(file, "the responses of the program", input_limits::json_bytes), file);
+  if (!document.is_object())
+    throw InputError(
+        fmt::format("{}: is no JSON object; expected {{\"RESPONSE\": NUMBER, ...}}", file));
+  std::vector<Response> responses;
+  for (const auto& item : document.items())
+    responses.push_back(read_json_response(item.key(), item.value(), file));
+  return responses;
+}
+
+std::vector<Response> read_csv_responses(const std::string& file) {
+  const std::vector<CsvRow> rows = read_csv_table(file);
+  const CsvColumn name = find_csv_column(file, rows.front(), "response", {});
+  const CsvColumn value = find_csv_column(file, rows.front(), "value", {});
+  const auto& header = rows.front().fields;
+  const auto unit = std::find(header.begin(), header.end(), "unit") - header.begin();
+  std::vector<Response> responses;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const auto& fields = rows[i].fields;
+    const double number =
+        fields[value.index].empty() ? undefined : csv_number(file, rows[i], value);
+    const auto column = static_cast<std::size_t>(unit);
+    responses.push_back(
+        response_of(fields[name.index], number, column < fields.size() ? fields[column] : ""));
+  }
+  return responses;
+}
+
+}  // namespace
+
+std::string program_run_text(const ProgramRun& run) {
+  return json{{"arguments", run.arguments},
+              {"input", {{"name", run.input_name}, {"text", run.input_text}}},
+              {"inputs", run.inputs},
+              {"responses", run.responses},
+              {"values", run.values}}
+             .dump(1) +
+         '\n';
+}
+
+ProgramRun parse_program_run(const std::string& text) {
+  const std::string source = "run of a program";
+  const json document = parse_json(text, source);
+  const JsonReader reader(document, source);
+  reader.allow({"arguments", "input", "inputs", "responses", "values"});
+  ProgramRun run;
+  run.arguments = reader.strings("arguments");
+  if (run.arguments.empty()) reader.fail("names no program");
+  run.input_name = reader.at("input").string_or_empty("name");
+  run.input_text = reader.at("input").string_or_empty("text");
+  run.inputs = text_map(document, source, "inputs");
+  run.responses = reader.string("responses");
+  run.values = text_map(document, source, "values");
+  return run;
+}
+
+std::vector<Response> read_program_responses(const std::string& file) {
+  std::vector<Response> responses = std::filesystem::path(file).extension() == ".csv"
+                                        ? read_csv_responses(file)
+                                        : read_json_responses(file);
+  if (responses.size() > most_responses)
+    throw InputError(fmt::format("{}: has {} responses; expected at most {}", file,
+                                 responses.size(), most_responses));
+  std::set<std::string> names;
+  for (const Response& r : responses) {
+    for (const std::string& text : {r.name, r.unit})
+      if (text.empty() || text.size() > longest_name || !encode::first_unprintable(text).empty())
+        throw InputError(
+            fmt::format("{}: \"{}\" is no name of a response or unit; expected printable text",
+                        file, shortened(text)));
+    if (!names.insert(r.name).second)
+      throw InputError(
+          fmt::format("{}: has \"{}\" twice; expected each response once", file, r.name));
+  }
+  return responses;
+}
+
+}  // namespace firn

@@ -1,0 +1,34 @@
+// One run of a simulator of the user: what is started, with which files, and where its responses
+// are read. Plain data and its JSON text, which is what the run's key is made of.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "experiments/results/response.h"
+
+namespace firn {
+
+struct ProgramRun {
+  std::vector<std::string> arguments;         // the program first; never through a shell
+  std::string input_name, input_text;         // the filled template; empty: there is none
+  std::map<std::string, std::string> inputs;  // name in the run's folder -> SHA-256 of the content
+  std::string responses;                      // file that the program writes: .json or .csv
+  std::map<std::string, std::string> values;  // placeholder -> text, seed included
+};
+
+// In place of the program that simulates, in the keys of such runs: the version of Firn does not
+// change what they compute.
+inline constexpr const char* user_program_identity = "user program";
+
+std::string program_run_text(const ProgramRun& run);
+// Throws InputError for another text.
+ProgramRun parse_program_run(const std::string& text);
+
+// Responses of a finished program. JSON: {"NAME": NUMBER, ...}, or in place of the number
+// {"value": NUMBER, "unit": "deg", "uncertainty": NUMBER}; null stands for an undefined value.
+// CSV: columns `response`, `value` and perhaps `unit`. Throws InputError.
+std::vector<Response> read_program_responses(const std::string& file);
+
+}  // namespace firn

@@ -1,0 +1,29 @@
+// A job under way: a process of `firn run`, or a program of the user.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "experiments/batch/execution/executor.h"
+
+namespace firn {
+
+// The destructor of one that is still running ends it.
+class RunningJob {
+ public:
+  virtual ~RunningJob() = default;
+  virtual const Job& job() const = 0;
+  virtual void interrupt() = 0;  // asks it to end
+  // Checks the limits of the job. Returns the result of one that has ended. Throws RunError for
+  // trouble outside the run, such as a full disk.
+  virtual std::optional<JobResult> poll() = 0;
+};
+
+// `program`: the firn executable, for all jobs but those of a user program. `print_note` gets one
+// line for the user.
+std::unique_ptr<RunningJob> start_job(const Job& job, const std::string& program,
+                                      std::function<void(const std::string&)> print_note);
+
+}  // namespace firn
