@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "experiments/responses/load_responses.h"
+#include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "tests/support/results_folder.h"
 
