@@ -83,6 +83,7 @@ void resize(const Model& model, State& s) {
   s.bonds.resize(model.bonds.size());
   s.bond_loads.resize(model.bonds.size());
   place_boundaries(model, s);
+  s.boundary_contacts.resize(model.boundary_contacts.size());
   s.statistics = empty_statistics(model);
 }
 
@@ -121,6 +122,8 @@ void Solver::step_deferred() {
   i.timed("neighbour list", [&] { k.refresh_neighbours(m, w, s); });
   i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
+  if (!m.boundary_contacts.empty())
+    i.timed("boundary contacts", [&] { firn::boundary_contacts(m, w, s); });
   if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.bonds, s); });
   if (m.statistics.any()) i.timed("statistics", [&] { keep_statistics(m, w, s); });
   i.timed("finish frames", [&] { finish_frames(m, s); });
@@ -330,6 +333,8 @@ std::vector<FrameState> Solver::frames() const {
     one.driven = m.driven != 0;
     one.impulse = m.impulse;
     one.angular_impulse = m.angular_impulse;
+    one.reaction_impulse = i.state.joint_reactions[f].impulse;
+    one.reaction_angular_impulse = i.state.joint_reactions[f].angular_impulse;
     const std::optional<FreeBody>& free = i.model.frames[f].free;
     if (!free) continue;
     const std::size_t axes = free->axes.size();
@@ -345,8 +350,21 @@ std::vector<FrameState> Solver::frames() const {
   return out;
 }
 
+std::vector<BoundaryContactState> Solver::boundary_contacts() const {
+  std::vector<BoundaryContactState> out;
+  for (std::size_t k = 0; k < impl_->state.boundary_contacts.size(); ++k)
+    out.push_back(boundary_contact_state(impl_->workspace, impl_->state, k));
+  return out;
+}
+
 void Solver::clear_boundary_loads() {
   State& s = impl_->state;
+  for (JointReaction& joint : s.joint_reactions)
+    joint.impulse = joint.angular_impulse = Vec3::Zero();
+  for (BoundaryContactMemory& contact : s.boundary_contacts) {
+    contact.impulse = Vec3::Zero();
+    contact.peak_normal_force = 0;
+  }
   for (FrameMotion& frame : s.frames) {
     frame.impulse = frame.angular_impulse = Vec3::Zero();
     std::fill_n(frame.drive_impulse, kMostAxes, 0.0);

@@ -7,6 +7,7 @@
 #include "experiments/case/case.h"
 #include "experiments/case_reader/material_values.h"
 #include "experiments/case_reader/model/boundaries.h"
+#include "experiments/case_reader/model/boundary_contacts.h"
 #include "experiments/case_reader/model/materials.h"
 #include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/case_reader/model/shapes.h"
@@ -209,11 +210,29 @@ Case read_case_text(const std::string& text, const std::string& source,
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
-  root.allow(
-      {"case",          "material_records", "materials", "interactions", "shapes",  "particles",
-       "motion_frames", "boundaries",       "fills",     "sources",      "tags",    "gates",
-       "switches",      "outlets",          "stages",    "experiment",   "measure", "numerics",
-       "output",        "statistics",       "start",     "bonds"});
+  root.allow({"case",
+              "material_records",
+              "materials",
+              "interactions",
+              "shapes",
+              "particles",
+              "motion_frames",
+              "boundaries",
+              "boundary_contacts",
+              "fills",
+              "sources",
+              "tags",
+              "gates",
+              "switches",
+              "outlets",
+              "stages",
+              "experiment",
+              "measure",
+              "numerics",
+              "output",
+              "statistics",
+              "start",
+              "bonds"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -231,6 +250,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.frames = read_motion_frames(root);
   model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
   complete_free_bodies(root, model);
+  model.boundary_contacts = read_boundary_contacts(root, model);
   read_start(root, directory, c);
   read_particles(root, c);
   c.fills = read_fills(root, model.shapes);

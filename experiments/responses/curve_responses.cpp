@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/analysis/channel_filter.h"
+#include "experiments/responses/measured_part.h"
 #include "experiments/results/results_file.h"
 
 namespace firn {
@@ -33,8 +34,8 @@ std::vector<double> displacement(std::vector<double> rows) {
   return lengths(rows);
 }
 
-Signal of_boundary(const Recording& r, const Measure& m, const std::string& what) {
-  const std::string group = "/boundaries/" + m.boundary + "/";
+Signal of_part(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
+  const std::string group = part_group(c, m);
   if (what == "displacement") return {displacement(r.series(group + "position")), "m"};
   if (what == "peak_normal_force") return {r.series(group + what), "N"};
   return {lengths(r.series(group + what)), what == "force" ? "N" : "N m"};
@@ -66,7 +67,7 @@ Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::
 
 Signal signal_of(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
   if (what == "time") return {r.frame_times(), "s"};
-  return m.boundary.empty() ? of_frame(r, c, m, what) : of_boundary(r, m, what);
+  return m.boundary.empty() && m.contact < 0 ? of_frame(r, c, m, what) : of_part(r, c, m, what);
 }
 
 // So many of them, the first and the last included.
@@ -92,9 +93,7 @@ std::vector<Response> curve_responses(const Recording& recording, const Case& c)
     if (frames < 2) continue;
     x.values.resize(frames);
     y.values.resize(frames);
-    std::string method = fmt::format(
-        "{} over {} of \"{}\"", m.y, m.x,
-        m.boundary.empty() ? c.model.frames[static_cast<std::size_t>(m.frame)].name : m.boundary);
+    std::string method = fmt::format("{} over {} of \"{}\"", m.y, m.x, measured_part(c, m));
     if (m.cfc > 0) {
       y.values = channel_filter(y.values, c.frames_every, m.cfc);
       method += fmt::format(", CFC {:g} of SAE J211-1", m.cfc);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/responses/measured_part.h"
 #include "experiments/results/results_file.h"
 
 namespace firn {
@@ -31,10 +32,8 @@ std::vector<Response> load_responses(const Recording& recording, const Case& c) 
   const std::vector<double> times = recording.frame_times();
   for (const Measure& m : c.measures) {
     if (m.kind != Measure::Kind::load) continue;
-    const std::string part =
-        m.boundary.empty() ? c.model.frames[static_cast<std::size_t>(m.frame)].name : m.boundary;
-    const std::vector<double> rows = recording.series(
-        (m.boundary.empty() ? "/motion_frames/" : "/boundaries/") + part + "/force");
+    const std::string part = measured_part(c, m);
+    const std::vector<double> rows = recording.series(part_group(c, m) + "force");
     const Span span = span_of(recording, m.stage);
     const bool along = m.direction != Vec3::Zero();
     double impulse = 0, duration = 0, peak = -std::numeric_limits<double>::infinity();

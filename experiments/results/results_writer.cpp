@@ -48,17 +48,27 @@ void add_particles(Row& row, const Solver& solver) {
 }
 
 // Loads are means over the interval, s.
-void add_frame(Row& row, const FrameState& frame, bool turns_freely, double interval) {
+void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>& free,
+               double interval) {
   const double per_time = interval > 0 ? 1 / interval : 0;
   row.add(frame.position);
   row.add(frame.orientation);
   row.add(Vec3(frame.impulse * per_time));
   row.add(Vec3(frame.angular_impulse * per_time));
-  if (turns_freely) row.add(frame.free_spin);
+  if (!free) return;
+  row.add(Vec3(frame.reaction_impulse * per_time));
+  row.add(Vec3(frame.reaction_angular_impulse * per_time));
+  if (free->turns_freely) row.add(frame.free_spin);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.coordinate);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.rate);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.drive_impulse * per_time);
   for (const FrameState::Axis& axis : frame.axes) row.add(axis.stop_impulse * per_time);
+}
+
+void add_contact(Row& row, const BoundaryContactState& contact, double interval) {
+  row.add(Vec3(contact.impulse * (interval > 0 ? 1 / interval : 0)));
+  row.add(contact.peak_normal_force);
+  row.add(contact.dissipated_normal + contact.dissipated_friction);
 }
 
 void add_boundary(Row& row, const BoundaryState& b, double interval) {
@@ -98,11 +108,20 @@ std::vector<Column> result_columns(const Model& model) {
     columns.push_back({group + "/orientation", "1", {4}});
     columns.push_back({group + "/force", "N", {3}});
     columns.push_back({group + "/torque", "N m", {3}});
-    if (frame.free && frame.free->turns_freely) columns.push_back({group + "/spin", "rad/s", {3}});
-    if (!frame.free || frame.free->axes.empty()) continue;
+    if (!frame.free) continue;
+    columns.push_back({group + "/reaction_force", "N", {3}});
+    columns.push_back({group + "/reaction_torque", "N m", {3}});
+    if (frame.free->turns_freely) columns.push_back({group + "/spin", "rad/s", {3}});
+    if (frame.free->axes.empty()) continue;
     const std::size_t axes = frame.free->axes.size();
     for (const char* name : {"coordinate", "rate", "drive", "stop"})
       columns.push_back({group + "/" + name, "SI", {axes}});
+  }
+  for (const BoundaryContact& contact : model.boundary_contacts) {
+    const std::string group = "/boundary_contacts/" + contact.name;
+    columns.push_back({group + "/force", "N", {3}});
+    columns.push_back({group + "/peak_normal_force", "N", {}});
+    columns.push_back({group + "/dissipated", "J", {}});
   }
   for (const char* name : {"kinetic", "gravitational", "elastic", "dissipated", "dissipated_normal",
                            "dissipated_friction", "dissipated_walls", "boundary_work", "removed"})
@@ -124,9 +143,10 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   for (const BoundaryState& boundary : solver.boundaries()) add_boundary(row, boundary, interval);
   const std::vector<FrameState> frames = solver.frames();
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const std::optional<FreeBody>& free = solver.model().frames[f].free;
-    add_frame(row, frames[f], free && free->turns_freely, interval);
+    add_frame(row, frames[f], solver.model().frames[f].free, interval);
   }
+  for (const BoundaryContactState& contact : solver.boundary_contacts())
+    add_contact(row, contact, interval);
   const Energy e = solver.energy();
   for (double value :
        {e.kinetic, e.gravitational, e.elastic,

@@ -14,7 +14,10 @@ namespace {
 // Steps between two looks at outlets, the door, rest and the clock: far below any time of interest,
 // and so few that a step does not notice them.
 constexpr std::uint64_t kWatchInterval = 16;
-constexpr double kReportEvery = 0.2;  // s of wall time
+// Between two looks at parts that run into each other, the next multiple of kWatchInterval: a part
+// of 1 m/s moves by 1 mm.
+constexpr double kInterferenceEvery = 1e-3;  // s
+constexpr double kReportEvery = 0.2;         // s of wall time
 
 int find_boundary(const Model& model, const std::string& name, const std::string& source) {
   for (std::size_t i = 0; i < model.boundaries.size(); ++i)
@@ -106,11 +109,14 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
       solver_(with_threads(c.model, options.threads)),
       stages_(stages_of(c)),
       particle_flow_(c),
-      watch_(c) {
+      watch_(c),
+      interference_(c) {
   last_step_ = to_steps(case_, c.duration);
   // Without an interval, the first and the last frame alone.
   frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(case_, c.frames_every))
                                     : std::max<std::uint64_t>(1, last_step_);
+  const std::uint64_t rounds = to_steps(case_, kInterferenceEvery) / kWatchInterval;
+  interference_steps_ = kWatchInterval * std::max<std::uint64_t>(1, rounds);
   if (recorder_ && c.states_every > 0)
     kept_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.states_every));
 }
@@ -238,6 +244,7 @@ std::string Driver::simulate() {
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
+    if (solver_.steps() % interference_steps_ == 0) interference_.look(solver_);
     if (const auto by = watch_.ended_by(stage(), solver_, particle_flow_, stage_now())) {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();

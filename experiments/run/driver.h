@@ -13,6 +13,7 @@
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/results/recorder.h"
 #include "experiments/results/results_writer.h"
+#include "experiments/run/interference_check.h"
 #include "experiments/run/particle_flow.h"
 #include "experiments/run/run.h"
 #include "experiments/run/stage_events.h"
@@ -101,7 +102,9 @@ class Driver {
   const std::vector<Stage> stages_;
   ParticleFlow particle_flow_;
   StageEvents watch_;
+  InterferenceWatch interference_;
   std::uint64_t frame_steps_ = 1;
+  std::uint64_t interference_steps_ = 1;
   std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
   std::uint64_t last_step_ = 0;   // of the case
   DriverState state_;

@@ -51,6 +51,7 @@ struct Path {
   std::string name;                                        // "in stage \"pull\""; may be empty
 };
 
+// Of the machine's parts that can move against each other and have no contact with each other.
 class BoundaryPairs {
  public:
   explicit BoundaryPairs(const Case& c) : c_(c) {
@@ -66,37 +67,67 @@ class BoundaryPairs {
         if (carrier(c, a) == carrier(c, b) || is_plane(a, b)) continue;
         if (allowed.contains({a, b}) || allowed.contains({b, a})) continue;
         const bool free = on_free_frame(a) || on_free_frame(b);
-        pairs_.push_back({b, a, free, std::nullopt});
+        const bool touches = std::ranges::any_of(c.model.boundary_contacts, [&](const auto& k) {
+          return std::minmax(k.a, k.b) == std::minmax(a, b);
+        });
+        pairs_.push_back({b, a, free, touches, std::nullopt});
       }
     }
   }
   bool none() const { return pairs_.empty(); }
 
-  // Throws when a pair whose places have changed since the last look overlaps. Along a path, nobody
-  // knows where free bodies are by then.
+  // Throws InputError when a pair whose places have changed since the last look overlaps. Along a
+  // path, places of free bodies are not known. Parts with a contact may meet but at the start.
   void look(const std::vector<BoundaryState>& walls, const std::string& when,
-            const Path* path = nullptr) {
-    const auto removed = [&](const Boundary& b) { return path && path->removed.contains(b.name); };
-    for (PairToWatch& pair : pairs_) {
-      if (path && pair.free) continue;
-      const Boundary &a = c_.model.boundaries[index(pair.a)],
-                     &b = c_.model.boundaries[index(pair.b)];
-      if (removed(a) || removed(b)) continue;
-      const Pose pose_a = pose_of(walls[index(pair.a)]), pose_b = pose_of(walls[index(pair.b)]);
-      const Mat3 turn = pose_a.rotation.transpose();
-      const Pose relative{turn * pose_b.rotation, turn * (pose_b.translation - pose_a.translation)};
-      if (pair.seen && same(*pair.seen, relative)) continue;
-      pair.seen = relative;
-      if (const auto overlap = overlap_of(pair, relative)) refuse(pair, *overlap, pose_a, when);
-    }
+            const Path* path = nullptr, bool at_start = false) {
+    if (const auto found = find(walls, path, at_start)) refuse(*found, when);
+  }
+  // Throws RunError when parts that are there have run into each other.
+  void watch(const std::vector<BoundaryState>& walls, double time) {
+    const auto found = find(walls, nullptr, false);
+    if (!found) return;
+    const Vec3 p = 1e3 * found->place;
+    throw RunError(fmt::format(
+        "boundaries \"{}\" and \"{}\" have run into each other at {:.6g} s, by {:.3g} mm near "
+        "({:.1f} {:.1f} {:.1f}) mm; expected room, a [[boundary_contacts]] between them, or "
+        "may_touch where it does not matter",
+        c_.model.boundaries[index(found->a)].name, c_.model.boundaries[index(found->b)].name, time,
+        1e3 * found->depth, p.x(), p.y(), p.z()));
   }
 
  private:
   struct PairToWatch {
     int a = 0, b = 0;
     bool free = false;         // one of them moves by forces
+    bool touches = false;      // they have a contact
     std::optional<Pose> seen;  // b in a
   };
+  struct Found {
+    int a = 0, b = 0;
+    double depth = 0;           // m
+    Vec3 place = Vec3::Zero();  // m, world
+  };
+
+  std::optional<Found> find(const std::vector<BoundaryState>& walls, const Path* path,
+                            bool at_start) {
+    const auto removed = [&](int b) {
+      return !walls[index(b)].present ||
+             (path && path->removed.contains(c_.model.boundaries[index(b)].name));
+    };
+    for (PairToWatch& pair : pairs_) {
+      if ((path && pair.free) || (pair.touches && !at_start)) continue;
+      if (removed(pair.a) || removed(pair.b)) continue;
+      const Pose pose_a = pose_of(walls[index(pair.a)]), pose_b = pose_of(walls[index(pair.b)]);
+      const Mat3 turn = pose_a.rotation.transpose();
+      const Pose relative{turn * pose_b.rotation, turn * (pose_b.translation - pose_a.translation)};
+      if (pair.seen && same(*pair.seen, relative)) continue;
+      pair.seen = relative;
+      if (const auto overlap = overlap_of(pair, relative))
+        return Found{pair.a, pair.b, overlap->depth, pose_a * overlap->place};
+    }
+    return std::nullopt;
+  }
+
   using Extent = Eigen::AlignedBox3d;  // m, boundary axes
   struct Extents {
     std::vector<Extent> parts;
@@ -169,18 +200,17 @@ class BoundaryPairs {
     return deepest;
   }
 
-  [[noreturn]] void refuse(const PairToWatch& pair, const PartOverlap& overlap, const Pose& a,
-                           const std::string& when) const {
+  [[noreturn]] void refuse(const Found& found, const std::string& when) const {
     // The later of the two: what it runs into was there.
-    const int b = pair.b;
+    const int b = found.b;
     const std::string place = index(b) < c_.boundary_places.size() ? c_.boundary_places[index(b)]
                                                                    : c_.source + ": boundaries";
-    const std::string& other = c_.model.boundaries[index(pair.a)].name;
-    const Vec3 p = 1e3 * (a * overlap.place);
+    const std::string& other = c_.model.boundaries[index(found.a)].name;
+    const Vec3 p = 1e3 * found.place;
     throw InputError(fmt::format(
         "{}: \"{}\" overlaps boundary \"{}\" {}, by {:.3g} mm near ({:.1f} {:.1f} {:.1f}) mm; "
         "expected room between them, or may_touch = [\"{}\"] where it does not matter",
-        place, c_.model.boundaries[index(b)].name, other, when, 1e3 * overlap.depth, p.x(), p.y(),
+        place, c_.model.boundaries[index(b)].name, other, when, 1e3 * found.depth, p.x(), p.y(),
         p.z(), other));
   }
 
@@ -202,6 +232,7 @@ Model bare(const Case& c) {
 Model held(const Case& c) {
   Model model = bare(c);
   for (MotionFrame& frame : model.frames) frame.free.reset();
+  model.boundary_contacts.clear();
   return model;
 }
 
@@ -336,7 +367,7 @@ void check_boundaries(const Case& c) {
   if (pairs.none()) return;
   Solver start(held(c));
   start_held(start, c);
-  pairs.look(start.boundaries(), "at the start");
+  pairs.look(start.boundaries(), "at the start", nullptr, true);
   for (const Path& path : paths_of(c))
     if (path.length > 0) follow(c, path, pairs);
   for (std::size_t f = 0; f < c.model.frames.size(); ++f)
@@ -363,6 +394,18 @@ void check_particles(const Case& c) {
 void check_machine(const Case& c) {
   check_boundaries(c);
   check_particles(c);
+}
+
+struct InterferenceWatch::Impl {
+  explicit Impl(const Case& c) : pairs(c) {}
+  BoundaryPairs pairs;
+};
+
+InterferenceWatch::InterferenceWatch(const Case& c) : impl_(std::make_unique<Impl>(c)) {}
+InterferenceWatch::~InterferenceWatch() = default;
+
+void InterferenceWatch::look(const Solver& solver) {
+  if (!impl_->pairs.none()) impl_->pairs.watch(solver.boundaries(), solver.time());
 }
 
 }  // namespace firn

@@ -1,5 +1,8 @@
-// Machines that cannot work, refused before a run begins.
+// Machines that cannot work, refused before a run begins, or stopped when parts run into each
+// other.
 #pragma once
+
+#include <memory>
 
 #include "experiments/case/case.h"
 
@@ -11,8 +14,23 @@ namespace firn {
 //   the prescribed motions of the case, and those that each stage starts, in their first period
 //   (those that only an event ends have none); or where a free frame's drives can take it, one
 //   frame at a time. Paths are sampled. Pairs named in `may_touch` are left out, and so is what is
-//   fixed to each other.
+//   fixed to each other. Parts with a contact between them are looked at at the start alone.
 // - a placed particle lies in a boundary, deeper than a twentieth of its smallest edge.
 void check_machine(const Case& c);
+
+// The same pairs, but for those with a contact, over a run. The outcome depends on the present
+// state alone.
+class InterferenceWatch {
+ public:
+  explicit InterferenceWatch(const Case& c);  // kept by reference
+  ~InterferenceWatch();
+
+  // Throws RunError with place and time when two parts overlap by more than 0.1 mm.
+  void look(const Solver& solver);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace firn

@@ -27,6 +27,7 @@ constexpr int included_files = 100;             // by one file, and by those tha
 constexpr std::size_t materials = 200;
 constexpr std::size_t shapes = 2000;
 constexpr std::size_t interactions = 20'000;
+constexpr std::size_t boundary_contacts = 1000;
 
 // JSON.
 constexpr int json_depth = 64;             // arrays and objects inside each other

@@ -19,11 +19,9 @@ namespace {
 
 const std::map<std::string, std::string>& group_titles() {
   static const std::map<std::string, std::string> titles = {
-      {"impact", "One contact"},
-      {"body", "One rigid body"},
-      {"structure", "Stacks and arches"},
-      {"bulk", "Packings, silos, heaps"},
-      {"invariance", "Invariance under equivalent setups"},
+      {"impact", "One contact"},          {"body", "One rigid body"},
+      {"structure", "Stacks and arches"}, {"bulk", "Packings, silos, heaps"},
+      {"machine", "Parts of machines"},   {"invariance", "Invariance under equivalent setups"},
       {"robustness", "The hard places"}};
   return titles;
 }

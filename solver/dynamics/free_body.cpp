@@ -45,6 +45,8 @@ struct Axes {
       spin.col(k) = turns ? axis : Vec3::Zero();
     }
     mass = body.mass * velocity.transpose() * velocity + spin.transpose() * inertia * spin;
+    for (Eigen::Index k = 0; k < given; ++k)
+      mass(k, k) += body.axes[static_cast<std::size_t>(k)].armature;
   }
 };
 
@@ -63,6 +65,12 @@ double wanted_rate(const Drive& drive, double coordinate, double dt, HalfKick ha
   const double most = std::abs(drive.speed);
   const double rate = half == HalfKick::first ? -std::expm1(-dt / kApproach) / dt : 1 / kApproach;
   return std::clamp((*drive.target - coordinate) * rate, -most, most);
+}
+
+// N or N m: the most that a drive gives in a direction in which the axis moves at `rate`.
+double effort(const Drive& drive, double rate) {
+  if (drive.no_load_speed == kForever) return drive.limit;
+  return drive.limit * std::clamp(1 - rate / drive.no_load_speed, 0.0, 1.0);
 }
 
 // But for rounding.
@@ -187,10 +195,10 @@ KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
     }
     Vector now = start + inverse * impulse;
     result = {};
-    const auto push = [&](std::size_t k, double wanted, double most, double spent) {
+    const auto push = [&](std::size_t k, double wanted, double least, double most, double spent) {
       const auto i = static_cast<Eigen::Index>(k);
       const double needed = (wanted - now[i]) / inverse(i, i);
-      const double given = std::clamp(needed, -most - spent, most - spent);
+      const double given = std::clamp(needed, least - spent, most - spent);
       now += inverse.col(i) * given;
       result.held[k] = given == needed;
       return given;
@@ -198,12 +206,15 @@ KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
     for (std::size_t k = 0; k < body.axes.size(); ++k) {
       double spent = drive_given[k];
       drive_impulse[k] = spent;
-      if (body.axes[k].friction > 0) push(k, 0, h * body.axes[k].friction, friction_given[k]);
+      if (body.axes[k].friction > 0)
+        push(k, 0, -h * body.axes[k].friction, h * body.axes[k].friction, friction_given[k]);
       for (const Drive* drive : drives[k]) {
         if (!drive->acts(t)) continue;
         result.driven = true;
-        drive_impulse[k] += push(k, wanted_rate(*drive, motion.coordinate[k], dt, half),
-                                 h * drive->limit, std::exchange(spent, 0));
+        const double rate = start[static_cast<Eigen::Index>(k)];
+        drive_impulse[k] +=
+            push(k, wanted_rate(*drive, motion.coordinate[k], dt, half), -h * effort(*drive, -rate),
+                 h * effort(*drive, rate), std::exchange(spent, 0));
       }
     }
     return now;

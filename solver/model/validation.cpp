@@ -32,12 +32,8 @@ Spring spring(std::string name, double loading, const Interaction& law, double m
   return s;
 }
 
-void check_interaction(const Model& model, int a, int b) {
-  const Interaction& law = model.interaction(a, b);
-  const std::string pair = model.materials[a].name + "-" + model.materials[b].name;
-  const auto fail = [&](const std::string& what) {
-    throw InputError("interactions." + pair + ": " + what);
-  };
+void check_interaction(const Interaction& law, const std::string& where) {
+  const auto fail = [&](const std::string& what) { throw InputError(where + ": " + what); };
   if (!(law.restitution > 0 && law.restitution <= 1)) {
     fail(fmt::format("restitution is {}; expected a number above 0 and up to 1", law.restitution));
   }
@@ -57,6 +53,11 @@ void check_interaction(const Model& model, int a, int b) {
     fail("adhesion stiffness fraction must be at least 0 and below 1");
   if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) && law.unloading_floor == 0)
     fail("adhesion acts only with a contact force; expected an unloading floor above 0 with it");
+}
+
+void check_interaction(const Model& model, int a, int b) {
+  check_interaction(model.interaction(a, b),
+                    "interactions." + model.materials[a].name + "-" + model.materials[b].name);
 }
 
 // Shapes that some particle of the model has.
@@ -156,6 +157,11 @@ TimestepAdvice advise_for_contacts(const Model& model, double steps) {
                                1 / (1 / a.mass + mobility[k])));
     }
   }
+  for (const BoundaryContact& c : model.boundary_contacts) {
+    const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(c.b);
+    springs.push_back(spring(model.boundaries[a].name + " on " + model.boundaries[b].name,
+                             c.stiffness, c.law, 1 / (mobility[a] + mobility[b])));
+  }
   if (springs.empty()) {
     return {1e-4, false, "no particle can touch anything: 0.1 ms"};
   }
@@ -203,6 +209,29 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
 
 namespace {
 
+void check_boundary_contacts(const Model& model) {
+  const int boundaries = static_cast<int>(model.boundaries.size());
+  for (const BoundaryContact& c : model.boundary_contacts) {
+    const std::string where = "boundary_contacts." + c.name;
+    const auto fail = [&](const std::string& what) { throw InputError(where + ": " + what); };
+    if (c.a < 0 || c.b < 0 || c.a >= boundaries || c.b >= boundaries || c.a == c.b)
+      fail("joins boundaries that do not exist, or one with itself");
+    const Boundary& a = model.boundaries[static_cast<std::size_t>(c.a)];
+    const Boundary& b = model.boundaries[static_cast<std::size_t>(c.b)];
+    if (a.kind != Boundary::Kind::solid) fail("joins two planes; expected a solid first");
+    const int free_a = free_frame(model.frames, a.frame),
+              free_b = free_frame(model.frames, b.frame);
+    if (free_a == free_b)
+      fail(fmt::format(
+          "\"{}\" and \"{}\" {}; expected a free motion frame that carries one of "
+          "them",
+          a.name, b.name, free_a < 0 ? "both move as prescribed" : "are fixed to the same frame"));
+    if (!(c.stiffness > 0)) fail("stiffness is not positive");
+    if (!(c.rounding > 0)) fail("rounding is not positive");
+    check_interaction(c.law, where);
+  }
+}
+
 // What read them has seen to the rest.
 void check_statistics(const Model& model) {
   const StatisticsOptions& options = model.statistics;
@@ -239,6 +268,7 @@ void validate(const Model& model) {
     if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
   }
   check_frames(model);
+  check_boundary_contacts(model);
   check_bonds(model);
   check_statistics(model);
   const std::vector<char> used = used_shapes(model);

@@ -12,7 +12,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000006;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000007;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -126,6 +126,11 @@ void walk(Archive& ar, S& s) {
   ar.array(s.frame_orientation);
   ar.array(s.boundary_position);
   ar.array(s.boundary_orientation);
+  ar.array(s.joint_reactions);
+  ar.group("boundary contacts");
+  ar.array(s.boundary_contacts);
+  ar.array(s.boundary_patches);
+  ar.array(s.boundary_points);
   ar.group("neighbour list");
   ar.value(s.neighbor_list_invalid);
   ar.array(s.pairs);
@@ -217,6 +222,7 @@ void walk_drive(Archive& ar, D& d) {
   walk_schedule(ar, d);
   ar.value(d.speed);
   ar.value(d.limit);
+  ar.value(d.no_load_speed);
   double target = d.target.value_or(std::numeric_limits<double>::quiet_NaN());
   ar.value(target);
   if constexpr (!std::is_const_v<D>) {
@@ -248,6 +254,11 @@ std::vector<double> fingerprint(const Model& model) {
                        i.tangential_stiffness_ratio, i.unloading_floor, i.rolling_resistance,
                        i.sliding_speed, i.adhesion_force, i.adhesion_stiffness_fraction});
   }
+  for (const BoundaryContact& c : model.boundary_contacts) {
+    f.insert(f.end(), {double(c.a), double(c.b), c.stiffness, c.rounding, c.law.static_friction,
+                       c.law.dynamic_friction, c.law.restitution, c.law.tangential_stiffness_ratio,
+                       c.law.unloading_floor, c.law.sliding_speed});
+  }
   for (const BeamLaw& b : model.beams) {
     f.insert(f.end(), {b.section.area, b.length, b.young_modulus, b.shear_modulus,
                        b.tensile_strength, b.shear_strength, b.damping_ratio});
@@ -278,6 +289,22 @@ bool fits(const StatisticsState& stats, const Model& model) {
          stats.triangles.size() == expected.triangles.size() &&
          stats.finished_triangles.size() ==
              stats.finished_intervals.size() / 2 * expected.triangles.size();
+}
+
+bool boundary_contacts_fit(const State& s, const Model& model) {
+  if (s.boundary_contacts.size() != model.boundary_contacts.size()) return false;
+  std::size_t patch = 0, points = 0;
+  for (const BoundaryContactMemory& contact : s.boundary_contacts) {
+    if (contact.patch_count > s.boundary_patches.size() - patch ||
+        contact.point_count > s.boundary_points.size() - points)
+      return false;
+    for (const std::size_t end = patch + contact.patch_count; patch < end; ++patch) {
+      const Patch& p = s.boundary_patches[patch];
+      if (std::uint64_t{p.first_point} + p.point_count > contact.point_count) return false;
+    }
+    points += contact.point_count;
+  }
+  return patch == s.boundary_patches.size() && points == s.boundary_points.size();
 }
 
 }  // namespace
@@ -326,8 +353,9 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   if (!r.done() || !fits(fresh.statistics, model) ||
       fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size() ||
-      fresh.frames.size() != model.frames.size() || fresh.bonds.size() != model.bonds.size() ||
-      fresh.bond_loads.size() != model.bonds.size()) {
+      fresh.frames.size() != model.frames.size() ||
+      fresh.joint_reactions.size() != model.frames.size() || !boundary_contacts_fit(fresh, model) ||
+      fresh.bonds.size() != model.bonds.size() || fresh.bond_loads.size() != model.bonds.size()) {
     throw RunError("checkpoint does not fit the case");
   }
   state = std::move(fresh);

@@ -84,6 +84,27 @@ struct PartPair {
   std::uint16_t unused[3] = {0, 0, 0};
 };
 
+// Memory of one boundary contact. All of equal alignment.
+struct BoundaryContactMemory {
+  // Poses at the last search: of a, and of b in a; rotations column by column.
+  double rotation_a[9] = {}, rotation[9] = {}, translation[3] = {};
+  double need = -1;              // m of relative motion, after which to search again; -1: now
+  double gap = 0;                // m, least, as of the last search
+  Vec3 force = Vec3::Zero();     // N, on boundary a, at `time`
+  Vec3 impulse = Vec3::Zero();   // N s, since it was cleared
+  double peak_normal_force = 0;  // N, since then
+  double work_normal = 0, work_friction = 0;  // J taken from the bodies
+  std::uint64_t patch_count = 0, point_count = 0;
+};
+
+// Of a free frame. All of equal alignment.
+struct JointReaction {
+  Vec3 center_velocity = Vec3::Zero();   // m/s, of the centre of mass, over the last step
+  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the centre of mass, over the last step
+  Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
+  double known = 0;                                             // 1: there was a last step
+};
+
 struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
@@ -105,11 +126,16 @@ struct State {
   std::vector<BodyLoad> boundary_load;                           // [B] by contacts, at `time`,
                                                                  // torque about the origin
   // Motion frames. Local poses are those in the parent's axes, from the parent's origin.
-  std::vector<FrameMotion> frames;         // [F]
-  std::vector<Vec3> frame_position;        // [F] m, local
-  std::vector<Quat> frame_orientation;     // [F] local
-  std::vector<Vec3> boundary_position;     // [B] m, local; of those that a frame carries
-  std::vector<Quat> boundary_orientation;  // [B]
+  std::vector<FrameMotion> frames;             // [F]
+  std::vector<Vec3> frame_position;            // [F] m, local
+  std::vector<Quat> frame_orientation;         // [F] local
+  std::vector<Vec3> boundary_position;         // [B] m, local; of those that a frame carries
+  std::vector<Quat> boundary_orientation;      // [B]
+  std::vector<JointReaction> joint_reactions;  // [F]
+  // Contacts between boundaries: patches and points of one behind those of the other, no holes.
+  std::vector<BoundaryContactMemory> boundary_contacts;  // [boundary contacts of the model]
+  std::vector<Patch> boundary_patches;
+  std::vector<ContactPoint> boundary_points;
   // Started by stages.
   std::vector<Motion> extra_motions;
   std::vector<std::int32_t> extra_motion_mover, extra_motion_group;  // a boundary, or B + frame

@@ -8,6 +8,8 @@ namespace firn {
 
 namespace {
 
+constexpr double kThinnest = 0.2;  // of the thickness of a part, its largest rounding in a contact
+
 PairLaw base_law(const Model& model, const Interaction& i, double stiffness, double rounding,
                  double box_edge) {
   PairLaw law;
@@ -54,6 +56,55 @@ double thinnest_part(const std::vector<ConvexPart>& parts) {
   double t = std::numeric_limits<double>::infinity();
   for (const ConvexPart& p : parts) t = std::min(t, p.thickness);
   return t;
+}
+
+// The part with rounded edges and corners; one that is rounded more already stays as it is.
+std::vector<ConvexPart> rounded(const std::vector<ConvexPart>& parts, double rounding) {
+  std::vector<ConvexPart> out;
+  for (const ConvexPart& part : parts) {
+    if (part.radius >= rounding) {
+      out.push_back(part);
+      continue;
+    }
+    std::vector<HalfSpace> faces;
+    for (const ConvexPart::Face& f : part.faces)
+      faces.push_back({f.normal, f.offset + (f.internal ? 0 : part.radius), f.internal});
+    out.push_back(convex_part(faces, std::min(rounding, kThinnest * part.thickness)));
+  }
+  return out;
+}
+
+BoundaryContactTable contact_table(const Model& model, const BoundaryContact& contact) {
+  const Boundary& a = model.boundaries[static_cast<std::size_t>(contact.a)];
+  const Boundary& b = model.boundaries[static_cast<std::size_t>(contact.b)];
+  BoundaryContactTable table;
+  table.parts_a = rounded(a.parts, contact.rounding);
+  table.parts_b = rounded(b.parts, contact.rounding);
+  table.connected.assign(a.parts.size(), ~std::uint64_t{0});
+  table.reach_a = farthest_vertex(a.parts);
+  double rounding = std::numeric_limits<double>::infinity();
+  for (const auto* parts : {&table.parts_a, &table.parts_b})
+    for (const ConvexPart& part : *parts) rounding = std::min(rounding, part.radius);
+  // The side on which two parts have met is certain up to half of the thickness of both together.
+  const double thick_b = b.parts.empty() ? 0 : thinnest_part(b.parts);
+  table.law = base_law(model, contact.law, contact.stiffness, rounding, 0);
+  table.law.overlap_limit = 0.25 * (thinnest_part(a.parts) + thick_b);
+  const auto extents = [&](const std::vector<ConvexPart>& parts, bool is_a) {
+    Box3 box = part_box(parts[0]);
+    for (const ConvexPart& part : parts) {
+      const Box3 one = part_box(part);
+      box.lower = box.lower.cwiseMin(one.lower);
+      box.upper = box.upper.cwiseMax(one.upper);
+    }
+    const double radius = 0.5 * (box.upper - box.lower).norm();
+    if (!is_a && radius >= table.radius) return;
+    table.smaller_is_a = is_a;
+    table.center = 0.5 * (box.lower + box.upper);
+    table.radius = radius;
+  };
+  extents(a.parts, true);
+  if (!b.parts.empty()) extents(b.parts, false);
+  return table;
 }
 
 }  // namespace
@@ -105,6 +156,8 @@ Workspace::Workspace(const Model& model) : bonds(model), statistics(model) {
       trees.emplace_back(std::nullopt);
     }
   }
+  for (const BoundaryContact& contact : model.boundary_contacts)
+    boundary_contacts.push_back(contact_table(model, contact));
 }
 
 std::string name_of_body(const Model& model, int body) {

@@ -134,6 +134,18 @@ struct BondWorkspace {
   std::vector<double> lost;          // [bonds] J, in the present step
 };
 
+// A boundary contact as the search sees it.
+struct BoundaryContactTable {
+  PairLaw law;
+  std::vector<ConvexPart> parts_a, parts_b;  // with rounded edges; b: empty for a plane
+  std::vector<std::uint64_t> connected;      // [parts of a], all with all
+  double reach_a = 0;                        // m, of a, from its origin
+  // The smaller of the two in its own axes: bounds the motion of both against each other.
+  bool smaller_is_a = true;
+  Vec3 center = Vec3::Zero();  // m
+  double radius = 0;           // m
+};
+
 struct Workspace {
   explicit Workspace(const Model& model);
 
@@ -166,6 +178,9 @@ struct Workspace {
   BondWorkspace bonds;
   StatisticsWorkspace statistics;
 
+  std::vector<BoundaryContactTable> boundary_contacts;  // [boundary contacts of the model]
+  TaskScratch boundary_scratch;
+
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
     return shape_a * columns + shapes + boundary;
@@ -182,7 +197,8 @@ void find_contacts(const Model& model, Workspace& workspace, State& state);
 void build_pair_blocks(const Model& model, Workspace& workspace,
                        const State& state);  // after a new list
 void contact_forces(const Model& model, Workspace& workspace, State& state);
-void keep_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
+void boundary_contacts(const Model& model, Workspace& workspace, State& state);  // if there are any
+void keep_statistics(const Model& model, Workspace& workspace, State& state);    // if asked for
 void finish_velocities(const Model& model, const Workspace& workspace, State& state);
 void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
 // After this step; only then is the state to be checked.
@@ -192,6 +208,8 @@ void check_state(const Model& model, const Workspace& workspace, State& state);
 // Contacts' force and torque about the frame's origin, on all that it carries, at this step.
 BodyLoad load_on_frame(const Model& model, const State& state, int frame);
 // Boundaries and frames where they are at t = 0.
+BoundaryContactState boundary_contact_state(const Workspace& workspace, const State& state,
+                                            std::size_t number);
 void place_boundaries(const Model& model, State& state);
 void start_frame(const Model& model, const FrameStart& start, State& state);
 

@@ -143,6 +143,30 @@ Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& moti
   return position;
 }
 
+// What the parent has done to a free body over the step from the loads and poses at its start, by
+// the change of the body's momenta from the step before.
+void note_reaction(const Model& model, const FreeBody& body, const Vec3& origin,
+                   const BodyLoad& load, const FrameMotion& before, const FrameMotion& now,
+                   JointReaction& joint) {
+  const double dt = model.timestep;
+  const RotationMap from(before.rotation), to(now.rotation);
+  const Vec3 arm = from * (body.center - origin);
+  const Vec3 velocity = now.velocity + (to * (body.center - origin) - arm) / dt;
+  const Mat3 inertia =
+      0.5 * (from * body.inertia * from.transpose() + to * body.inertia * to.transpose());
+  const Vec3 angular_momentum = inertia * now.spin;
+  if (joint.known > 0) {
+    const Vec3 momentum =
+        body.mass * (velocity - joint.center_velocity) - body.mass * model.gravity * dt;
+    joint.impulse += momentum - load.force * dt;
+    joint.angular_impulse +=
+        angular_momentum - joint.angular_momentum + arm.cross(momentum) - load.torque * dt;
+  }
+  joint.center_velocity = velocity;
+  joint.angular_momentum = angular_momentum;
+  joint.known = 1;
+}
+
 void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>& before,
                    std::size_t f) {
   const MotionFrame& frame = model.frames[f];
@@ -154,8 +178,9 @@ void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>&
   const double dt = model.timestep;
   const Vec3 parent_origin = origin_of(model, frame.parent);
   Place place{s.frame_position[f], s.frame_orientation[f]};
+  BodyLoad load;
   if (frame.free) {
-    const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
+    load = load_on_frame(model, s, static_cast<int>(f));
     const HeldAxes held = kick(model, s, before, f, load, HalfKick::first);
     place.turned =
         drift(*frame.free, frame.origin, dt, held, coordinates(motion), place.orientation);
@@ -176,6 +201,8 @@ void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>&
   motion.spin = spin;
   motion.position = position;
   Eigen::Map<Mat3>(motion.rotation) = rotation;
+  if (frame.free)
+    note_reaction(model, *frame.free, frame.origin, load, before[f], motion, s.joint_reactions[f]);
 }
 
 void advance_boundary(const Model& model, State& s, std::size_t b) {
@@ -240,6 +267,7 @@ void finish_frames(const Model& model, State& s) {
 void place_boundaries(const Model& model, State& s) {
   const std::size_t n = model.particles.size();
   s.frames.resize(model.frames.size());
+  s.joint_reactions.resize(model.frames.size());
   s.frame_position.resize(model.frames.size());
   s.frame_orientation.resize(model.frames.size(), Quat::Identity());
   for (std::size_t f = 0; f < model.frames.size(); ++f) {

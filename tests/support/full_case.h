@@ -110,6 +110,11 @@ kind = "box"
 position = "20 0 20 mm"
 size = "20 40 30 mm"
 motion_frame = "carriage"
+[[boundary_contacts]]
+between = ["lever", "panel"]
+stiffness = "1e5 N/m"
+static_friction = 0.2
+restitution = 0.5
 [[boundaries]]
 name = "lever"
 material = "plastic"

@@ -56,6 +56,7 @@ std::vector<VerificationCase> energy_cases();        // "energy.": elastic impac
 std::vector<VerificationCase> body_cases();          // "body.": one rigid body, free and on a plane
 std::vector<VerificationCase> structure_cases();     // "structure.": stacks, arches
 std::vector<VerificationCase> bulk_cases();          // "bulk.": packings, silos, heaps
+std::vector<VerificationCase> machine_cases();       // "machine.": parts in contact, joints, motors
 std::vector<VerificationCase> invariance_cases();    // "invariance.": equivalent setups
 std::vector<VerificationCase> mesh_cases();          // "invariance.": other meshes, other parts
 std::vector<VerificationCase> tessellation_cases();  // "invariance.": the same solid cut otherwise

@@ -10,54 +10,32 @@
 namespace firn {
 namespace {
 
+double require(const TomlTable& t, std::string_view key, double value, bool fits,
+               const char* wanted) {
+  if (!fits) t.fail(key, fmt::format("is {}; expected {}", value, wanted));
+  return value;
+}
+
+double not_negative(const TomlTable& t, std::string_view key, double value) {
+  return require(t, key, value, value >= 0, "a number of at least 0");
+}
+
 Interaction read_interaction(const TomlTable& t) {
-  t.allow({"static_friction", "dynamic_friction", "restitution", "tangential_stiffness_ratio",
-           "unloading_floor", "rolling_resistance", "sliding_speed", "adhesion_force",
-           "adhesion_stiffness_fraction"});
-  const Interaction defaults;
-  const auto require = [&](std::string_view key, double value, bool fits, const char* wanted) {
-    if (!fits) t.fail(key, fmt::format("is {}; expected {}", value, wanted));
-    return value;
-  };
-  const auto not_negative = [&](std::string_view key, double value) {
-    return require(key, value, value >= 0, "a number of at least 0");
-  };
-  Interaction law;
-  law.static_friction = not_negative("static_friction", t.number("static_friction"));
-  // Left out it follows the static one, also when that is overridden: no value is filled in.
-  law.dynamic_friction = t.has("dynamic_friction")
-                             ? not_negative("dynamic_friction", t.number("dynamic_friction"))
-                             : law.static_friction;
-  if (law.dynamic_friction > law.static_friction) {
-    t.fail("dynamic_friction",
-           fmt::format("is {}, above the static friction {}; expected at most as much",
-                       law.dynamic_friction, law.static_friction));
-  }
-  law.restitution = t.number("restitution");
-  require("restitution", law.restitution, law.restitution > 0 && law.restitution <= 1,
-          "a number above 0 and up to 1");
-  law.tangential_stiffness_ratio =
-      t.number("tangential_stiffness_ratio", defaults.tangential_stiffness_ratio);
-  require("tangential_stiffness_ratio", law.tangential_stiffness_ratio,
-          law.tangential_stiffness_ratio > 0, "a number above 0");
-  law.unloading_floor = t.number("unloading_floor", defaults.unloading_floor);
-  require("unloading_floor", law.unloading_floor,
-          law.unloading_floor >= 0 && law.unloading_floor < 1, "a number from 0 to below 1");
+  Interaction law = read_dry_interaction(
+      t, {"rolling_resistance", "adhesion_force", "adhesion_stiffness_fraction"});
   law.rolling_resistance = not_negative(
-      "rolling_resistance", t.number("rolling_resistance", defaults.rolling_resistance));
-  law.sliding_speed = t.quantity("sliding_speed", dimension::velocity, Sign::non_negative,
-                                 si_text(defaults.sliding_speed, dimension::velocity));
+      t, "rolling_resistance", t.number("rolling_resistance", Interaction{}.rolling_resistance));
   // Not filled in where they are left out: most contacts are dry.
   if (t.has("adhesion_force"))
     law.adhesion_force = t.quantity("adhesion_force", dimension::force, Sign::non_negative);
   if (t.has("adhesion_stiffness_fraction")) {
     const double fraction = t.number("adhesion_stiffness_fraction");
     law.adhesion_stiffness_fraction =
-        require("adhesion_stiffness_fraction", fraction, fraction >= 0 && fraction < 1,
+        require(t, "adhesion_stiffness_fraction", fraction, fraction >= 0 && fraction < 1,
                 "a number from 0 to below 1");
   }
   if (law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0)
-    require("unloading_floor", law.unloading_floor, law.unloading_floor > 0,
+    require(t, "unloading_floor", law.unloading_floor, law.unloading_floor > 0,
             "a number above 0 beside adhesion, which acts while a contact bears");
   return law;
 }
@@ -88,6 +66,38 @@ std::pair<std::size_t, std::size_t> find_pair(const TomlTable& all, const std::s
 }
 
 }  // namespace
+
+Interaction read_dry_interaction(const TomlTable& t, std::vector<std::string_view> other_keys) {
+  other_keys.insert(other_keys.end(),
+                    {"static_friction", "dynamic_friction", "restitution",
+                     "tangential_stiffness_ratio", "unloading_floor", "sliding_speed"});
+  t.allow(other_keys);
+  const Interaction defaults;
+  Interaction law;
+  law.static_friction = not_negative(t, "static_friction", t.number("static_friction"));
+  // Left out it follows the static one, also when that is overridden: no value is filled in.
+  law.dynamic_friction = t.has("dynamic_friction")
+                             ? not_negative(t, "dynamic_friction", t.number("dynamic_friction"))
+                             : law.static_friction;
+  if (law.dynamic_friction > law.static_friction) {
+    t.fail("dynamic_friction",
+           fmt::format("is {}, above the static friction {}; expected at most as much",
+                       law.dynamic_friction, law.static_friction));
+  }
+  law.restitution = t.number("restitution");
+  require(t, "restitution", law.restitution, law.restitution > 0 && law.restitution <= 1,
+          "a number above 0 and up to 1");
+  law.tangential_stiffness_ratio =
+      t.number("tangential_stiffness_ratio", defaults.tangential_stiffness_ratio);
+  require(t, "tangential_stiffness_ratio", law.tangential_stiffness_ratio,
+          law.tangential_stiffness_ratio > 0, "a number above 0");
+  law.unloading_floor = t.number("unloading_floor", defaults.unloading_floor);
+  require(t, "unloading_floor", law.unloading_floor,
+          law.unloading_floor >= 0 && law.unloading_floor < 1, "a number from 0 to below 1");
+  law.sliding_speed = t.quantity("sliding_speed", dimension::velocity, Sign::non_negative,
+                                 si_text(defaults.sliding_speed, dimension::velocity));
+  return law;
+}
 
 std::vector<Material> read_materials(const TomlTable& root) {
   const TomlTable all = root.required_table("materials");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "experiments/text/toml_document.h"
@@ -11,6 +12,10 @@ namespace firn {
 
 // In the order of their names.
 std::vector<Material> read_materials(const TomlTable& root);
+
+// Friction and restitution of a contact that neither rolls with resistance nor adheres. The table
+// may have `other_keys`, too.
+Interaction read_dry_interaction(const TomlTable& table, std::vector<std::string_view> other_keys);
 
 struct InteractionTable {
   std::vector<Interaction> laws;  // as Model::interactions

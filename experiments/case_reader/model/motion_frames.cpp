@@ -175,7 +175,7 @@ void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
 
 FreeAxis read_axis(const TomlTable& t) {
   t.allow({"kind", "direction", "stiffness", "rest", "damping", "friction", "lower", "upper",
-           "stop_restitution", "drives"});
+           "stop_restitution", "armature", "drives"});
   FreeAxis axis;
   const bool turns = t.choice("kind", {"translation", "rotation"}) == "rotation";
   axis.kind = turns ? FreeAxis::Kind::rotation : FreeAxis::Kind::translation;
@@ -194,6 +194,10 @@ FreeAxis read_axis(const TomlTable& t) {
   axis.stop_restitution = t.number("stop_restitution", 0);
   if (!(axis.stop_restitution >= 0 && axis.stop_restitution < 1))
     t.fail("stop_restitution", "is not between 0 and 1; expected less than 1");
+  // Not filled in where it is left out: few axes have a rotor.
+  if (t.has("armature"))
+    axis.armature = t.quantity("armature", turns ? dimension::moment_of_inertia : dimension::mass,
+                               Sign::non_negative);
   for (const TomlTable& drive : t.tables("drives")) {
     axis.drives.push_back(read_drive(drive, axis.kind));
   }
@@ -320,7 +324,8 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
 
 Drive read_drive(const TomlTable& t, FreeAxis::Kind kind,
                  std::initializer_list<std::string_view> also) {
-  std::vector<std::string_view> keys{"start", "stop", "every", "speed", "to", "limit"};
+  std::vector<std::string_view> keys{"start", "stop",  "every",        "speed",
+                                     "to",    "limit", "no_load_speed"};
   keys.insert(keys.end(), also.begin(), also.end());
   t.allow(keys);
   const AxisUnits& units = units_of(kind == FreeAxis::Kind::rotation);
@@ -328,6 +333,13 @@ Drive read_drive(const TomlTable& t, FreeAxis::Kind kind,
   drive.speed = t.quantity("speed", units.rate, Sign::any);
   drive.target = t.optional_quantity("to", units.way, Sign::any);
   drive.limit = t.optional_quantity("limit", units.load, Sign::positive).value_or(kForever);
+  if (t.has("no_load_speed")) {
+    drive.no_load_speed = t.quantity("no_load_speed", units.rate, Sign::positive);
+    if (drive.limit == kForever)
+      t.fail("no_load_speed", "goes with a limit, which is the load at stall; expected both");
+    if (std::abs(drive.speed) > drive.no_load_speed)
+      t.fail("speed", "is above the no_load_speed, which is the fastest; expected less");
+  }
   read_schedule(t, drive);
   return drive;
 }

@@ -88,14 +88,22 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frames_ev
 
 // Of a measure of a part of a machine.
 void require_one_body(const TomlTable& t) {
-  if (t.has("boundary") == t.has("motion_frame"))
-    t.fail("boundary", "and motion_frame exclude each other; expected one of them");
+  if (t.has("boundary") + t.has("motion_frame") + t.has("boundary_contact") != 1)
+    t.fail("boundary",
+           "motion_frame and boundary_contact exclude each other; expected one of them");
   if (t.string("name", "").empty())
     t.fail("name", "is missing; expected a name, which the responses bear");
 }
 
+int contact_index(const TomlTable& t, const Model& model) {
+  std::vector<std::string_view> names;
+  for (const BoundaryContact& contact : model.boundary_contacts) names.push_back(contact.name);
+  return index_of(t, "boundary_contact", t.string("boundary_contact"), names, "boundary contact");
+}
+
 void read_curve(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
-  t.allow({"kind", "name", "boundary", "motion_frame", "axis", "x", "y", "points", "cfc"});
+  t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "axis", "x", "y",
+           "points", "cfc"});
   require_one_body(t);
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
@@ -103,6 +111,11 @@ void read_curve(const TomlTable& t, const Model& model, double frames_every, Mea
     if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
     m.x = t.choice("x", {"time", "displacement"}, "time");
     m.y = t.choice("y", {"force", "torque", "peak_normal_force"});
+  } else if (t.has("boundary_contact")) {
+    m.contact = contact_index(t, model);
+    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    m.x = t.choice("x", {"time"}, "time");
+    m.y = t.choice("y", {"force", "peak_normal_force"});
   } else {
     m.frame = frame_index(t, "motion_frame", model.frames);
     m.axis = t.integer("axis", 0, 0);
@@ -119,11 +132,13 @@ void read_curve(const TomlTable& t, const Model& model, double frames_every, Mea
 }
 
 void read_load(const TomlTable& t, const Case& c, Measure& m) {
-  t.allow({"kind", "name", "boundary", "motion_frame", "direction", "stage"});
+  t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "direction", "stage"});
   require_one_body(t);
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
     boundary_index(t, "boundary", m.boundary, c.model.boundaries);
+  } else if (t.has("boundary_contact")) {
+    m.contact = contact_index(t, c.model);
   } else {
     m.frame = frame_index(t, "motion_frame", c.model.frames);
   }

@@ -58,6 +58,22 @@ struct FrameState {
     double drive_impulse = 0, stop_impulse = 0;
   };
   std::vector<Axis> axes;  // of a free one
+  // N s, N m s: of all that its parent does to a free one through the joint (bearing, springs,
+  // drives, stops), about the moving origin, since the last clear_boundary_loads().
+  Vec3 reaction_impulse = Vec3::Zero(), reaction_angular_impulse = Vec3::Zero();
+};
+
+// A contact between two boundaries, at the end of a step.
+struct BoundaryContactState {
+  double gap = 0;                // m, least; negative: overlap; a lower bound while apart
+  Vec3 force = Vec3::Zero();     // N, world, on boundary a
+  double normal_force = 0;       // N, sum over its patches
+  int patches = 0;               // that bear a force
+  int sliding = 0;               // of them
+  Vec3 impulse = Vec3::Zero();   // N s, on boundary a, since the last clear_boundary_loads()
+  double peak_normal_force = 0;  // N, largest sum, since then
+  double elastic = 0;            // J, recoverable
+  double dissipated_normal = 0, dissipated_friction = 0;  // J, since the start
 };
 
 // What has become of a bond.

@@ -52,6 +52,16 @@ struct Boundary {
   int frame = -1;                       // motion frame that carries it; -1: the world
 };
 
+// Contact of two boundaries with each other, at least one of them on a free frame. Without one,
+// boundaries pass through each other.
+struct BoundaryContact {
+  std::string name;
+  int a = 0, b = 0;      // boundaries; a is a solid
+  Interaction law;       // rolling resistance and adhesion are not used
+  double stiffness = 0;  // N/m, loading
+  double rounding = 0;  // m, radius of edges and corners in this contact; faces stay where they are
+};
+
 struct Numerics {
   // Points nearer than the shell are tracked as contact points, touching or not. It is this
   // fraction of the smaller sweep radius of a pair, and never more than shell_limit.
@@ -75,6 +85,7 @@ struct Model {
   std::vector<Particle> particles;  // all that will ever exist, in order of their ids
   std::vector<Boundary> boundaries;
   std::vector<MotionFrame> frames;
+  std::vector<BoundaryContact> boundary_contacts;
   std::vector<BeamLaw> beams;
   std::vector<Bond> bonds;  // act while both particles are there, until they break
   Numerics numerics;

@@ -59,6 +59,9 @@ struct Drive : Schedule {
   double speed = 0;              // m/s or rad/s; with a target, the greatest
   std::optional<double> target;  // m or rad: goes there, and holds
   double limit = kForever;       // N or N m
+  // m/s or rad/s: what the drive can give falls linearly from `limit` at rest (stall) to nothing at
+  // this speed in the direction of its push.
+  double no_load_speed = kForever;
 };
 
 // One way in which a free body may move. Its coordinate is 0 at t = 0.
@@ -71,6 +74,7 @@ struct FreeAxis {
   double friction = 0;                         // N or N m, against any motion
   double lower = -kForever, upper = kForever;  // m or rad, hard stops
   double stop_restitution = 0;                 // speed after over speed before a stop
+  double armature = 0;                         // kg or kg m^2, of a rotor geared to the axis
   std::vector<Drive> drives;
 };
 

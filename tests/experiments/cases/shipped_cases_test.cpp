@@ -36,9 +36,9 @@ class IcemakerCases : public ResultsFolder {
 using IcemakerCasesLong = IcemakerCases;
 
 TEST_F(IcemakerCases, EveryCaseIsWholeAndReadsAgainFromItsResolvedText) {
-  for (const char* name :
-       {"harvest", "harvest_bridged", "bucket_pull", "bucket_pull_paddle", "auger_half",
-        "auger_full", "auger_compression", "glass_impact", "platen_test"}) {
+  for (const char* name : {"harvest", "harvest_bridged", "bucket_pull", "bucket_pull_paddle",
+                           "auger_half", "auger_full", "auger_compression", "auger_press",
+                           "arm_binding", "glass_impact", "platen_test"}) {
     const Case c = read_case(shipped(name));
     EXPECT_NO_THROW(check_runnable(c)) << name;
     EXPECT_EQ(read_case_text(c.resolved, "again.toml", "/").resolved, c.resolved) << name;
@@ -95,6 +95,19 @@ TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
   EXPECT_EQ(static_cast<double>(pull.placed.size()), value(summary, "present_count"));
   EXPECT_EQ(pull.frame_starts.size(), 4u);
   EXPECT_NO_THROW(check_machine(pull));
+}
+
+TEST_F(IcemakerCasesLong, ArmBindsWithAWallThatIsHighOverItsBarAndRough) {
+  const auto end_of_push = [&](const char* height, const char* friction) {
+    const RunSummary summary =
+        run_case("arm_binding", {{"boundaries.bucket.back_height", height},
+                                 {"boundary_contacts.arm-bucket.static_friction", friction}});
+    EXPECT_EQ(summary.status, RunStatus::finished) << summary.reason;
+    return value(summary, "drawer_coordinate_end");
+  };
+  EXPECT_NEAR(end_of_push("99.6 mm", "0.1"), 0, 1e-4);
+  EXPECT_NEAR(end_of_push("99.8 mm", "0.1"), 0, 1e-4);
+  EXPECT_GT(end_of_push("99.8 mm", "0.5"), 0.07);
 }
 
 // Columns of the bucket that no blade of the auger reaches, from 1.

@@ -1,0 +1,13 @@
+// [[boundary_contacts]]: contacts of boundaries with each other.
+#pragma once
+
+#include <vector>
+
+#include "experiments/text/toml_document.h"
+#include "firn/model.h"
+
+namespace firn {
+
+std::vector<BoundaryContact> read_boundary_contacts(const TomlTable& root, const Model& model);
+
+}  // namespace firn

@@ -1,0 +1,23 @@
+// The part of a machine that a measure is about: a boundary contact, a boundary or a motion frame.
+#pragma once
+
+#include <string>
+
+#include "experiments/case/case.h"
+
+namespace firn {
+
+inline std::string measured_part(const Case& c, const Measure& m) {
+  if (m.contact >= 0) return c.model.boundary_contacts[static_cast<std::size_t>(m.contact)].name;
+  return m.boundary.empty() ? c.model.frames[static_cast<std::size_t>(m.frame)].name : m.boundary;
+}
+
+// Of the results file, with a slash at its end.
+inline std::string part_group(const Case& c, const Measure& m) {
+  const char* group = m.contact >= 0       ? "/boundary_contacts/"
+                      : m.boundary.empty() ? "/motion_frames/"
+                                           : "/boundaries/";
+  return group + measured_part(c, m) + "/";
+}
+
+}  // namespace firn
