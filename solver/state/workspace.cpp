@@ -90,9 +90,9 @@ BoundaryContactTable contact_table(const Model& model, const BoundaryContact& co
   table.law = base_law(model, contact.law, contact.stiffness, rounding, 0);
   table.law.overlap_limit = 0.25 * (thinnest_part(a.parts) + thick_b);
   const auto extents = [&](const std::vector<ConvexPart>& parts, bool is_a) {
-    Box3 box = part_box(parts[0]);
+    Aabb box = part_box(parts[0]);
     for (const ConvexPart& part : parts) {
-      const Box3 one = part_box(part);
+      const Aabb one = part_box(part);
       box.lower = box.lower.cwiseMin(one.lower);
       box.upper = box.upper.cwiseMax(one.upper);
     }
