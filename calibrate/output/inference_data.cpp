@@ -24,7 +24,7 @@ std::string variable_name(std::string label) {
   return label;
 }
 
-std::string unit_of(const std::string& unit) { return unit.empty() ? "1" : unit; }
+std::string unit_text(const std::string& unit) { return unit.empty() ? "1" : unit; }
 
 void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
   const std::vector<VectorXd> u = resampled(*a.posterior, draws);
@@ -43,7 +43,7 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
     const Parameter& p = study.parameters[i];
     for (std::size_t s = 0; s < u.size(); ++s)
       values[s] = p.from_unit(u[s][static_cast<Eigen::Index>(i)]);
-    file.variable("posterior", p.name, per_draw, values, {{"units", unit_of(p.unit)}});
+    file.variable("posterior", p.name, per_draw, values, {{"units", unit_text(p.unit)}});
   }
   std::ranges::transform(u, values.begin(),
                          [&](const VectorXd& x) { return -0.5 * misfit.cost(x); });
@@ -57,7 +57,7 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
       file.dimension(group, dimension, 1);
     file.variable(
         "observed_data", name, {dimension}, std::span(&t.value, 1),
-        {{"units", unit_of(t.unit)}, {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
+        {{"units", unit_text(t.unit)}, {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
     for (std::size_t s = 0; s < u.size(); ++s) {
       const Prediction p = a.knowledge->targets[k].surrogate.best.predict(u[s]);
       const double z = std::sqrt(-2 * std::log(uniform(random))) *
@@ -65,7 +65,7 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
       values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * z;
     }
     file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values,
-                  {{"units", unit_of(t.unit)}});
+                  {{"units", unit_text(t.unit)}});
   }
 }
 

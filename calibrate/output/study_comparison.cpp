@@ -157,7 +157,7 @@ void moments(const std::vector<const Column*>& columns, const std::vector<bool>&
   covariance = off.transpose() * w.asDiagonal() * off;
 }
 
-ordered_json number(double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(); }
+ordered_json finite_or_null(double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(); }
 
 }  // namespace
 
@@ -236,14 +236,14 @@ std::string comparison_json(const StudyComparison& c) {
   ordered_json j = {{"a", {{"study", c.study_a}, {"verdict", c.verdict_a}}},
                     {"b", {{"study", c.study_b}, {"verdict", c.verdict_b}}},
                     {"parameters", ordered_json::array()},
-                    {"chi_square", number(c.chi_square)},
+                    {"chi_square", finite_or_null(c.chi_square)},
                     {"degrees_of_freedom", c.parameters.size()},
-                    {"probability", number(c.probability)},
+                    {"probability", finite_or_null(c.probability)},
                     {"only_a", c.only_a},
                     {"only_b", c.only_b}};
   const auto side = [](const ParameterComparison::Side& s) {
     return ordered_json{
-        {"answer", number(s.answer)}, {"interval_95", {s.low, s.high}}, {"median", s.median}};
+        {"answer", finite_or_null(s.answer)}, {"interval_95", {s.low, s.high}}, {"median", s.median}};
   };
   for (const ParameterComparison& p : c.parameters)
     j["parameters"].push_back({{"name", p.name},

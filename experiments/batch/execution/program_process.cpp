@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto patience = std::chrono::seconds(2);  // between SIGTERM and SIGKILL
+constexpr auto kill_delay = std::chrono::seconds(2);  // between SIGTERM and SIGKILL
 
 std::string folder_of(const Job& job) { return (fs::path(job.folder) / job.key).string(); }
 
@@ -143,7 +143,7 @@ void ProgramProcess::watch_limits() {
     over_ = Over::time;
     end();
   }
-  if (told_to_end_ && Clock::now() - *told_to_end_ > patience) kill(-pid_, SIGKILL);
+  if (told_to_end_ && Clock::now() - *told_to_end_ > kill_delay) kill(-pid_, SIGKILL);
 }
 
 std::optional<JobResult> ProgramProcess::poll() {

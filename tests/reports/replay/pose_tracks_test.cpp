@@ -125,7 +125,7 @@ TEST(PoseTracks, ThinningKeepsTheLastFrameAndNoMoreThanItsRate) {
 }
 
 TEST(PoseTracks, AMinuteOf160MovingBodiesIsSmall) {
-  const std::string text = base64(deflated(pack(wandering(160, 1801, 30)).bytes));
+  const std::string text = base64(zlib_compressed(pack(wandering(160, 1801, 30)).bytes));
   EXPECT_LT(text.size(), 6'000'000U);  // all of them tumble at every instant: nothing to save
 }
 
