@@ -42,7 +42,8 @@ double weighted_quantile(const std::vector<double>& x, const std::vector<double>
 // the cube is carried to the posterior through tempered densities, each step as long as half of the
 // cloud still carries weight, and moved by Metropolis steps of the cloud's own covariance in
 // between (Del Moral, Doucet and Jasra 2006; step length of Roberts, Gelman and Gilks 1997).
-// Where the cost is infinite there is no density. Deterministic. `weight`, `cost`, `effective_samples` and `cost_95` are filled in.
+// Where the cost is infinite there is no density. Deterministic. `weight`, `cost`,
+// `effective_samples` and `cost_95` are filled in.
 Posterior sample_density(const std::function<double(const Eigen::VectorXd&)>& cost, int dimensions);
 
 // The posterior of a study, all of it filled in.
