@@ -157,7 +157,9 @@ void moments(const std::vector<const Column*>& columns, const std::vector<bool>&
   covariance = off.transpose() * w.asDiagonal() * off;
 }
 
-ordered_json finite_or_null(double x) { return std::isfinite(x) ? ordered_json(x) : ordered_json(); }
+ordered_json finite_or_null(double x) {
+  return std::isfinite(x) ? ordered_json(x) : ordered_json();
+}
 
 }  // namespace
 
@@ -242,8 +244,9 @@ std::string comparison_json(const StudyComparison& c) {
                     {"only_a", c.only_a},
                     {"only_b", c.only_b}};
   const auto side = [](const ParameterComparison::Side& s) {
-    return ordered_json{
-        {"answer", finite_or_null(s.answer)}, {"interval_95", {s.low, s.high}}, {"median", s.median}};
+    return ordered_json{{"answer", finite_or_null(s.answer)},
+                        {"interval_95", {s.low, s.high}},
+                        {"median", s.median}};
   };
   for (const ParameterComparison& p : c.parameters)
     j["parameters"].push_back({{"name", p.name},
