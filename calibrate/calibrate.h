@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -12,6 +13,8 @@
 namespace firn {
 
 class Executor;
+struct Study;
+struct Answer;
 
 struct StudyOptions {
   std::string study_file;          // TOML
@@ -30,6 +33,8 @@ struct StudyOptions {
   const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
   MaterialLabel save;  // also make a material record of the answer, when it has a name
   Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
+  // Called once with what was found, unless the study was interrupted.
+  std::function<void(const Study&, const Answer&)> on_answer;
 };
 
 struct StudySummary {
@@ -48,5 +53,7 @@ struct StudySummary {
 // `json`. Throws InputError for a wrong study file, a directory that holds another study, or one
 // that another process is working in.
 StudySummary calibrate(const StudyOptions& options);
+// The same of a study that has been read; `options.study_file` is not used.
+StudySummary calibrate(Study study, const StudyOptions& options);
 
 }  // namespace firn
