@@ -17,6 +17,9 @@ from .runs import Run, resume, run
 from .studies import (Batch, Study, StudyResults, Sweep, SweepResults, Validation,
                       ValidationResults, program)
 
+InputError.__doc__ = "A mistake in what was given: one line that says what is expected."
+RunError.__doc__ = "A simulation or a program that failed."
+
 __all__ = [
     "Batch", "Calibration", "Case", "Frame", "InputError", "LiveFrame", "Parameter", "Response",
     "Results", "Run", "RunError", "Study", "StudyResults", "Sweep", "SweepResults", "Target",

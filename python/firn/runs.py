@@ -12,6 +12,18 @@ from .results import Results
 OnFrame = Callable[[_core.LiveFrame], Optional[bool]]
 
 
+def _stopping(on_frame: OnFrame | None) -> OnFrame | None:
+    """Makes a plain bool of what a callback returns: NumPy's comparisons have a type of their own."""
+    if on_frame is None:
+        return None
+
+    def call(frame: _core.LiveFrame) -> bool:
+        answer = on_frame(frame)
+        return answer is None or bool(answer)
+
+    return call
+
+
 class Run:
     """What came of a run. run["name"] is a response."""
 
@@ -81,10 +93,13 @@ def run(case: Case, results_file: Path, *, threads: int = 1, on_frame: OnFrame |
     Ctrl-C saves the state and raises KeyboardInterrupt; resume() continues. Other threads of Python
     go on during the run.
     """
-    return Run(_core.run(case._core, os.fspath(results_file), threads, checkpoint_every, on_frame))
+    return Run(_core.run(case._core, os.fspath(results_file), threads, checkpoint_every,
+                         _stopping(on_frame)))
 
 
 def resume(results_file: Path, *, threads: int = 1, on_frame: OnFrame | None = None,
            checkpoint_every: float = 60.0) -> Run:
-    """Continues an interrupted run, with the bits of an uninterrupted one."""
-    return Run(_core.resume(os.fspath(results_file), threads, checkpoint_every, on_frame))
+    """Continues an interrupted run, with the bits of an uninterrupted one. No Results of this process
+    may hold the file open."""
+    return Run(_core.resume(os.fspath(results_file), threads, checkpoint_every,
+                         _stopping(on_frame)))

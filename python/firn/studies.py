@@ -26,13 +26,10 @@ R = TypeVar("R")
 
 
 def program() -> str:
-    """Path of the firn program: $FIRN_PROGRAM, the one of this package, or that on PATH."""
+    """Path of the firn program: $FIRN_PROGRAM, or that on PATH."""
     named = os.environ.get("FIRN_PROGRAM")
     if named:
         return named
-    own = pathlib.Path(__file__).parent / "bin" / "firn"
-    if own.exists():
-        return str(own)
     found = shutil.which("firn")
     if not found:
         raise _core.RunError("the program firn is not found; install it, or set FIRN_PROGRAM")

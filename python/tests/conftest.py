@@ -31,6 +31,8 @@ region_max = "50 50 120 mm"
 name = "floor"
 kind = "plane"
 material = "ice"
+point = "0 0 0 m"
+normal = [0, 0, 1]
 [output]
 frames_every = "10 ms"
 """

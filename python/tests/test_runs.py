@@ -20,7 +20,7 @@ def frames_of(file):
 
 def test_run_gives_responses_and_the_bits_of_the_program(case_file, case, tmp_path):
     run = firn.run(case, tmp_path / "here.h5", threads=2)
-    assert run.status == "finished" and run.simulated == pytest.approx(0.3) and run.steps > 1000
+    assert run.status == "finished" and run.simulated == pytest.approx(0.3, abs=1e-4) and run.steps > 1000
     assert run["present_count"].value == 2 and run["present_mass"].unit == "kg"
     with pytest.raises(KeyError):
         run["weather"]
@@ -30,22 +30,22 @@ def test_run_gives_responses_and_the_bits_of_the_program(case_file, case, tmp_pa
 
 
 def test_each_frame_is_seen_as_it_is_recorded(case, tmp_path):
-    seen, last = [], []
+    seen, last, borne = [], [], []
 
     def on_frame(frame):
         seen.append((frame.time, frame.position.tobytes(), frame.orientation.tobytes(),
                      frame.velocity.tobytes()))
         contacts = frame.contacts()
         assert set(map(len, contacts.values())) == {len(contacts["a"])}
+        # The boxes rest on the floor, body 2.
+        if frame.time > 0.2:
+            borne.append(contacts["force"][contacts["b"] == 2, 2].sum())
         last[:] = [frame, contacts, frame.position]
 
     firn.run(case, tmp_path / "run.h5", on_frame=on_frame)
-    assert seen == frames_of(tmp_path / "run.h5") and len(seen) == 31
-    frame, contacts, position = last
-    # The boxes rest on the floor, body 2: it bears their weight.
-    on_floor = contacts["b"] == 2
-    weight = 2 * 916.7 * 8e-6 * 9.81
-    assert -contacts["force"][on_floor, 2].sum() == pytest.approx(-weight, rel=0.05)
+    assert seen == frames_of(tmp_path / "run.h5") and len(seen) == 32  # every 10 ms, and the end
+    frame, _, position = last
+    assert numpy.mean(borne) == pytest.approx(2 * 916.7 * 8e-6 * 9.81, rel=0.1)
     assert numpy.isfinite(position).all()  # belongs to the caller
     with pytest.raises(RuntimeError, match="frame is over"):
         frame.position
@@ -84,6 +84,7 @@ def test_ctrl_c_saves_the_state(case, tmp_path):
     results = firn.Results(tmp_path / "run.h5")
     assert results.status == "interrupted"
     reached = results.times[-1]
+    del results  # a file that is open for reading cannot be written
     again = firn.resume(tmp_path / "run.h5", on_frame=lambda frame: frame.time < reached + 0.1)
     assert again.status == "interrupted" and again.simulated > reached
 
