@@ -16,9 +16,10 @@ def _stopping(on_frame: OnFrame | None) -> OnFrame | None:
     """Makes a plain bool of what a callback returns: NumPy's comparisons have a type of their own."""
     if on_frame is None:
         return None
+    callback = on_frame
 
     def call(frame: _core.LiveFrame) -> bool:
-        answer = on_frame(frame)
+        answer = callback(frame)
         return answer is None or bool(answer)
 
     return call
