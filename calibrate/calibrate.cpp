@@ -134,6 +134,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   batch.progress().done();
   StudySummary summary =
       summarize(study, answer, batch.journal(), campaign, directory, options.plot);
+  if (options.on_answer) options.on_answer(study, answer);
   if (!options.save.name.empty()) {
     try {
       std::vector<JournalRun> used = batch.journal().runs();
@@ -150,8 +151,12 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
 }  // namespace
 
 StudySummary calibrate(const StudyOptions& options) {
-  Study study = read_study(options.study_file,
-                           options.allow_programs ? Programs::allowed : Programs::refused);
+  return calibrate(read_study(options.study_file,
+                              options.allow_programs ? Programs::allowed : Programs::refused),
+                   options);
+}
+
+StudySummary calibrate(Study study, const StudyOptions& options) {
   const std::string directory =
       options.directory.empty() ? (fs::path("runs") / study.name).string() : options.directory;
   return with_kept_runs(directory, [&] { return carry_out(study, options, directory); });

@@ -2,6 +2,7 @@
 // docs/calibration.md.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -12,6 +13,8 @@
 namespace firn {
 
 class Executor;
+struct Study;
+struct Answer;
 
 struct StudyOptions : BatchOptions {
   std::string study_file;       // TOML
@@ -21,6 +24,8 @@ struct StudyOptions : BatchOptions {
   double memory_limit = 0;  // bytes resident of one run
   bool plot = true;         // draw the fitted response with gnuplot
   MaterialLabel save;       // also make a material record of the answer, when it has a name
+  // Called once with what was found, unless the study was interrupted.
+  std::function<void(const Study&, const Answer&)> on_answer;
 };
 
 struct StudySummary {
@@ -39,5 +44,7 @@ struct StudySummary {
 // `json`. Throws InputError for a wrong study file, a directory that holds another study, or one
 // that another process is working in.
 StudySummary calibrate(const StudyOptions& options);
+// The same of a study that has been read; `options.study_file` is not used.
+StudySummary calibrate(Study study, const StudyOptions& options);
 
 }  // namespace firn

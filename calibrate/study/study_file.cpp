@@ -83,8 +83,16 @@ Experiment read_experiment(const TomlTable& t, const Study& study, Programs prog
   return e;
 }
 
+// What simulates: the solver with case files and programs, or a function of the caller.
+enum class Simulates { cases, function };
+
 void read_experiments(const TomlTable& root, const TomlTable& head, Study& study,
-                      Programs programs) {
+                      Simulates simulates, Programs programs) {
+  if (simulates == Simulates::function) {
+    study.experiments.push_back(
+        {"", "the simulator", {}, std::vector<bool>(study.parameters.size(), true)});
+    return;
+  }
   const std::vector<TomlTable> tables = root.tables("experiments");
   if (tables.empty()) {
     study.experiments.push_back(
@@ -292,6 +300,37 @@ void read_compare(const TomlTable& root, Study& study) {
   }
 }
 
+Study read_text(const std::string& text, const std::string& source, Simulates simulates,
+                Programs programs) {
+  Study study;
+  study.source = source;
+  study.text = text;
+  TomlDocument document(study.text, source);
+  const TomlTable root = TomlTable::root(document);
+  root.allow({"study", "experiments", "budget", "parameters", "priors", "constraints", "targets",
+              "observe", "compare", "numerics", "direct", "execution"});
+  const TomlTable head = root.required_table("study");
+  head.allow({"name", "case", "bench_tests", "seed", "threads"});
+  study.name = path_name(head);
+  study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
+  study.threads = head.integer("threads", 1, 1);
+  read_parameters(root, study);
+  read_priors(root, study);
+  read_constraints(root, study);
+  read_experiments(root, head, study, simulates, programs);
+  require_keys(root, study);
+  read_responses(root, head, study);
+  read_compare(root, study);
+  read_numerics(root, study);
+  if (root.has("direct")) read_direct(root, study);
+  study.execution = read_execution(root);
+  study.budget = read_budget(root, study);
+  if (study.largest_total() > input_limits::batch_runs)
+    root.fail("budget",
+              fmt::format("makes more than {} runs; expected fewer", input_limits::batch_runs));
+  return study;
+}
+
 }  // namespace
 
 const char* to_string(DirectSearch search) {
@@ -311,33 +350,12 @@ const char* to_string(DirectSearch search) {
 }
 
 Study read_study(const std::string& file, Programs programs) {
-  Study study;
-  study.source = file;
-  study.text = read_input_file(file, "a study file (TOML)", input_limits::toml_bytes);
-  TomlDocument document(study.text, file);
-  const TomlTable root = TomlTable::root(document);
-  root.allow({"study", "experiments", "budget", "parameters", "priors", "constraints", "targets",
-              "observe", "compare", "numerics", "direct", "execution"});
-  const TomlTable head = root.required_table("study");
-  head.allow({"name", "case", "bench_tests", "seed", "threads"});
-  study.name = path_name(head);
-  study.seed = static_cast<std::uint64_t>(head.integer("seed", 0, 1));
-  study.threads = head.integer("threads", 1, 1);
-  read_parameters(root, study);
-  read_priors(root, study);
-  read_constraints(root, study);
-  read_experiments(root, head, study, programs);
-  require_keys(root, study);
-  read_responses(root, head, study);
-  read_compare(root, study);
-  read_numerics(root, study);
-  if (root.has("direct")) read_direct(root, study);
-  study.execution = read_execution(root);
-  study.budget = read_budget(root, study);
-  if (study.largest_total() > input_limits::batch_runs)
-    root.fail("budget",
-              fmt::format("makes more than {} runs; expected fewer", input_limits::batch_runs));
-  return study;
+  return read_text(read_input_file(file, "a study file (TOML)", input_limits::toml_bytes), file,
+                   Simulates::cases, programs);
+}
+
+Study read_function_study(const std::string& text, const std::string& source) {
+  return read_text(text, source, Simulates::function, Programs::refused);
 }
 
 }  // namespace firn

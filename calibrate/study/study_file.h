@@ -121,5 +121,8 @@ struct Study {
 // Reads and checks a study. Throws InputError with one line
 // `FILE:LINE: KEY: what is wrong; what is expected`.
 Study read_study(const std::string& file, Programs programs = Programs::refused);
+// A study of a function instead of cases, from text; `source` names it in messages. Its parameters
+// are keys of their own names.
+Study read_function_study(const std::string& text, const std::string& source);
 
 }  // namespace firn

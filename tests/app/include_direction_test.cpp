@@ -90,13 +90,21 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"app/commands",
      {"app/output", "calibrate", "experiments/batch/sweep", "experiments/export", "validation"}},
     {"app", {"app/commands"}},
+
+    // The public library: its headers need those of the solver alone.
+    {"library/include/firn/experiments", {"solver/include/firn"}},
+    {"library/include/firn/calibrate", {}},
+    {"library/experiments",
+     {"library/include/firn/experiments", "experiments/case_reader", "experiments/run"}},
+    {"library/calibrate", {"library/include/firn/calibrate", "calibrate"}},
+    {"python/src", {"library/include/firn/experiments", "library/include/firn/calibrate"}},
 };
 
 // A unit is a header, a source, or both of one name.
 constexpr std::size_t kMostUnits = 16;
 
-const std::set<std::string> libraries = {"solver",     "experiments", "calibrate",
-                                         "validation", "reports",     "app"};
+const std::set<std::string> libraries = {"solver",  "experiments", "calibrate", "validation",
+                                         "reports", "app",         "library",   "python"};
 
 // Folders that each folder may include from: those of its row and of the rows of these. A row may
 // name folders of earlier rows alone, so that no cycle is possible.
@@ -118,11 +126,15 @@ std::map<std::string, std::set<std::string>> reachable() {
 // Headers of the project that a source includes, relative to the project.
 std::set<std::string> included_by(const std::string& text) {
   static const std::regex include(
-      R"re(#\s*include\s*["<]((firn|solver|experiments|calibrate|validation|reports|app|tests)/[^">]+)[">])re");
+      R"re(#\s*include\s*["<]((firn|solver|experiments|calibrate|validation|reports|app|library|python|tests)/[^">]+)[">])re");
   std::set<std::string> headers;
-  for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end; ++match)
-    headers.insert((*match)[2] == "firn" ? "solver/include/" + (*match)[1].str()
-                                         : (*match)[1].str());
+  for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end; ++match) {
+    const std::string header = (*match)[1];
+    const bool is_public = (*match)[2] == "firn";
+    // Headers of the solver lie in firn/ itself, those of the public library in folders of it.
+    const bool of_library = is_public && header.find('/', 5) != header.npos;
+    headers.insert((of_library ? "library/include/" : is_public ? "solver/include/" : "") + header);
+  }
   return headers;
 }
 
@@ -176,9 +188,25 @@ TEST(Layers, IncludesPointOneWay) {
 TEST(Layers, IncludesAreRecognized) {
   EXPECT_EQ(
       included_by("#include <vector>\n#include \"solver/core/simd.h\"\n# include \"app/x.h\"\n"
-                  "#include <reports/html/page.h>\n#include \"firn/model.h\"\n"),
-      (std::set<std::string>{"app/x.h", "reports/html/page.h", "solver/core/simd.h",
+                  "#include <reports/html/page.h>\n#include \"firn/model.h\"\n"
+                  "#include \"firn/experiments/run.h\"\n"),
+      (std::set<std::string>{"app/x.h", "library/include/firn/experiments/run.h",
+                             "reports/html/page.h", "solver/core/simd.h",
                              "solver/include/firn/model.h"}));
+}
+
+// A program on the public library compiles with Eigen and the standard library alone.
+TEST(Layers, PublicHeadersIncludeNoPrivateLibrary) {
+  static const std::regex foreign(R"(#\s*include\s*[<"](?!firn/|Eigen/)[^">]*[/.])");
+  int files = 0;
+  for (const char* folder : {"solver/include", "library/include"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(FIRN_SOURCE_DIR) / folder)) {
+      if (!entry.is_regular_file()) continue;
+      ++files;
+      EXPECT_FALSE(std::regex_search(read_text(entry.path()), foreign)) << entry.path().string();
+    }
+  }
+  EXPECT_GT(files, 15);
 }
 
 // The solver reads and writes no files and starts no processes.

@@ -1,0 +1,113 @@
+"""Batches through the program, and their folders as tables."""
+
+import pytest
+
+import firn
+
+STUDY = """
+[study]
+name = "density"
+case = "case.toml"
+[budget]
+runs = 14
+[[parameters]]
+name = "density"
+keys = ["materials.ice.density"]
+min = "500 kg/m^3"
+max = "1500 kg/m^3"
+[[targets]]
+response = "present_mass"
+value = "0.0144 kg"
+uncertainty = "0.0002 kg"
+"""
+SWEEP = """
+[sweep]
+name = "densities"
+case = "case.toml"
+seeds = 2
+responses = ["present_mass"]
+[[vary]]
+name = "density"
+keys = ["materials.ice.density"]
+values = ["900 kg/m^3", "1800 kg/m^3"]
+"""
+SUITE = """
+[suite]
+name = "boxes"
+seeds = 3
+[[parameter_sets]]
+name = "as it is"
+[[experiments]]
+name = "fall"
+case = "case.toml"
+[[comparisons]]
+name = "mass"
+kind = "value"
+experiment = "fall"
+measurement = "mass.toml"
+"""
+MASS = """
+name = "mass of two boxes"
+response = "present_mass"
+values = ["0.0146 kg", "0.0147 kg", "0.0148 kg"]
+status = "measured"
+source = "a balance"
+"""
+
+
+def test_study(case_file):
+    folder = case_file.parent
+    (folder / "study.toml").write_text(STUDY)
+    batch = firn.Study(folder / "study.toml").start(folder / "out", jobs=2)
+    study = batch.wait()
+    assert not batch.running
+    low, high = study.parameters().loc["density", ["low", "high"]]
+    assert low <= 0.0144 / 16e-6 <= high
+    assert study.targets().loc["present_mass", "value"] == 0.0144
+    assert (study.runs()["status"] == "finished").all()
+    assert study.posterior()["weight"].sum() == pytest.approx(1)
+    assert study.verdict and study.headline
+
+
+def test_interrupted_study_continues(case_file):
+    folder = case_file.parent
+    (folder / "study.toml").write_text(STUDY)
+    study = firn.Study(folder / "study.toml")
+    with study.start(folder / "out", jobs=1) as batch:
+        with pytest.raises(TimeoutError):
+            batch.wait(timeout=0.05)
+        batch.interrupt()
+        with pytest.raises(firn.RunError):
+            batch.wait(timeout=30)
+    assert study.run(folder / "out").verdict
+
+
+def test_sweep(case_file):
+    folder = case_file.parent
+    (folder / "sweep.toml").write_text(SWEEP)
+    sweep = firn.Sweep(folder / "sweep.toml").run(folder / "out")
+    table = sweep.combinations()
+    assert list(table["present_mass"]) == pytest.approx([900 * 16e-6, 1800 * 16e-6], rel=0.01)
+    assert len(sweep.runs()) == 4
+
+
+def test_validation(case_file):
+    folder = case_file.parent
+    (folder / "suite.toml").write_text(SUITE)
+    (folder / "mass.toml").write_text(MASS)
+    validation = firn.Validation(folder / "suite.toml").run(folder / "out")
+    row = validation.comparisons().iloc[0]
+    assert row["measured"] == pytest.approx(0.0147) and row["simulated"] == pytest.approx(916.7 * 16e-6)
+    assert row["verdict"] and len(validation.runs()) >= 3
+
+
+def test_mistakes(case_file, tmp_path):
+    (tmp_path / "wrong.toml").write_text(STUDY.replace("case.toml", "none.toml"))
+    with pytest.raises(firn.InputError, match="none.toml"):
+        firn.Study(tmp_path / "wrong.toml").run(tmp_path / "out")
+    with pytest.raises(firn.InputError, match="results.json"):
+        firn.StudyResults(tmp_path / "nothing")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "results.json").write_text("[]")
+    with pytest.raises(firn.InputError, match="holds no study"):
+        firn.StudyResults(tmp_path / "other")
