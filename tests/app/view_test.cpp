@@ -296,8 +296,8 @@ TEST(ViewInABrowser, FollowsARunToItsEnd) {
 TEST(ViewInABrowser, FollowsAStudyToItsEnd) {
   const Folder folder;
   ASSERT_EQ(folder.firn({"new", "s", "--from", "own-study"}).status, 0);
-  const std::string study = (fs::path(folder.path()) / "s/study.toml").string();
-  const std::string runs = (fs::path(folder.path()) / "runs").string();
+  const std::string study = (std::filesystem::path(folder.path()) / "s/study.toml").string();
+  const std::string runs = (std::filesystem::path(folder.path()) / "runs").string();
   const pid_t calibration = folder.start({"calibrate", study, "-o", runs, "--jobs", "1"});
   for (int i = 0; i < 200 && !folder.contains("runs/study.db"); ++i)
     std::this_thread::sleep_for(milliseconds(20));
