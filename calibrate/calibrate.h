@@ -18,7 +18,7 @@ struct Answer;
 
 struct StudyOptions : BatchOptions {
   std::string study_file;       // TOML
-  bool allow_programs = false;  // the study may start programs of its own (docs/calibration.md)
+  bool allow_programs = false;  // the study may start user programs (docs/calibration.md)
   // In place of those of the study file's [execution]; 0: as it says.
   double time_limit = 0;    // s of wall time of one run
   double memory_limit = 0;  // bytes resident of one run

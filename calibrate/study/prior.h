@@ -1,6 +1,6 @@
-// What is believed of the parameters before the study: [[priors]] of a study, beside prior_mean and
-// prior_sd of a parameter. As residuals whose squares sum to minus twice the logarithm of the
-// density over the unit cube, up to a constant.
+// What is believed of the parameters before the study: [[priors]] of a study, in addition to
+// prior_mean and prior_sd of a parameter. As residuals whose squares sum to minus twice the
+// logarithm of the density over the unit cube, up to a constant.
 #pragma once
 
 #include <Eigen/Dense>

@@ -311,7 +311,7 @@ void read_parameters(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("parameters")) {
     const Parameter p = read_parameter(t);
     if (!names.insert(p.name).second)
-      t.fail("name", fmt::format("\"{}\" is used twice; expected a name of its own", p.name));
+      t.fail("name", fmt::format("\"{}\" is used twice; expected a unique name", p.name));
     for (const std::string& key : p.keys)
       if (!keys.insert(key).second)
         t.fail("keys",

@@ -105,7 +105,7 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
   for (const TomlTable& t : tables) {
     study.experiments.push_back(read_experiment(t, study, programs));
     if (!names.insert(study.experiments.back().name).second)
-      t.fail("name", "is used twice; expected a name of its own");
+      t.fail("name", "is used twice; expected a unique name");
   }
   for (std::size_t i = 0; i < study.parameters.size(); ++i)
     if (std::none_of(study.experiments.begin(), study.experiments.end(),

@@ -107,7 +107,7 @@ struct Study {
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;
-  std::vector<Prior> priors;  // beside those that stand with a parameter
+  std::vector<Prior> priors;  // in addition to those of single parameters
   Constraints constraints;
   std::vector<Target> targets;
   std::vector<Observed> observed;
@@ -122,7 +122,7 @@ struct Study {
 // `FILE:LINE: KEY: what is wrong; what is expected`.
 Study read_study(const std::string& file, Programs programs = Programs::refused);
 // A study of a function instead of cases, from text; `source` names it in messages. Its parameters
-// are keys of their own names.
+// have their names as keys.
 Study read_function_study(const std::string& text, const std::string& source);
 
 }  // namespace firn

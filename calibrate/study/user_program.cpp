@@ -61,7 +61,7 @@ std::string name_in_run(const std::string& path) {
   return is_below(normal) ? normal.string() : normal.filename().string();
 }
 
-std::string beside(const std::string& study_file, const std::string& path) {
+std::string path_from_study(const std::string& study_file, const std::string& path) {
   return (fs::path(study_file).parent_path() / path).lexically_normal().string();
 }
 
@@ -88,16 +88,16 @@ void require_program(const TomlTable& t, const UserProgram& p) {
                      : with_path ? fs::path(name).is_absolute() && can_start(name)
                                  : in_search_path(name);
   if (!found)
-    t.fail(
-        "program",
-        fmt::format("\"{}\" is no program that can be started; expected the name of one in PATH, "
-                    "an absolute path, or \"./NAME\" of an executable file beside the study",
-                    name));
+    t.fail("program",
+           fmt::format(
+               "\"{}\" is no program that can be started; expected the name of one in PATH, "
+               "an absolute path, or \"./NAME\" of an executable file in the folder of the study",
+               name));
 }
 
 void add_input(const TomlTable& t, const char* key, const std::string& study_file,
                const std::string& path, UserProgram& p) {
-  ProgramInput input{name_in_run(path), beside(study_file, path), {}};
+  ProgramInput input{name_in_run(path), path_from_study(study_file, path), {}};
   for (const ProgramInput& other : p.inputs)
     if (other.name == input.name) {
       if (other.file == input.file) return;
@@ -123,8 +123,8 @@ void read_template(const TomlTable& t, const std::string& study_file, UserProgra
   if (!t.has("template")) return;
   p.template_name = name_in_run(t.string("template"));
   p.template_text = t.at("template", [&] {
-    return read_input_file(beside(study_file, t.string("template")), "a text with {{placeholders}}",
-                           most_template_bytes);
+    return read_input_file(path_from_study(study_file, t.string("template")),
+                           "a text with {{placeholders}}", most_template_bytes);
   });
   try {
     nlohmann::json(p.template_text).dump();
@@ -154,7 +154,7 @@ UserProgram read_user_program(const TomlTable& t, const std::string& study_file,
            "the study starts a program; expected the option --allow-programs, from a user who "
            "trusts the study and its files");
   for (const char* key : {"case"})
-    if (t.has(key)) t.fail(key, "stands beside program; expected one or the other");
+    if (t.has(key)) t.fail(key, "stands together with program; expected one or the other");
   UserProgram p;
   p.arguments = t.strings("program");
   if (p.arguments.empty() || p.arguments.front().empty() || p.arguments.size() > most_arguments)
@@ -172,7 +172,7 @@ UserProgram read_user_program(const TomlTable& t, const std::string& study_file,
     const fs::path path(argument);
     if (is_below(path.lexically_normal()) && name_in_run(argument) != p.template_name &&
         (argument != p.arguments.front() || argument.find('/') != argument.npos) &&
-        fs::is_regular_file(beside(study_file, argument), unreadable))
+        fs::is_regular_file(path_from_study(study_file, argument), unreadable))
       add_input(t, "program", study_file, argument, p);
   }
   require_program(t, p);

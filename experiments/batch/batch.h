@@ -41,7 +41,7 @@ class Batch {
                 const std::string& folder, const RunLabel& label,
                 const MaterialRequest& materials = {}) const;
 
-  // A run of a program of the user; its files go to a folder of its own below `folder`.
+  // A run of a program of the user; its files go to a separate folder below `folder`.
   BatchRun make(const ProgramRun& program, const std::string& folder, const RunLabel& label) const;
 
   // Throws BatchInterrupted, and RunError when runs are lost again and again.

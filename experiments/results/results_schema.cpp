@@ -100,7 +100,7 @@ constexpr Dataset kDatasets[] = {
     {"/boundary_contacts/<contact>/force", optional, "", real, "T,3", "N", R::finite, "",
      "of a case with [boundary contacts](scenes.md#boundary-contacts): on the first of the two, or "
      "on "
-     "the solid beside a plane; mean over the interval"},
+     "the solid that touches a plane; mean over the interval"},
     {"/boundary_contacts/<contact>/peak_normal_force", together,
      "/boundary_contacts/<contact>/force", real, "T", "N", R::non_negative, "",
      "largest sum over its patches within the interval"},

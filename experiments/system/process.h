@@ -14,7 +14,7 @@ namespace firn {
 // be started ends with status 127.
 pid_t start_process(const std::vector<std::string>& args, const std::string& log);
 
-// Starts a program, looked up in PATH, in `directory`, with its output in two files of their own;
+// Starts a program, looked up in PATH, in `directory`, with its output in two separate files;
 // otherwise as start_process(). It gets SIGTERM when this process dies. Throws RunError when no
 // process can be made; a program that cannot be started says so in `err` and ends with status 127.
 pid_t start_program(const std::vector<std::string>& args, const std::string& directory,

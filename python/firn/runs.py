@@ -13,7 +13,7 @@ OnFrame = Callable[[_core.LiveFrame], Optional[bool]]
 
 
 def _stopping(on_frame: OnFrame | None) -> OnFrame | None:
-    """Makes a plain bool of what a callback returns: NumPy's comparisons have a type of their own."""
+    """Makes a plain bool of what a callback returns: comparisons of NumPy return another type."""
     if on_frame is None:
         return None
     callback = on_frame

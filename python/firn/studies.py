@@ -1,6 +1,6 @@
 """Studies, validations and sweeps: started through the program, read as tables.
 
-Each simulation is a process of its own there, so that a crash of one cannot take others along.
+Each simulation is a separate process there, so that a crash of one cannot take others along.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class ValidationResults(_Folder):
 
 
 class Batch(Generic[R]):
-    """A batch at work in processes of its own. Leaving a with block interrupts it."""
+    """A batch that runs in separate processes. Leaving a with block interrupts it."""
 
     def __init__(self, process: subprocess.Popen[bytes], log: IO[bytes], directory: Path,
                  results: Callable[[Path], R]) -> None:
@@ -178,7 +178,7 @@ class Batch(Generic[R]):
     def wait(self, timeout: float | None = None) -> R:
         """Results, once it has finished. Ctrl-C interrupts the batch as well.
 
-        Raises TimeoutError after `timeout` s (the batch goes on), InputError for a wrong file,
+        Raises TimeoutError after `timeout` s (the batch continues), InputError for a wrong file,
         RunError for a batch that failed or was interrupted."""
         try:
             status = self._process.wait(timeout)
@@ -222,7 +222,7 @@ class _Startable(Generic[R]):
         command += ["--jobs", str(jobs)] if jobs else []
         command += ["--store", os.fspath(store)] if store else ["--no-store"]
         log = tempfile.TemporaryFile()
-        # A group of its own: Ctrl-C reaches it through wait() alone.
+        # A separate process group: Ctrl-C reaches it through wait() alone.
         process = subprocess.Popen([*command, *arguments], stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=log, start_new_session=True)
         return Batch(process, log, directory, type(self).results)

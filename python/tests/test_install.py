@@ -1,4 +1,4 @@
-"""pip installs the package into an environment of its own."""
+"""pip installs the package into a virtual environment."""
 
 import os
 import pathlib
@@ -15,7 +15,7 @@ def test_pip_installs_the_package(tmp_path):
     settings = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     # The build that runs this test; without it, pip would build all libraries again.
     settings["FIRN_BUILD_FOLDER"] = str(pathlib.Path(os.environ["PYTHONPATH"]).parent)
-    # pip writes beside the sources: only into a copy of what it needs.
+    # pip writes into the folder of the sources: it gets a copy of what it needs.
     source = tmp_path / "source"
     source.mkdir()
     for name in ("pyproject.toml", "setup.py"):

@@ -117,7 +117,7 @@ void check_speed(const Model& model, const State& s, const BoundaryContact& cont
            center);
 }
 
-// Finds the patches of a contact anew from those at `old_patches`, whose points are `old_points`.
+// Updates the patches of a contact from those at `old_patches`, whose points are `old_points`.
 void search(const Model& model, const State& s, const BoundaryContactTable& table,
             const Bodies& bodies, std::span<const Patch> old_patches,
             const ContactPoint* old_points, TaskScratch& scratch, BoundaryContactMemory& memory) {

@@ -24,8 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path source_dir = FIRN_SOURCE_DIR;
-const std::array<std::string, 7> libraries = {
-    "solver", "experiments", "calibrate", "validation", "reports", "app", "library"};
+const std::array<std::string, 7> libraries = {"solver",  "experiments", "calibrate", "validation",
+                                              "reports", "app",         "library"};
 
 // Files with one of `extensions` anywhere below `folder`.
 std::vector<fs::path> files_below(const fs::path& folder, const std::set<std::string>& extensions) {

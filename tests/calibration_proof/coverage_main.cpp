@@ -1,6 +1,6 @@
 // Coverage of the calibration over the problems of a text file (problems.toml): how often regions
-// and intervals hold the truth, how wide they are beside the posterior with the exact responses,
-// and whether stated errors are right. Prints a Markdown table.
+// and intervals hold the truth, how wide they are relative to the posterior with the exact
+// responses, and whether stated errors are right. Prints a Markdown table.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// One run of a user program as a watched process in a folder of its own, FOLDER/KEY/. The folder
+// One run of a user program as a watched process in a separate folder, FOLDER/KEY/. The folder
 // holds the filled template as `input_name`, links to the inputs (FOLDER/inputs/SHA-256), and what
 // the program writes; its streams go to stdout.txt and stderr.txt.
 #pragma once
@@ -22,7 +22,7 @@ JobResult finished_program(const Job& job);
 
 class ProgramProcess final : public RunningJob {
  public:
-  // Makes the folder anew and starts the program. Nothing of an earlier attempt is kept: whether it
+  // Recreates the folder and starts the program. Nothing of an earlier attempt is kept: whether it
   // came to its end is not known.
   explicit ProgramProcess(const Job& job);
   // Kills the program and its children.

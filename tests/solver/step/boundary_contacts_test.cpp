@@ -10,8 +10,8 @@ namespace {
 using testing::HasSubstr;
 using namespace scenes;
 
-// A loose block that slides and turns on a floor, between it and a lever that a motor turns, beside
-// a heap of particles.
+// A loose block that slides and turns on a floor, between it and a lever that a motor turns, next
+// to a heap of particles.
 Model workshop() {
   Model model = mechanism();
   add_particles(model, 0, 5);

@@ -89,7 +89,7 @@ std::vector<Check> sled() {
           {"heat by friction", contact.dissipated_friction, heat, 1e-3, Bound::relative, "J"}};
 }
 
-// A drawer between two guides is pulled beside its middle.
+// A drawer between two guides is pulled off-center.
 struct Drawer {
   double length = 0.3, width = 0.4, clearance = 2e-5, rounding = 1e-3, offset = 0.15;
 };
@@ -248,12 +248,12 @@ std::vector<VerificationCase> machine_cases() {
            "of particles, with the mass that the joint leaves to the point that is struck.",
        .run = hammer},
       {.name = "machine.sled",
-       .title = "A box on a sled: two parts on joints of their own rub until they move alike",
+       .title = "A box on a sled: friction between two jointed parts until they move alike",
        .reference = "momentum; v M / (M + m); v^2 / (2 mu g (1 + m/M)); heat m M v^2 / (2 (m + M))",
        .remark = "Forces on both parts are opposite, so that momentum is kept to rounding.",
        .run = sled},
       {.name = "machine.binding",
-       .title = "A drawer pulled beside its middle binds",
+       .title = "A drawer pulled off-center binds",
        .reference =
            "self-locking at mu = L / (2 offset), L between the corners that bear; below it "
            "a = F / m (1 - 2 mu offset / L)",
