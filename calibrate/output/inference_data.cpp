@@ -7,6 +7,7 @@
 
 #include "calibrate/numerics/random.h"
 #include "calibrate/output/calibration_result.h"
+#include "calibrate/output/text_format.h"
 #include "experiments/storage/netcdf_file.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/output_file.h"
@@ -23,8 +24,6 @@ std::string variable_name(std::string label) {
   std::replace(label.begin(), label.end(), '/', '_');
   return label;
 }
-
-std::string unit_text(const std::string& unit) { return unit.empty() ? "1" : unit; }
 
 void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
   const std::vector<VectorXd> u = resampled(*a.posterior, draws);
@@ -43,7 +42,7 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
     const Parameter& p = study.parameters[i];
     for (std::size_t s = 0; s < u.size(); ++s)
       values[s] = p.from_unit(u[s][static_cast<Eigen::Index>(i)]);
-    file.variable("posterior", p.name, per_draw, values, {{"units", unit_text(p.unit)}});
+    file.variable("posterior", p.name, per_draw, values, {{"units", stored_unit(p.unit)}});
   }
   std::ranges::transform(u, values.begin(),
                          [&](const VectorXd& x) { return -0.5 * misfit.cost(x); });
@@ -55,9 +54,9 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
     const std::string name = variable_name(t.response.label), dimension = name + "_dim_0";
     for (const char* group : {"observed_data", "posterior_predictive"})
       file.dimension(group, dimension, 1);
-    file.variable(
-        "observed_data", name, {dimension}, std::span(&t.value, 1),
-        {{"units", unit_text(t.unit)}, {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
+    file.variable("observed_data", name, {dimension}, std::span(&t.value, 1),
+                  {{"units", stored_unit(t.unit)},
+                   {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
     for (std::size_t s = 0; s < u.size(); ++s) {
       const Prediction p = a.knowledge->targets[k].surrogate.best.predict(u[s]);
       const double z = std::sqrt(-2 * std::log(uniform(random))) *
@@ -65,7 +64,7 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
       values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * z;
     }
     file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values,
-                  {{"units", unit_text(t.unit)}});
+                  {{"units", stored_unit(t.unit)}});
   }
 }
 

@@ -34,8 +34,6 @@ double rounded(const Parameter& p, double value) {
   return std::clamp(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr), p.min, p.max);
 }
 
-std::string unit_of(const std::string& unit) { return unit.empty() ? "1" : unit; }
-
 const Experiment* experiment_of(const Study& study, const JournalRun& run) {
   const auto it = std::ranges::find(study.experiments, run.label.experiment, &Experiment::name);
   return it == study.experiments.end() ? nullptr : &*it;
@@ -52,7 +50,7 @@ std::vector<MaterialResponse> responses_of(const Study& study, const JournalRun&
   std::vector<MaterialResponse> responses;
   for (const Response& r : run.result.responses)
     if (wanted.contains(r.name) && r.value.size() == 1 && std::isfinite(r.value[0]))
-      responses.push_back({r.name, r.value[0], std::nullopt, unit_of(r.unit)});
+      responses.push_back({r.name, r.value[0], std::nullopt, stored_unit(r.unit)});
   return responses;
 }
 
@@ -62,7 +60,7 @@ Anchor anchor_of(const Study& study, const CheckedSet& set, const std::string& n
   for (std::size_t k = 0; k < set.predicted.size(); ++k)
     anchor.predicted.push_back({study.targets[k].response.label, set.predicted[k].mean,
                                 std::sqrt(set.predicted[k].variance),
-                                unit_of(study.targets[k].unit)});
+                                stored_unit(study.targets[k].unit)});
   if (!set.run()) return anchor;
   for (const JournalRun& run : runs) {
     const Experiment* experiment = experiment_of(study, run);
@@ -223,7 +221,8 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
   p.program = firn_program();
   p.raw_data = raw_data_of(study, directory);
   for (const Target& t : study.targets) {
-    UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, unit_of(t.unit), t.source, ""};
+    UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, stored_unit(t.unit), t.source,
+                      ""};
     if (!t.file.empty()) {
       const Measurement read = read_measurement(t.file);
       m.name = read.name;
@@ -324,7 +323,7 @@ MaterialRecord material_record(const Study& study, const Answer& answer,
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
     const Marginal& m = answer.posterior->marginals[i];
-    record.parameters.push_back({p.name, p.keys, answer.best.values[i], unit_of(p.unit),
+    record.parameters.push_back({p.name, p.keys, answer.best.values[i], stored_unit(p.unit),
                                  standard_deviation(p, *answer.posterior, i),
                                  Interval{m.low, m.high}, ""});
   }

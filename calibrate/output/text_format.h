@@ -19,4 +19,7 @@ inline std::string unit_text(const std::string& unit) {
   return unit.empty() || unit == "1" ? "" : " " + unit;
 }
 
+// The unit in files for programs: "1" for a bare number.
+inline std::string stored_unit(const std::string& unit) { return unit.empty() ? "1" : unit; }
+
 }  // namespace firn
