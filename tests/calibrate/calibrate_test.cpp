@@ -235,6 +235,8 @@ TEST(Calibrate, ComparesNamedSetsAndSharesTheirRunsWithTheFit) {
   EXPECT_NEAR(j["compare"][0]["simulated"]["aor"]["value"].get<double>(), text, 4 * 0.08 * text);
   EXPECT_EQ(j["models"][0]["points"], 2 + 1 + 8 + 3 + 1);  // the answer's own among them
   EXPECT_THAT(s.table, HasSubstr("paper table"));
+  EXPECT_THAT(s.table, HasSubstr(" deg"));
+  EXPECT_THAT(s.table, testing::Not(testing::ContainsRegex("[0-9]deg")));
 }
 
 TEST(Calibrate, DrawsTheFittedResponse) {
