@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "experiments/text/number_text.h"
+#include "experiments/text/units.h"
 #include "firn/math.h"
 #include "reports/plots/plots.h"
 
@@ -33,12 +34,6 @@ std::string task_name(const std::string& command) {
 
 std::string with_unit(const std::string& value, const std::string& unit) {
   return unit.empty() || unit == "1" ? value : value + " " + unit;
-}
-
-std::string time_text(double seconds) {
-  if (seconds < 90) return fmt::format("{:.0f} s", std::ceil(seconds));
-  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
 }
 
 // "friction=0.1 e=0.3": names with values that begin with a number.
@@ -89,7 +84,7 @@ void summary(const BatchState& state, page::Page& page) {
   const int total = std::max(state.most_runs, static_cast<int>(state.runs.size()));
   std::string line = fmt::format("{} of at most {} runs have ended", ended, total);
   if (const double left = state.time_left(); state.at_work && std::isfinite(left))
-    line += fmt::format("; about {} left", time_text(left));
+    line += fmt::format("; about {} left", duration_text(left));
   if (state.at_work)
     page.top().note({Mark::neutral, task + " is running"}, line + ".");
   else
@@ -105,7 +100,7 @@ void summary(const BatchState& state, page::Page& page) {
     cards.push_back(
         {"beyond a limit", std::to_string(limited), "time or memory", {Mark::caution, ""}});
   if (const double wall = state.mean_wall(); std::isfinite(wall))
-    cards.push_back({"mean time of a run", time_text(wall), "", {}});
+    cards.push_back({"mean time of a run", duration_text(wall), "", {}});
   page.top().cards(cards);
 }
 
@@ -126,25 +121,31 @@ void estimate_section(const BatchState& state, page::Page& page) {
 
 void plots_section(const BatchState& state, const std::vector<ResponseColumn>& responses,
                    page::Page& page) {
-  // Parameters that differ between runs.
-  std::map<std::string, std::set<double>> values;
-  for (const JournalRun& run : state.runs)
-    for (const auto& [name, value] : parameters_of(run.label.parameters))
-      values[name].insert(value);
+  // By parameter: its value in each run, NaN where the run has none.
+  std::map<std::string, std::vector<double>> parameters;
+  for (std::size_t i = 0; i < state.runs.size(); ++i)
+    for (const auto& [name, value] : parameters_of(state.runs[i].label.parameters)) {
+      std::vector<double>& values = parameters[name];
+      values.resize(state.runs.size(), std::numeric_limits<double>::quiet_NaN());
+      values[i] = value;
+    }
+  std::erase_if(parameters, [](const auto& parameter) {
+    std::set<double> different;
+    for (const double value : parameter.second)
+      if (std::isfinite(value)) different.insert(value);
+    return different.size() < 2;
+  });
   std::vector<page::Figure> figures;
   for (const ResponseColumn& response : responses) {
-    for (const auto& [parameter, different] : values) {
-      if (different.size() < 2 || figures.size() == kMostPointPlots) continue;
+    for (const auto& [parameter, values] : parameters) {
+      if (figures.size() == kMostPointPlots) break;
       plots::Series points;
       points.style = plots::Style::points;
-      for (const JournalRun& run : state.runs) {
-        const double y = scalar(run, response.name);
-        if (!std::isfinite(y)) continue;
-        for (const auto& [name, x] : parameters_of(run.label.parameters)) {
-          if (name != parameter) continue;
-          points.x.push_back(x);
-          points.y.push_back(y);
-        }
+      for (std::size_t i = 0; i < state.runs.size(); ++i) {
+        const double y = scalar(state.runs[i], response.name);
+        if (!std::isfinite(y) || !std::isfinite(values[i])) continue;
+        points.x.push_back(values[i]);
+        points.y.push_back(y);
       }
       if (points.x.empty()) continue;
       plots::XyPlot plot;
