@@ -1,11 +1,8 @@
 # firn_unity(TARGET): compiles the sources of a folder as one unit. Most of the time of a build goes to
 # the headers of the standard library, Eigen, fmt, nlohmann_json and CLI11; a unit parses and
 # instantiates them once. Names in anonymous namespaces are therefore unique within a folder. The solver
-# and the sanitizers' presets compile each source alone, which finds missing #include lines.
+# and the preset `tidy` compile each source alone, which finds missing #include lines.
 option(FIRN_UNITY_BUILD "compile each folder as one unit, for a shorter fresh build" ON)
-if(FIRN_SANITIZE)
-  set(FIRN_UNITY_BUILD OFF)
-endif()
 function(firn_unity target)
   if(NOT FIRN_UNITY_BUILD)
     return()

@@ -153,33 +153,30 @@ TEST_F(RunTest, InterruptedRunGoesOnBitForBit) {
   std::atomic<bool> interrupt = false;
   RunOptions parts = options("parts.h5");
   parts.interrupt = &interrupt;
-  parts.checkpoint_every = 0;  // at every look at the clock
-  // Somebody presses Ctrl-C soon; a run takes some 100 ms. (He may not look into the file: HDF5 is
-  // not made for two threads.)
-  const auto until_interrupted = [&](auto&& simulate) {
+  parts.checkpoint_every = 0;
+  // Each session is interrupted after some steps, as by a signal handler during a step.
+  int steps_left = 0;
+  parts.each_step = [&](const Solver&, bool) { interrupt = --steps_left < 0; };
+  const auto interrupted_after = [&](int steps, auto&& simulate) {
+    steps_left = steps;
     interrupt = false;
-    std::thread user([&] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(6));
-      interrupt = true;
-    });
-    const RunSummary summary = simulate();
-    user.join();
-    return summary;
+    return simulate();
   };
-  RunSummary summary = until_interrupted([&] { return run(tray(), parts); });
-  for (int i = 0; i < 3; ++i) {
+  RunSummary summary = interrupted_after(50, [&] { return run(tray(), parts); });
+  for (const int steps : {0, 1, 70}) {
     ASSERT_EQ(summary.status, RunStatus::interrupted);
     EXPECT_EQ(Recording(parts.results_file).status(), "interrupted");
     EXPECT_TRUE(Recording(parts.results_file).has_checkpoint());
-    summary = until_interrupted([&] { return resume(parts.results_file, parts); });
+    summary = interrupted_after(steps, [&] { return resume(parts.results_file, parts); });
   }
+  ASSERT_EQ(summary.status, RunStatus::interrupted);
+  parts.each_step = nullptr;
   interrupt = false;
   ASSERT_EQ(resume(parts.results_file, parts).status, RunStatus::finished);
   expect_equal_datasets(whole.results_file, parts.results_file);
 }
 
 TEST_F(RunTest, KilledRunGoesOnBitForBit) {
-  // Long enough to be killed on the way.
   std::string text = kTray;
   const auto last = text.find("remove = [\"floor\"]");
   text.replace(text.rfind("0.3 s"), 5, "1.5 s");
@@ -191,6 +188,10 @@ TEST_F(RunTest, KilledRunGoesOnBitForBit) {
   ASSERT_EQ(status, 0);
   RunOptions parts = options("parts.h5");
   parts.checkpoint_every = 0.01;
+  // A step takes a millisecond, so that no run ends before it is killed.
+  parts.each_step = [](const Solver&, bool) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
   std::size_t frames = 0;
   int killed_on_the_way = 0;
   for (int session = 0; session < 3; ++session) {
@@ -210,7 +211,8 @@ TEST_F(RunTest, KilledRunGoesOnBitForBit) {
     }
   }
   EXPECT_GT(frames, 5u);
-  EXPECT_GT(killed_on_the_way, 0);
+  EXPECT_EQ(killed_on_the_way, 3);
+  parts.each_step = nullptr;
   const RunSummary last_session = resume(parts.results_file, parts);
   ASSERT_EQ(last_session.status, RunStatus::finished) << last_session.reason;
   expect_equal_datasets(whole.results_file, parts.results_file);
