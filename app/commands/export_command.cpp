@@ -1,5 +1,6 @@
-// firn export: a results file for ParaView, for spreadsheets and as a picture.
+// firn export: a results file for ParaView, spreadsheets and Blender, and as a picture.
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "experiments/export/export.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/units.h"
+#include "reports/rendering/film.h"
 #include "reports/rendering/heap_picture.h"
 #include "reports/rendering/scene_picture.h"
 
@@ -25,6 +27,7 @@ struct Arguments {
   std::string folder;
   std::string time;
   VtkOptions vtk;
+  double speed = 1;
 };
 
 double instant(const std::string& text) {
@@ -57,9 +60,37 @@ int export_picture(const Recording& recording, const Arguments& a) {
   return ExitStatus::done;
 }
 
+int export_film(const Recording& recording, const Arguments& a) {
+  const std::string file =
+      a.folder.empty() ? fs::path(a.file).replace_extension(".mp4").string() : a.folder;
+  FilmOptions options;
+  options.speed = a.speed;
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  std::size_t tenth = 0;
+  options.progress = [&](std::size_t done, std::size_t of) {
+    if (terminal) {
+      print(stderr, fmt::format("\r{} of {} pictures{}", done, of, done == of ? "\n" : ""));
+    } else if (10 * done / of > tenth) {
+      tenth = 10 * done / of;
+      print_lines(stderr, "{} of {} pictures\n", done, of);
+    }
+  };
+  write_film(recording, file, options);
+  print_lines(stderr, "exported to {}\n", file);
+  return ExitStatus::done;
+}
+
 int export_file(const Arguments& a) {
   const Recording recording(a.file);
   if (a.format == "png") return export_picture(recording, a);
+  if (a.format == "gltf") {
+    const std::string file =
+        a.folder.empty() ? fs::path(a.file).replace_extension(".glb").string() : a.folder;
+    export_gltf(recording, file, a.vtk.every);
+    print_lines(stderr, "exported to {}\n", file);
+    return ExitStatus::done;
+  }
+  if (a.format == "mp4") return export_film(recording, a);
   const std::string folder =
       a.folder.empty() ? fs::path(a.file).replace_extension().string() + "-" + a.format : a.folder;
   if (a.format == "csv") {
@@ -76,27 +107,33 @@ int export_file(const Arguments& a) {
 void add_export_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "export", "Write a results file for ParaView, for spreadsheets or as a picture");
+      "export", "Write a results file for ParaView, spreadsheets or Blender, or as a picture");
   command->add_option("RUN.h5", a->file, "Results file of `firn run`")->required()->type_name("");
   command
       ->add_option("--to", a->format,
                    "vtk: particles.pvd and boundaries.pvd, the moving meshes, for ParaView;\n"
                    "csv: particles, frames, series and responses as tables; both also the\n"
                    "statistics of contacts that the case keeps;\n"
+                   "gltf: one file (.glb) with the animated scene, for Blender, slides\n"
+                   "and web pages;\n"
+                   "mp4: a film from a fixed viewpoint, drawn by ffmpeg;\n"
                    "png: a picture of the drained heap, or of the whole scene, bodies\n"
                    "coloured by their tags")
-      ->check(CLI::IsMember({"vtk", "csv", "png"}))
+      ->check(CLI::IsMember({"vtk", "csv", "gltf", "mp4", "png"}))
       ->required();
   command
       ->add_option("-o,--output", a->folder,
                    "Folder for the files, made if need be; by default the\nresults file's name "
-                   "with -vtk or -csv. png: the picture's file")
+                   "with -vtk or -csv. gltf, mp4, png: the file")
       ->type_name("PATH");
   command->add_option("--time", a->time, "png: the frame nearest to it; by default the last")
       ->type_name("TIME");
-  command->add_option("--every", a->vtk.every, "vtk: only every Nth frame")
+  command->add_option("--every", a->vtk.every, "vtk, gltf: only every Nth frame")
       ->check(CLI::Range(1, 1000000))
       ->type_name("N")
+      ->capture_default_str();
+  command->add_option("--speed", a->speed, "mp4: simulated seconds for each second of the film")
+      ->type_name("NUMBER")
       ->capture_default_str();
   command->add_flag(
       "--parts", a->vtk.contact_parts,

@@ -1,4 +1,4 @@
-// Results for other programs: ParaView and spreadsheets.
+// Results for other programs: ParaView, spreadsheets, Blender.
 #pragma once
 
 #include <string>
@@ -22,6 +22,14 @@ struct VtkOptions {
 // Throws InputError when the directory cannot be written.
 void export_vtk(const Recording& recording, const std::string& directory,
                 const VtkOptions& options = {});
+
+// Writes one binary glTF 2.0 file (.glb) with an animation of all `every`-th frames, for Blender,
+// presentations and web pages: a node for each particle and boundary, in m, z turned to glTF's
+// vertical axis y. Between frames, positions are interpolated linearly and orientations on the
+// shorter arc. Particles have a color for each tag; boundaries are translucent. A body that does
+// not exist has scale 0. Bonds are not drawn. Throws InputError for a recording without frames, for
+// a file that would exceed 4 GiB, and when the file cannot be written.
+void export_gltf(const Recording& recording, const std::string& file, int every = 1);
 
 // Writes frames.csv (one row a frame and present particle), particles.csv, series.csv (one row a
 // frame) and responses.csv (one row a value). Headers name the units; numbers read back exactly.

@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "experiments/export/export.h"
+#include "experiments/export/scene_extent.h"
 #include "experiments/meshes/wall_solids.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/storage/vtk_file.h"
@@ -88,16 +89,6 @@ std::vector<Body> boundary_bodies(const Model& model, double reach) {
   return bodies;
 }
 
-// How far from the world's origin any particle's centre gets in these frames, m, and some more.
-double largest_reach(const Recording& recording, const Model& model, std::size_t every) {
-  double centre = 0, size = 0;
-  for (std::size_t i = 0; i < recording.frame_times().size(); i += every)
-    for (const auto& p : recording.frame(i).position)
-      if (!std::isnan(p[0])) centre = std::max(centre, std::hypot(p[0], p[1], p[2]));
-  for (const Shape& shape : model.shapes) size = std::max(size, shape.bounding_radius);
-  return 1.5 * (centre + size);
-}
-
 VtkSurface particle_surface(const Frame& frame, const Model& model, const std::vector<Body>& bodies,
                             const std::vector<double>& peak_normal_force) {
   VtkSurface surface;
@@ -171,8 +162,7 @@ void export_vtk(const Recording& recording, const std::string& directory,
   const std::vector<double> times = recording.frame_times();
   const std::vector<double> peaks = recording.peak_normal_force();
   const std::vector<Body> bodies = particle_bodies(c.model, options.contact_parts);
-  const std::vector<Body> walls =
-      boundary_bodies(c.model, largest_reach(recording, c.model, every));
+  const std::vector<Body> walls = boundary_bodies(c.model, scene_reach(recording, c.model, every));
   VtkTimeSeries particles(directory, "particles"), boundaries(directory, "boundaries");
   for (std::size_t i = 0; i < times.size(); i += every) {
     particles.add(times[i], i, particle_surface(recording.frame(i), c.model, bodies, peaks));

@@ -399,19 +399,34 @@ void draw_scene(const Case& c, const std::string& file) {
   draw_scene(picture, file);
 }
 
-void draw_scene(const Recording& recording, std::size_t index, const std::string& file) {
-  const std::vector<double> times = recording.frame_times();
+struct RecordedScenes::Impl {
+  explicit Impl(const Recording& of) : recording(of) {}
+
+  const Recording& recording;
+  Case c = recording.read_case();
+  std::vector<double> times = recording.frame_times();
+  std::vector<int> tags = recording.tag();
+  std::vector<BondOutcome> outcomes = bond_outcomes(recording);
+  std::list<TriangleMesh> bridges;  // of the last scene
+};
+
+RecordedScenes::RecordedScenes(const Recording& recording)
+    : impl_(std::make_unique<Impl>(recording)) {}
+RecordedScenes::~RecordedScenes() = default;
+
+ScenePicture RecordedScenes::scene(std::size_t index) {
+  const Case& c = impl_->c;
+  const std::vector<double>& times = impl_->times;
+  const std::vector<int>& tags = impl_->tags;
   if (index >= times.size()) {
-    throw InputError(fmt::format("{}: has no frame {}; expected less than {}", recording.file(),
-                                 index, times.size()));
+    throw InputError(fmt::format("{}: has no frame {}; expected less than {}",
+                                 impl_->recording.file(), index, times.size()));
   }
-  const Case c = recording.read_case();
-  const Frame frame = recording.frame(index);
-  const std::vector<int> tags = recording.tag();
+  const Frame frame = impl_->recording.frame(index);
   ScenePicture picture;
   picture.title = c.name;
   for (const Boundary& b : c.model.boundaries) {
-    const BoundaryFrame now = recording.boundary(b.name, index);
+    const BoundaryFrame now = impl_->recording.boundary(b.name, index);
     if (b.mesh.triangles.empty() || now.position.hasNaN()) continue;
     picture.walls.push_back(
         {b.name, {&b.mesh, {now.orientation.toRotationMatrix(), now.position}}});
@@ -427,16 +442,64 @@ void draw_scene(const Recording& recording, std::size_t index, const std::string
   }
   picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
                                  picture.particles.size(), frame.position.size());
-  std::list<TriangleMesh> bridges;  // keeps the meshes where they are
-  for (const Bridge& bridge : bridges_at(c, bond_outcomes(recording), times[index], frame)) {
-    bridges.push_back(box_mesh(bridge.size));
+  impl_->bridges.clear();
+  for (const Bridge& bridge : bridges_at(c, impl_->outcomes, times[index], frame)) {
+    impl_->bridges.push_back(box_mesh(bridge.size));
     picture.particles.push_back(
-        {&bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});
+        {&impl_->bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});
     picture.tags.push_back(
         tags[static_cast<std::size_t>(c.model.bonds[static_cast<std::size_t>(bridge.bond)].a)]);
   }
-  if (!c.model.bonds.empty()) picture.subtitle += fmt::format(", {} bonds hold", bridges.size());
-  draw_scene(picture, file);
+  if (!c.model.bonds.empty()) {
+    picture.subtitle += fmt::format(", {} bonds hold", impl_->bridges.size());
+  }
+  return picture;
+}
+
+void draw_scene(const Recording& recording, std::size_t index, const std::string& file) {
+  draw_scene(RecordedScenes(recording).scene(index), file);
+}
+
+Bounds scene_bounds(const ScenePicture& picture) { return bounds_of(picture); }
+
+void draw_film_picture(const ScenePicture& picture, const Bounds& bounds, const std::string& file) {
+  constexpr double kTitle = 74, kMargin = 16, kAxisX = 96, kAxisY = 62, kPanelTitle = 30;
+  const double width = picture.width, height = film_height(picture.width);
+  const Scene scene = scene_of(picture, bounds);
+  const Legend legend = legend_of(picture);
+  const double bottom = height - Legend::kRow * legend.rows - kMargin;
+  Scene lit = scene;
+  lit.to_light = Vec3(0.75, 0.5, 0.8).normalized();
+  const double square = std::floor(std::min(bottom - kTitle, 0.5 * width));
+  std::future<Image> whole = std::async(
+      std::launch::async, [&] { return render(lit, overview(bounds), static_cast<int>(square)); });
+  const Panel& panel = kPanels[1];
+  const Vec3 size = bounds.sizes();
+  const double room = width - square - kAxisX - kMargin;
+  const double tall = bottom - kTitle - kPanelTitle - kAxisY;
+  const double scale = std::min(room / size[panel.right_axis], tall / size[panel.up_axis]);
+  const Image section = draw_panel(scene, panel, bounds,
+                                   std::max(1, static_cast<int>(scale * size[panel.right_axis])));
+  const Frame2 right{square + kAxisX, kTitle + kPanelTitle + (tall - section.height) / 2,
+                     static_cast<double>(section.width), static_cast<double>(section.height)};
+  const Gnuplot gnuplot;
+  const std::string script =
+      "set multiplot\nunset key\n" +
+      fmt::format(
+          "set label 1 {} at screen 0.015, screen {:.5f} front font ',22' tc rgb '#1d2733' "
+          "noenhanced\n"
+          "set label 2 {} at screen 0.015, screen {:.5f} front font ',14' tc rgb '#5b6673' "
+          "noenhanced\n",
+          encode::gnuplot(picture.title), 1 - 26 / height, encode::gnuplot(picture.subtitle),
+          1 - 56 / height) +
+      legend_script(legend, width, height) + frame_script(right, width, height) +
+      panel_script(panel, bounds, section, image_source(gnuplot, "section", section)) +
+      "unset label\n" + frame_script({0, kTitle, square, square}, width, height) +
+      fmt::format(
+          "unset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\n"
+          "set xrange [-0.5:{0}.5]\nset yrange [-0.5:{0}.5]\nplot {1} with rgbimage\n",
+          static_cast<int>(square) - 1, image_source(gnuplot, "overview", whole.get()));
+  gnuplot.draw(script + "unset multiplot\n", file, picture.width, static_cast<int>(height));
 }
 
 }  // namespace firn

@@ -1,6 +1,8 @@
 // Pictures of a whole scene: boundaries and bodies, from outside and cut open.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,8 +36,32 @@ void draw_scene(const Case& c, const std::string& file);
 // One boundary of it alone, where it is at the start. Throws InputError for one without a mesh.
 void draw_boundary(const Case& c, const std::string& name, const std::string& file);
 
-// One frame of a results file, particles coloured by their tags. Throws InputError when the frame
+// The scenes of the frames of a results file, which stays open as long.
+class RecordedScenes {
+ public:
+  explicit RecordedScenes(const Recording& recording);
+  ~RecordedScenes();
+  // Particles have their tags. The scene refers to meshes of this object and is valid until the
+  // next call. Throws InputError when the frame does not exist.
+  ScenePicture scene(std::size_t frame);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// One frame of a results file, particles colored by their tags. Throws InputError when the frame
 // does not exist.
 void draw_scene(const Recording& recording, std::size_t frame, const std::string& file);
+
+// m, world: box about the boundaries that are drawn, or about the particles where there are none.
+Eigen::AlignedBox3d scene_bounds(const ScenePicture& picture);
+
+// One picture of a film: the overview and the section along x, both of this box of the world, with
+// title and legend. The height is film_height(width). Throws as draw_scene().
+void draw_film_picture(const ScenePicture& picture, const Eigen::AlignedBox3d& bounds,
+                       const std::string& file);
+// Pixels: 9/16 of the width, an even number as video encoders need.
+inline int film_height(int width) { return width * 9 / 32 * 2; }
 
 }  // namespace firn
