@@ -18,7 +18,8 @@
 namespace firn {
 
 struct Solver::Impl {
-  Model model;
+  std::shared_ptr<const Model> owner;
+  const Model& model;
   const Kernels& kernels = choose_kernels();
   Workspace workspace;
   State state;
@@ -29,7 +30,8 @@ struct Solver::Impl {
   mutable std::vector<BoundaryState> boundaries;
   mutable bool particles_current = false, boundaries_current = false;
 
-  explicit Impl(Model m) : model(std::move(m)), workspace(model) {}
+  Impl(std::shared_ptr<const Model> m, int threads)
+      : owner(std::move(m)), model(*owner), workspace(model, threads) {}
 
   // True between step_deferred() and the second half kick of that step. The next step makes that
   // half kick in one pass with its first one, unless complete_step() is called before.
@@ -87,14 +89,16 @@ void resize(const Model& model, State& s) {
   s.statistics = empty_statistics(model);
 }
 
-Model checked(Model model) {
+std::shared_ptr<const Model> checked(Model model) {
   validate(model);
-  return model;
+  return std::make_shared<const Model>(std::move(model));
 }
 
 }  // namespace
 
-Solver::Solver(Model model) : impl_(std::make_unique<Impl>(checked(std::move(model)))) {
+Solver::Solver(Model model) : Solver(checked(std::move(model)), 0) {}
+Solver::Solver(std::shared_ptr<const Model> model, int threads)
+    : impl_(std::make_unique<Impl>(std::move(model), threads)) {
   resize(impl_->model, impl_->state);
 }
 Solver::~Solver() = default;
@@ -116,7 +120,7 @@ void Solver::step_deferred() {
   Workspace& w = i.workspace;
   State& s = i.state;
   const Kernels& k = i.kernels;
-  i.timed("advance boundaries", [&] { advance_boundaries(m, s); });
+  i.timed("advance boundaries", [&] { advance_boundaries(m, w, s); });
   const bool both = std::exchange(i.half_kick_pending, false);
   i.timed("kicks and drift", [&] { k.integrate_positions(m, w, s, both); });
   i.timed("neighbour list", [&] { k.refresh_neighbours(m, w, s); });
@@ -124,9 +128,9 @@ void Solver::step_deferred() {
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
   if (!m.boundary_contacts.empty())
     i.timed("boundary contacts", [&] { firn::boundary_contacts(m, w, s); });
-  if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.bonds, s); });
+  if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.threads, w.bonds, s); });
   if (m.statistics.any()) i.timed("statistics", [&] { keep_statistics(m, w, s); });
-  i.timed("finish frames", [&] { finish_frames(m, s); });
+  i.timed("finish frames", [&] { finish_frames(m, w, s); });
   i.half_kick_pending = true;
   i.changed();
   ++s.steps;

@@ -94,11 +94,6 @@ bool fits(const Case& c, std::size_t stages, const DriverState& state,
          std::ranges::all_of(p.gate_time, is_whole);
 }
 
-Model with_threads(Model model, int threads) {
-  model.numerics.threads = threads;
-  return model;
-}
-
 }  // namespace
 
 Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer)
@@ -106,7 +101,8 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
       options_(options),
       recorder_(recorder),
       observer_(std::move(observer)),
-      solver_(with_threads(c.model, options.threads)),
+      solver_(std::shared_ptr<const Model>(std::shared_ptr<const Model>(), &c.model),
+              options.threads),
       stages_(stages_of(c)),
       particle_flow_(c),
       watch_(c),

@@ -47,7 +47,8 @@ struct RunObserver {
 
 class Driver {
  public:
-  // The recorder's file is new and has its header; nullptr: nothing is recorded.
+  // `c` has passed check_runnable() or was just read; it outlives the driver. The recorder's file
+  // is new and has its header; nullptr: nothing is recorded.
   Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer = {});
 
   // Continues from the newest checkpoint of the recorder's file that fits; cuts the rest off.

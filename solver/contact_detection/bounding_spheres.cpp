@@ -35,17 +35,16 @@ std::vector<int> morton_order(const Model& model, const Workspace& w, const Stat
     lowest = lowest.cwiseMin(s.motion[i].position);
   }
   const double cell = *std::max_element(w.reach.begin(), w.reach.begin() + w.shapes);
-  parallel_for_blocks(
-      model.numerics.threads, order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-          const Vec3 from = s.motion[order[n].number].position - lowest;
-          for (int k = 0; k < 3; ++k) {
-            const double at = from[k] / cell;
-            order[n].key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
-          }
-        }
-      });
-  sort_by_key(model.numerics.threads, order);
+  parallel_for_blocks(w.threads, order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const Vec3 from = s.motion[order[n].number].position - lowest;
+      for (int k = 0; k < 3; ++k) {
+        const double at = from[k] / cell;
+        order[n].key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
+      }
+    }
+  });
+  sort_by_key(w.threads, order);
   std::vector<int> particles;
   particles.reserve(order.size());
   for (const KeyIndex& one : order) particles.push_back(one.number);
@@ -119,7 +118,7 @@ BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, 
     }
     for (std::size_t p = parts; p % kSize != 0; ++p) put(p, kNowhere, 0);
   };
-  parallel_for_blocks(model.numerics.threads, out.particle.size(), kGrain,
+  parallel_for_blocks(w.threads, out.particle.size(), kGrain,
                       [&](std::size_t begin, std::size_t end) {
                         for (std::size_t k = begin; k < end; ++k) {
                           if (k + kAhead < end) fetch_body(s, out.particle[k + kAhead]);

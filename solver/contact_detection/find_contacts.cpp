@@ -460,7 +460,7 @@ bool needs_compaction(const Workspace& w, const State& s) {
 void find_contacts(const Model& model, Workspace& w, State& s) {
   if (w.neighbor_list_rebuilt) build_pair_blocks(model, w, s);
   parallel_for_blocks(
-      model.numerics.threads, w.ranges.size(), w.ranges_of_task,
+      w.threads, w.ranges.size(), w.ranges_of_task,
       [&](std::size_t first, std::size_t last) { search_ranges(model, w, s, first, last); },
       &w.pair_shares);
   // What must go in order: room at the end, and counts.
@@ -483,7 +483,7 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   }
   w.points_moved = needs_compaction(w, s);
   if (w.points_moved) {
-    compact_patches(model.numerics.threads, w.back_buffer, s);
+    compact_patches(w.threads, w.back_buffer, s);
     for (PairRange& range : w.ranges) range.active_is_stale = true;
   }
 }

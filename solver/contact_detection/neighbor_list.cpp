@@ -348,7 +348,7 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   check_step_lengths(model, w, s);
   set_margins(model, w, s);
   const BoundingSpheres spheres = update_bounding_spheres(model, w, s);
-  const int threads = model.numerics.threads;
+  const int threads = w.threads;
   const AabbOverlaps neighbours = find_aabb_overlaps(spheres.boxes, threads);
   const std::vector<Wall> walls = present_walls(model, w, s);
   const std::size_t present = spheres.particle.size();

@@ -83,8 +83,7 @@ void sort_shared(int threads, std::vector<KeyIndex>& list) {
 
 }  // namespace
 
-void parallel_for_blocks(int threads, std::size_t n, std::size_t grain,
-                         const std::function<void(std::size_t, std::size_t)>& body,
+void parallel_for_blocks(int threads, std::size_t n, std::size_t grain, RangeFunction body,
                          TaskAffinity* shares) {
   const std::size_t ranges = (n + grain - 1) / grain;
   const auto one = [&](std::size_t k) { body(k * grain, std::min(n, (k + 1) * grain)); };

@@ -5,7 +5,6 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -26,10 +25,24 @@ class TaskAffinity {
   std::unique_ptr<Impl> impl_;
 };
 
+// Refers to a function body(begin, end) of ranges, which must outlive it. Allocates no memory.
+class RangeFunction {
+ public:
+  template <class Body>
+  RangeFunction(const Body& body)
+      : body_(&body), call_([](const void* b, std::size_t begin, std::size_t end) {
+          (*static_cast<const Body*>(b))(begin, end);
+        }) {}
+  void operator()(std::size_t begin, std::size_t end) const { call_(body_, begin, end); }
+
+ private:
+  const void* body_;
+  void (*call_)(const void*, std::size_t, std::size_t);
+};
+
 // Calls body(begin, end) for the ranges [0, grain), [grain, 2 grain) ... of [0, n), in order with
 // one thread and in any order with more. The ranges do not depend on the number of threads.
-void parallel_for_blocks(int threads, std::size_t n, std::size_t grain,
-                         const std::function<void(std::size_t, std::size_t)>& body,
+void parallel_for_blocks(int threads, std::size_t n, std::size_t grain, RangeFunction body,
                          TaskAffinity* shares = nullptr);
 
 // How many of `ranges` a task should take, one behind the other, so that it can fetch what the next

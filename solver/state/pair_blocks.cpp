@@ -57,7 +57,7 @@ void build_load_index(std::size_t particles, Workspace& w) {
 void build_pair_blocks(const Model& model, Workspace& w, const State& s) {
   const std::size_t pairs = s.pairs.size();
   w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
-  parallel_for_blocks(model.numerics.threads, pairs, kPairsOfRange,
+  parallel_for_blocks(w.threads, pairs, kPairsOfRange,
                       [&](std::size_t begin, std::size_t end) {
                         PairRange& range = w.ranges[begin / kPairsOfRange];
                         LocalBodies local(range.bodies);
@@ -77,7 +77,7 @@ void build_pair_blocks(const Model& model, Workspace& w, const State& s) {
     w.patches += range.more_patches;
     w.points += range.more_points;
   }
-  w.ranges_of_task = ranges_of_task(model.numerics.threads, w.ranges.size());
+  w.ranges_of_task = ranges_of_task(w.threads, w.ranges.size());
   w.scratch.resize((w.ranges.size() + w.ranges_of_task - 1) / w.ranges_of_task);
   build_load_index(model.particles.size(), w);
   w.neighbor_list_rebuilt = false;

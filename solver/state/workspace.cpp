@@ -109,7 +109,10 @@ BoundaryContactTable contact_table(const Model& model, const BoundaryContact& co
 
 }  // namespace
 
-Workspace::Workspace(const Model& model) : bonds(model), statistics(model) {
+Workspace::Workspace(const Model& model, int threads_or_0)
+    : threads(threads_or_0 > 0 ? threads_or_0 : model.numerics.threads),
+      bonds(model),
+      statistics(model) {
   shapes = static_cast<int>(model.shapes.size());
   columns = shapes + static_cast<int>(model.boundaries.size());
   laws.resize(static_cast<std::size_t>(shapes) * columns);

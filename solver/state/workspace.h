@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "firn/rigid_motion.h"
 #include "solver/collision/broadphase.h"
 #include "solver/contact/contact_law_batch.h"
 #include "solver/contact/patch_builder.h"
@@ -146,9 +147,19 @@ struct BoundaryContactTable {
   double radius = 0;           // m
 };
 
-struct Workspace {
-  explicit Workspace(const Model& model);
+// Of the boundary or frame that is moved. The memory is kept from step to step.
+struct BoundaryMotionScratch {
+  std::vector<const Motion*> motions;                       // of the model and of stages
+  std::vector<RigidMotion> carried;                         // [motions] by the motions before each
+  std::array<std::vector<const Drive*>, kMostAxes> drives;  // [axes] of a free body
+  std::vector<FrameMotion> frames;                          // at the start of the step
+};
 
+struct Workspace {
+  // threads: 0 for the number of the model.
+  explicit Workspace(const Model& model, int threads = 0);
+
+  int threads;
   std::vector<RigidBody> rigid;                // [shapes]
   std::vector<PairLaw> laws;                   // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<AabbTree>> trees;  // [boundaries]; none for planes
@@ -178,8 +189,13 @@ struct Workspace {
   BondWorkspace bonds;
   StatisticsWorkspace statistics;
 
+  BoundaryMotionScratch boundary_motion;
   std::vector<BoundaryContactTable> boundary_contacts;  // [boundary contacts of the model]
   TaskScratch boundary_scratch;
+  // Written by a step while those of the state are read; then both change places.
+  std::vector<Patch> boundary_patches;
+  std::vector<ContactPoint> boundary_points;
+  std::vector<Vec3> boundary_rolling;  // zero: boundaries have no rolling resistance
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {
@@ -189,7 +205,8 @@ struct Workspace {
 };
 
 // The phases of a step, in order (see Solver::step).
-void advance_boundaries(const Model& model, State& state);  // and first half kick of free bodies
+// And first half kick of free bodies.
+void advance_boundaries(const Model& model, Workspace& workspace, State& state);
 // With both kicks: after the deferred second half kick of the last step.
 void integrate_positions(const Model& model, Workspace& workspace, State& state, bool both_kicks);
 void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
@@ -200,7 +217,8 @@ void contact_forces(const Model& model, Workspace& workspace, State& state);
 void boundary_contacts(const Model& model, Workspace& workspace, State& state);  // if there are any
 void keep_statistics(const Model& model, Workspace& workspace, State& state);    // if asked for
 void finish_velocities(const Model& model, const Workspace& workspace, State& state);
-void finish_frames(const Model& model, State& state);  // second half kick of free bodies, loads
+// Second half kick of free bodies, loads.
+void finish_frames(const Model& model, Workspace& workspace, State& state);
 // After this step; only then is the state to be checked.
 bool check_is_due(const State& state);
 void check_state(const Model& model, const Workspace& workspace, State& state);

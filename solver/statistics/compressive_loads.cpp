@@ -38,7 +38,7 @@ void note(const NormalLoadSample& p, const NormalLoadSample& q, double time, Opp
 }  // namespace
 
 void note_opposed_loads(const Model& model, Workspace& w, State& s) {
-  parallel_for_blocks(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+  parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
                       [&](std::size_t begin, std::size_t) {
                         PairRange& range = w.ranges[begin / kPairsOfRange];
                         read(s, range, range.notes.pressed);

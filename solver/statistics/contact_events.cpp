@@ -254,7 +254,7 @@ void follow_contacts(const Model& model, Workspace& w, State& s) {
       2 * stats.free_places > stats.open.size() + kFew)
     remap_open_contacts(s);
   const ContactReader reader(model, s);
-  parallel_for_blocks(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+  parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
                       [&](std::size_t begin, std::size_t) {
                         PairRange& range = w.ranges[begin / kPairsOfRange];
                         reader.read(range, range.notes);

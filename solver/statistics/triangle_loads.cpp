@@ -117,7 +117,7 @@ void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
   stats.points_list = s.health.rebuilds;
   stats.triangle_of_point.resize(s.points.size());
   const BoundaryReader reader(model, w, s);
-  parallel_for_blocks(model.numerics.threads, s.pairs.size(), kPairsOfRange,
+  parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
                       [&](std::size_t begin, std::size_t) {
                         PairRange& range = w.ranges[begin / kPairsOfRange];
                         reader.look_up(range, all);

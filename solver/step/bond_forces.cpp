@@ -150,12 +150,10 @@ BondWorkspace::BondWorkspace(const Model& model)
   }
 }
 
-void compute_bond_forces(const Model& model, BondWorkspace& w, State& s) {
-  parallel_for_blocks(model.numerics.threads, model.bonds.size(), kGrain,
-                      [&](std::size_t begin, std::size_t end) {
-                        for (std::size_t k = begin; k < end; ++k)
-                          s.bond_loads[k] = strained(model, w, s, k);
-                      });
+void compute_bond_forces(const Model& model, int threads, BondWorkspace& w, State& s) {
+  parallel_for_blocks(threads, model.bonds.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) s.bond_loads[k] = strained(model, w, s, k);
+  });
   for (const double lost : w.lost) s.lost_in_bonds += lost;
 }
 

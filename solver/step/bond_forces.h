@@ -14,7 +14,7 @@ struct BondWorkspace;
 
 // The phase of the step: loads of all bonds, and which of them break. A bond that is beyond its
 // strength bears nothing from this very step on; its elastic energy is lost.
-void compute_bond_forces(const Model& model, BondWorkspace& w, State& s);
+void compute_bond_forces(const Model& model, int threads, BondWorkspace& w, State& s);
 // Adds them to the loads of the particles [begin, end), in order of the bonds.
 void add_bond_loads(const BondWorkspace& w, const State& s, std::size_t begin, std::size_t end,
                     BodyLoad* loads);

@@ -120,14 +120,14 @@ void check_speed(const Model& model, const State& s, const BoundaryContact& cont
 // Updates the patches of a contact from those at `old_patches`, whose points are `old_points`.
 void search(const Model& model, const State& s, const BoundaryContactTable& table,
             const Bodies& bodies, std::span<const Patch> old_patches,
-            const ContactPoint* old_points, TaskScratch& scratch, BoundaryContactMemory& memory) {
+            const ContactPoint* old_points, Workspace& w, BoundaryContactMemory& memory) {
+  TaskScratch& scratch = w.boundary_scratch;
   std::size_t used = 0;
   memory.gap = collide_all(table, bodies.pose, scratch.contacts, used);
   const Mat3 rotation_a = rotation_of(s, bodies.body_a);
-  const std::vector<Vec3> no_rolling(old_patches.size(), Vec3::Zero());
-  PatchInput in{table.law,         rotation_a, {scratch.contacts.data(), used},
-                table.connected,   {},         old_patches,
-                no_rolling.data(), old_points};
+  w.boundary_rolling.assign(old_patches.size(), Vec3::Zero());
+  PatchInput in{table.law, rotation_a,  {scratch.contacts.data(), used}, table.connected,
+                {},        old_patches, w.boundary_rolling.data(),       old_points};
   fill_motion(s, bodies, model.timestep, in);
   build_patches(in, scratch.patches, scratch.search.found);
   memory.need =
@@ -193,9 +193,10 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
 }  // namespace
 
 void boundary_contacts(const Model& model, Workspace& w, State& s) {
-  TaskScratch& scratch = w.boundary_scratch;
-  std::vector<Patch> patches;
-  std::vector<ContactPoint> points;
+  std::vector<Patch>& patches = w.boundary_patches;
+  std::vector<ContactPoint>& points = w.boundary_points;
+  patches.clear();
+  points.clear();
   std::size_t first_patch = 0, first_point = 0;  // in the state
   for (std::size_t k = 0; k < model.boundary_contacts.size(); ++k) {
     const BoundaryContact& contact = model.boundary_contacts[k];
@@ -220,8 +221,8 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
     const std::size_t patches_before = patches.size(), points_before = points.size();
     const double moved = moved_since(table, memory, bodies.pose, rotation_of(s, bodies.body_a));
     if (memory.need < 0 || moved >= memory.need) {
-      search(model, s, table, bodies, old_patches, old_points, scratch, memory);
-      const FoundPatches& found = scratch.search.found;
+      search(model, s, table, bodies, old_patches, old_points, w, memory);
+      const FoundPatches& found = w.boundary_scratch.search.found;
       patches.insert(patches.end(), found.patches.begin(), found.patches.end());
       points.insert(points.end(), found.points.begin(), found.points.end());
       memory.patch_count = found.patches.size();
@@ -234,8 +235,8 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
           {patches.data() + patches_before, static_cast<std::size_t>(memory.patch_count)},
           points.data() + points_before, memory);
   }
-  s.boundary_patches = std::move(patches);
-  s.boundary_points = std::move(points);
+  std::swap(s.boundary_patches, patches);
+  std::swap(s.boundary_points, points);
 }
 
 BoundaryContactState boundary_contact_state(const Workspace& w, const State& s,

@@ -283,7 +283,7 @@ void contact_forces(const Model& model, Workspace& w, State& s) {
     });
   };
   parallel_for_blocks(
-      model.numerics.threads, w.ranges.size(), w.ranges_of_task,
+      w.threads, w.ranges.size(), w.ranges_of_task,
       [&](std::size_t first, std::size_t last) {
         std::vector<ActivePair>& spare = w.scratch[first / w.ranges_of_task].active;
         for (std::size_t r = first; r < last; ++r)

@@ -263,7 +263,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
   };
   const std::size_t ranges = w.needs_rebuild.size();
   parallel_for_blocks(
-      model.numerics.threads, ranges, ranges_of_task(model.numerics.threads, ranges),
+      w.threads, ranges, ranges_of_task(w.threads, ranges),
       [&](std::size_t first, std::size_t last) {
         for (std::size_t r = first; r < last; ++r) move(r * kGrain, r + 1 < last);
       },
@@ -287,7 +287,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
 }
 
 void finish_velocities(const Model& model, const Workspace& w, State& s) {
-  parallel_for_blocks(model.numerics.threads, model.particles.size(), kGrain,
+  parallel_for_blocks(w.threads, model.particles.size(), kGrain,
                       [&](std::size_t begin, std::size_t end) {
                         BodyLoad* const loads = s.load.data() + begin;
                         sum_loads(w, s, begin, end, loads);

@@ -46,13 +46,15 @@ void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t,
 // the place where the motions before it have put its centre at t. These steps, the last motion's
 // first, make up exactly the change of the whole, since a motion's step commutes with its own way.
 void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3& origin,
-               const State& s, double dt, Place& place) {
-  std::vector<const Motion*> all;
+               const State& s, double dt, BoundaryMotionScratch& scratch, Place& place) {
+  std::vector<const Motion*>& all = scratch.motions;
+  all.clear();
   for (const Motion& m : motions) all.push_back(&m);
   for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
     if (s.extra_motion_mover[k] == static_cast<int>(mover)) all.push_back(&s.extra_motions[k]);
   }
-  std::vector<RigidMotion> carried(all.size());  // by the motions before each
+  std::vector<RigidMotion>& carried = scratch.carried;
+  carried.assign(all.size(), {});
   std::size_t still = 1;  // so many of them, from the first on, nothing has carried yet
   for (std::size_t j = 1; j < all.size(); ++j) {
     const double way = all[j - 1]->covered(s.time);
@@ -113,10 +115,11 @@ FreeBodyMotion coordinates(FrameMotion& m) {
 }
 
 HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& parents, std::size_t f,
-              const BodyLoad& load, HalfKick half) {
+              const BodyLoad& load, HalfKick half, BoundaryMotionScratch& scratch) {
   const MotionFrame& frame = model.frames[f];
-  std::vector<const Drive*> drives[kMostAxes];
+  auto& drives = scratch.drives;
   for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
+    drives[k].clear();
     for (const Drive& d : frame.free->axes[k].drives) drives[k].push_back(&d);
     for (std::size_t e = 0; e < s.extra_drives.size(); ++e) {
       if (s.extra_drive_axis[e] == static_cast<int>(f * kMostAxes + k))
@@ -125,7 +128,7 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   }
   FrameMotion& motion = s.frames[f];
   const FreeBodyScene scene = scene_of(model, s, parents, f, load);
-  KickResult result = kick_free_body(*frame.free, frame.origin, drives, scene, s.time,
+  KickResult result = kick_free_body(*frame.free, frame.origin, drives.data(), scene, s.time,
                                      model.timestep, half, coordinates(motion));
   motion.driven = result.driven ? 1 : 0;
   meet_stops(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
@@ -167,8 +170,8 @@ void note_reaction(const Model& model, const FreeBody& body, const Vec3& origin,
   joint.known = 1;
 }
 
-void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>& before,
-                   std::size_t f) {
+void advance_frame(const Model& model, State& s, std::size_t f, BoundaryMotionScratch& scratch) {
+  const std::vector<FrameMotion>& before = scratch.frames;
   const MotionFrame& frame = model.frames[f];
   FrameMotion& motion = s.frames[f];
   const FrameMotion world;
@@ -181,12 +184,12 @@ void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>&
   BodyLoad load;
   if (frame.free) {
     load = load_on_frame(model, s, static_cast<int>(f));
-    const HeldAxes held = kick(model, s, before, f, load, HalfKick::first);
+    const HeldAxes held = kick(model, s, before, f, load, HalfKick::first, scratch);
     place.turned =
         drift(*frame.free, frame.origin, dt, held, coordinates(motion), place.orientation);
     place.position = position_of(*frame.free, frame.origin - parent_origin, motion);
   } else {
-    apply_all(frame.motions, model.boundaries.size() + f, parent_origin, s, dt, place);
+    apply_all(frame.motions, model.boundaries.size() + f, parent_origin, s, dt, scratch, place);
   }
   s.frame_position[f] = place.position;
   s.frame_orientation[f] = place.orientation;
@@ -205,14 +208,14 @@ void advance_frame(const Model& model, State& s, const std::vector<FrameMotion>&
     note_reaction(model, *frame.free, frame.origin, load, before[f], motion, s.joint_reactions[f]);
 }
 
-void advance_boundary(const Model& model, State& s, std::size_t b) {
+void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotionScratch& scratch) {
   const Boundary& boundary = model.boundaries[b];
   const std::size_t body = model.particles.size() + b;
   const double dt = model.timestep;
   BodyMotion& motion = s.motion[body];
   if (boundary.frame < 0) {
     Place place{motion.position, s.orientation[body]};
-    apply_all(boundary.motions, b, Vec3::Zero(), s, dt, place);
+    apply_all(boundary.motions, b, Vec3::Zero(), s, dt, scratch, place);
     motion.velocity = (place.position - motion.position) / dt;
     motion.spin = place.turned / dt;
     motion.position = place.position;
@@ -220,7 +223,7 @@ void advance_boundary(const Model& model, State& s, std::size_t b) {
     return;
   }
   Place place{s.boundary_position[b], s.boundary_orientation[b]};
-  apply_all(boundary.motions, b, origin_of(model, boundary.frame), s, dt, place);
+  apply_all(boundary.motions, b, origin_of(model, boundary.frame), s, dt, scratch, place);
   s.boundary_position[b] = place.position;
   s.boundary_orientation[b] = place.orientation;
   const FrameMotion& frame = s.frames[static_cast<std::size_t>(boundary.frame)];
@@ -236,10 +239,11 @@ void advance_boundary(const Model& model, State& s, std::size_t b) {
 
 }  // namespace
 
-void advance_boundaries(const Model& model, State& s) {
-  const std::vector<FrameMotion> before = s.frames;
-  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, before, f);
-  for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b);
+void advance_boundaries(const Model& model, Workspace& w, State& s) {
+  BoundaryMotionScratch& scratch = w.boundary_motion;
+  scratch.frames = s.frames;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, f, scratch);
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b, scratch);
 }
 
 BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
@@ -255,10 +259,11 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
   return sum;
 }
 
-void finish_frames(const Model& model, State& s) {
+void finish_frames(const Model& model, Workspace& w, State& s) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
-    if (model.frames[f].free) kick(model, s, s.frames, f, load, HalfKick::second);
+    if (model.frames[f].free)
+      kick(model, s, s.frames, f, load, HalfKick::second, w.boundary_motion);
     s.frames[f].impulse += load.force * model.timestep;
     s.frames[f].angular_impulse += load.torque * model.timestep;
   }

@@ -65,6 +65,9 @@ class Solver {
   // Keeps its own copy of the model. Particles start waiting, boundaries present.
   // Throws InputError when validate(model) does.
   explicit Solver(Model model);
+  // Shares a model that has passed validate() and does not change while the solver exists, without
+  // a copy. `threads`: in place of the model's number; 0: that number.
+  Solver(std::shared_ptr<const Model> model, int threads);
   ~Solver();
   Solver(Solver&&) noexcept;
   Solver& operator=(Solver&&) noexcept;
