@@ -42,16 +42,17 @@ void set_up_logging() {
       std::make_shared<spdlog::logger>("firn", std::make_shared<TerminalSink>()));
 }
 
-std::string one_line(std::string text) {
+// The text of an error as one line of limited length.
+std::string error_line(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
+  text = one_line(std::move(text));
   constexpr std::size_t kMost = 4000;  // what a file quotes can be of any length
   if (text.size() > kMost) text = text.substr(0, kMost) + " ...";
   return text;
 }
 
 int print_error(const std::string& text, int status) {
-  print_lines(stderr, "firn: {}\n", one_line(text));
+  print_lines(stderr, "firn: {}\n", error_line(text));
   return status;
 }
 
@@ -75,7 +76,7 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char
   const auto chosen = app.get_subcommands();
   if (!chosen.empty()) {
     return print_error(
-        fmt::format("{}; see `firn {} --help`", one_line(e.what()), chosen[0]->get_name()),
+        fmt::format("{}; see `firn {} --help`", error_line(e.what()), chosen[0]->get_name()),
         ExitStatus::bad_input);
   }
   if (argc < 2) {

@@ -56,7 +56,7 @@ const char* verdict(const CaseResult& r) {
 }
 
 void print_check(const Check& c) {
-  const std::string unit = c.unit == "1" ? "" : " " + c.unit;
+  const std::string unit = unit_suffix(c.unit);
   print_lines(
       stdout, "    {} {}: {:.6g}{}, {} {:.6g}{}", passed(c) ? "holds" : "FAILS", c.what, c.measured,
       unit,

@@ -14,16 +14,14 @@ namespace {
 
 constexpr std::size_t long_text = 60;  // longer texts: their lengths are compared
 
-std::string unit_behind(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
-
 std::string value_text(double value, const std::optional<double>& uncertainty,
                        const std::string& unit) {
   return (uncertainty ? measured_text(value, *uncertainty) : number_text(value, 6)) +
-         unit_behind(unit);
+         unit_suffix(unit);
 }
 
 std::string range_text(const Interval& i, const std::string& unit) {
-  return fmt::format("{:.4g} to {:.4g}{}", i.low, i.high, unit_behind(unit));
+  return fmt::format("{:.4g} to {:.4g}{}", i.low, i.high, unit_suffix(unit));
 }
 
 template <class... Args>
@@ -70,7 +68,7 @@ std::string simulated_text(const Anchor& a) {
     text += fmt::format(
         "{}{} {:.4g}{}{}", text.empty() ? "" : ", ", name, mean,
         values.size() > 1 ? fmt::format(" (sd {:.2g})", std::sqrt(squares / (n - 1))) : "",
-        unit_behind(unit));
+        unit_suffix(unit));
   }
   return text;
 }

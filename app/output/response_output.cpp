@@ -60,7 +60,7 @@ std::string responses_table(const std::vector<Response>& responses) {
   std::string table;
   for (const Response& r : responses) {
     table += fmt::format("{:<{}}  {:<{}}  {:<6}  {}\n", r.name, name_width, value_text(r),
-                         value_width, r.unit == "1" ? "" : r.unit, r.method);
+                         value_width, unit_text(r.unit), r.method);
   }
   return table;
 }

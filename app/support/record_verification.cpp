@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/sha256.h"
 #include "experiments/storage/version.h"
@@ -58,18 +59,6 @@ double student_99(std::size_t degrees_of_freedom) {
   for (const auto& [freedom, quantile] : table)
     if (freedom <= degrees_of_freedom) value = quantile;
   return value;
-}
-
-double mean(const std::vector<double>& x) {
-  double sum = 0;
-  for (const double v : x) sum += v;
-  return sum / static_cast<double>(x.size());
-}
-
-double standard_deviation(const std::vector<double>& x) {
-  double squares = 0;
-  for (const double v : x) squares += (v - mean(x)) * (v - mean(x));
-  return std::sqrt(squares / static_cast<double>(x.size() - 1));
 }
 
 // One response over the runs of an anchor.

@@ -14,6 +14,7 @@
 #include "experiments/system/gnuplot.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/text_encoding.h"
+#include "experiments/text/number_text.h"
 
 namespace firn {
 namespace {
@@ -25,7 +26,7 @@ using Out = fmt::memory_buffer;
 constexpr int map_cells = 80, slice_cells = 120;
 
 std::string with_unit(const std::string& name, const std::string& unit) {
-  return name + (unit.empty() || unit == "1" ? "" : " / " + unit);
+  return name + (unit_text(unit).empty() ? "" : " / " + unit);
 }
 
 struct Scene {
@@ -81,8 +82,8 @@ void print_preamble(Out& out, const Scene& s) {
         "set border lw 1.2 lc rgb '#444444'\nset tics scale 0.6 out nomirror\n"
         "set key below left reverse Left samplen 2.2 spacing 1.15 maxcols 2\n",
         encode::gnuplot(t.response.label),
-        encode::gnuplot(fmt::format("{:.4g} ± {:.2g}{}{}", t.value, t.uncertainty,
-                                    t.unit == "1" ? "" : " ", t.unit == "1" ? "" : t.unit)));
+        encode::gnuplot(
+            fmt::format("{:.4g} ± {:.2g}{}", t.value, t.uncertainty, unit_suffix(t.unit))));
 }
 
 // Runs of a point that gave no response.

@@ -6,6 +6,7 @@
 
 #include "calibrate/output/calibration_result.h"
 #include "calibrate/output/text_format.h"
+#include "experiments/text/number_text.h"
 
 namespace firn {
 namespace {
@@ -14,7 +15,7 @@ using Out = fmt::memory_buffer;
 
 std::string observed_text(const Observation& o) {
   if (o.sample.count == 0) return "no value";
-  return fmt::format("{:.4g} +- {:.2g}{}", o.sample.mean, o.standard_error, unit_text(o.unit));
+  return fmt::format("{:.4g} +- {:.2g}{}", o.sample.mean, o.standard_error, unit_suffix(o.unit));
 }
 
 std::string counts_text(const CheckedSet& set) {
@@ -29,7 +30,7 @@ std::string counts_text(const CheckedSet& set) {
 void print_values(Out& out, const Study& study, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i)
     print(out, "{}{} = {}{}", i == 0 ? "" : ", ", study.parameters[i].name,
-          study.parameters[i].text(values[i]), unit_text(study.parameters[i].unit));
+          study.parameters[i].text(values[i]), unit_suffix(study.parameters[i].unit));
 }
 
 void print_targets(Out& out, const Study& study, const Answer& a) {
@@ -37,11 +38,12 @@ void print_targets(Out& out, const Study& study, const Answer& a) {
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
     print(out, "  {} = {:.4g} +- {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
-          unit_text(t.unit));
+          unit_suffix(t.unit));
     print(out, "    {}\n", t.source);
     if (!a.knowledge) continue;
     const ReachedRange& r = a.reach[k];
-    print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest, unit_text(t.unit),
+    print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest,
+          unit_suffix(t.unit),
           r.reachable ? (r.bracketed ? "" : "; no simulated point lies beyond the target")
                       : ": OUT OF REACH");
   }
@@ -68,7 +70,7 @@ void print_models(Out& out, const Answer& a) {
           "at most {:.1f}\n",
           m.response.label, m.samples.size(), m.surrogate.best.form().describe(),
           m.noise.relative ? 100 * m.noise.sd : m.noise.sd,
-          m.noise.relative ? " %" : unit_text(m.unit), m.noise.degrees_of_freedom,
+          m.noise.relative ? " %" : unit_suffix(m.unit), m.noise.degrees_of_freedom,
           m.largest_leave_one_out_z);
     if (!m.local_noise.uniform())
       print(out,
@@ -97,7 +99,7 @@ void print_checked(Out& out, const Study& study, const CheckedSet& set) {
   for (std::size_t k = 0; k < set.predicted.size(); ++k) {
     print(out, "    {:<22} fit {:.4g} +- {:.2g}{}", study.targets[k].response.label,
           set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
-          unit_text(study.targets[k].unit));
+          unit_suffix(study.targets[k].unit));
     if (k < set.observed.size()) print(out, ", simulated {}", simulated(set.observed[k]));
     print(out, "\n");
   }
@@ -111,7 +113,7 @@ void print_compare(Out& out, const Study& study, const Answer& a) {
   for (const CheckedSet& set : a.compare) print(out, "{:>26}", set.name);
   print(out, "\n");
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-    print(out, "  {:<37}", study.parameters[i].name + unit_text(study.parameters[i].unit));
+    print(out, "  {:<37}", study.parameters[i].name + unit_suffix(study.parameters[i].unit));
     for (const CheckedSet& set : a.compare)
       print(out, "{:>26}", study.parameters[i].text(set.values[i]));
     print(out, "\n");
@@ -153,7 +155,7 @@ void print_best(Out& out, const Study& study, const Answer& a) {
           "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}; the "
           "other surrogate says {:.4g}\n",
           study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
-          std::sqrt(s.surrogate), unit_text(study.targets[k].unit), a.cross_check[k]);
+          std::sqrt(s.surrogate), unit_suffix(study.targets[k].unit), a.cross_check[k]);
   }
 }
 
@@ -174,7 +176,7 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
     const Marginal& m = a.posterior->marginals[i];
-    print(out, "  {:<18}{:>12}{:>28}{:>28}{:>20.0f} %", p.name + unit_text(p.unit),
+    print(out, "  {:<18}{:>12}{:>28}{:>28}{:>20.0f} %", p.name + unit_suffix(p.unit),
           p.text(m.median), fmt::format("{} to {}", p.text(m.low), p.text(m.high)),
           i < a.profiles.size()
               ? fmt::format("{} to {}", p.text(a.profiles[i].low), p.text(a.profiles[i].high))
@@ -249,7 +251,7 @@ void print_numerics(Out& out, const Answer& a) {
     print(out, "  {}\n", n.name);
     for (const NumericsOutcome::Shift& s : n.shifts)
       print(out, "    {:<22} moves by {:.3g} +- {:.2g}{}{}\n", s.response, s.value,
-            s.standard_error, unit_text(s.unit),
+            s.standard_error, unit_suffix(s.unit),
             std::abs(s.value) > 2 * s.standard_error ? ": MORE THAN THE NOISE" : "");
     if (n.shifts.empty()) print(out, "    no run finished\n");
   }
@@ -268,7 +270,7 @@ void print_advice(Out& out, const Answer& a) {
   for (const Advice& m : a.advice)
     print(out, "  {:<38}{:>22}{:>12}{:>11.2f} bits{:>22.0f} %\n",
           m.response.label + (m.repeats_a_target ? ", once more" : ""),
-          fmt::format("{:.3g}{}", m.uncertainty, unit_text(m.unit)), effort_text(m.effort),
+          fmt::format("{:.3g}{}", m.uncertainty, unit_suffix(m.unit)), effort_text(m.effort),
           m.information, 100 * m.longest_left);
 }
 

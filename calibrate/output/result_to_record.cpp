@@ -18,6 +18,7 @@
 #include "experiments/storage/version.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/text/number_text.h"
 
 namespace firn {
 namespace {
@@ -165,7 +166,7 @@ std::vector<ScopeLimit> scope_of(const Study& study, const std::vector<Simulated
   std::string tests;
   for (const Target& t : study.targets)
     tests += fmt::format("{}{} = {:.4g} +- {:.2g}{}", tests.empty() ? "" : ", ", t.response.label,
-                         t.value, t.uncertainty, unit_text(t.unit));
+                         t.value, t.uncertainty, unit_suffix(t.unit));
   std::vector<ScopeLimit> scope = {{"test", fmt::format("fitted to {}", tests)}};
   std::set<std::string> bound;
   for (const Parameter& p : study.parameters) bound.insert(p.keys.begin(), p.keys.end());

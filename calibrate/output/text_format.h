@@ -14,11 +14,6 @@ void print(fmt::memory_buffer& out, fmt::format_string<Args...> format, Args&&..
   fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
 }
 
-// " deg"; nothing for a bare number.
-inline std::string unit_text(const std::string& unit) {
-  return unit.empty() || unit == "1" ? "" : " " + unit;
-}
-
 // The unit in files for programs: "1" for a bare number.
 inline std::string stored_unit(const std::string& unit) { return unit.empty() ? "1" : unit; }
 

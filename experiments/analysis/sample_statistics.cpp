@@ -21,10 +21,16 @@ double quantile(const std::vector<double>& sorted, double share, double of_none)
   return sorted[std::max<std::size_t>(rank, 1) - 1];
 }
 
+double mean(const std::vector<double>& values) {
+  double mean = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  return mean;
+}
+
 double standard_deviation(const std::vector<double>& values) {
-  double mean = 0, sum = 0;
-  for (double v : values) mean += v / static_cast<double>(values.size());
-  for (double v : values) sum += (v - mean) * (v - mean);
+  const double middle = mean(values);
+  double sum = 0;
+  for (const double v : values) sum += (v - middle) * (v - middle);
   return std::sqrt(sum / static_cast<double>(values.size() - 1));
 }
 

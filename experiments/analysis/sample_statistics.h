@@ -12,6 +12,9 @@ double median(std::vector<double> values);
 // ascending order; `of_none` without values.
 double quantile(const std::vector<double>& sorted, double share, double of_none);
 
+// Of at least one value.
+double mean(const std::vector<double>& values);
+
 // Of a sample (n - 1); of at least two values.
 double standard_deviation(const std::vector<double>& values);
 

@@ -134,7 +134,7 @@ Json provenance_json(const Provenance& p) {
   return j;
 }
 
-std::string number_text(double value) {
+std::string float_text(double value) {
   std::string text = fmt::format("{}", value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
@@ -173,7 +173,7 @@ void write(std::string& out, const Json& json, bool pretty, int depth) {
     if (!one_line) new_line(depth);
     out += ']';
   } else {
-    out += json.is_number_float() ? number_text(json.get<double>()) : json.dump();
+    out += json.is_number_float() ? float_text(json.get<double>()) : json.dump();
   }
 }
 

@@ -51,7 +51,7 @@ void set_statistics(const std::vector<double>& values, Measurement& m) {
 }
 
 // The repeats one by one: they give the mean, the number and the scatter.
-void read_values(const TomlTable& t, Measurement& m) {
+void read_measured_values(const TomlTable& t, Measurement& m) {
   for (const char* key : {"value", "repeats", "scatter"}) {
     if (t.has(key)) t.fail(key, "follows from `values`; expected one of the two");
   }
@@ -253,7 +253,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
   }
   if (t.has("values")) {
-    read_values(t, m);
+    read_measured_values(t, m);
   } else {
     const UnitValue value = quantity(t, "value");
     m.value = value.value;

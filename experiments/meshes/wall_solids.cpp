@@ -355,15 +355,4 @@ std::vector<HalfSpace> box_half_spaces(const Vec3& size) {
   return sides;
 }
 
-TriangleMesh box_mesh(const Vec3& size) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) {  // bit k of i: upper side along axis k
-    mesh.vertices.push_back(
-        Vec3(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5).cwiseProduct(size));
-  }
-  mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
-  return mesh;
-}
-
 }  // namespace firn

@@ -20,6 +20,5 @@ std::vector<ConvexPart> boundary_parts(const TriangleMesh& mesh, double thicknes
 
 // A box about the origin, edges `size` (m).
 std::vector<HalfSpace> box_half_spaces(const Vec3& size);
-TriangleMesh box_mesh(const Vec3& size);
 
 }  // namespace firn

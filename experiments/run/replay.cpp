@@ -89,7 +89,7 @@ RunOptions run_options(const ReplayOptions& options) {
   return run;
 }
 
-RunObserver observer(const ReplayOptions& options) {
+RunObserver replay_observer(const ReplayOptions& options) {
   RunObserver looks;
   looks.latest_end = options.latest_end;
   looks.step = [&options](const Solver& solver, bool last) {
@@ -137,7 +137,7 @@ Replay outcome(const RunSummary& summary, const ReplayOptions& options) {
 Replay replay(const Case& c, const ReplayOptions& options) {
   check_runnable(c);
   const RunOptions run = run_options(options);
-  Driver driver(c, run, nullptr, observer(options));
+  Driver driver(c, run, nullptr, replay_observer(options));
   return outcome(driver.run(), options);
 }
 
@@ -147,7 +147,7 @@ Replay replay(const std::string& results_file, const ReplayOptions& options) try
   check_runnable(c);
   FrameProof proof(results_file, recording, c.model);
   const RunOptions run = run_options(options);
-  RunObserver looks = observer(options);
+  RunObserver looks = replay_observer(options);
   bool enough = false;
   std::uint64_t seen = 0;
   looks.step = [&, observe = looks.step](const Solver& solver, bool last) {

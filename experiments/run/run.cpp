@@ -58,7 +58,7 @@ RunSummary write_failure(const WriteError& e, const std::string& safe) {
   return summary;
 }
 
-RunObserver observer(const RunOptions& options) {
+RunObserver run_observer(const RunOptions& options) {
   if (!options.each_step) return {};
   RunObserver looks;
   looks.step = [&options](const Solver& solver, bool last) {
@@ -145,7 +145,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
       write_header(file, c);
       file.flush();
     });
-    Driver driver(c, options, &*recorder, observer(options));
+    Driver driver(c, options, &*recorder, run_observer(options));
     driver.set_unsaved(unsaved);
     summary = drive(driver, lock, c);
   } catch (const WriteError& e) {
@@ -190,7 +190,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     const Case& c = *unfinished;
     if (!restored) lock->keep_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
-    Driver driver(c, options, &recorder, observer(options));
+    Driver driver(c, options, &recorder, run_observer(options));
     try {
       driver.restore();
       recorder.with_file(

@@ -81,6 +81,12 @@ std::string measured_text(double value, double standard_deviation) {
   return fmt::format("{} ± {}", fixed(value, -last), fixed(standard_deviation, -last));
 }
 
+std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
+
+std::string unit_suffix(const std::string& unit) {
+  return unit_text(unit).empty() ? "" : " " + unit;
+}
+
 std::string shortest_numbers(std::string_view toml) {
   std::string out;
   char quote = 0;

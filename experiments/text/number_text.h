@@ -17,6 +17,12 @@ std::string number_text(double value, int digits = 4);
 // as number_text().
 std::string measured_text(double value, double standard_deviation);
 
+// The unit as people read it: "deg"; nothing of a bare number, whose unit is "1" or empty.
+std::string unit_text(const std::string& unit);
+
+// The same behind a number: " deg".
+std::string unit_suffix(const std::string& unit);
+
 // TOML for people: numbers outside strings with the fewest digits that read back to the same value
 // ("0.29999999999999999" becomes "0.3").
 std::string shortest_numbers(std::string_view toml);

@@ -8,6 +8,7 @@
 #include "calibrate/output/calibration_result.h"
 #include "calibrate/study/study_file.h"
 #include "experiments/system/temporary_folder.h"
+#include "experiments/text/number_text.h"
 #include "firn/calibrate/calibrate.h"
 #include "firn/math.h"
 #include "library/calibrate/function_executor.h"
@@ -60,7 +61,7 @@ std::string study_text(const Problem& problem) {
     if (p.prior_sd) text += fmt::format("prior_sd = {}\n", quantity(*p.prior_sd, p.unit));
   }
   for (const Target& t : problem.targets) {
-    const std::string unit = t.unit == "1" ? "" : t.unit;
+    const std::string unit = unit_text(t.unit);
     text += fmt::format("\n[[targets]]\nresponse = {}\nvalue = {}\nuncertainty = {}\n",
                         quoted(t.response), quantity(t.value, unit), quantity(t.uncertainty, unit));
   }

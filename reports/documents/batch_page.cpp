@@ -78,7 +78,7 @@ std::vector<ResponseColumn> varying_responses(const BatchState& state) {
   return names;
 }
 
-void summary(const BatchState& state, page::Page& page) {
+void batch_summary(const BatchState& state, page::Page& page) {
   const std::string task = task_name(state.command);
   const int ended = state.ended(), running = state.count("running");
   const int total = std::max(state.most_runs, static_cast<int>(state.runs.size()));
@@ -196,7 +196,7 @@ void batch_runs_section(const BatchState& state, std::vector<ResponseColumn> res
 page::Page batch_page(const BatchState& state, const std::string& name) {
   page::Page page(name, task_name(state.command) + " in progress");
   const std::vector<ResponseColumn> responses = varying_responses(state);
-  summary(state, page);
+  batch_summary(state, page);
   estimate_section(state, page);
   plots_section(state, responses, page);
   batch_runs_section(state, responses, page);

@@ -14,6 +14,7 @@
 #include "experiments/results/bond_results.h"
 #include "experiments/results/results_file.h"
 #include "experiments/storage/version.h"
+#include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "reports/documents/run_plots.h"
 
@@ -85,7 +86,7 @@ std::vector<page::Card> response_cards(const std::vector<Response>& responses, c
   std::vector<page::Card> cards;
   for (const Response& r : responses) {
     if (cards.size() == kMost || !is_telling(r, c)) continue;
-    const std::string unit = r.unit == "1" ? "" : " " + r.unit;
+    const std::string unit = unit_suffix(r.unit);
     if (r.name == "arched")
       cards.push_back({"jam", r.value[0] == 0 ? "none" : "yes", r.method, {}});
     else
@@ -126,7 +127,7 @@ page::Table response_table(const std::vector<Response>& responses) {
     table.rows.push_back(
         {r.name,
          is_scalar(r) ? Cell::measured(r.value[0], uncertainty(r)) : Cell(range_text(r.value)),
-         r.unit == "1" ? "" : r.unit, r.method});
+         unit_text(r.unit), r.method});
   return table;
 }
 

@@ -20,10 +20,7 @@ double value_of(const Json& value) {
   return value.is_number() ? value.get<double>() : std::nan("");
 }
 
-std::string unit_of(const Json& value) {
-  const std::string unit = value.value("unit", "1");
-  return unit == "1" ? "" : " " + unit;
-}
+std::string unit_suffix_of(const Json& value) { return unit_suffix(value.value("unit", "1")); }
 
 // "ice_ice = 0.24 (95 %: 0.17 to 0.3)"
 std::string recommended(const Json& j) {
@@ -34,7 +31,7 @@ std::string recommended(const Json& j) {
     if (!values.contains(name)) continue;
     const Json interval = p.value("interval_95", Json::array());
     std::string text =
-        fmt::format("{} = {}{}", name, number_text(value_of(values.at(name))), unit_of(p));
+        fmt::format("{} = {}{}", name, number_text(value_of(values.at(name))), unit_suffix_of(p));
     if (interval.size() == 2)
       text += fmt::format(" (95 %: {} to {})", number_text(value_of(interval[0]), 3),
                           number_text(value_of(interval[1]), 3));
@@ -64,7 +61,7 @@ std::string simulated(const Json& set) {
     parts.push_back(fmt::format(
         "{} {}{}", response,
         measured_text(value_of(value.at("value")), value_of(value.value("standard_error", Json()))),
-        unit_of(value)));
+        unit_suffix_of(value)));
   return joined(parts, "no finished run");
 }
 

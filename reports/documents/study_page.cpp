@@ -8,6 +8,7 @@
 
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "firn/math.h"
 #include "reports/documents/study_answer.h"
@@ -29,15 +30,13 @@ Badge verdict_badge(const std::string& verdict) {
   return {Mark::caution, verdict};
 }
 
-std::string unit_text(const Json& j) {
-  return j.value("unit", "1") == "1" ? "" : j.value("unit", "");
-}
+std::string unit_of(const Json& j) { return unit_text(j.value("unit", "1")); }
 
 std::string with_unit(double value, double uncertainty, const Json& j) {
-  return page::measured_text(value, uncertainty) + (unit_text(j).empty() ? "" : " " + unit_text(j));
+  return page::measured_text(value, uncertainty) + unit_suffix(unit_of(j));
 }
 
-std::string range_text(const Json& ends) {
+std::string interval_text(const Json& ends) {
   const auto [low, high] = interval(ends);
   return fmt::format("{} to {}", page::number_text(low, 3), page::number_text(high, 3));
 }
@@ -53,17 +52,17 @@ std::string headline(const Json& results) {
 }
 
 // The answer, as every other place of the page and the command have it; without one the median.
-void summary(const Json& results, page::Page& page) {
+void study_summary(const Json& results, page::Page& page) {
   const bool answered = results.contains("answer") && results.at("answer").is_object();
   std::vector<page::Card> cards;
   for (const Json& p : results.at("parameters")) {
     const std::string name = text(p, "name");
     const double value = answered ? number(results.at("answer").at("parameters"), name.c_str())
                                   : number(p, "median");
-    const std::string unit = unit_text(p);
+    const std::string unit = unit_of(p);
     cards.push_back({words(name) + (answered ? "" : ", median"),
                      number_text(value) + (unit.empty() ? "" : " " + unit),
-                     "95 %: " + range_text(p.at("interval_95")),
+                     "95 %: " + interval_text(p.at("interval_95")),
                      {}});
   }
   page.top().note(verdict_badge(text(results, "verdict")), headline(results));
@@ -101,7 +100,7 @@ void targets_section(const Json& results, page::Page& page) {
 page::Figure profile_figure(const Json& p) {
   const Json& profile = p.at("profile");
   plots::XyPlot plot;
-  plot.x = {words(text(p, "name")), unit_text(p), p.value("scale", "") == "log", {}, {}};
+  plot.x = {words(text(p, "name")), unit_of(p), p.value("scale", "") == "log", {}, {}};
   plot.y = {"minus twice the log likelihood", "", false, 0.0, 10.0};
   plots::Series series;
   series.x = numbers(profile.at("values"));
@@ -113,7 +112,7 @@ page::Figure profile_figure(const Json& p) {
   plot.horizontal = {{3.841, "95 %"}};
   return {plots::draw(plot),
           fmt::format("Profile of {}: flat where the data say nothing.", text(p, "name")),
-          fmt::format("{}: 95 % from {}", text(p, "name"), range_text(p.at("interval_95")))};
+          fmt::format("{}: 95 % from {}", text(p, "name"), interval_text(p.at("interval_95")))};
 }
 
 void study_parameters_section(const Json& results, page::Page& page) {
@@ -132,10 +131,10 @@ void study_parameters_section(const Json& results, page::Page& page) {
     if (p.value("at_min", false)) remark = "its lower bound limits it";
     if (p.value("at_max", false))
       remark += std::string(remark.empty() ? "" : "; ") + "its upper bound limits it";
-    table.rows.push_back({text(p, "name"), unit_text(p),
+    table.rows.push_back({text(p, "name"), unit_of(p),
                           fmt::format("{} to {}", page::number_text(number(p, "min"), 3),
                                       page::number_text(number(p, "max"), 3)),
-                          Cell(number(p, "median"), 4), range_text(p.at("interval_95")),
+                          Cell(number(p, "median"), 4), interval_text(p.at("interval_95")),
                           Cell(100 * number(p, "width_ratio"), 3), remark, keys});
     if (p.contains("profile") && p.at("profile").is_object()) figures.push_back(profile_figure(p));
   }
@@ -162,7 +161,7 @@ void add_map(const Json& results, page::Content& content) {
   if (parameters.size() < 2) return;
   plots::XyPlot plot;
   const auto axis = [](const Json& p) {
-    return plots::Axis{words(text(p, "name")), unit_text(p), p.value("scale", "") == "log",
+    return plots::Axis{words(text(p, "name")), unit_of(p), p.value("scale", "") == "log",
                        number(p, "min"), number(p, "max")};
   };
   plot.x = axis(parameters[0]);
@@ -217,10 +216,10 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
       "fresh seeds";
   table.columns = {{"set", ""}};
   for (const Json& p : results.at("parameters"))
-    table.columns.push_back({text(p, "name"), unit_text(p)});
+    table.columns.push_back({text(p, "name"), unit_of(p)});
   for (const Json& t : results.at("targets")) {
-    table.columns.push_back({text(t, "response") + ", model", unit_text(t)});
-    table.columns.push_back({text(t, "response") + ", simulated", unit_text(t)});
+    table.columns.push_back({text(t, "response") + ", model", unit_of(t)});
+    table.columns.push_back({text(t, "response") + ", simulated", unit_of(t)});
   }
   if (results.contains("answer") && results.at("answer").is_object())
     add_set(results.at("answer"), results, table);
@@ -252,7 +251,7 @@ void knowledge_section(const Json& results, page::Page& page) {
     for (const Json& m : results.at("measure_next"))
       table.rows.push_back(
           {text(m, "response"),
-           fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_text(m)),
+           fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_of(m)),
            Cell(number(m, "information_bits"), 3),
            Cell(100 * number(m, "longest_direction_left"), 3),
            m.contains("effort_seconds") ? Cell(number(m, "effort_seconds") / 60, 3) : Cell("-")});
@@ -332,7 +331,7 @@ page::Page page_of(const Json& results, const fs::path& folder) {
   page::Page page(text(results, "study"),
                   fmt::format("study, Firn {} ({})", results.value("firn_version", ""),
                               results.value("git_commit", "")));
-  summary(results, page);
+  study_summary(results, page);
   targets_section(results, page);
   study_parameters_section(results, page);
   sets_section(results, folder, page);

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "experiments/storage/version.h"
+#include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "firn/math.h"
 #include "reports/html/json_values.h"
@@ -99,8 +100,6 @@ SweepData read_data(const Json& results) {
   for (Varied& key : data.keys) find_numbers(key);
   return data;
 }
-
-std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
 
 // Values of all keys but one: "friction 0.1, speed 2 m/s".
 std::string others(const SweepData& data, std::size_t combination, std::size_t but) {
@@ -202,7 +201,7 @@ bool changes(const Responded& r) {
   return false;
 }
 
-void plots_section(const SweepData& data, page::Page& page) {
+void response_plots(const SweepData& data, page::Page& page) {
   if (data.keys.empty()) return;
   std::vector<page::Figure> figures;
   std::string constant;
@@ -313,7 +312,7 @@ page::Page page_of(const Json& results) {
     facts.push_back({words(key.name), values});
   }
   if (!facts.empty()) page.top().facts(facts);
-  plots_section(data, page);
+  response_plots(data, page);
   powers_section(results, page);
   table_section(results, data, page);
   failures_section(results, page);

@@ -84,7 +84,7 @@ Cell verdict_cell(const Json& comparison) {
   return cell;
 }
 
-void summary(const Json& results, const std::vector<Sets>& groups, page::Page& page) {
+void validation_summary(const Json& results, const std::vector<Sets>& groups, page::Page& page) {
   std::map<std::string, int> count;
   for (const Json& c : results.at("comparisons"))
     if (!c.value("code_to_code", false)) ++count[text(c, "verdict")];
@@ -179,7 +179,7 @@ page::Page page_of(const Json& results, const std::string& folder,
                   fmt::format("validation \"{}\", Firn {} ({})", text(results, "name"),
                               text(results, "firn_version"), text(results, "git_commit")));
   const std::vector<Sets> groups = grouped(results);
-  summary(results, groups, page);
+  validation_summary(results, groups, page);
   std::optional<ValidationReplays> replays;
   if (options.replays) replays.emplace(results, folder, options.replay_budget);
   for (const Sets& group : groups) comparison_section(group, replays ? &*replays : nullptr, page);

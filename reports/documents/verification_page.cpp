@@ -32,7 +32,7 @@ std::string title_of(const std::string& group) {
 }
 
 std::string value_text(double value, const std::string& unit) {
-  return number_text(value, 6) + (unit == "1" ? "" : " " + unit);
+  return number_text(value, 6) + unit_suffix(unit);
 }
 
 // A tolerance in words for all checks of a case, when they share one.
@@ -243,7 +243,7 @@ std::string tolerance_text(const Check& c) {
     case Bound::relative:
       return number_text(100 * c.tolerance, 3) + " %";
     case Bound::absolute:
-      return "± " + number_text(c.tolerance, 3) + (c.unit == "1" ? "" : " " + c.unit);
+      return "± " + number_text(c.tolerance, 3) + unit_suffix(c.unit);
     case Bound::at_most:
       return "at most";
     case Bound::at_least:

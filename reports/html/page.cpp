@@ -11,6 +11,7 @@
 #include "experiments/storage/sha256.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/text_encoding.h"
+#include "experiments/text/number_text.h"
 #include "firn/math.h"
 #include "reports/html/assets.h"
 #include "reports/html/data_encoding.h"
@@ -54,8 +55,6 @@ std::string badge_html(const Badge& badge) {
       "<span class=\"badge {}\"><svg viewBox=\"0 0 16 16\" aria-hidden=\"true\">{}</svg>{}</span>",
       mark_class(badge.mark), mark_shape(badge.mark), encode::markup(badge.word));
 }
-
-std::string unit_text(const std::string& unit) { return unit == "1" ? "" : unit; }
 
 bool numeric(const Cell& cell) { return std::isfinite(cell.value); }
 

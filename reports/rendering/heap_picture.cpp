@@ -63,7 +63,7 @@ Stand stand(const HeapPicture& picture, double height) {
   return result;
 }
 
-Scene scene_of(const HeapPicture& picture, const std::vector<TriangleMesh>& floors) {
+Scene heap_scene(const HeapPicture& picture, const std::vector<TriangleMesh>& floors) {
   Scene scene;
   for (std::size_t k = 0; k < picture.particles.size(); ++k) {
     scene.bodies.push_back({picture.particles[k], ice_color(k)});
@@ -167,7 +167,7 @@ void draw_heap(const HeapPicture& picture, const std::string& file) {
   const DrainedRepose& s = picture.setup;
   const double height = drawn_height(picture);
   const Stand solids = stand(picture, height);
-  Scene above = scene_of(picture, solids.floors), front = above;
+  Scene above = heap_scene(picture, solids.floors), front = above;
   add_box_lines(s, height, above);
   for (const TriangleMesh& m : solids.walls) front.bodies.push_back({{&m, {}}, kWallColor, false});
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "experiments/results/contact_statistics_results.h"
+#include "experiments/text/number_text.h"
 
 namespace firn {
 namespace {
@@ -255,7 +256,7 @@ std::vector<SurfaceMap> shape_maps(const Recording& recording, std::size_t most)
       MapField& out = map.fields.emplace_back();
       out.key = out.name = field.name;
       std::ranges::replace(out.name, '_', ' ');
-      out.unit = field.unit == "1" ? "" : field.unit;
+      out.unit = unit_text(field.unit);
       if (field.name == "peak_normal_force") out.merge = MapMerge::largest;
       out.values = field.values;
     }

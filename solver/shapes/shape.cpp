@@ -145,17 +145,6 @@ TriangleMesh sphere_mesh(double radius) {
   return mesh;
 }
 
-TriangleMesh box_mesh(const Vec3& size) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.vertices.push_back(
-        size.cwiseProduct(Vec3(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5)));
-  }
-  mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
-  return mesh;
-}
-
 Shape finish_single(Shape shape, const char* reason) {
   set_reach(shape);
   shape.part_neighbours = {1};

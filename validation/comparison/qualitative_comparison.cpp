@@ -230,7 +230,7 @@ std::string distribution_words(const DistributionResult& d) {
                      d.verdict == ValidationVerdict::inconsistent ? "" : open_words(d));
 }
 
-std::string remedy(const DistributionResult& d) {
+std::string distribution_remedy(const DistributionResult& d) {
   if (d.simulated.empty() && d.simulated_at_least.empty()) return "runs that finish";
   if (d.apart)
     return fmt::format("why one value is {}, or more values", with_unit(*d.apart, d.unit));
@@ -286,7 +286,7 @@ void compare_claims(const SuiteComparison& what, const ComparisonRuns& e, Compar
     c.headline += "; " + distribution_words(*c.distribution);
     add_caveats(*c.distribution, e.base->finished().size(), c);
     if (c.distribution->verdict == ValidationVerdict::not_enough_data)
-      c.would_decide = remedy(*c.distribution);
+      c.would_decide = distribution_remedy(*c.distribution);
   } else if (data) {
     c.caveats.push_back(
         fmt::format("the experiment's numbers are not here; as {} they would be "

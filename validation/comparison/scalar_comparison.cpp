@@ -121,7 +121,7 @@ const UncertaintyPart& largest_part(const ValueComparison& v) {
                                    [](const UncertaintyPart& p) { return p.value.value_or(-1); });
 }
 
-std::string remedy(const ValueComparison& v) {
+std::string value_remedy(const ValueComparison& v) {
   for (const UncertaintyPart& p : v.parts)
     if (p.name == "seeds" && !p.value) return "more than one run";
   const std::string& largest = largest_part(v).name;
@@ -161,7 +161,7 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
     c.headline +=
         fmt::format("; a difference of {} could hide in this", with_unit(off + expanded, v.unit));
   }
-  if (c.verdict == ValidationVerdict::not_enough_data) c.would_decide = remedy(v);
+  if (c.verdict == ValidationVerdict::not_enough_data) c.would_decide = value_remedy(v);
   if (c.verdict != ValidationVerdict::consistent) return;
   for (const auto& [values, whose] :
        {std::pair{&what.measurement.values, "measured"}, std::pair{&v.samples, "simulated"}})

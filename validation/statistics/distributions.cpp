@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -42,11 +43,8 @@ double SampleStatistics::error() const {
 SampleStatistics sample_statistics(const std::vector<double>& values) {
   SampleStatistics f;
   f.count = static_cast<int>(values.size());
-  f.mean = values.empty() ? nothing : 0;
-  for (const double v : values) f.mean += v / f.count;
-  double squares = 0;
-  for (const double v : values) squares += (v - f.mean) * (v - f.mean);
-  f.deviation = f.count < 2 ? nothing : std::sqrt(squares / (f.count - 1));
+  f.mean = values.empty() ? nothing : mean(values);
+  f.deviation = f.count < 2 ? nothing : standard_deviation(values);
   return f;
 }
 

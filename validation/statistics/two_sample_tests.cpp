@@ -11,6 +11,7 @@
 #include <numeric>
 #include <utility>
 
+#include "experiments/analysis/sample_statistics.h"
 #include "validation/statistics/estimated_variance.h"
 #include "validation/statistics/random_order.h"
 
@@ -212,8 +213,6 @@ Noise noise_of_means(const Scatter& s, double n) {
   noise.terms = {{{0, runs}, {1, -runs}}, {{1, 1 / n + 1 / s.count}}};
   return noise;
 }
-
-double mean(const std::vector<double>& values) { return sample_statistics(values).mean; }
 
 // Scores of the pooled values handed back to the runs and the experiment.
 struct Scores {

@@ -41,6 +41,9 @@ MassProperties mass_properties(const TriangleMesh& mesh);
 // Axis-aligned extents, m: {lower corner, upper corner}.
 std::array<Vec3, 2> bounding_box(const TriangleMesh& mesh);
 
+// A box about the origin, edges `size` (m).
+TriangleMesh box_mesh(const Vec3& size);
+
 // Merges vertices nearer than `tolerance` (m); triangles that collapse are dropped.
 TriangleMesh weld(const TriangleMesh& mesh, double tolerance);
 
