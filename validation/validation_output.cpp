@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "experiments/storage/version.h"
+#include "experiments/text/vector_json.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -13,33 +13,31 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
-
 Json numbers(const std::vector<double>& values) {
   Json j = Json::array();
-  for (const double v : values) j.push_back(number(v));
+  for (const double v : values) j.push_back(number_json(v));
   return j;
 }
 
-Json interval(const Interval& i) { return {number(i.low), number(i.high)}; }
+Json interval(const Interval& i) { return {number_json(i.low), number_json(i.high)}; }
 
 Json value_json(const ValueComparison& v) {
   Json j = {{"unit", v.unit},
-            {"simulated", number(v.simulation.mean)},
-            {"standard_deviation", number(v.simulation.deviation)},
+            {"simulated", number_json(v.simulation.mean)},
+            {"standard_deviation", number_json(v.simulation.deviation)},
             {"runs", v.simulation.count},
             {"samples", numbers(v.samples)},
-            {"measured", number(v.measured)},
-            {"difference", number(v.difference)},
-            {"standard_uncertainty", number(v.uncertainty)},
-            {"expanded_uncertainty", number(v.expanded)},
-            {"simulated_expanded", number(v.simulated_expanded)},
-            {"measured_expanded", number(v.measured_expanded)},
-            {"p_value", number(v.p_value)}};
+            {"measured", number_json(v.measured)},
+            {"difference", number_json(v.difference)},
+            {"standard_uncertainty", number_json(v.uncertainty)},
+            {"expanded_uncertainty", number_json(v.expanded)},
+            {"simulated_expanded", number_json(v.simulated_expanded)},
+            {"measured_expanded", number_json(v.measured_expanded)},
+            {"p_value", number_json(v.p_value)}};
   for (const UncertaintyPart& p : v.parts)
     j["parts"].push_back({{"name", p.name},
-                          {"value", p.value ? number(*p.value) : Json(nullptr)},
-                          {"degrees_of_freedom", number(p.freedom)},
+                          {"value", p.value ? number_json(*p.value) : Json(nullptr)},
+                          {"degrees_of_freedom", number_json(p.freedom)},
                           {"how", p.how}});
   j["area_metric"] = v.area ? interval(*v.area) : Json(nullptr);
   return j;
@@ -81,28 +79,29 @@ Json distribution_json(const DistributionResult& d) {
               {"still_inside", of.inside.size()}};
   }
   if (d.measured.empty()) return j;
-  j["distance"] = number(d.distance);
-  j["p_value"] = number(d.p_value);
-  j["critical_distance"] = d.critical > 1 ? Json(nullptr) : number(d.critical);
+  j["distance"] = number_json(d.distance);
+  j["p_value"] = number_json(d.p_value);
+  j["critical_distance"] = d.critical > 1 ? Json(nullptr) : number_json(d.critical);
   j["dependent"] = d.dependent;
-  if (d.by_class) j["dispersion"] = number(d.dispersion);
-  j["value_apart"] = d.apart ? number(*d.apart) : Json(nullptr);
-  if (!d.by_class) j["area"] = {{"value", number(d.area)}, {"p_value", number(d.area_p_value)}};
+  if (d.by_class) j["dispersion"] = number_json(d.dispersion);
+  j["value_apart"] = d.apart ? number_json(*d.apart) : Json(nullptr);
+  if (!d.by_class)
+    j["area"] = {{"value", number_json(d.area)}, {"p_value", number_json(d.area_p_value)}};
   return j;
 }
 
 Json probability_json(const DamageProbability& p) {
   return {{"each", interval(p.each)},
-          {"each_best", number(p.each_best)},
+          {"each_best", number_json(p.each_best)},
           {"any", interval(p.any)},
-          {"any_best", number(p.any_best)}};
+          {"any_best", number_json(p.any_best)}};
 }
 
 Json damage_json(const DamageResult& d) {
   return {{"response", d.response},
           {"particles", d.particles},
-          {"largest", number(d.largest)},
-          {"median", number(d.median)},
+          {"largest", number_json(d.largest)},
+          {"median", number_json(d.median)},
           {"without_assumption", probability_json(d.free)},
           {"weibull", probability_json(d.weibull)},
           {"loads", numbers(d.loads)}};
@@ -115,10 +114,10 @@ Json softening_json(const SofteningResult& s) {
           {"mean", numbers(s.mean)},
           {"error", numbers(s.error)},
           {"runs", s.runs},
-          {"exponent", number(s.exponent)},
-          {"exponent_error", number(s.exponent_error)},
+          {"exponent", number_json(s.exponent)},
+          {"exponent_error", number_json(s.exponent_error)},
           {"extrapolated_95", interval(s.extrapolated)},
-          {"times_beyond", number(s.reach)},
+          {"times_beyond", number_json(s.reach)},
           {"word", s.word}};
 }
 
@@ -134,20 +133,23 @@ Json curve_json(const CurveComparison& c) {
           {"measured_error", numbers(c.measured_error)},
           {"simulated", numbers(c.simulated)},
           {"simulated_error", numbers(c.simulated_error)},
-          {"shift", number(c.shift)},
-          {"range", number(c.range)},
-          {"difference", number(c.difference)},
-          {"uncertainty", number(c.uncertainty)},
-          {"expanded_uncertainty", number(c.expanded)},
-          {"largest", number(c.largest)},
-          {"at", number(c.at)}};
+          {"shift", number_json(c.shift)},
+          {"range", number_json(c.range)},
+          {"difference", number_json(c.difference)},
+          {"uncertainty", number_json(c.uncertainty)},
+          {"expanded_uncertainty", number_json(c.expanded)},
+          {"largest", number_json(c.largest)},
+          {"at", number_json(c.at)}};
 }
 
 Json choice_json(const ChoiceResult& c) {
-  return {{"response", c.response},     {"unit", c.unit},
-          {"choice", c.choice},         {"seeds", c.seeds},
-          {"before", number(c.before)}, {"after", number(c.after)},
-          {"error", number(c.error)}};
+  return {{"response", c.response},
+          {"unit", c.unit},
+          {"choice", c.choice},
+          {"seeds", c.seeds},
+          {"before", number_json(c.before)},
+          {"after", number_json(c.after)},
+          {"error", number_json(c.error)}};
 }
 
 Json comparison_json(const Comparison& c) {

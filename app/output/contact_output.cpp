@@ -117,8 +117,6 @@ Json contact_json(const Model& model, const Contact& c) {
           {"points", points}};
 }
 
-Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 }  // namespace
 
 std::string audit_text(const Case& c, const ContactChoice& choice, const Instant& now) {

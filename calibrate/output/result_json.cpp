@@ -6,13 +6,12 @@
 #include "calibrate/output/text_format.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/text_encoding.h"
+#include "experiments/text/vector_json.h"
 
 namespace firn {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
 Json named_values(const Study& study, const std::vector<double>& values) {
   Json j = Json::object();
@@ -43,11 +42,12 @@ Json checked_json(const Study& study, const CheckedSet& set) {
                {"failed", set.failed},
                {"cut_short", set.cut_short}};
   for (const Observation& o : set.observed)
-    j["simulated"][o.response] = {{"value", o.sample.count > 0 ? number(o.sample.mean) : nullptr},
-                                  {"standard_error", number(o.standard_error)},
-                                  {"sd_over_seeds", number(o.sample.sd())},
-                                  {"seeds", o.sample.count},
-                                  {"unit", o.unit}};
+    j["simulated"][o.response] = {
+        {"value", o.sample.count > 0 ? number_json(o.sample.mean) : nullptr},
+        {"standard_error", number_json(o.standard_error)},
+        {"sd_over_seeds", number_json(o.sample.sd())},
+        {"seeds", o.sample.count},
+        {"unit", o.unit}};
   return j;
 }
 
@@ -93,7 +93,7 @@ Json parameters_json(const Study& study, const Answer& a) {
       const Profile& profile = a.profiles[i];
       Json values = Json::array(), cost = Json::array();
       for (const double u : profile.u) values.push_back(p.from_unit(u));
-      for (const double c : profile.cost) cost.push_back(number(c));
+      for (const double c : profile.cost) cost.push_back(number_json(c));
       j["profile"] = {{"interval_95", {profile.low, profile.high}},
                       {"values", values},
                       {"minus_twice_log_likelihood", cost}};
@@ -113,9 +113,9 @@ Json combinations_json(const Study& study, const Answer& a) {
                        {"coefficient", c.coefficients[static_cast<Eigen::Index>(i)]}});
     Json j = {{"identified", c.identified},
               {"terms", terms},
-              {"value", c.identified ? number(c.value) : nullptr},
-              {"uncertainty", c.identified ? number(c.uncertainty()) : nullptr},
-              {"uncertainty_near_the_answer", c.identified ? number(c.sd) : nullptr},
+              {"value", c.identified ? number_json(c.value) : nullptr},
+              {"uncertainty", c.identified ? number_json(c.uncertainty()) : nullptr},
+              {"uncertainty_near_the_answer", c.identified ? number_json(c.sd) : nullptr},
               {"spread_over_posterior", c.spread},
               {"singular_value", c.singular_value}};
     if (c.identified) j["split"] = split_json(c.split);
@@ -148,19 +148,19 @@ Json targets_json(const Study& study, const Answer& a) {
 }
 
 Json goodness_json(const Study& study, const Goodness& g) {
-  Json j = {{"chi_square", number(g.chi_square)},
+  Json j = {{"chi_square", number_json(g.chi_square)},
             {"degrees_of_freedom", g.freedom},
             {"probability", g.probability},
             {"acceptable", g.acceptable()}};
   for (std::size_t k = 0; k < g.z.size(); ++k)
-    j["standardised_residuals"][study.targets[k].response.label] = number(g.z[k]);
+    j["standardised_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
   return j;
 }
 
 Json sensitivity_json(const Study& study, const Answer& a) {
   Json all = Json::array();
   for (const Sensitivity& s : a.sensitivity) {
-    Json j = {{"response", s.response}, {"noise_share", number(s.noise_share)}};
+    Json j = {{"response", s.response}, {"noise_share", number_json(s.noise_share)}};
     for (std::size_t i = 0; i < study.parameters.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       j["parameters"][study.parameters[i].name] = {
@@ -180,7 +180,7 @@ Json numerics_json(const Answer& a) {
     Json shifts = Json::object();
     for (const NumericsOutcome::Shift& s : n.shifts)
       shifts[s.response] = {
-          {"shift", s.value}, {"standard_error", number(s.standard_error)}, {"unit", s.unit}};
+          {"shift", s.value}, {"standard_error", number_json(s.standard_error)}, {"unit", s.unit}};
     all.push_back({{"name", n.name}, {"shifts", shifts}});
   }
   return all;
@@ -241,8 +241,8 @@ std::string render_json(const Study& study, const Answer& a) {
   if (a.direct)
     j["direct_search"] = {{"search", to_string(study.direct)},
                           {"evaluations", a.direct->evaluations},
-                          {"claimed_distance", number(a.direct->claimed)},
-                          {"fresh_distance", number(a.direct->fresh)}};
+                          {"claimed_distance", number_json(a.direct->claimed)},
+                          {"fresh_distance", number_json(a.direct->fresh)}};
   if (a.budget_runs > 0)
     j["budget"] = {{"runs", a.budget_runs},
                    {"reused", a.reused},

@@ -17,6 +17,7 @@
 #include "experiments/system/input_limits.h"
 #include "experiments/text/csv_reader.h"
 #include "experiments/text/json_reader.h"
+#include "experiments/text/vector_json.h"
 
 namespace firn {
 namespace {
@@ -157,10 +158,6 @@ void moments(const std::vector<const Column*>& columns, const std::vector<bool>&
   covariance = off.transpose() * w.asDiagonal() * off;
 }
 
-ordered_json finite_or_null(double x) {
-  return std::isfinite(x) ? ordered_json(x) : ordered_json();
-}
-
 }  // namespace
 
 StudyComparison compare_studies(const std::string& folder_a, const std::string& folder_b) {
@@ -238,15 +235,14 @@ std::string comparison_json(const StudyComparison& c) {
   ordered_json j = {{"a", {{"study", c.study_a}, {"verdict", c.verdict_a}}},
                     {"b", {{"study", c.study_b}, {"verdict", c.verdict_b}}},
                     {"parameters", ordered_json::array()},
-                    {"chi_square", finite_or_null(c.chi_square)},
+                    {"chi_square", number_json(c.chi_square)},
                     {"degrees_of_freedom", c.parameters.size()},
-                    {"probability", finite_or_null(c.probability)},
+                    {"probability", number_json(c.probability)},
                     {"only_a", c.only_a},
                     {"only_b", c.only_b}};
   const auto side = [](const ParameterComparison::Side& s) {
-    return ordered_json{{"answer", finite_or_null(s.answer)},
-                        {"interval_95", {s.low, s.high}},
-                        {"median", s.median}};
+    return ordered_json{
+        {"answer", number_json(s.answer)}, {"interval_95", {s.low, s.high}}, {"median", s.median}};
   };
   for (const ParameterComparison& p : c.parameters)
     j["parameters"].push_back({{"name", p.name},

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "experiments/batch/journal/outcome_tables.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/interruption.h"
 
@@ -60,6 +61,7 @@ void Batch::run(const std::vector<BatchRun>& runs, const Check& check) {
     const BatchRun& run = *by_key.at(job.key);
     const auto known = known_outcome(run);
     if (!known) return false;
+    outcomes_.insert_or_assign(job.key, *known);
     if (check) check(run, *known);
     progress_.found(run.planned, *known);
     return true;
@@ -77,7 +79,9 @@ std::optional<JobResult> Batch::known_outcome(const BatchRun& run) {
     const double now = r->status == JobStatus::timed_out ? limits.time : limits.memory;
     return !cut_short(r->status) || (now > 0 && now <= r->limit);
   };
-  auto known = journal_.outcome(run.job.key);
+  const auto here = outcomes_.find(run.job.key);
+  auto known =
+      here != outcomes_.end() ? std::optional(here->second) : journal_.outcome(run.job.key);
   if (stands(known)) return known;
   if (store_ == nullptr || !stands(known = store_->find(run.job.key))) return std::nullopt;
   journal_.finish(run.job.key, *known);
@@ -113,6 +117,7 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       }
       if (result.status == JobStatus::interrupted) return progress_.stopped(run.planned, result);
       journal_.finish(job.key, result);
+      outcomes_.insert_or_assign(job.key, stored_form(result));
       if (store_ != nullptr) store_->add(run.planned, result);
       progress_.ended(run.planned, result);
       if (check) check(run, result);  // the first run decides, not the last

@@ -48,7 +48,7 @@ class Batch {
   void run(const std::vector<BatchRun>& runs, const Check& check = {});
 
   // Of a run that has been carried out.
-  JobResult outcome(const std::string& key) const { return journal_.outcome(key).value(); }
+  const JobResult& outcome(const std::string& key) const { return outcomes_.at(key); }
   const std::string& program() const { return program_; }  // that simulates
 
  private:
@@ -62,6 +62,7 @@ class Batch {
   BatchProgress& progress_;
   const std::atomic<bool>* interrupt_;
   std::string program_;
+  std::map<std::string, JobResult> outcomes_;  // by key, as the journal has them
 };
 
 }  // namespace firn

@@ -49,6 +49,11 @@ void read_progress(const std::string& text, const std::string& source, BatchStat
 
 }  // namespace
 
+double time_left(double mean_wall, int left, int side_by_side) {
+  if (left <= 0 || side_by_side == 0) return std::numeric_limits<double>::quiet_NaN();
+  return mean_wall * left / std::min(side_by_side, left);
+}
+
 int BatchState::count(const std::string& status) const {
   return static_cast<int>(std::ranges::count(runs, status, &JournalRun::status));
 }
@@ -71,8 +76,7 @@ double BatchState::mean_wall() const {
 double BatchState::time_left() const {
   const int left = std::max(most_runs, static_cast<int>(runs.size())) - ended();
   const int side_by_side = std::max(jobs, count("running"));
-  if (left <= 0 || side_by_side == 0) return std::numeric_limits<double>::quiet_NaN();
-  return mean_wall() * left / std::min(side_by_side, left);
+  return firn::time_left(mean_wall(), left, side_by_side);
 }
 
 bool is_at_work(const std::string& folder) {

@@ -21,6 +21,9 @@ struct FittedTarget {
   double value = 0;  // in the unit of the response
 };
 
+// s until `left` runs have ended, `side_by_side` at the same time; NaN: not known.
+double time_left(double mean_wall, int left, int side_by_side);
+
 struct BatchState {
   bool at_work = false;                 // a process holds the lock of the folder
   std::string command;                  // "calibrate", "validate" or "sweep"; empty: not recorded

@@ -13,6 +13,7 @@
 #include "experiments/batch/batch_state.h"
 #include "experiments/batch/execution/execution_settings.h"
 #include "experiments/system/terminal.h"
+#include "experiments/text/vector_json.h"
 
 namespace firn {
 namespace {
@@ -106,10 +107,8 @@ void BatchProgress::knowledge(const std::string& text, const std::string& json) 
 }
 
 double BatchProgress::time_left() const {
-  const int left = total_ - done_, side_by_side = std::max(jobs_, running_);
-  if (timed_ == 0 || left <= 0 || side_by_side == 0)
-    return std::numeric_limits<double>::quiet_NaN();
-  return wall_ / timed_ * left / std::min(side_by_side, left);
+  if (timed_ == 0) return std::numeric_limits<double>::quiet_NaN();
+  return firn::time_left(wall_ / timed_, total_ - done_, std::max(jobs_, running_));
 }
 
 std::string BatchProgress::line() const {
@@ -174,8 +173,7 @@ void BatchProgress::write_event(const char* event, const PlannedRun* run, const 
   j["done"] = done_;
   j["left_at_most"] = std::max(0, total_ - done_);
   j["under_way"] = running_;
-  const double left = time_left();
-  j["seconds_left"] = std::isfinite(left) ? nlohmann::ordered_json(left) : nullptr;
+  j["seconds_left"] = number_json(time_left());
   print_lines(stderr, "{}\n",
               j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }

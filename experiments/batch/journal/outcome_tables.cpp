@@ -1,5 +1,7 @@
 #include "experiments/batch/journal/outcome_tables.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -34,6 +36,16 @@ std::optional<JobResult> read_outcome(Database& db, const std::string& key) {
     Response& r = result.responses.back();
     r.value.push_back(row.real(1));
     if (!row.null(2)) r.uncertainty.push_back(row.real(2));
+  }
+  return plausible(std::move(result));
+}
+
+JobResult stored_form(JobResult result) {
+  std::erase_if(result.responses, [](const Response& r) { return r.value.empty(); });
+  std::ranges::stable_sort(result.responses, {}, &Response::name);
+  for (Response& r : result.responses) {
+    r.uncertainty.resize(std::min(r.uncertainty.size(), r.value.size()));
+    std::erase_if(r.uncertainty, [](double u) { return std::isnan(u); });
   }
   return plausible(std::move(result));
 }

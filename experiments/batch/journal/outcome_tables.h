@@ -28,6 +28,8 @@ inline constexpr const char* responses_table =
 
 // The outcome of a run; nothing for one that is unknown or has not ended.
 std::optional<JobResult> read_outcome(Database& db, const std::string& key);
+// What read_outcome() gives of a result that write_outcome() has written.
+JobResult stored_form(JobResult result);
 // Replaces the outcome of a run that is in the table. Within a transaction of the caller's.
 void write_outcome(Database& db, const std::string& key, const JobResult& result);
 

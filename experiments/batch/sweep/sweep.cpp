@@ -21,6 +21,7 @@
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
 #include "experiments/text/units.h"
+#include "experiments/text/vector_json.h"
 
 namespace firn {
 namespace {
@@ -336,7 +337,6 @@ std::string render_table(const SweepResult& r) {
 
 std::string render_json(const SweepResult& r) {
   using Json = nlohmann::ordered_json;
-  const auto defined = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   Json j = {{"kind", "sweep"}, {"name", r.sweep.name}, {"case", r.sweep.case_file}};
   j["responses"] = Json::array();
   for (std::size_t i = 0; i < r.responses.size(); ++i)
@@ -349,18 +349,18 @@ std::string render_json(const SweepResult& r) {
       row["values"][r.sweep.vary[i].name] = plain(values[i]);
     for (std::size_t i = 0; i < r.responses.size(); ++i) {
       const Scatter s = scatter(r, c, i);
-      row["responses"][r.responses[i]] = {{"mean", defined(s.mean)},
-                                          {"standard_deviation", defined(s.deviation)},
+      row["responses"][r.responses[i]] = {{"mean", number_json(s.mean)},
+                                          {"standard_deviation", number_json(s.deviation)},
                                           {"runs", s.count}};
     }
     j["combinations"].push_back(row);
   }
   for (const auto& [response, law] : powers(r))
-    j["powers"][response] = {{"exponent", defined(law.exponent)},
-                             {"standard_error", defined(law.exponent_error)}};
+    j["powers"][response] = {{"exponent", number_json(law.exponent)},
+                             {"standard_error", number_json(law.exponent_error)}};
   for (const SweepRun& run : r.runs) {
     Json values = Json::array();
-    for (const double v : run.values) values.push_back(defined(v));
+    for (const double v : run.values) values.push_back(number_json(v));
     j["runs"].push_back({{"combination", run.combination},
                          {"seed", run.seed},
                          {"key", run.key},
