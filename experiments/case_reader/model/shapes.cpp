@@ -13,6 +13,23 @@
 namespace firn {
 namespace {
 
+// All that make_...() computes from.
+std::string options_text(const ShapeOptions& o) {
+  return fmt::format("{} {} {} {} {} {} {} {} {}", o.material, o.density, o.young_modulus, o.mass,
+                     o.rounding, o.size_for_stiffness, o.stiffness, o.max_parts, o.name);
+}
+
+// A batch reads its case anew for every run: the shapes that were made last are mostly wanted
+// again. `description` holds all that `make` computes from, every number with all its digits.
+template <class Make>
+Shape latest_or_made(const std::string& description, Make make) {
+  constexpr std::size_t kMost = 16;
+  thread_local std::map<std::string, Shape> latest;
+  if (const auto found = latest.find(description); found != latest.end()) return found->second;
+  if (latest.size() == kMost) latest.clear();
+  return latest.emplace(description, make()).first->second;
+}
+
 // Reads the tables of all shapes; compounds pull in what they are made of first.
 class ShapeReader {
  public:
@@ -80,14 +97,20 @@ class ShapeReader {
     t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "size"});
     const ShapeOptions o = options(t, name);
     const Vec3 size = t.sizes("size");
-    return t.at("size", [&] { return make_box(size, o); });
+    const std::string description =
+        fmt::format("box {} {} {} {}", size.x(), size.y(), size.z(), options_text(o));
+    return t.at("size",
+                [&] { return latest_or_made(description, [&] { return make_box(size, o); }); });
   }
 
   Shape sphere(const TomlTable& t, const std::string& name) {
     t.allow({"kind", "material", "mass", "stiffness", "size_for_stiffness", "radius"});
     const ShapeOptions o = options(t, name);
     const double radius = t.quantity("radius", dimension::length, Sign::positive);
-    return t.at("radius", [&] { return make_sphere(radius, o); });
+    const std::string description = fmt::format("sphere {} {}", radius, options_text(o));
+    return t.at("radius", [&] {
+      return latest_or_made(description, [&] { return make_sphere(radius, o); });
+    });
   }
 
   Shape crescent(const TomlTable& t, const std::string& name) {
@@ -99,7 +122,12 @@ class ShapeReader {
     p.parts = t.integer("parts", 1, p.parts);
     p.arc_segments = t.integer("arc_segments", 1, p.arc_segments);
     if (o.mass == 0) o.mass = mass;
-    return t.at("", [&, &parameters = p] { return make_crescent(parameters, o); });
+    const std::string description =
+        fmt::format("crescent {} {} {} {} {} {} {} {} {} {}", p.chord, p.width, p.depth, p.tip,
+                    p.dish, p.draft, p.facets, p.parts, p.arc_segments, options_text(o));
+    return t.at("", [&, &parameters = p] {
+      return latest_or_made(description, [&] { return make_crescent(parameters, o); });
+    });
   }
 
   Shape convex(const TomlTable& t, const std::string& name) {
@@ -126,7 +154,12 @@ class ShapeReader {
       t.fail("max_parts", fmt::format("is {}; expected 1 to {}", o.max_parts, kMostParts));
     }
     const TriangleMesh triangles = read_mesh(t, directory_, kParticleMesh);
-    return t.at("file", [&] { return make_mesh(triangles, o); });
+    const std::string description =
+        fmt::format("mesh {} {} {} {}", t.string("file"), t.string("sha256"),
+                    t.string("length_unit"), options_text(o));
+    return t.at("file", [&] {
+      return latest_or_made(description, [&] { return make_mesh(triangles, o); });
+    });
   }
 
   Shape compound(const TomlTable& t, const std::string& name) {
