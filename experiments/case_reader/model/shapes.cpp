@@ -19,7 +19,7 @@ std::string options_text(const ShapeOptions& o) {
                      o.rounding, o.size_for_stiffness, o.stiffness, o.max_parts, o.name);
 }
 
-// A batch reads its case anew for every run: the shapes that were made last are mostly wanted
+// A batch reads its case for every run: the shapes that were made last are mostly wanted
 // again. `description` holds all that `make` computes from, every number with all its digits.
 template <class Make>
 Shape latest_or_made(const std::string& description, Make make) {
