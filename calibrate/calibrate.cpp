@@ -113,7 +113,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   BatchFolder batch(folder_options(options, "calibrate", study_identity(study.text, study.source),
                                    directory, study.largest_total(), study.execution.slurm));
   const interruption::Advice advice(fmt::format(
-      "everything finished is kept in {}: the same command goes on from there", directory));
+      "everything finished is kept in {}: the same command resumes from there", directory));
   Campaign campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
                     batch.runs(), options.interrupt);
   Answer answer;
@@ -124,8 +124,8 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   } catch (const BatchInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(
-        "interrupted; everything finished is kept in {}: the same command goes "
-        "on from there",
+        "interrupted; everything finished is kept in {}: the same command resumes "
+        "from there",
         directory);
     s.json = R"({"verdict": "interrupted"})";
     s.directory = directory;
@@ -141,7 +141,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
       std::erase_if(used, [&](const JournalRun& run) { return !campaign.asked_for(run.key); });
       summary.record =
           material_record(study, answer, used, batch.executor(), directory, options.save);
-    } catch (const InputError& e) {  // the study is worth telling all the same
+    } catch (const InputError& e) {  // the study is reported without a record
       summary.not_saved = e.what();
     }
   }

@@ -117,7 +117,7 @@ void Calibration::explore() {
   std::erase_if(reused, [](const Point& p) { return p.seeds.empty(); });
   reused_ = reused.size();
   points.insert(points.begin(), reused.begin(), reused.end());
-  // In one batch, so that nobody waits for the slowest of either.
+  // In one batch, so that no process waits for the slowest run of either.
   const auto asked = static_cast<std::ptrdiff_t>(points.size());
   points.insert(points.end(), numerics_.begin(), numerics_.end());
   progress_.phase("noise and numerics");
@@ -241,16 +241,16 @@ bool Calibration::explore_further() {
   return true;
 }
 
-// More seeds where runs are suspect, then the outliers among all.
+// Adds replicates where runs may be outliers, then marks the outliers among all.
 void Calibration::check_outliers() {
   constexpr std::size_t points_at_most = 4;
-  constexpr int seeds = 3;  // that tell which of them is wrong
+  constexpr int seeds = 3;  // enough to find the outlier among them
   a_.outliers = mark_outliers(study_, a_.points);
   std::vector<Point> again;
   std::vector<std::size_t> where;
   int left =
       study_.budget.runs > 0 ? seeds_left() - seeds_reserved() : std::numeric_limits<int>::max();
-  for (const std::size_t i : suspect_points(study_, a_.points, points_at_most)) {
+  for (const std::size_t i : doubtful_points(study_, a_.points, points_at_most)) {
     const int more = seeds - static_cast<int>(a_.points[i].seeds.size());
     if (more > left) break;
     left -= more;
@@ -260,7 +260,7 @@ void Calibration::check_outliers() {
     for (int k = 0; k < more; ++k) again.back().seeds.push_back(++next);
   }
   if (again.empty()) return;
-  progress_.phase("repeating suspect runs");
+  progress_.phase("repeating possible outliers");
   campaign_.run(again);
   for (std::size_t i = 0; i < where.size(); ++i) a_.points[where[i]] = again[i];
   a_.outliers = mark_outliers(study_, a_.points);
@@ -277,7 +277,7 @@ bool Calibration::fit() {
   const Misfit misfit(study_, *a_.knowledge);
   best_ = misfit.best().x;
   a_.posterior = sample_posterior(study_, misfit);
-  tell_knowledge();
+  report_estimate();
   judge_fit();
   return true;
 }
@@ -325,8 +325,8 @@ bool Calibration::simulated_nearby(const VectorXd& u) const {
   });
 }
 
-// The best region so far and what the data determine, for those who wait.
-void Calibration::tell_knowledge() const {
+// Reports the best region so far and the combinations that the data determine.
+void Calibration::report_estimate() const {
   const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   std::vector<std::string> regions, determined;
   nlohmann::ordered_json j = {{"best", nlohmann::ordered_json::object()},
@@ -353,7 +353,7 @@ void Calibration::tell_knowledge() const {
       j.dump());
 }
 
-// Decides, and says why not: from the runs alone, so that a study that goes on decides alike.
+// Decides, and says why not: from the runs alone, so that a resumed study decides alike.
 bool Calibration::worth_refining() {
   const Budget& b = study_.budget;
   const double gain = possible_gain(study_, *a_.knowledge, *a_.posterior, best_);
@@ -441,8 +441,8 @@ void Calibration::decide_whether_determined() {
                                 campaign_.point("valley", 0, member.values, {})));
 }
 
-// What is known in the end: from all runs, those with fresh seeds among them. They are several at
-// one place, and tell of the noise where it matters.
+// Final models, from all runs including the confirmation runs. These are replicates at one point
+// and determine the noise at the estimate.
 void Calibration::describe_knowledge() {
   a_.knowledge = learn(study_, a_.points);
   const Misfit misfit(study_, *a_.knowledge);

@@ -48,7 +48,7 @@ class Calibration {
   bool simulated_nearby(const Eigen::VectorXd& u) const;
   int seeds_left() const;
   int seeds_reserved() const;
-  void tell_knowledge() const;
+  void report_estimate() const;
   bool worth_refining();
   void refine();
   void choose_answer();

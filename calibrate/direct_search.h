@@ -10,8 +10,8 @@ namespace firn {
 
 // Minimises the mean square of (simulated - target) / uncertainty over the targets, each simulated
 // value the mean over the same budget.runs_per_point seeds, and confirms the best with fresh ones.
-// Every evaluation goes through the journal: a study that goes on replays the search and runs
-// nothing twice.
+// Every evaluation goes through the journal: a resumed study replays the search and repeats
+// no run.
 Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& progress);
 
 }  // namespace firn

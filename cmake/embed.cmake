@@ -1,5 +1,5 @@
 # firn_embed(OUTPUT_VARIABLE FUNCTION HEADER NAME=PATH...): a source that holds the texts of files,
-# made anew when one of them changes. cmake/embed_files.cmake says what it declares.
+# rebuilt when one of them changes. cmake/embed_files.cmake says what it declares.
 function(firn_embed output function header)
   if(NOT ARGN)
     message(FATAL_ERROR "firn_embed(${function}): no files; were they moved?")

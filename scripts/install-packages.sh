@@ -13,7 +13,7 @@ packages_of() {  # SECTION
 packages="$(for section in "$@"; do packages_of "$section"; done)"
 command -v dpkg-query >/dev/null || {
   echo "firn: not a Debian or Ubuntu machine; it needs what these packages hold:" $packages
-  exit 0   # they may be there under other names: the build will tell
+  exit 0   # they may be there under other names: the build reports what is missing
 }
 installed="$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' $packages 2>/dev/null | awk '/^.i/ { print $NF }' || true)"
 missing="$(comm -23 <(sort -u <<<"$packages") <(sort -u <<<"$installed"))"
@@ -31,7 +31,7 @@ echo "firn: installing missing packages:" $missing
 export DEBIAN_FRONTEND=noninteractive
 apt_get=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=600)
 install=("${apt_get[@]}" install --no-install-recommends $missing)
-# Package lists may be absent or old: fetch them first, and go on with those there are when that fails.
+# Package lists may be absent or old: fetch them first, and continue with the available ones when that fails.
 log="$(mktemp)"
 trap 'rm -f "$log"' EXIT
 if ! { "${apt_get[@]}" update; "${install[@]}"; } >"$log" 2>&1 </dev/null; then

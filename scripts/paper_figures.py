@@ -153,7 +153,7 @@ def main():
                     hide="mold,ejector,stripper,cover,arm,guard", view=AUGER)
         f.plot("figure-10c-columns", work / "suite", "columns-2")
 
-        # 11: forces on the container, and where it is hit. 12: loads on all cubes beside the breaking force.
+        # 11: forces on the container, and where it is hit. 12: loads on all cubes compared with the breaking force.
         glass = runs.file("glass impact")
         f.plot("figure-11-impact", f.page(glass)[1], "loads-on-boundaries")
         f.still("figure-11-map", glass, t=3, map="peak_stress", log=1, alone=1, hide="chute,mold,ejector,stripper,cover,arm,guard,bucket,auger,flap",

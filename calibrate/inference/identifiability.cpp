@@ -36,7 +36,7 @@ double value_at(const Study& study, const Combination& c, const VectorXd& u) {
   return value;
 }
 
-// The model is so uncertain at u that it counts beside a measurement.
+// True where the model's uncertainty at u is not negligible compared with a measurement's.
 bool unsure(const Study& study, const std::vector<Surrogate>& models, const VectorXd& u) {
   constexpr double counts = 0.3;
   for (std::size_t k = 0; k < models.size(); ++k)
@@ -170,7 +170,7 @@ std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& know
       for (std::size_t k = 0; k < believed.size(); ++k)
         score += believed[k].predict(u).variance / std::pow(study.targets[k].uncertainty, 2);
       score *= std::pow(1 - knowledge.arch_probability(u), 2);
-      score *= 1 - knowledge.cut_short_probability(u);  // costs as much and tells nothing
+      score *= 1 - knowledge.cut_short_probability(u);  // costs as much and yields no value
       // A polynomial's variance hardly knows where the points are: keep them apart ourselves.
       for (const VectorXd& t : taken)
         score *= 1 - std::exp(-0.5 * (u - t).squaredNorm() / (keep_apart * keep_apart));

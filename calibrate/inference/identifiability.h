@@ -69,10 +69,11 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
                                  const Posterior& posterior);
 
 enum class FirstPoint { answer, answer_if_unsure };
-// Where the next runs tell most: at the answer `best`, always or as long as the model is unsure
-// there, and where they split the set of equally good answers best: members of the posterior whose
-// predictions are least certain, each chosen as if the one before had come out as predicted, and
-// away from each other and from `taken` (unit cube). Each is to be run with so many seeds.
+// Points at which the next runs are most informative: at the answer `best`, always or as long as
+// the model is unsure there, and where they split the set of equally good answers best: members of
+// the posterior whose predictions are least certain, each chosen as if the one before had come out
+// as predicted, and away from each other and from `taken` (unit cube). Each is to be run with so
+// many seeds.
 std::vector<Eigen::VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
                                               const Posterior& posterior,
                                               const Eigen::VectorXd& best, FirstPoint first,

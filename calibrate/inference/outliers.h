@@ -14,10 +14,10 @@ struct OutlierRun {
   double value = 0, others = 0;     // median of the other seeds there
 };
 
-// Points with one or two runs that disagree with each other, or with the points around them, by so
-// much that more seeds must tell which is wrong. At most `most`, the worst first.
-std::vector<std::size_t> suspect_points(const Study& study, const std::vector<Point>& points,
-                                        std::size_t most);
+// Points with one or two runs that disagree with each other, or with the points around them, so
+// far that more replicates are needed to decide which is wrong. At most `most`, the worst first.
+std::vector<std::size_t> doubtful_points(const Study& study, const std::vector<Point>& points,
+                                         std::size_t most);
 
 // Runs at points with three or more that are farther from the median of the others than any noise
 // explains. None of a response where they are many: that is its scatter. Marks them in the points,

@@ -34,8 +34,8 @@ double pooled_sd(const std::vector<Sample>& samples, bool relative, int degrees_
 
 bool inside(const VectorXd& u) { return u.minCoeff() >= -1e-9 && u.maxCoeff() <= 1 + 1e-9; }
 
-// Points with several seeds tell of the noise by their scatter; others by how far the model, fitted
-// to all others, is from them, as far as that is noise.
+// Estimates of the noise: from the scatter of points with several seeds, and from the
+// leave-one-out residuals of the others, weighted by the part of the residual that is noise.
 std::vector<NoiseSite> noise_sites(const ResponseModel& m, const SurrogateData& data) {
   const VectorXd z = m.surrogate.best.leave_one_out_z();
   std::vector<NoiseSite> sites;
@@ -62,7 +62,7 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
   for (const Point& p : points) {
     const Sample s = sample(p.finished(response));
     if (s.count == 0) continue;
-    all.push_back(s);  // a point outside the ranges still tells of the noise
+    all.push_back(s);  // a point outside the ranges still informs the noise model
     if (!inside(p.u)) continue;
     used.push_back(&p);
     samples.push_back(s);

@@ -6,7 +6,7 @@
 
 namespace firn {
 
-// What one point of the study tells of the noise, relative to the pooled variance.
+// Estimate of the noise from one point of the study, relative to the pooled variance.
 struct NoiseSite {
   Eigen::VectorXd u;   // unit cube
   double squares = 0;  // sum of squared deviations over the pooled variance

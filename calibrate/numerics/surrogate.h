@@ -7,9 +7,9 @@
 // for the linear part, a ridge for the quadratic part, so that eight points can carry it). The
 // departure is either independent at every point (plain regression with lack of fit) or a Gaussian
 // process with a Matern 5/2 kernel and one length for each parameter. The noise is that between
-// seeds, known as well as its degrees of freedom allow. T is the identity or the logarithm. How
-// large the departure is and how long the lengths are, a few points hardly tell: the model is a
-// mixture of equally believable members, drawn from the posterior of these hyperparameters, because
+// seeds, known as well as its degrees of freedom allow. T is the identity or the logarithm. A few
+// points hardly determine the variance and the lengths of the departure: the model is a mixture
+// of equally believable members, drawn from the posterior of these hyperparameters, because
 // the most likely set alone believes too much. Equations: Rasmussen and Williams, Gaussian
 // Processes for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
 #pragma once

@@ -161,7 +161,7 @@ void collect(const toml::table& table, const std::string& path, std::vector<std:
   }
 }
 
-// What the cases held fixed: the values hold beside it alone.
+// Values that the cases held fixed; the estimate is valid for these values only.
 std::vector<ScopeLimit> scope_of(const Study& study, const std::vector<SimulatedCase>& cases) {
   std::string tests;
   for (const Target& t : study.targets)
@@ -172,7 +172,7 @@ std::vector<ScopeLimit> scope_of(const Study& study, const std::vector<Simulated
   for (const Parameter& p : study.parameters) bound.insert(p.keys.begin(), p.keys.end());
   for (const SimulatedCase& c : cases) {
     const toml::table document = toml::parse(c.text);  // as the reader of cases wrote it
-    const auto tell = [&](const char* name, const char* table) {
+    const auto add_scope = [&](const char* name, const char* table) {
       std::vector<std::string> values;
       if (const toml::table* t = document[table].as_table()) collect(*t, table, values);
       std::erase_if(
@@ -181,9 +181,9 @@ std::vector<ScopeLimit> scope_of(const Study& study, const std::vector<Simulated
         scope.push_back({c.experiment.empty() ? name : fmt::format("{} ({})", name, c.experiment),
                          comma_list(values)});
     };
-    tell("shape", "shapes");
-    tell("stiffness and density", "materials");
-    tell("contact law, held fixed", "interactions");
+    add_scope("shape", "shapes");
+    add_scope("stiffness and density", "materials");
+    add_scope("contact law, held fixed", "interactions");
   }
   return scope;
 }

@@ -11,7 +11,7 @@ enum class StudyVerdict {
   prior_conflict,  // the targets can be met, but not by parameters that the priors allow
   searched,        // the best that a direct search met; nothing is known of what else would do
   too_few_runs,    // so many runs failed or arched that nothing could be fitted
-  interrupted      // stopped by the user; the same command goes on
+  interrupted      // stopped by the user; the same command resumes
 };
 const char* to_string(StudyVerdict verdict);
 

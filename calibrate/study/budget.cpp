@@ -25,7 +25,7 @@ std::int64_t fixed_runs(const Budget& b, const Study& study) {
 }
 
 // A tenth for the noise, a tenth to confirm the answer, some for the ends of the valley; of the
-// rest two thirds spread over the ranges and one third where it tells most.
+// rest two thirds spread over the ranges and one third where runs are most informative.
 Budget divided(int runs, const Study& study) {
   const int d = static_cast<int>(study.parameters.size());
   Budget b;

@@ -11,7 +11,7 @@ namespace {
 
 double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
 
-// Significant digits that tell this value from its neighbours in the range.
+// Significant digits that distinguish this value from neighboring values in the range.
 int digits_of(const Parameter& p, double value) {
   constexpr int usual = 4, most = 15;
   constexpr double fine = 5e-4;  // of the range

@@ -23,8 +23,8 @@ struct Parameter {
   double to_unit(double value) const;
   double from_unit(double u) const;
   // The nearest value inside the range with four significant digits, or more where these are coarse
-  // beside the range: what a run is given, so that people can read it and the last bit of a search
-  // cannot make it another run.
+  // compared with the range. Runs use this value: it is readable, and rounding errors of a search
+  // do not lead to another run.
   double tidy(double u) const;
   // A value with as many digits as tidy() gives.
   std::string text(double value) const;

@@ -11,7 +11,7 @@ namespace firn {
 struct MaterialLabel {
   std::string name;  // empty: no record is wanted
   std::string author, remark;
-  std::vector<ScopeLimit> scope;  // beside what follows from the case
+  std::vector<ScopeLimit> scope;  // in addition to what follows from the case
 };
 
 }  // namespace firn

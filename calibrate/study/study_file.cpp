@@ -100,7 +100,7 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
     return;
   }
   if (head.has("case"))
-    head.fail("case", "stands beside [[experiments]]; expected one or the other");
+    head.fail("case", "is given together with [[experiments]]; expected one or the other");
   std::set<std::string> names;
   for (const TomlTable& t : tables) {
     study.experiments.push_back(read_experiment(t, study, programs));
@@ -139,7 +139,7 @@ double read_effort(const TomlTable& t) {
 std::string source_of(const Measurement& m) {
   const double plain = m.standard_uncertainty(), believed = m.believed_uncertainty();
   if (believed == plain) return m.sentence();
-  return fmt::format("{}; taken as +- {:.2g} {}, since {} repeats hardly tell their scatter",
+  return fmt::format("{}; taken as +- {:.2g} {}, since {} repeats hardly determine their scatter",
                      m.sentence(), believed, m.unit, m.repeats);
 }
 
@@ -206,7 +206,8 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
   o.response = response_id(t, study, t.string("response"));
   if (t.has("bench_test")) {
     if (t.has("uncertainty") || t.has("effort"))
-      t.fail("bench_test", "stands beside uncertainty or effort; expected one or the other");
+      t.fail("bench_test",
+             "is given together with uncertainty or effort; expected one or the other");
     take_from_list(t, list, o);
     return o;
   }

@@ -46,8 +46,8 @@ struct Target {
   std::string file{};      // of the measurement; empty for a value given in place
 };
 
-// A response that is modelled and reported beside the targets. With an uncertainty it is a
-// measurement that could be made: what would it teach?
+// A response that is modelled and reported in addition to the targets. With an uncertainty it is a
+// possible measurement: its expected narrowing of the posterior is reported.
 struct Observed {
   ResponseId response;
   double uncertainty = 0;  // one standard deviation of such a measurement; 0: not said
@@ -76,8 +76,8 @@ struct Budget {
   int numerics_runs = 0;   // seeds of each numerics check, at the middle
   int design_points = 0;   // spread over the ranges, besides the middle
   int runs_per_point = 0;  // seeds at each point of the design and of the refinement
-  // Where the noise is small beside the measurements, points count more than seeds: one seed each
-  // and as many more points instead.
+  // Where the noise is small compared with the measurements, points count more than seeds: one seed
+  // each and correspondingly more points.
   bool trades_seeds = false;
   // Batches at most that look closer at what may be the answer. With a number of runs they follow
   // from it, unless stated.

@@ -23,7 +23,7 @@ struct Point {
   std::vector<double> values;  // in order of Study::parameters
   Eigen::VectorXd u;           // the same in the unit cube
   std::vector<std::uint64_t> seeds;
-  std::vector<Override> set;                    // case keys of its own, for all experiments
+  std::vector<Override> set;                    // case keys of this point, for all experiments
   std::optional<std::size_t> only;              // experiment; without it, all
   std::vector<std::vector<JobResult>> results;  // [experiment][seed]
   std::vector<std::vector<std::string>> keys;   // of the runs, [experiment][seed]

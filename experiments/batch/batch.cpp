@@ -107,8 +107,8 @@ void Batch::simulate(std::vector<Job> jobs, const RunsByKey& runs, const Check& 
       if (lost) reached[job.key] = result.simulated;
       if (lost && ++losses[job.key] == most_losses)
         throw RunError(fmt::format(
-            "run {}: {}, {} times in a row; everything finished is kept, and the same command goes "
-            "on from there",
+            "run {}: {}, {} times in a row; everything finished is kept, and the same command "
+            "resumes from there",
             job.key, result.reason, most_losses));
       // A process that died may have done so for reasons that are not its own.
       if (lost || (result.status == JobStatus::crashed && ++crashes[job.key] < most_crashes)) {

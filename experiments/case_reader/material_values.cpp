@@ -118,8 +118,8 @@ class Application {
            !(document_.has(law + ".static_friction") && document_.has(law + ".restitution"));
   }
 
-  // A requested record may hold some numbers of two materials that never meet in this case, which
-  // then has no law for them. They go again, and are told.
+  // A requested record may hold some values for two materials that never meet in this case, which
+  // has no contact law for them. They are removed again and reported.
   void leave_out_parts_of_laws(AppliedMaterial& a) {
     const auto stays = [&](const std::string& key) {
       const std::string law = law_of(key);
@@ -152,14 +152,14 @@ class Application {
     const MaterialChoice choice = t.at("record", [&] {
       MaterialChoice c = parse_material_choice(record);
       if ((t.has("sample") || t.has("anchor")) && !c.selection().empty())
-        throw InputError("chooses already; expected no \"sample\" or \"anchor\" beside it");
+        throw InputError("chooses already; expected no \"sample\" or \"anchor\" in addition");
       return c;
     });
     MaterialChoice chosen = choice;
     if (t.has("sample")) chosen.sample = static_cast<std::uint64_t>(t.integer64("sample", 1));
     if (t.has("anchor")) chosen.anchor = t.string("anchor");
     if (chosen.sample && !chosen.anchor.empty())
-      t.fail("anchor", "stands beside a sample; expected one of them");
+      t.fail("anchor", "is given together with a sample; expected one of them");
     if (t.has("sets")) {
       applied_.push_back(applied_before(t, chosen));
       note(t, applied_.back(), chosen);
@@ -168,8 +168,9 @@ class Application {
     const AppliedMaterial a = t.at("record", [&] {
       const StoredRecord stored = find(chosen);
       if (!hash.empty() && hash != stored.sha256)
-        throw InputError(fmt::format("\"{}\" has the hash {} here; expected the one beside it",
-                                     stored.record.reference(), stored.sha256));
+        throw InputError(
+            fmt::format("\"{}\" has the hash {} here; expected the hash of that record",
+                        stored.record.reference(), stored.sha256));
       return apply(chosen, stored, false);
     });
     applied_.push_back(a);

@@ -127,7 +127,7 @@ Solid make_drum(const Drum& d) {
                                    {d.lifter_thickness, "lifter_thickness"}}) {
     require_above_zero(value, key);
   }
-  // Lifters stand on flats of their own, each between two corners of the circle.
+  // Each lifter stands on a separate flat between two corners of the circle.
   std::vector<double> angles;
   double flat = 0;
   if (d.lifters > 0) {

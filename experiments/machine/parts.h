@@ -185,7 +185,7 @@ struct Platen {
 Solid make_platen(const Platen& platen);
 
 // A box open above with an opening in the middle of its floor, over the whole width. The origin is
-// the middle of the opening at the inner floor. The door is a boundary of its own.
+// the middle of the opening at the inner floor. The door is a separate boundary.
 struct TrapDoorBox {
   double length = 596.9e-3, width = 139.7e-3, height = 314.96e-3;  // inner
   double wall = 10e-3, floor = 10e-3;

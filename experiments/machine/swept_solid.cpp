@@ -152,24 +152,24 @@ std::vector<std::set<std::size_t>> neighbours(const std::vector<Loop>& loops) {
   return result;
 }
 
-// A piece ends where it bends, and where a neighbour begins or ends: a side that is half a seam
-// would be an edge to whatever slides over it deep enough.
+// A piece ends where it bends, and where a neighbour begins or ends: a side that is only partly
+// an internal face would act as an edge on bodies that slide over it with a large overlap.
 std::vector<std::vector<HalfSpace>> pieces_of(const Section& section, const Stations& stations,
                                               const Filling& filling) {
-  const std::vector<std::set<std::size_t>> beside = neighbours(section.split_loops());
+  const std::vector<std::set<std::size_t>> adjacent = neighbours(section.split_loops());
   std::vector<std::vector<HalfSpace>> pieces;
   const std::size_t layers = stations.size() - 1;
   for (std::size_t p = 0; p < section.polygons().size(); ++p) {
     const Loop& polygon = section.polygons()[p];
-    const auto goes_on = [&](std::size_t at) {
+    const auto continues = [&](std::size_t at) {
       return filling[p][at] && straight(polygon, stations, at) &&
              std::ranges::all_of(
-                 beside[p], [&](std::size_t q) { return filling[q][at - 1] == filling[q][at]; });
+                 adjacent[p], [&](std::size_t q) { return filling[q][at - 1] == filling[q][at]; });
     };
     for (std::size_t begin = 0; begin < layers; ++begin) {
       if (!filling[p][begin]) continue;
       std::size_t end = begin + 1;
-      while (end < layers && goes_on(end)) ++end;
+      while (end < layers && continues(end)) ++end;
       pieces.push_back(piece(polygon, stations[begin], stations[end]));
       begin = end - 1;
     }

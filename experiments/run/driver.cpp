@@ -61,10 +61,10 @@ void get(ByteReader& in, DriverState& state) {
 
 // The same walk writes and reads.
 template <class Each, class T, class P>
-void walk(const Each& each, T& traffic, P& watch) {
-  each(traffic.fill_batches);
-  each(traffic.source_batches);
-  auto& p = traffic.passages;
+void walk(const Each& each, T& flow, P& watch) {
+  each(flow.fill_batches);
+  each(flow.source_batches);
+  auto& p = flow.passages;
   for (auto* times : {&p.exit_time, &p.door_time, &p.insert_time}) each(*times);
   for (auto* numbers : {&p.outlet, &p.batch, &p.tag}) each(*numbers);
   for (auto& times : p.gate_time) each(times);
@@ -82,13 +82,13 @@ void walk(const Each& each, T& traffic, P& watch) {
 
 // Whether every list of a checkpoint is as long as the case needs it.
 bool fits(const Case& c, std::size_t stages, const DriverState& state,
-          const ParticleFlowState& traffic) {
+          const ParticleFlowState& flow) {
   const std::size_t n = c.model.particles.size();
-  const ParticleEvents& p = traffic.passages;
+  const ParticleEvents& p = flow.passages;
   const auto is_whole = [&](const auto& list) { return list.size() == n; };
   return !state.stages.empty() && state.stages.size() <= stages &&
-         traffic.fill_batches.size() == c.fills.size() &&
-         traffic.source_batches.size() == c.sources.size() && is_whole(p.exit_time) &&
+         flow.fill_batches.size() == c.fills.size() &&
+         flow.source_batches.size() == c.sources.size() && is_whole(p.exit_time) &&
          is_whole(p.door_time) && is_whole(p.insert_time) && is_whole(p.outlet) &&
          is_whole(p.batch) && is_whole(p.tag) && p.gate_time.size() == c.gates.size() &&
          std::ranges::all_of(p.gate_time, is_whole);
@@ -130,13 +130,12 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   ByteReader in(payload);
   DriverState state;
   get(in, state);
-  ParticleFlowState traffic = particle_flow_.state;
+  ParticleFlowState flow = particle_flow_.state;
   StageWatchState watch = watch_.state;
-  walk([&](auto& value) { in.get(value); }, traffic, watch);
+  walk([&](auto& value) { in.get(value); }, flow, watch);
   std::vector<std::byte> bytes;
   in.get(bytes);
-  if (!fits(case_, stages_.size(), state, traffic) ||
-      watch.closed.size() != case_.switches.size() ||
+  if (!fits(case_, stages_.size(), state, flow) || watch.closed.size() != case_.switches.size() ||
       watch.above_since.size() != case_.switches.size() ||
       std::ranges::any_of(watch.changes, [&](const SwitchChange& change) {
         return change.index < 0 || change.index >= std::ssize(case_.switches);
@@ -144,7 +143,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
     throw RunError("checkpoint does not fit the case");
   solver_.restore(bytes);
   state_ = std::move(state);
-  particle_flow_.state = std::move(traffic);
+  particle_flow_.state = std::move(flow);
   watch_.state = std::move(watch);
   resumed_ = true;
   save_wanted_ = false;
@@ -235,7 +234,7 @@ std::string Driver::simulate() {
     if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
     if (const auto blocked = particle_flow_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
-      look(true);
+      observe(true);
       record_frame();  // who is in the way
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
@@ -245,19 +244,19 @@ std::string Driver::simulate() {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
       if (last || solver_.steps() >= last_step_) {
-        look(true);
+        observe(true);
         return fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *by);
       }
       enter_stage(state_.stages.size());
       save_wanted_ = true;
     }
     if (solver_.steps() % frame_steps_ == 0) record_frame();
-    if (!look(false)) return {};
+    if (!observe(false)) return {};
     solver_.step_deferred();
   }
 }
 
-bool Driver::look(bool last) {
+bool Driver::observe(bool last) {
   if (!observer_.step) return true;
   solver_.complete_step();
   return observer_.step(solver_, last);
@@ -265,8 +264,8 @@ bool Driver::look(bool last) {
 
 void Driver::watch() {
   solver_.complete_step();
-  const bool left = particle_flow_.look(solver_);
-  watch_.look(stage(), solver_, particle_flow_, stage_now(), left);
+  const bool left = particle_flow_.update(solver_);
+  watch_.update(stage(), solver_, particle_flow_, stage_now(), left);
   if (seconds_since(saved_) >= options_.checkpoint_every) save_wanted_ = true;
   if (options_.progress && seconds_since(reported_) >= kReportEvery) report();
 }
@@ -343,13 +342,12 @@ void Driver::save() {
   saved_ = Clock::now();
 }
 
-// There is a checkpoint to go on from.
+// The results file has a checkpoint from which a run can resume.
 void Driver::advise() {
-  if (!advice_) advice_.emplace("go on with: firn run --resume " + options_.results_file);
+  if (!advice_) advice_.emplace("resume with: firn run --resume " + options_.results_file);
 }
 
-// The same bytes whether or not the run was interrupted on its way: a resumed one writes some
-// again.
+// Writes the same bytes whether or not the run was interrupted: a resumed run writes some again.
 void Driver::keep_state() {
   solver_.complete_step();
   hand_over_statistics(false);
@@ -357,8 +355,8 @@ void Driver::keep_state() {
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
 }
 
-// What the solver has finished goes into the file before its state does, or nowhere: whoever looks
-// on has no use for it.
+// Statistics that the solver has finished are written before the state. Without a results file they
+// are dropped: observers do not use them.
 void Driver::hand_over_statistics(bool at_end) {
   if (!case_.model.statistics.any()) return;
   if (!recorder_) {

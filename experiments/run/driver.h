@@ -21,7 +21,7 @@
 
 namespace firn {
 
-// Everything beside the solver that the rest of a run depends on.
+// State of a run outside the solver that the remaining steps depend on.
 struct DriverState {
   std::uint64_t frames = 0;         // recorded so far
   std::uint64_t loads_cleared = 0;  // step at which the boundary loads were
@@ -36,13 +36,13 @@ void check_runnable(const Case& c);
 // ("resumed") cannot be done otherwise.
 Case case_of(const Recording& recording, const char* what);
 
-// Who looks on. All may be empty.
+// Callbacks of an observer. Each may be empty.
 struct RunObserver {
   // With the state of each step, before the next one is taken; false ends the simulation.
   std::function<bool(const Solver&, bool last)> step;
   // With each frame: its number and its row (result_row).
   std::function<void(std::uint64_t frame, const std::vector<double>& row)> frame;
-  double latest_end = 0;  // s, told as progress; 0: the case's duration
+  double latest_end = 0;  // s, reported as progress; 0: the case's duration
 };
 
 class Driver {
@@ -54,8 +54,8 @@ class Driver {
   // Continues from the newest checkpoint of the recorder's file that fits; cuts the rest off.
   // Throws InputError when there is none, and WriteError.
   void restore();
-  // Goes on from a state as checkpoints and kept states hold it. Throws RunError for bytes of
-  // another version or case; the driver is then of no more use.
+  // Continues from a state of a checkpoint or a saved state. Throws RunError for bytes of another
+  // version or case; the driver must not be used afterwards.
   void restore(const std::vector<std::byte>& payload);
   std::uint64_t steps() const { return solver_.steps(); }
 
@@ -80,7 +80,7 @@ class Driver {
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
   void record_frame();
-  bool look(bool last);  // false: the onlooker has seen enough
+  bool observe(bool last);  // false: the observer ends the simulation
   void save();
   void advise();
   void keep_state();

@@ -241,8 +241,8 @@ bool ends_on_event(const Stage& stage) {
   return std::ranges::any_of(stage.until, [](auto until) { return until != Stage::Until::time; });
 }
 
-// How long it takes until a motion has shown all of its way, at most `end` (s). Without a way of
-// its own to show, it goes on to the end if that is certain (`by_time`).
+// Time after which a motion has passed through all of its displacements, at most `end`, s. A motion
+// without a period lasts until `end` if the end is known in advance (`by_time`), else 0.
 double first_period(const Motion& m, double end, bool by_time) {
   double period = m.period > 0 ? m.period : m.stop;
   if (m.kind == Motion::Kind::rotation && m.course == Motion::Course::steady &&

@@ -136,7 +136,7 @@ bool ParticleFlow::all_placed(const Now& now) const {
   return true;
 }
 
-bool ParticleFlow::look(Solver& solver) {
+bool ParticleFlow::update(Solver& solver) {
   const ParticleState& particles = solver.particles();
   const double now = solver.time();
   ParticleEvents& passages = state.passages;

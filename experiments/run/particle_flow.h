@@ -30,16 +30,16 @@ class ParticleFlow {
     std::uint64_t stage_start;
   };
 
-  // Places the batches that are due. Says what is in the way of a source; its batch waits, and the
-  // run has come to its end. Throws InputError for a fill that does not fit, and for a source in a
-  // wall.
+  // Inserts the scheduled batches. Returns a description of what blocks a source, which ends the
+  // run: its batch is not inserted. Throws InputError for a fill that does not fit, and for a
+  // source in a wall.
   std::optional<std::string> place_due(Solver& solver, const Now& now);
-  // Nobody is to come any more while this stage lasts.
+  // True when no more particles are to be inserted during this stage.
   bool all_placed(const Now& now) const;
 
   // Notes who is inside a gate or below the door for the first time, and removes what has passed an
   // outlet; true when something has.
-  bool look(Solver& solver);
+  bool update(Solver& solver);
 
   // Tags by place as a stage begins.
   void tag(const std::string& stage, const Solver& solver);

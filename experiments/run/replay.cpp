@@ -108,7 +108,8 @@ std::unique_ptr<Driver> nearest_start(const std::string& results_file, const Cas
     try {
       driver->restore(payload);
     } catch (const RunError&) {
-      return;  // of another version: the frames will tell whether the start leads to the same
+      return;  // of another version: starts earlier, and the frames are compared with the recorded
+               // ones
     }
     if (driver->steps() <= options.from_step && driver->steps() > best->steps())
       best = std::move(driver);

@@ -1,5 +1,4 @@
-// run(case, options) -> responses: the only place that starts a simulation, beside replay() of the
-// same (replay.h).
+// run(case, options) -> responses. Only this function and replay() (replay.h) start simulations.
 #pragma once
 
 #include <atomic>
@@ -29,8 +28,8 @@ struct Progress {
   };
   std::vector<Passed> passed;  // particles that have been in each gate of the case
 };
-// "harvest, 64 particles, 256 to come, 12 through container": gates that nobody has passed are left
-// out.
+// "harvest, 64 particles, 256 to come, 12 through container": gates that no particle has passed are
+// omitted.
 std::string stage_text(const Progress& progress);
 
 struct RunOptions {

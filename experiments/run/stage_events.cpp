@@ -125,23 +125,22 @@ bool StageEvents::is_filled(const Stage& stage, const Solver& solver) const {
   return above >= stage.fill_count;
 }
 
-void StageEvents::look(const Stage& stage, const Solver& solver, const ParticleFlow& traffic,
-                       const ParticleFlow::Now& now, bool left) {
+void StageEvents::update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
+                         const ParticleFlow::Now& now, bool left) {
   look_at_switches(solver);
   if (stage.ends_on(Until::at_rest))
-    keep_since(!left && traffic.all_placed(now) && is_quiet(stage, solver), solver,
-               state.rest_since);
+    keep_since(!left && flow.all_placed(now) && is_quiet(stage, solver), solver, state.rest_since);
   if (stage.ends_on(Until::stalled)) look_at_drive(stage, solver, now.stage_start);
   if (stage.ends_on(Until::empty)) {
-    state.empty = traffic.all_placed(now) &&
+    state.empty = flow.all_placed(now) &&
                   std::ranges::none_of(solver.particles().presence,
                                        [](Presence p) { return p == Presence::present; });
   }
   if (stage.ends_on(Until::passed)) {
     const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
     state.passed = stage.count > 0
-                       ? traffic.passed(stage.gate, from) >= static_cast<std::size_t>(stage.count)
-                       : traffic.passed_mass(stage.gate, from) >= stage.mass;
+                       ? flow.passed(stage.gate, from) >= static_cast<std::size_t>(stage.count)
+                       : flow.passed_mass(stage.gate, from) >= stage.mass;
   }
   if (stage.ends_on(Until::force))
     keep_since(solver.frame_load(stage.force_frame).force.norm() > stage.force, solver,
@@ -154,26 +153,26 @@ void StageEvents::look(const Stage& stage, const Solver& solver, const ParticleF
 }
 
 // "12 of 75 particles came through \"container\"": a closed outlet, or a jam.
-std::string StageEvents::shortfall(const Stage& stage, const ParticleFlow& traffic,
+std::string StageEvents::shortfall(const Stage& stage, const ParticleFlow& flow,
                                    const ParticleFlow::Now& now) const {
   const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
   const std::string& gate = case_.gates[index(stage.gate)].name;
   if (stage.count > 0)
-    return fmt::format("{} of {} particles came through \"{}\"", traffic.passed(stage.gate, from),
+    return fmt::format("{} of {} particles came through \"{}\"", flow.passed(stage.gate, from),
                        stage.count, gate);
-  return fmt::format("{:.4g} of {:.4g} kg came through \"{}\"",
-                     traffic.passed_mass(stage.gate, from), stage.mass, gate);
+  return fmt::format("{:.4g} of {:.4g} kg came through \"{}\"", flow.passed_mass(stage.gate, from),
+                     stage.mass, gate);
 }
 
 std::optional<std::string> StageEvents::ended_by(const Stage& stage, const Solver& solver,
-                                                 const ParticleFlow& traffic,
+                                                 const ParticleFlow& flow,
                                                  const ParticleFlow::Now& now) const {
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
   if (step >= to_steps(case_, case_.duration)) return "end of the case";
   if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
     const bool by_time = stage.until.empty() || stage.ends_on(Until::time);
     if (by_time) return "time";
-    if (stage.ends_on(Until::passed)) return "time limit: " + shortfall(stage, traffic, now);
+    if (stage.ends_on(Until::passed)) return "time limit: " + shortfall(stage, flow, now);
     return "time limit";
   }
   if (in_stage < to_steps(case_, stage.min_duration)) return std::nullopt;

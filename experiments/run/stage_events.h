@@ -16,9 +16,10 @@ namespace firn {
 // not hold.
 struct StageWatchState {
   std::int64_t rest_since = -1, force_since = -1, torque_since = -1, filled_since = -1;
-  std::int64_t driven_since = -1;  // or since the last look at how far the drive had come
-  double driven_from = 0;          // m or rad, the coordinate then
-  std::uint8_t empty = 0, passed = 0, stalled = 0;  // at the last look
+  std::int64_t driven_since =
+      -1;                  // or since the last check of the distance that the drive has moved
+  double driven_from = 0;  // m or rad, the coordinate then
+  std::uint8_t empty = 0, passed = 0, stalled = 0;  // at the last update
   std::vector<std::int64_t> above_since;            // [switches]
   std::vector<std::uint8_t> closed;                 // [switches]
   std::vector<SwitchChange> changes;                // of all switches, in order of time
@@ -31,20 +32,19 @@ class StageEvents {
   StageWatchState state;
 
   void enter_stage();
-  // Now and then; `left`: somebody has since the last look.
-  void look(const Stage& stage, const Solver& solver, const ParticleFlow& traffic,
-            const ParticleFlow::Now& now, bool left);
+  // Called every few steps; `left`: a particle has left since the last call.
+  void update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
+              const ParticleFlow::Now& now, bool left);
   // What has ended the stage, if anything has.
   std::optional<std::string> ended_by(const Stage& stage, const Solver& solver,
-                                      const ParticleFlow& traffic,
-                                      const ParticleFlow::Now& now) const;
+                                      const ParticleFlow& flow, const ParticleFlow::Now& now) const;
 
  private:
   void look_at_switches(const Solver& solver);
   void look_at_drive(const Stage& stage, const Solver& solver, std::uint64_t stage_start);
   bool is_quiet(const Stage& stage, const Solver& solver) const;
   bool is_filled(const Stage& stage, const Solver& solver) const;
-  std::string shortfall(const Stage& stage, const ParticleFlow& traffic,
+  std::string shortfall(const Stage& stage, const ParticleFlow& flow,
                         const ParticleFlow::Now& now) const;
 
   const Case& case_;

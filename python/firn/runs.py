@@ -92,7 +92,7 @@ def run(case: Case, results_file: Path, *, threads: int = 1, on_frame: OnFrame |
     on_frame: called with a LiveFrame for each recorded state; False stops the run. The arrays of
     the frame belong to the caller, the frame itself ends with the call.
     Ctrl-C saves the state and raises KeyboardInterrupt; resume() continues. Other threads of Python
-    go on during the run.
+    continue during the run.
     """
     return Run(_core.run(case._core, os.fspath(results_file), threads, checkpoint_every,
                          _stopping(on_frame)))

@@ -87,7 +87,7 @@ bool has_constant_inertia(const FreeBody& body) {
   return !turns || body.axes.size() == 1;
 }
 
-// How the rates answer impulses that act evenly over `h` s beside the dampers.
+// Change of the generalized velocities per impulse that acts evenly over `h` s, with damping.
 Matrix response(const FreeBody& body, const Matrix& mass, double h) {
   const Eigen::Index n = mass.rows();
   Vector damping = Vector::Zero(n);

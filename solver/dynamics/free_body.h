@@ -1,4 +1,4 @@
-// A rigid body with a few ways to move, hung on a frame whose motion is prescribed.
+// A rigid body with a few degrees of freedom, whose parent is a frame with prescribed motion.
 #pragma once
 
 #include <array>
@@ -7,10 +7,10 @@
 
 namespace firn {
 
-// Where a free body is and what acts on it, in world axes at one instant. The spin of the parent is
-// that over the step.
+// Pose of a free body and loads on it, in world axes at one instant. The angular velocity of the
+// parent is the mean over the step.
 struct FreeBodyScene {
-  Mat3 parent = Mat3::Identity();    // axes of what it hangs on -> world
+  Mat3 parent = Mat3::Identity();    // axes of the parent frame -> world
   Mat3 rotation = Mat3::Identity();  // axes of the body -> world
   Vec3 offset = Vec3::Zero();        // m, from the parent's origin to the body's own
   Vec3 parent_spin = Vec3::Zero();   // rad/s

@@ -1,5 +1,5 @@
 // Does the calibration keep its word where the truth is a simulation's? Prints Markdown, and a line
-// for each study into studies.csv. Runs are kept in a store: a second call goes on from there.
+// for each study into studies.csv. Runs are kept in a store: a second call resumes from there.
 #include <fmt/format.h>
 #include <fmt/os.h>
 #include <fmt/ranges.h>

@@ -2,7 +2,7 @@
 //
 // firn-repair-mesh FILE: repairs a mesh with admesh (https://github.com/admesh/admesh).
 //
-// A program of its own because admesh is under the GNU General Public License, and Firn is not.
+// A separate program because admesh is under the GNU General Public License, and Firn is not.
 // experiments/meshes/mesh_repair.cpp starts it.
 //
 // FILE: 9 floats (x, y, z of three corners, one unit throughout) for each facet, in the byte order

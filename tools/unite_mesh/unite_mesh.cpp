@@ -2,7 +2,7 @@
 //
 // firn-unite-mesh FILE: the union of closed shells, by CGAL (https://www.cgal.org).
 //
-// A program of its own because CGAL's mesh processing is under the GNU General Public License, and
+// A separate program because CGAL's mesh processing is under the GNU General Public License, and
 // Firn is not. experiments/meshes/mesh_union.cpp starts it.
 //
 // FILE: 9 doubles (x, y, z of three corners, one unit throughout) for each facet, in the byte order

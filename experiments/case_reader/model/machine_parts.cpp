@@ -207,7 +207,7 @@ Solid read(const TomlTable& table, std::span<const std::string_view> common) {
   table.allow(allowed);
   Keys reader(table);
   keys(reader, part);
-  // A batch reads its case anew for every run: the part that was made last is mostly wanted again.
+  // A batch reads its case again for every run, mostly with the same part: the last one is cached.
   thread_local std::optional<std::pair<Part, Solid>> last;
   try {
     if (!last || last->first != part) last.emplace(part, make(part));

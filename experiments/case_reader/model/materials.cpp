@@ -36,7 +36,7 @@ Interaction read_interaction(const TomlTable& t) {
   }
   if (law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0)
     require(t, "unloading_floor", law.unloading_floor, law.unloading_floor > 0,
-            "a number above 0 beside adhesion, which acts while a contact bears");
+            "a number above 0 together with adhesion, which acts while a contact is loaded");
   return law;
 }
 
@@ -59,8 +59,8 @@ std::pair<std::size_t, std::size_t> find_pair(const TomlTable& all, const std::s
   }
   if (found.size() > 1) {
     all.fail(key,
-             "can be read as two pairs of materials; expected material names that tell them "
-             "apart, without dashes");
+             "can be read as two pairs of materials; expected material names that "
+             "distinguish them, without dashes");
   }
   return found.front();
 }

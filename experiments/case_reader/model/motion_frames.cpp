@@ -218,8 +218,8 @@ TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
   for (const Boundary& b : model.boundaries) {
     if (!descends_from(model.frames, b.frame, frame)) continue;
     if (!inspect(b.mesh).sound() || b.mesh.triangles.empty()) {
-      t.fail("", fmt::format("carries \"{}\", whose mesh is not closed, so that it has no mass of "
-                             "its own; expected mass, center and inertia",
+      t.fail("", fmt::format("carries \"{}\", whose mesh is not closed, so that it has no mass; "
+                             "expected mass, center and inertia",
                              b.name));
     }
     if (const MeshConflicts found = find_conflicts(b.mesh); !found.none()) {

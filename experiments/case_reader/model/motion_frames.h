@@ -16,7 +16,7 @@ std::vector<MotionFrame> read_motion_frames(const TomlTable& root);
 // Boundaries have been read.
 void complete_free_bodies(const TomlTable& root, Model& model);
 
-// Keys of a prescribed motion. `also`: keys beside them that somebody else reads.
+// Keys of a prescribed motion. `also`: further keys, which the caller reads.
 Motion read_motion(const TomlTable& table, std::initializer_list<std::string_view> also = {});
 Drive read_drive(const TomlTable& table, FreeAxis::Kind kind,
                  std::initializer_list<std::string_view> also = {});

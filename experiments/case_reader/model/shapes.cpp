@@ -220,7 +220,7 @@ NamedCrescent read_crescent(const TomlTable& t) {
     if (custom) *value = length(key, *value, Sign::positive);
     if (!custom && t.has(key)) {
       t.fail(key,
-             fmt::format("is fixed by variant = \"{}\"; expected variant = \"custom\" beside it",
+             fmt::format("is fixed by variant = \"{}\"; expected it with variant = \"custom\" only",
                          variant));
     }
   }

@@ -121,7 +121,8 @@ void read_geometry(const TomlTable& root, const TomlTable& t, double poisson_rat
   Channel channel;
   if (t.has("mold")) {
     for (const char* key : {"radius", "width", "height"})
-      if (t.has(key)) t.fail(key, "is given beside a mold, which has it; expected one of the two");
+      if (t.has(key))
+        t.fail(key, "is given together with a mold, which has it; expected one of the two");
     channel = channel_of(root, t);
     law.length = t.has("length") ? length("length") : channel.length;
   } else {

@@ -30,7 +30,7 @@ double read_wear_rate(const TomlTable& t) {
   if (!t.has("wear_coefficient") && !t.has("hardness")) return rate.value_or(0);
   if (rate)
     t.fail("specific_wear_rate",
-           "is given beside wear_coefficient or hardness; expected it or both of them");
+           "is given together with wear_coefficient or hardness; expected it or both of them");
   const double coefficient = t.number("wear_coefficient");
   if (!(coefficient >= 0))
     t.fail("wear_coefficient", fmt::format("is {}; expected no less than 0", coefficient));

@@ -55,7 +55,7 @@ Door read_door(const TomlTable& t) {
   } else if (t.has("door_speed")) {
     t.fail("door_speed",
            "has no meaning for a door that vanishes; expected door_opening = "
-           "\"drop\" or \"slide\" beside it");
+           "\"drop\" or \"slide\" with it");
   }
   return door;
 }

@@ -26,7 +26,7 @@ std::string vector_text(const Vec3& v, const Dimension& d) {
 }
 toml::array orientation_list(const Quat& q) { return toml::array{q.w(), q.x(), q.y(), q.z()}; }
 
-// One frame of an earlier run, beside the case that was run.
+// One frame of an earlier run and the case of that run.
 struct Earlier {
   std::string file;
   Recording recording;

@@ -21,7 +21,7 @@ constexpr double kDensestPour = 0.3;
 // Beyond what any machine simulates: a slip of the keyboard, caught before memory runs out.
 constexpr int kMostParticles = 10'000'000;
 
-// The stream of random numbers of [[particles]], beside those of the fills, which count from 0.
+// Stream number of [[particles]] in the random generator; those of the fills count from 0.
 constexpr std::uint64_t kPlacedStream = ~std::uint64_t{0};
 
 // Equal bodies in rows along the world's axes.
@@ -33,7 +33,7 @@ struct Grid {
 Grid read_grid(const TomlTable& t) {
   Grid grid;
   if (!t.has("grid")) {
-    if (t.has("spacing")) t.fail("spacing", "has no meaning here; expected a grid beside it");
+    if (t.has("spacing")) t.fail("spacing", "has no meaning without a grid; expected one");
     return grid;
   }
   grid.count = t.counts("grid");
@@ -65,12 +65,12 @@ Chance read_chance(const TomlTable& t) {
     if (!t.has("turn_axis")) t.set("turn_axis", toml::array{0, 0, 1});
     chance.axis = t.direction("turn_axis");
   } else if (t.has("turn_axis")) {
-    t.fail("turn_axis", "has no meaning here; expected a turn beside it");
+    t.fail("turn_axis", "has no meaning without a turn; expected one");
   }
   return chance;
 }
 
-// Each body has a stream of its own, and draws the same numbers whatever the table asks for.
+// Each body has a separate random stream and draws the same numbers whichever keys are set.
 void disturb(Case::Placed& p, const Chance& chance, std::uint64_t seed) {
   RandomStream random(seed, kPlacedStream, static_cast<std::uint64_t>(p.particle));
   const auto about_zero = [&] { return 2 * random.uniform() - 1; };
@@ -87,7 +87,7 @@ void disturb(Case::Placed& p, const Chance& chance, std::uint64_t seed) {
 // By count, or by a mass that whole bodies make up to the nearest one.
 int read_amount(const TomlTable& t, const Shape& shape) {
   if (!t.has("mass")) return read_count(t);
-  if (t.has("count")) t.fail("mass", "is given beside count; expected one of the two");
+  if (t.has("count")) t.fail("mass", "is given together with count; expected one of the two");
   const double bodies = t.quantity("mass", dimension::mass, Sign::positive) / shape.mass;
   if (bodies < 0.5 || bodies > kMostParticles)
     t.fail("mass", fmt::format("makes {:.3g} bodies of {:.4g} kg; expected at least one", bodies,

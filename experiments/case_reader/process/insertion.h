@@ -23,7 +23,7 @@ std::vector<Switch> read_switches(const TomlTable& root, const std::vector<Motio
 std::vector<int> first_of_sources(const Case& c);
 
 // Where and how a particle of a source is put: place number `place` of a batch, and what chance
-// does to it. Each particle draws numbers of its own.
+// does to it. Each particle has a separate random stream.
 struct SourcePose {
   Vec3 position;     // m, centre of mass
   Quat orientation;  // shape axes -> world

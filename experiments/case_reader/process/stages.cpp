@@ -51,7 +51,7 @@ std::vector<Until> read_until(const TomlTable& t) {
     if (std::ranges::count(until, w.until)) continue;
     for (const std::string_view key : w.keys) {
       if (t.has(key))
-        t.fail(key, fmt::format("has no meaning here; expected until = \"{}\" beside it", w.word));
+        t.fail(key, fmt::format("has no meaning without until = \"{}\"; expected both", w.word));
     }
   }
   return until;
@@ -122,7 +122,7 @@ Stage::StartedMotion read_started_motion(const TomlTable& t, const Case& c) {
   } else {
     start.frame = frame_index(t, "motion_frame", frames);
     if (free_frame(frames, start.frame) >= 0)
-      t.fail("motion_frame", fmt::format("\"{}\" is free, or hangs on a free one; expected drives",
+      t.fail("motion_frame", fmt::format("\"{}\" is a free body or a child of one; expected drives",
                                          frames[static_cast<std::size_t>(start.frame)].name));
   }
   start.ends_with_stage = t.boolean("ends_with_stage", false);

@@ -720,7 +720,7 @@ TEST_F(DrainedReposeCase, DoorsThatMove) {
   EXPECT_NEAR(slide.motions.at(0).motion.stop, (5.5 * 0.0254 + 0.02) / 2, 1e-12);
   EXPECT_EQ(error_of_set("experiment.door_speed=1 m/s"),
             "--set experiment.door_speed=1 m/s: experiment.door_speed: has no meaning for a door "
-            "that vanishes; expected door_opening = \"drop\" or \"slide\" beside it");
+            "that vanishes; expected door_opening = \"drop\" or \"slide\" with it");
 }
 
 TEST_F(DrainedReposeCase, ImpossibleSetupsNameTheirNumbers) {

@@ -289,7 +289,7 @@ TEST_F(SceneTest, AFillEndsAtItsHeight) {
   EXPECT_EQ(std::ranges::count_if(recording.insert_time(), [](double t) { return t >= 0; }), 3);
   EXPECT_THAT(complaint(kShaft, {{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
   EXPECT_THAT(complaint(kShaft, {{"stages.fill.until", "time"}}),
-              HasSubstr("expected until = \"filled\" beside it"));
+              HasSubstr("without until = \"filled\"; expected both"));
 }
 
 TEST_F(SceneTest, HarvestGoesOnFromACheckpointBitForBit) {
@@ -495,7 +495,7 @@ TEST_F(SceneTest, MistakesAreNamed) {
   EXPECT_THAT(set("stages.harvest.switch", "empty"), HasSubstr("unknown switch"));
   EXPECT_THAT(set("stages.harvest.until", "later"), HasSubstr("expected one of time, at_rest"));
   EXPECT_THAT(set("stages.harvest.gate", "below"),
-              HasSubstr("expected until = \"passed\" beside it"));
+              HasSubstr("without until = \"passed\"; expected both"));
   EXPECT_THAT(set("stages.drop.mass", "1 kg"), HasSubstr("one of count and mass"));
   EXPECT_THAT(set("stages.harvest.drives.0.motion_frame", "lift"), HasSubstr("has no free axis 0"));
   EXPECT_THAT(set("stages.harvest.drives.0.every", "0.1 s"), HasSubstr("shorter than what is"));
