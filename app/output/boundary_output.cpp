@@ -12,7 +12,7 @@ namespace {
 
 // The kinds that the case names; what an experiment has built is not in the file.
 std::map<std::string, std::string> named_kinds(const Case& c) {
-  TomlDocument document(c.resolved, c.source);
+  TomlDocument document(c.resolved, c.source, TomlFormat::case_file, OldNames::accept);
   std::map<std::string, std::string> kinds;
   for (const TomlTable& t : TomlTable::root(document).tables("boundaries")) {
     kinds[t.string("name")] = t.string("kind");

@@ -100,7 +100,7 @@ std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
                                const SimulatedCase& simulated, std::uint64_t seed, int threads) {
   const TemporaryFolder scratch("replay");
   const Case c = read_case_text(simulated.text, r.reference() + ": case", ".",
-                                overrides_of(r, anchor, simulated, seed));
+                                overrides_of(r, anchor, simulated, seed), {}, OldNames::accept);
   RunOptions options;
   options.results_file = scratch.file("run.h5");
   options.threads = threads;

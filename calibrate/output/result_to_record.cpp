@@ -68,8 +68,8 @@ Anchor anchor_of(const Study& study, const CheckedSet& set, const std::string& n
     if (experiment == nullptr || run.status != to_string(JobStatus::finished)) continue;
     // The same parameters and seed are the same complete case: the same key.
     const auto overrides = overrides_of(study, *experiment, set.values, run.label.seed);
-    if (run_key(executor.resolve(experiment->case_file, overrides, {}), run.program) != run.key)
-      continue;
+    const std::string text = executor.resolve(experiment->case_file, overrides, {});
+    if (run_key(case_identity(text), run.program) != run.key) continue;
     anchor.runs.push_back({run.label.experiment, run.label.seed, responses_of(study, run)});
   }
   std::ranges::sort(anchor.runs, {},

@@ -52,9 +52,9 @@ int limited(const TomlTable& t, const char* key, int value) {
 
 Budget read_budget(const TomlTable& root, const Study& study) {
   const TomlTable t = root.required_table("budget");
-  t.allow({"runs", "time", "centre_runs", "numerics_runs", "design_points", "runs_per_point",
-           "refine_rounds", "refine_points", "confirm_runs", "anchor_runs", "compare_runs",
-           "least_gain", "reuse"});
+  t.allow({"runs", "time", "center_replicates", "numerics_replicates", "design_points",
+           "replicates_per_point", "refine_rounds", "refine_points", "confirmation_replicates",
+           "endpoint_replicates", "compare_replicates", "min_improvement", "reuse"});
   const int experiments = static_cast<int>(study.experiments.size());
   const bool bounded = t.has("runs"), by_time = t.has("time");
   const int runs = bounded ? limited(t, "runs", t.integer("runs", 1)) / experiments : 0;
@@ -67,19 +67,20 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   Budget b;
   b.runs = runs;
   b.reuse = t.boolean("reuse", true);
-  b.centre_runs = read("centre_runs", 1, plan.centre_runs);
-  b.numerics_runs = read("numerics_runs", 1, plan.numerics_runs, 2);
+  b.centre_runs = read("center_replicates", 1, plan.centre_runs);
+  b.numerics_runs = read("numerics_replicates", 1, plan.numerics_runs, 2);
   b.design_points = read("design_points", 1, plan.design_points);
-  b.trades_seeds = bounded && !t.has("runs_per_point");  // asked before a default is put there
-  b.runs_per_point = read("runs_per_point", 1, plan.runs_per_point);
+  b.trades_seeds =
+      bounded && !t.has("replicates_per_point");  // asked before a default is put there
+  b.runs_per_point = read("replicates_per_point", 1, plan.runs_per_point);
   b.refine_points = read("refine_points", 0, plan.refine_points, 2);
-  b.confirm_runs = read("confirm_runs", 2, plan.confirm_runs, 3);
-  b.anchor_runs = read("anchor_runs", 0, plan.anchor_runs, 0);
-  b.compare_runs = read("compare_runs", 0, plan.compare_runs, 1);
+  b.confirm_runs = read("confirmation_replicates", 2, plan.confirm_runs, 3);
+  b.anchor_runs = read("endpoint_replicates", 0, plan.anchor_runs, 0);
+  b.compare_runs = read("compare_replicates", 0, plan.compare_runs, 1);
   b.time = t.optional_quantity("time", dimension::time, Sign::positive).value_or(0);
-  b.least_gain = t.number("least_gain", b.least_gain);
+  b.least_gain = t.number("min_improvement", b.least_gain);
   if (!(b.least_gain >= 0 && b.least_gain < 1))
-    t.fail("least_gain",
+    t.fail("min_improvement",
            fmt::format("is {}; expected a fraction of at least 0 and below 1", b.least_gain));
   const std::int64_t per_point = b.runs_per_point, batch = b.refine_points * per_point;
   const std::int64_t left = runs - fixed_runs(b, study) - b.design_points * per_point;
@@ -100,9 +101,9 @@ Budget read_budget(const TomlTable& root, const Study& study) {
            fmt::format("{} cannot carry a fit of {} parameters; expected at least {}",
                        b.design_points, study.parameters.size(), needed));
   if (b.centre_runs < 2 && b.runs_per_point < 2)
-    t.fail("centre_runs",
+    t.fail("center_replicates",
            "leaves no point with two seeds, so that the noise stays unknown; expected at least 2 "
-           "here or in runs_per_point");
+           "here or in replicates_per_point");
   return b;
 }
 

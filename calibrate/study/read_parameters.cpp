@@ -43,7 +43,8 @@ Parameter read_parameter(const TomlTable& t) {
   t.allow({"name", "keys", "min", "max", "scale", "prior_mean", "prior_sd", "integer"});
   Parameter p;
   p.name = path_name(t);
-  p.keys = t.strings("keys");
+  for (const std::string& key : t.strings("keys"))
+    p.keys.push_back(current_case_key(t, "keys", key));
   if (t.has("keys") && p.keys.empty())
     t.fail("keys",
            "names no key of the case; expected a list such as "
@@ -207,7 +208,7 @@ Prior read_study_prior(const TomlTable& t, const Study& study) {
 std::optional<std::size_t> taken_by(const Study& study, const MaterialParameter& m) {
   for (std::size_t i = 0; i < study.parameters.size(); ++i)
     for (const std::string& key : m.keys)
-      if (std::ranges::count(study.parameters[i].keys, key) > 0) return i;
+      if (std::ranges::count(study.parameters[i].keys, current_case_path(key)) > 0) return i;
   return std::nullopt;
 }
 

@@ -20,7 +20,8 @@
 namespace firn {
 namespace {
 
-std::vector<Override> read_set(const TomlTable& t) {
+// Of a program, whose inputs have the user's names.
+std::vector<Override> read_program_inputs(const TomlTable& t) {
   std::vector<Override> set;
   const TomlTable values = t.required_table("set");
   for (const std::string& key : values.keys()) set.emplace_back(key, values.value_text(key));
@@ -72,7 +73,7 @@ Experiment read_experiment(const TomlTable& t, const Study& study, Programs prog
     t.allow({"name", "case", "set", "parameters"});
     e.case_file = case_path(t, study.source);
   }
-  if (t.has("set")) e.set = read_set(t);
+  if (t.has("set")) e.set = e.program ? read_program_inputs(t) : read_case_overrides(t);
   e.takes = read_takes(t, study);
   if (!e.program) return e;
   std::vector<std::string> names;
@@ -253,7 +254,7 @@ void read_responses(const TomlTable& root, const TomlTable& head, Study& study) 
 void read_numerics(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("numerics")) {
     t.allow({"name", "set", "experiment"});
-    NumericsCheck check{t.string("name"), read_set(t), {}};
+    NumericsCheck check{t.string("name"), read_program_inputs(t), {}};
     if (t.has("experiment")) check.only = named_experiment(t, study);
     for (std::size_t e = 0; e < study.experiments.size(); ++e) {
       const Experiment& experiment = study.experiments[e];
@@ -306,7 +307,7 @@ Study read_text(const std::string& text, const std::string& source, Simulates si
   Study study;
   study.source = source;
   study.text = text;
-  TomlDocument document(study.text, source);
+  TomlDocument document(study.text, source, TomlFormat::study);
   const TomlTable root = TomlTable::root(document);
   root.allow({"study", "experiments", "budget", "parameters", "priors", "constraints", "targets",
               "observe", "compare", "numerics", "direct", "execution"});

@@ -30,7 +30,7 @@ BatchRun Batch::make(const std::string& case_file, const std::vector<Override>& 
   run.job.case_file = case_file;
   run.job.overrides = overrides;
   run.job.text = executor_.resolve(case_file, overrides, materials);
-  run.job.key = run_key(run.job.text, program_);
+  run.job.key = run_key(case_identity(run.job.text), program_);
   run.job.folder = folder;
   run.planned = {run.job.key, run.job.text, program_, label};
   return run;

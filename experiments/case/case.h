@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/text/toml_aliases.h"
 #include "firn/solver.h"
 
 namespace firn {
@@ -210,9 +211,9 @@ struct Case {
     double insert_time = 0;  // s; before 0 for those of an earlier run
     int batch = -1;          // of its fill or source in that run
   };
-  std::vector<Placed> placed;            // those of [start] before those of [[particles]]
-  std::vector<FrameStart> frame_starts;  // of [start], parents first
-  std::string start;                     // what [start] took, in words; empty: there is none
+  std::vector<Placed> placed;            // those of [initial_state] before those of [[particles]]
+  std::vector<FrameStart> frame_starts;  // of [initial_state], parents first
+  std::string start;  // what [initial_state] took, in words; empty: there is none
   std::vector<Fill> fills;
   std::vector<Source> sources;                 // their particles follow those of the fills
   std::vector<std::pair<int, int>> may_touch;  // boundaries that may overlap each other
@@ -243,7 +244,7 @@ Case read_case(const std::string& file, const std::vector<Override>& overrides =
 // The same from text; `source` names it in messages, `directory` is where mesh files lie.
 Case read_case_text(const std::string& text, const std::string& source,
                     const std::string& directory, const std::vector<Override>& overrides = {},
-                    const MaterialRequest& materials = {});
+                    const MaterialRequest& materials = {}, OldNames old_names = OldNames::warn);
 
 // Parses "KEY=VALUE" of --set. Throws InputError.
 Override parse_override(const std::string& text);
@@ -251,7 +252,11 @@ Override parse_override(const std::string& text);
 // The number of time steps nearest to a time, s; 0 for one before the start.
 std::uint64_t to_steps(const Case& c, double seconds);
 
-// SHA-256 of the resolved text in hexadecimal: equal for equal cases, seed and mesh files included.
+// The text of which hashes of a case and keys of its runs are made: a resolved case in which each
+// renamed key has its first name, so that a rename changes none of them.
+std::string case_identity(const std::string& resolved);
+
+// SHA-256 of case_identity() in hexadecimal: equal for equal cases, seed and mesh files included.
 std::string case_hash(const Case& c);
 
 }  // namespace firn

@@ -74,7 +74,7 @@ class Application {
       const MaterialParameter& p = record.parameters[i];
       std::vector<std::string> places;
       for (const std::string& key : p.keys) {
-        const std::string place = place_of(key);
+        const std::string place = place_of(current_case_path(key));
         (place.empty() ? a.unused : places).push_back(place.empty() ? key : place);
       }
       if (places.empty()) continue;
@@ -102,8 +102,8 @@ class Application {
 
   // The law of contact that a key belongs to, "interactions.a-b"; empty for a key of a material.
   static std::string law_of(const std::string& path) {
-    const std::string key = parse_material_key(path).key;
-    const std::string table = path.substr(0, path.size() - key.size() - 1);
+    parse_material_key(path);
+    const std::string table = path.substr(0, path.rfind('.'));
     return table.starts_with(law_prefix) ? table : "";
   }
 
@@ -146,21 +146,22 @@ class Application {
   }
 
   void read(const TomlTable& t) {
-    t.allow({"record", "sample", "anchor", "sha256", "sets"});
+    t.allow({"record", "sample", "reference_set", "sha256", "applied_keys"});
     const std::string record = t.string("record");
     const std::string hash = t.string("sha256", "");
     const MaterialChoice choice = t.at("record", [&] {
       MaterialChoice c = parse_material_choice(record);
-      if ((t.has("sample") || t.has("anchor")) && !c.selection().empty())
-        throw InputError("chooses already; expected no \"sample\" or \"anchor\" in addition");
+      if ((t.has("sample") || t.has("reference_set")) && !c.selection().empty())
+        throw InputError(
+            "chooses already; expected no \"sample\" or \"reference_set\" in addition");
       return c;
     });
     MaterialChoice chosen = choice;
     if (t.has("sample")) chosen.sample = static_cast<std::uint64_t>(t.integer64("sample", 1));
-    if (t.has("anchor")) chosen.anchor = t.string("anchor");
+    if (t.has("reference_set")) chosen.anchor = t.string("reference_set");
     if (chosen.sample && !chosen.anchor.empty())
-      t.fail("anchor", "is given together with a sample; expected one of them");
-    if (t.has("sets")) {
+      t.fail("reference_set", "is given together with a sample; expected one of them");
+    if (t.has("applied_keys")) {
       applied_.push_back(applied_before(t, chosen));
       note(t, applied_.back(), chosen);
       return;
@@ -187,12 +188,14 @@ class Application {
                       {},
                       {},
                       {}};
-    for (const std::string& key : t.strings("sets")) {
-      t.at("sets", [&] { parse_material_key(key); });
+    for (const std::string& text : t.strings("applied_keys")) {
+      const std::string key = current_case_path(text);
+      t.at("applied_keys", [&] { parse_material_key(key); });
       if (!document_.has(key))
-        t.fail("sets", fmt::format("names {}, which the case does not give; expected it, or no "
-                                   "\"sets\" to have the record asked",
-                                   key));
+        t.fail("applied_keys",
+               fmt::format("names {}, which the case does not give; expected it, or no "
+                           "\"applied_keys\" to have the record asked",
+                           key));
       if (!document_.overridden(key)) a.sets.push_back(key);
     }
     return a;
@@ -201,11 +204,11 @@ class Application {
   static void note(const TomlTable& t, const AppliedMaterial& a, const MaterialChoice& choice) {
     t.set("record", a.record);
     if (choice.sample) t.set("sample", static_cast<std::int64_t>(*choice.sample));
-    if (!choice.anchor.empty()) t.set("anchor", choice.anchor);
+    if (!choice.anchor.empty()) t.set("reference_set", choice.anchor);
     t.set("sha256", a.sha256);
     toml::array sets;
     for (const std::string& key : a.sets) sets.push_back(key);
-    t.set("sets", std::move(sets));
+    t.set("applied_keys", std::move(sets));
   }
 
   void append(const AppliedMaterial& a, const MaterialChoice& choice) {

@@ -28,15 +28,15 @@ namespace {
 
 void read_head(const TomlTable& root, Case& c) {
   const TomlTable t = root.required_table("case");
-  t.allow({"name", "duration", "seed", "gravity", "timestep", "steps_per_quarter_period"});
+  t.allow({"name", "duration", "seed", "gravity", "timestep", "steps_per_loading"});
   c.name = t.string("name", std::filesystem::path(c.source).stem().string());
   c.duration = t.quantity("duration", dimension::time, Sign::positive);
   if (!t.has("seed")) t.set("seed", 1);
   c.seed = static_cast<std::uint64_t>(t.integer64("seed", 0));
   c.model.gravity = t.vector("gravity", dimension::acceleration, "0 0 -9.81 m/s^2");
-  c.steps_per_quarter_period = t.number("steps_per_quarter_period", c.steps_per_quarter_period);
+  c.steps_per_quarter_period = t.number("steps_per_loading", c.steps_per_quarter_period);
   if (!(c.steps_per_quarter_period >= 1 && c.steps_per_quarter_period <= 1e6)) {
-    t.fail("steps_per_quarter_period",
+    t.fail("steps_per_loading",
            fmt::format("is {}; expected a number from 1 to 1e6", c.steps_per_quarter_period));
   }
   c.automatic_timestep = t.string("timestep", "auto") == "auto";
@@ -49,8 +49,8 @@ void read_head(const TomlTable& root, Case& c) {
 void read_numerics(const TomlTable& root, Case& c) {
   Numerics& n = c.model.numerics;
   const TomlTable t = root.table("numerics");
-  t.allow({"contact_shell", "shell_limit", "refresh_fraction", "skin", "overlap_limit",
-           "allow_unstable_timestep"});
+  t.allow({"contact_margin", "contact_margin_limit", "contact_update_fraction", "skin",
+           "overlap_limit", "allow_unstable_timestep"});
   const auto fraction = [&](std::string_view key, double& value, bool zero_allowed) {
     value = t.number(key, value);
     if (!(zero_allowed ? value >= 0 : value > 0)) {
@@ -61,9 +61,9 @@ void read_numerics(const TomlTable& root, Case& c) {
   const auto length = [&](std::string_view key, double& value, Sign sign) {
     value = t.quantity(key, dimension::length, sign, si_text(value, dimension::length));
   };
-  fraction("contact_shell", n.contact_shell, false);
-  length("shell_limit", n.shell_limit, Sign::positive);
-  fraction("refresh_fraction", n.refresh_fraction, true);
+  fraction("contact_margin", n.contact_shell, false);
+  length("contact_margin_limit", n.shell_limit, Sign::positive);
+  fraction("contact_update_fraction", n.refresh_fraction, true);
   length("skin", n.skin, Sign::non_negative);
   fraction("overlap_limit", n.overlap_limit, false);
   c.allow_unstable_timestep = t.boolean("allow_unstable_timestep", false);
@@ -76,7 +76,7 @@ void check_timestep(const TomlTable& root, Case& c) {
   c.steps_taken = kStableSteps * stable.timestep / c.model.timestep;
   if (c.allow_unstable_timestep || c.steps_taken >= kStableSteps * (1 - 1e-9)) return;
   root.table("case").fail(
-      c.automatic_timestep ? "steps_per_quarter_period" : "timestep",
+      c.automatic_timestep ? "steps_per_loading" : "timestep",
       fmt::format(
           "{:.4g} s is not stable; expected at most {:.4g} s ({}), {:.4g} s for an accurate "
           "restitution, or numerics.allow_unstable_timestep = true",
@@ -86,10 +86,10 @@ void check_timestep(const TomlTable& root, Case& c) {
 
 void read_output(const TomlTable& root, Case& c) {
   const TomlTable t = root.table("output");
-  t.allow({"frames_every", "states_every"});
-  c.frames_every = t.quantity("frames_every", dimension::time, Sign::positive, "10 ms");
-  if (t.has("states_every"))
-    c.states_every = t.quantity("states_every", dimension::time, Sign::positive);
+  t.allow({"frame_interval", "state_interval"});
+  c.frames_every = t.quantity("frame_interval", dimension::time, Sign::positive, "10 ms");
+  if (t.has("state_interval"))
+    c.states_every = t.quantity("state_interval", dimension::time, Sign::positive);
 }
 
 void read_experiment(const TomlTable& root, Case& c) {
@@ -193,7 +193,7 @@ void check_steps(const TomlTable& root, const Case& c) {
   for (std::size_t i = 0; i < std::min(stages.size(), c.stages.size()); ++i)
     require_a_step(stages[i], "max_duration", c.stages[i].max_duration);
   // Two batches in one step would be put into each other.
-  const std::vector<TomlTable> sources = root.tables("sources"), fills = root.tables("fills");
+  const std::vector<TomlTable> sources = root.tables("inlets"), fills = root.tables("fills");
   for (std::size_t i = 0; i < std::min(sources.size(), c.sources.size()); ++i)
     if (c.sources[i].batches > 1) require_a_step(sources[i], "interval", c.sources[i].interval);
   for (std::size_t i = 0; i < std::min(fills.size(), c.fills.size()); ++i)
@@ -204,35 +204,17 @@ void check_steps(const TomlTable& root, const Case& c) {
 
 Case read_case_text(const std::string& text, const std::string& source,
                     const std::string& directory, const std::vector<Override>& overrides,
-                    const MaterialRequest& materials) {
-  TomlDocument document(text, source);
+                    const MaterialRequest& materials, OldNames old_names) {
+  TomlDocument document(text, source, TomlFormat::case_file, old_names);
   document.include(directory);
   document.apply(in_order_of_file(overrides, document.root()));
   std::vector<AppliedMaterial> applied = apply_materials(document, materials);
   const TomlTable root = TomlTable::root(document);
-  root.allow({"case",
-              "material_records",
-              "materials",
-              "interactions",
-              "shapes",
-              "particles",
-              "motion_frames",
-              "boundaries",
-              "boundary_contacts",
-              "fills",
-              "sources",
-              "tags",
-              "gates",
-              "switches",
-              "outlets",
-              "stages",
-              "experiment",
-              "measure",
-              "numerics",
-              "output",
-              "statistics",
-              "start",
-              "bonds"});
+  root.allow({"case",       "material_records", "materials",  "interactions",      "shapes",
+              "particles",  "motion_frames",    "boundaries", "boundary_contacts", "fills",
+              "inlets",     "tag_rules",        "sensors",    "limit_switches",    "outlets",
+              "stages",     "experiment",       "measure",    "numerics",          "output",
+              "statistics", "initial_state",    "bonds"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -270,9 +252,10 @@ Case read_case_text(const std::string& text, const std::string& source,
   c.measures = read_measures(root, c);
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
-    root.fail("particles",
-              "the case has none; expected [[particles]], [[fills]], [[sources]], [start] or "
-              "[experiment]");
+    root.fail(
+        "particles",
+        "the case has none; expected [[particles]], [[fills]], [[inlets]], [initial_state] or "
+        "[experiment]");
   }
   check_interactions(root, model, interactions.given);
   if (c.automatic_timestep) {
@@ -320,6 +303,10 @@ std::uint64_t to_steps(const Case& c, double seconds) {
   return static_cast<std::uint64_t>(std::llround(steps));
 }
 
-std::string case_hash(const Case& c) { return sha256(c.resolved); }
+std::string case_identity(const std::string& resolved) {
+  return TomlDocument(resolved, "case", TomlFormat::case_file, OldNames::accept).first_names_text();
+}
+
+std::string case_hash(const Case& c) { return sha256(case_identity(c.resolved)); }
 
 }  // namespace firn

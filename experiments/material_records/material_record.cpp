@@ -27,9 +27,9 @@ constexpr KnownKey known_keys[] = {
     {"interactions", "dynamic_friction", dimension::none},
     {"interactions", "restitution", dimension::none},
     {"interactions", "tangential_stiffness_ratio", dimension::none},
-    {"interactions", "unloading_floor", dimension::none},
+    {"interactions", "minimum_unloading_ratio", dimension::none},
     {"interactions", "rolling_resistance", dimension::none},
-    {"interactions", "sliding_speed", dimension::velocity},
+    {"interactions", "restick_velocity", dimension::velocity},
     {"interactions", "adhesion_force", dimension::force},
     {"interactions", "adhesion_stiffness_fraction", dimension::none},
 };
@@ -133,7 +133,8 @@ std::size_t MaterialRecord::index(const std::string& parameter) const {
   return static_cast<std::size_t>(it - parameters.begin());
 }
 
-MaterialKey parse_material_key(const std::string& path) {
+MaterialKey parse_material_key(const std::string& text) {
+  const std::string path = current_case_path(text);
   const std::size_t first = path.find('.'), last = path.rfind('.');
   if (first != path.npos && first < last) {
     const std::string table = path.substr(0, first), key = path.substr(last + 1);

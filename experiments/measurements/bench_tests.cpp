@@ -40,38 +40,39 @@ UnitValue above_zero(const TomlTable& t, std::string_view key) {
 }
 
 BenchResponse read_response(const TomlTable& t, const fs::path& folder) {
-  t.allow({"name", "measurement", "standard_deviation", "reading", "because"});
+  t.allow({"name", "measurement", "standard_deviation", "systematic_uncertainty", "rationale"});
   BenchResponse r;
   r.name = words(t, "name");
   r.measurement = existing_file(t, "measurement", folder);
   const UnitValue scatter = above_zero(t, "standard_deviation");
   r.standard_deviation = scatter.value;
   r.unit = scatter.unit;
-  if (t.has("reading")) {
-    const UnitValue reading = above_zero(t, "reading");
+  if (t.has("systematic_uncertainty")) {
+    const UnitValue reading = above_zero(t, "systematic_uncertainty");
     if (reading.unit != r.unit) {
-      t.fail("reading", fmt::format("has the unit \"{}\"; expected \"{}\", as standard_deviation",
-                                    reading.unit, r.unit));
+      t.fail("systematic_uncertainty",
+             fmt::format("has the unit \"{}\"; expected \"{}\", as standard_deviation",
+                         reading.unit, r.unit));
     }
     r.reading_uncertainty = reading.value;
   }
-  r.because = words(t, "because");
+  r.because = words(t, "rationale");
   return r;
 }
 
 BenchTest read_test(const TomlTable& t, const fs::path& folder) {
-  t.allow({"name", "title", "case", "tells", "with", "setup", "per_repeat", "repeats", "because",
-           "responses"});
+  t.allow({"name", "title", "case", "informs", "extends_test", "setup", "time_per_repeat",
+           "repeats", "rationale", "responses"});
   BenchTest test;
   test.name = words(t, "name");
   test.title = words(t, "title");
   test.case_file = existing_file(t, "case", folder);
-  test.tells = words(t, "tells");
-  test.with = t.string("with", "");
+  test.informs = words(t, "informs");
+  test.with = t.string("extends_test", "");
   test.setup = t.quantity("setup", dimension::time, Sign::non_negative);
-  test.per_repeat = t.quantity("per_repeat", dimension::time, Sign::non_negative);
+  test.per_repeat = t.quantity("time_per_repeat", dimension::time, Sign::non_negative);
   test.repeats = t.integer("repeats", 1);
-  test.because = words(t, "because");
+  test.because = words(t, "rationale");
   for (const TomlTable& response : t.tables("responses")) {
     test.responses.push_back(read_response(response, folder));
   }
@@ -89,7 +90,7 @@ double BenchResponse::standard_uncertainty(int repeats) const {
 
 std::vector<BenchTest> read_bench_tests(const std::string& file) {
   TomlDocument document(read_input_file(file, "a file of bench tests", input_limits::toml_bytes),
-                        file);
+                        file, TomlFormat::bench_tests);
   const TomlTable root = TomlTable::root(document);
   root.allow({"tests"});
   std::vector<BenchTest> tests;
@@ -106,7 +107,7 @@ std::vector<BenchTest> read_bench_tests(const std::string& file) {
     const std::string& with = tests[i].with;
     if (with.empty()) continue;
     if (with == tests[i].name || std::ranges::count(tests, with, &BenchTest::name) == 0) {
-      tables[i].fail("with",
+      tables[i].fail("extends_test",
                      fmt::format("\"{}\" is no other test; expected one of this file's", with));
     }
   }

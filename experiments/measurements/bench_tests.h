@@ -25,7 +25,7 @@ struct BenchTest {
   std::string name;       // unique: "tilt"
   std::string title;      // "one cube on a plate that tilts"
   std::string case_file;  // path
-  std::string tells;      // which parameter, in words
+  std::string informs;    // on which parameter, in words
   std::string with;       // not empty: name of the test that it is read off; `setup` and
                           // `per_repeat` come on top of that one's
   double setup = 0;       // s of a person's time, once

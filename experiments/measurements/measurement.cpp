@@ -72,7 +72,7 @@ void read_measured_values(const TomlTable& t, Measurement& m) {
 
 void read_scatter(const TomlTable& t, Measurement& m) {
   t.allow({"kind", "standard_deviation", "minimum", "maximum", "assumed_standard_deviation",
-           "assumed_because"});
+           "assumption"});
   const std::string kind = t.choice("kind", {"standard deviation", "range", "not stated"});
   const auto belongs = [&](std::initializer_list<const char*> keys, bool here) {
     for (const char* key : keys) {
@@ -83,7 +83,7 @@ void read_scatter(const TomlTable& t, Measurement& m) {
   };
   belongs({"standard_deviation"}, kind == "standard deviation");
   belongs({"minimum", "maximum"}, kind == "range");
-  belongs({"assumed_standard_deviation", "assumed_because"}, kind == "not stated");
+  belongs({"assumed_standard_deviation", "assumption"}, kind == "not stated");
   if (kind == "standard deviation") {
     m.scatter = ScatterKind::standard_deviation;
     m.standard_deviation = above_zero(t, "standard_deviation", m.unit);
@@ -99,31 +99,31 @@ void read_scatter(const TomlTable& t, Measurement& m) {
   } else {
     m.scatter = ScatterKind::not_stated;
     m.standard_deviation = above_zero(t, "assumed_standard_deviation", m.unit);
-    m.assumed_because = t.string("assumed_because");
-    if (m.assumed_because.empty()) t.fail("assumed_because", "is empty; expected the reason");
+    m.assumed_because = t.string("assumption");
+    if (m.assumed_because.empty()) t.fail("assumption", "is empty; expected the reason");
   }
 }
 
 void read_reading(const TomlTable& t, Measurement& m) {
-  t.allow({"uncertainty", "because"});
+  t.allow({"uncertainty", "rationale"});
   m.reading_uncertainty = above_zero(t, "uncertainty", m.unit);
-  m.reading_because = t.string("because");
+  m.reading_because = t.string("rationale");
 }
 
 std::vector<Claim> read_claims(const TomlTable& root) {
   std::vector<Claim> claims;
-  for (const TomlTable& t : root.tables("claims")) {
-    t.allow({"statement", "larger", "than", "times", "once_in", "because"});
+  for (const TomlTable& t : root.tables("criteria")) {
+    t.allow({"statement", "lhs", "rhs", "factor", "observed_once_in", "rationale"});
     Claim c;
     c.statement = t.string("statement");
-    c.larger = t.string("larger");
-    c.than = t.string("than");
-    c.times = t.number("times", 1);
-    c.once_in = t.integer("once_in", 0, 0);
-    c.because = t.string("because");
-    for (const char* key : {"statement", "larger", "than", "because"})
+    c.larger = t.string("lhs");
+    c.than = t.string("rhs");
+    c.times = t.number("factor", 1);
+    c.once_in = t.integer("observed_once_in", 0, 0);
+    c.because = t.string("rationale");
+    for (const char* key : {"statement", "lhs", "rhs", "rationale"})
       if (t.string(key).empty()) t.fail(key, "is empty; expected some words");
-    if (!(c.times > 0)) t.fail("times", fmt::format("is {}; expected more than zero", c.times));
+    if (!(c.times > 0)) t.fail("factor", fmt::format("is {}; expected more than zero", c.times));
     claims.push_back(c);
   }
   return claims;
@@ -138,9 +138,9 @@ std::string on_one_line(std::string prose) {
 
 MeasurementStatus read_status(const TomlTable& t) {
   const std::string status =
-      t.choice("status", {"printed", "digitised", "measured", "recorded", "qualitative"});
-  if (status == "printed") return MeasurementStatus::printed;
-  if (status == "digitised") return MeasurementStatus::digitised;
+      t.choice("status", {"published", "digitized", "measured", "recorded", "qualitative"});
+  if (status == "published") return MeasurementStatus::printed;
+  if (status == "digitized") return MeasurementStatus::digitised;
   if (status == "measured") return MeasurementStatus::measured;
   return MeasurementStatus::qualitative;
 }
@@ -167,9 +167,9 @@ UnitValue parse_unit_value(const std::string& text) {
 const char* to_string(MeasurementStatus status) {
   switch (status) {
     case MeasurementStatus::printed:
-      return "printed";
+      return "published";
     case MeasurementStatus::digitised:
-      return "digitised";
+      return "digitized";
     case MeasurementStatus::measured:
       return "measured";
     case MeasurementStatus::qualitative:
@@ -204,10 +204,11 @@ std::string Measurement::sentence() const {
 }
 
 Measurement read_measurement_text(const std::string& text, const std::string& source) {
-  TomlDocument document(text, source);
+  TomlDocument document(text, source, TomlFormat::measurement);
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
-           "experiment", "origin", "apparatus", "notes", "scatter", "reading", "claims", "data"});
+           "experiment", "origin", "apparatus", "notes", "scatter", "systematic", "criteria",
+           "data"});
   Measurement m;
   m.file = source;
   m.name = t.string("name");
@@ -233,7 +234,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   if (m.status == MeasurementStatus::qualitative) {
     if (recorded && !m.data->present)
       t.fail("data", fmt::format("{} does not exist; expected what was recorded", m.data->file));
-    for (const char* key : {"value", "values", "repeats", "scatter", "reading"}) {
+    for (const char* key : {"value", "values", "repeats", "scatter", "systematic"}) {
       if (t.has(key)) {
         t.fail(key, fmt::format("does not go with the status \"{}\"; expected {}",
                                 t.string("status"), recorded ? "[data]" : "a statement only"));
@@ -247,7 +248,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     return m;
   }
   if (!m.claims.empty()) {
-    t.fail("claims", "go with the status \"qualitative\" only; expected a value");
+    t.fail("criteria", "go with the status \"qualitative\" only; expected a value");
   }
   if (t.has("statement")) {
     t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
@@ -261,7 +262,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     m.repeats = t.integer("repeats", 1);
     read_scatter(t.required_table("scatter"), m);
   }
-  if (t.has("reading")) read_reading(t.table("reading"), m);
+  if (t.has("systematic")) read_reading(t.table("systematic"), m);
   return m;
 }
 

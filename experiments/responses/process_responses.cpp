@@ -160,7 +160,7 @@ void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
     }
   if (!count.empty())
     out.add(name + "count_by_column", std::move(count), "1",
-            "one value for each column of [[tags]], in order");
+            "one value for each column of [[tag_rules]], in order");
 }
 
 void add_gate(const Recording& recording, const Gate& gate, const std::vector<TagRule>& rules,

@@ -157,7 +157,7 @@ const std::string& Recording::file() const { return impl_->name; }
 
 Case Recording::read_case() const {
   const std::string text = impl_->guarded([&] { return impl_->file.text_attribute("/", "case"); });
-  Case c = read_case_text(text, impl_->name, ".");
+  Case c = read_case_text(text, impl_->name, ".", {}, {}, OldNames::accept);
   impl_->guarded([&] { results::check_case(impl_->contents, impl_->file, c); });
   return c;
 }

@@ -35,7 +35,7 @@ constexpr Dataset kDatasets[] = {
      "NaN: never"},
     {"/particles/insert_time", newer, "", real, "N", "s", R::finite_or_nan, "",
      "when the particle came; NaN: has not; before 0: in the earlier run that the case "
-     "[starts](scenes.md#start) from"},
+     "[starts](scenes.md#initial_state) from"},
     {"/particles/batch", newer, "", integer, "N", "", R::batch, "",
      "of its fill or source, from 0; -1: placed singly, or has not come"},
     {"/particles/outlet", newer, "", integer, "N", "", R::index_or_none, "O",
@@ -236,7 +236,7 @@ constexpr Dataset kDatasets[] = {
      "state to resume from, with its hash; removed once the run is finished"},
     {"/checkpoint/slot_1", optional, "", byte, "b", "", R::any, "", "the same, written in turn"},
     {"/states/<step>", optional, "", byte, "b", "", R::any, "",
-     "states kept on the way, with `output.states_every` alone"},
+     "states kept on the way, with `output.state_interval` alone"},
 };
 
 constexpr Attribute kAttributes[] = {

@@ -26,12 +26,12 @@ struct ParticleEvents {
   ParticleEvents() = default;
   explicit ParticleEvents(const Case& c);  // before anything has happened
 
-  std::vector<double> exit_time;               // removed by an outlet
-  std::vector<double> door_time;               // centre of mass first below the floor's underside
-  std::vector<double> insert_time;             // 0 for [[particles]], before 0 for those of [start]
-  std::vector<int> outlet;                     // index, -1: none
-  std::vector<int> batch;                      // of its fill or source, from 0; -1: [[particles]]
-  std::vector<int> tag;                        // now
+  std::vector<double> exit_time;    // removed by an outlet
+  std::vector<double> door_time;    // centre of mass first below the floor's underside
+  std::vector<double> insert_time;  // 0 for [[particles]], before 0 for those of [initial_state]
+  std::vector<int> outlet;          // index, -1: none
+  std::vector<int> batch;           // of its fill or source, from 0; -1: [[particles]]
+  std::vector<int> tag;             // now
   std::vector<std::vector<double>> gate_time;  // [gates][particles], first inside
 };
 

@@ -90,7 +90,7 @@ class BoundaryPairs {
     throw RunError(fmt::format(
         "boundaries \"{}\" and \"{}\" have run into each other at {:.6g} s, by {:.3g} mm near "
         "({:.1f} {:.1f} {:.1f}) mm; expected room, a [[boundary_contacts]] between them, or "
-        "may_touch where it does not matter",
+        "allow_overlap_with where it does not matter",
         c_.model.boundaries[index(found->a)].name, c_.model.boundaries[index(found->b)].name, time,
         1e3 * found->depth, p.x(), p.y(), p.z()));
   }
@@ -209,7 +209,7 @@ class BoundaryPairs {
     const Vec3 p = 1e3 * found.place;
     throw InputError(fmt::format(
         "{}: \"{}\" overlaps boundary \"{}\" {}, by {:.3g} mm near ({:.1f} {:.1f} {:.1f}) mm; "
-        "expected room between them, or may_touch = [\"{}\"] where it does not matter",
+        "expected room between them, or allow_overlap_with = [\"{}\"] where it does not matter",
         place, c_.model.boundaries[index(b)].name, other, when, 1e3 * found.depth, p.x(), p.y(),
         p.z(), other));
   }

@@ -199,6 +199,14 @@ void lead_files(toml::node& node, const std::filesystem::path& directory) {
   }
 }
 
+std::string text_of(const toml::table& table) {
+  std::ostringstream out;
+  out << toml::toml_formatter(table, toml::toml_formatter::default_flags &
+                                         ~toml::format_flags::allow_literal_strings)
+      << '\n';
+  return out.str();
+}
+
 std::string read_included(const std::filesystem::path& file, const std::string& by) {
   try {
     return read_input_file(file.string(), "a case file, relative to this one",
@@ -210,7 +218,8 @@ std::string read_included(const std::filesystem::path& file, const std::string& 
 
 // `by`: FILE:LINE for messages; `depth` ends circles; `files`: how many were included so far.
 void include_files(toml::table& table, const std::filesystem::path& directory,
-                   const std::string& source, int depth, int& files) {
+                   const std::string& source, int depth, int& files,
+                   const std::function<void(toml::table&, const std::string&)>& use_current) {
   constexpr int kDeepest = 8;
   toml::node* names = table.get("include");
   if (names == nullptr) return;
@@ -238,7 +247,8 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
                                    by, input_limits::included_files));
     const std::filesystem::path name = *one->value<std::string>(), file = directory / name;
     toml::table included = parse(read_included(file, by), file.string());
-    include_files(included, file.parent_path(), file.string(), depth + 1, files);
+    use_current(included, file.string());
+    include_files(included, file.parent_path(), file.string(), depth + 1, files, use_current);
     lead_files(included, name.parent_path());
     join(table, std::move(included));
   }
@@ -249,7 +259,8 @@ void include_files(toml::table& table, const std::filesystem::path& directory,
 void TomlDocument::include(const std::string& directory) {
   directory_ = directory;
   int files = 0;
-  include_files(root_, directory, source_, 1, files);
+  include_files(root_, directory, source_, 1, files,
+                [&](toml::table& table, const std::string& file) { use_current(table, file); });
 }
 
 std::string TomlDocument::named(const std::string& path) const {
@@ -296,12 +307,36 @@ std::string TomlDocument::source_of(const std::string& path) const {
   return file;
 }
 
-TomlDocument::TomlDocument(std::string_view text, std::string source)
-    : source_(std::move(source)), root_(parse(text, source_)) {}
+TomlDocument::TomlDocument(std::string_view text, std::string source, TomlFormat format,
+                           OldNames old_names)
+    : source_(std::move(source)),
+      format_(format),
+      old_names_(old_names),
+      root_(parse(text, source_)) {
+  use_current(root_, source_);
+}
+
+namespace {
+constexpr const char* kOverride = "--set";
+}
+
+void TomlDocument::use_current(toml::table& root, const std::string& file) const {
+  use_current_names(format_, root, [&](const OldNameUse& use) {
+    const std::string place =
+        use.line == 0 || file == kOverride ? file : fmt::format("{}:{}", file, use.line);
+    if (use.both)
+      throw InputError(
+          fmt::format("{}: {}: is the old name of \"{}\", which is given as well; "
+                      "expected one of them",
+                      place, use.path, use.name));
+    if (old_names_ == OldNames::warn) warn_of_old_name(place, use);
+  });
+}
 
 void TomlDocument::apply(const std::vector<std::pair<std::string, std::string>>& overrides) {
   for (const auto& [path, value] : overrides)
     set(path, value, fmt::format("--set {}={}", path, value));
+  if (!overrides.empty()) use_current(root_, kOverride);  // words and tables that they brought in
 }
 
 bool TomlDocument::has(const std::string& path) const {
@@ -320,12 +355,12 @@ bool TomlDocument::overridden(const std::string& path) const {
   });
 }
 
-std::string TomlDocument::text() const {
-  std::ostringstream out;
-  out << toml::toml_formatter(root_, toml::toml_formatter::default_flags &
-                                         ~toml::format_flags::allow_literal_strings)
-      << '\n';
-  return out.str();
+std::string TomlDocument::text() const { return text_of(root_); }
+
+std::string TomlDocument::first_names_text() const {
+  toml::table copy = root_;
+  use_first_names(format_, copy);
+  return text_of(copy);
 }
 
 void TomlDocument::fail(const std::string& path, unsigned line, const std::string& message) const {
@@ -342,7 +377,11 @@ void TomlDocument::fail(const std::string& path, unsigned line, const std::strin
 
 void TomlDocument::set(const std::string& path, const std::string& value,
                        const std::string& label) {
-  const std::vector<std::string> segments = split_path(path);
+  std::vector<std::string> segments = split_path(path);
+  if (format_ == TomlFormat::case_file)
+    use_current_names(segments, [&](const OldNameUse& use) {
+      if (old_names_ == OldNames::warn) warn_of_old_name(label, use);
+    });
   const auto refuse = [&](const std::string& where, const std::string& why) {
     throw InputError(fmt::format("{}: {}: {}", label, named(where), why));
   };

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/text/toml_aliases.h"
 #include "experiments/text/units.h"
 
 namespace firn {
@@ -23,8 +24,10 @@ namespace firn {
 // A parsed file. It must outlive the readers of its tables.
 class TomlDocument {
  public:
-  // Throws InputError `SOURCE:LINE: TOML: ...` for text that is no TOML.
-  TomlDocument(std::string_view text, std::string source);
+  // Old names of the format are replaced by current ones (toml_aliases.h). Throws InputError
+  // `SOURCE:LINE: TOML: ...` for text that is not TOML, and for a key that is given by both names.
+  TomlDocument(std::string_view text, std::string source, TomlFormat format = TomlFormat::other,
+               OldNames old_names = OldNames::warn);
 
   // Takes in the files that the key `include` names, relative to `directory`, and files that those
   // include. What stands in this document goes before what it includes; tables are joined, and so
@@ -47,6 +50,9 @@ class TomlDocument {
   toml::table& root() { return root_; }
   const std::string& source() const { return source_; }
   std::string text() const;  // the tree as it stands now
+  // text() with the first name of each renamed key: the same before and after a rename. Hashes and
+  // keys of stored runs are formed from it.
+  std::string first_names_text() const;
 
   // A path for messages: elements of arrays by their `name` where it is the only one, else by their
   // index. apply() takes both.
@@ -60,7 +66,13 @@ class TomlDocument {
   [[noreturn]] void fail(const std::string& path, unsigned line, const std::string& message) const;
 
  private:
+  // Replaces old names of a table of the format's root, read from `file` (an override's label for
+  // an empty one).
+  void use_current(toml::table& root, const std::string& file) const;
+
   std::string source_, directory_;
+  TomlFormat format_;
+  OldNames old_names_;
   toml::table root_;
   std::map<std::string, std::string> set_by_;  // path -> override that set it
 };

@@ -17,6 +17,22 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
                               nearest(name, names)));
 }
 
+std::string current_case_key(const TomlTable& table, std::string_view key,
+                             const std::string& path) {
+  const std::string current = current_case_path(path);
+  if (current != path) warn_of_old_name(table.place(), {std::string(key), 0, path, current, false});
+  return current;
+}
+
+std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table) {
+  std::vector<std::pair<std::string, std::string>> set;
+  if (!table.has("set")) return set;
+  const TomlTable values = table.required_table("set");
+  for (const std::string& key : values.keys())
+    set.emplace_back(current_case_key(table, "set", key), values.value_text(key));
+  return set;
+}
+
 std::string path_name(const TomlTable& table) {
   constexpr std::size_t kLongest = 200;  // bytes; file systems allow 255
   const std::string name = table.string("name");

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "experiments/text/toml_document.h"
@@ -12,6 +13,13 @@ namespace firn {
 // The index of the element whose name a key gives; `what` names the kind of thing ("shape").
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
+
+// A path into a case that a table gives, in current names; warns of an old one.
+std::string current_case_key(const TomlTable& table, std::string_view key, const std::string& path);
+
+// The table `set` of a file about cases: paths in current names and values as TOML text, as
+// TomlDocument::apply() takes them. Empty when it is missing.
+std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table);
 
 // `name` of a table, which becomes a component of a path: not empty, no `.` or `..`, no slash, no
 // leading `-`, at most 200 bytes. Throws.

@@ -34,7 +34,7 @@ material = "ice"
 point = "0 0 0 m"
 normal = [0, 0, 1]
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 """
 
 

@@ -290,7 +290,7 @@ ScenePoses scene_poses(const Case& c, int most) {
   }
   add_particles(c, solver, flow, poses);
 
-  // Where [start] puts boundaries; the motions carry on from there.
+  // Where [initial_state] puts boundaries; the motions carry on from there.
   std::vector<RigidMotion> started;
   for (std::size_t b = 0; b < c.model.boundaries.size(); ++b) {
     const Boundary& drawn = c.model.boundaries[b];

@@ -358,14 +358,16 @@ Badge badge_of(const std::string& verdict) {
 }
 
 void add_comparison(const Sets& sets, page::Content& content) {
-  const std::string kind = text(*sets.front(), "kind");
+  // Results of earlier versions have the words of earlier suites.
+  const std::string kind =
+      current_word(TomlFormat::suite, "comparisons[]", "kind", text(*sets.front(), "kind"));
   if (kind == "value") value_content(sets, content);
   if (kind == "curve") curve_content(sets, content);
-  if (kind == "claims") claims_content(sets, content);
-  if (kind == "claims") distribution_content(sets, content);
-  if (kind == "damage") damage_content(sets, content);
-  if (kind == "softening") softening_content(sets, content);
-  if (kind == "choices") choices_content(sets, content);
+  if (kind == "criteria") claims_content(sets, content);
+  if (kind == "criteria") distribution_content(sets, content);
+  if (kind == "breakage") damage_content(sets, content);
+  if (kind == "stiffness_scaling") softening_content(sets, content);
+  if (kind == "numerical_variants") choices_content(sets, content);
 }
 
 }  // namespace firn

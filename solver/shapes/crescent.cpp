@@ -232,13 +232,13 @@ NamedCrescent named_crescent(const std::string& name, const CrescentParameters& 
   p.width = 0.81 * kInch;
   p.depth = 0.54 * kInch;
   if (name == "table1") return result;
-  if (name == "table1-heavy") {
+  if (name == "table1-mass-override") {
     result.mass = kMass;
     return result;
   }
   if (name != "mass-matched") {
     throw InputError("no crescent is named \"" + name +
-                     "\"; expected \"table1\", \"mass-matched\" or \"table1-heavy\"");
+                     "\"; expected \"table1\", \"mass-matched\" or \"table1-mass-override\"");
   }
   // The volume is smooth and nearly linear in the depth: the secant rule meets it in a few steps.
   const auto surplus = [&p](double depth) {

@@ -28,7 +28,7 @@ class ContactsCommand : public testing::Test {
   void SetUp() override {
     folder_.write("case.toml", two_boxes);
     const Outcome o = folder_.firn({"run", "case.toml", "-o", "run.h5", "-q", "--set",
-                                    "case.duration=0.4s", "--set", "output.states_every=0.1s"});
+                                    "case.duration=0.4s", "--set", "output.state_interval=0.1s"});
     ASSERT_EQ(o.status, 0) << o.err;
   }
   Outcome contacts(std::vector<std::string> arguments) const {

@@ -163,7 +163,7 @@ TEST_F(DamagedResults, AreNamedByEveryCommand) {
   std::string start = test::kFullCase;
   start.replace(start.find("[[particles]]"),
                 start.find("[[motion_frames]]") - start.find("[[particles]]"),
-                "[start]\nfile = \"bad.h5\"\n");
+                "[initial_state]\nfile = \"bad.h5\"\n");
   start.resize(start.find("[[bonds]]"));
   folder_.write("start.toml", start);
   for (const auto& [message, change] : changes) {

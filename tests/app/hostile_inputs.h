@@ -58,7 +58,7 @@ position = "0.03 0 0.02 m"
 size = "20 20 20 mm"
 motion_frame = "arm"
 
-[[gates]]
+[[sensors]]
 name = "half way"
 point = "0 0 0.5 m"
 normal = [0, 0, -1]
@@ -95,13 +95,13 @@ shear_strength = "0.7 MPa"
 [statistics]
 [statistics.events]
 threshold = "0 N"
-[statistics.triangles]
+[statistics.boundary_maps]
 boundaries = ["panel"]
-[statistics.energies]
+[statistics.energy_spectrum]
 lowest = "1e-9 J"
 
 [output]
-frames_every = "1 ms"
+frame_interval = "1 ms"
 )";
 
 inline constexpr const char* sweep_file = R"([sweep]
@@ -119,12 +119,12 @@ name = "study"
 case = "case.toml"
 
 [budget]
-centre_runs = 3
+center_replicates = 3
 design_points = 4
-runs_per_point = 1
+replicates_per_point = 1
 refine_rounds = 0
 refine_points = 1
-confirm_runs = 2
+confirmation_replicates = 2
 
 [[parameters]]
 name = "rho"
@@ -142,7 +142,7 @@ name = "paper"
 values = { rho = "900 kg/m^3" }
 [[numerics]]
 name = "finer"
-set = { "case.steps_per_quarter_period" = 20 }
+set = { "case.steps_per_loading" = 20 }
 )";
 
 inline constexpr const char* suite_file = R"([suite]
@@ -169,7 +169,7 @@ experiment = "fall"
 measurement = "mass.toml"
 [[comparisons]]
 name = "claims"
-kind = "claims"
+kind = "criteria"
 experiment = "fall"
 measurement = "claims.toml"
 )";
@@ -185,11 +185,11 @@ inline constexpr const char* claims_file = R"(name = "what was seen"
 status = "qualitative"
 statement = "both stay"
 source = "a notebook"
-[[claims]]
+[[criteria]]
 statement = "both stay"
-larger = "present_count"
-than = "1.5"
-because = "they are two"
+lhs = "present_count"
+rhs = "1.5"
+rationale = "they are two"
 )";
 
 inline constexpr const char* record_file =

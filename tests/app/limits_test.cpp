@@ -71,7 +71,7 @@ class Limits : public testing::Test {
                       "\"plane\"\nnormal = [0, 0, 1]\npoint = \"0 0 -1 m\"\nmotions = [{kind = "
                       "\"translation_table\", direction = [0, 0, 1], file = "
                       "\"x.csv\"}]\n");
-    folder_.write("started.toml", base + "\n[start]\nfile = \"x.h5\"\n");
+    folder_.write("started.toml", base + "\n[initial_state]\nfile = \"x.h5\"\n");
   }
 
   // One line and status 2, in seconds.
@@ -226,8 +226,9 @@ TEST_F(Limits, BatchesAreNotEndless) {
     folder_.write("many.toml", text);
     return refusal({command, "many.toml", "--progress", "none"});
   };
-  for (const char* key : {"centre_runs = 3", "design_points = 4", "runs_per_point = 1",
-                          "refine_rounds = 0", "refine_points = 1", "confirm_runs = 2"}) {
+  for (const char* key :
+       {"center_replicates = 3", "design_points = 4", "replicates_per_point = 1",
+        "refine_rounds = 0", "refine_points = 1", "confirmation_replicates = 2"}) {
     const std::string old = key, name = old.substr(0, old.find(' '));
     EXPECT_THAT(changed(hostile::study_file, old, name + " = 1000000000", "calibrate"),
                 HasSubstr("budget." + name + ": is 1000000000; expected at most 100000"));

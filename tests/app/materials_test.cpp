@@ -163,11 +163,11 @@ TEST(MaterialsLong, AStudyIsSavedSampledAndReplayed) {
 name = "small"
 case = "case.toml"
 [budget]
-centre_runs = 2
+center_replicates = 2
 design_points = 4
-runs_per_point = 1
+replicates_per_point = 1
 refine_rounds = 0
-confirm_runs = 2
+confirmation_replicates = 2
 [[parameters]]
 name = "ice_plastic"
 keys = ["interactions.ice-plastic.static_friction"]

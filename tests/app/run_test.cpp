@@ -147,7 +147,7 @@ TEST(RunCommand, InterruptedRunIsSavedAndGoesOn) {
   folder.write("case.toml", two_boxes);
   // A million steps: seconds, so that it cannot end before it is interrupted.
   const pid_t pid = folder.start({"run", "case.toml", "--json", "-o", "a.h5", "--set",
-                                  "case.duration=30s", "--set", "output.frames_every=1s"});
+                                  "case.duration=30s", "--set", "output.frame_interval=1s"});
   while (!folder.contains("a.h5")) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   kill(pid, SIGINT);

@@ -372,7 +372,7 @@ TEST(ShapeCommand, AnInwardMeshHoldsBodies) {
   text.replace(text.find("\"50 ms\""), 7, "\"0.3 s\"");
   text +=
       "velocity = \"1 0.4 0.2 m/s\"\n[[boundaries]]\nname = \"bin\"\nmaterial = \"plastic\"\n"
-      "kind = \"mesh\"\nfile = \"inward.stl\"\nlength_unit = \"mm\"\n[output]\nframes_every = "
+      "kind = \"mesh\"\nfile = \"inward.stl\"\nlength_unit = \"mm\"\n[output]\nframe_interval = "
       "\"10 ms\"\n";
   folder.write("bin.toml", text);
   const Outcome o = folder.firn({"run", "bin.toml", "-o", "bin.h5", "--quiet"});

@@ -43,18 +43,18 @@ experiment = "fall"
 measurement = "mass.toml"
 [[comparisons]]
 name = "claims"
-kind = "claims"
+kind = "criteria"
 experiment = "fall"
 measurement = "claims.toml"
 [[comparisons]]
 name = "stiffness"
-kind = "softening"
+kind = "stiffness_scaling"
 experiment = "fall"
 responses = ["peak_normal_force"]
 real_modulus = "9.2 GPa"
 [[comparisons]]
 name = "choices"
-kind = "choices"
+kind = "numerical_variants"
 experiment = "fall"
 responses = ["present_mass"]
 )";
@@ -70,16 +70,16 @@ constexpr const char* claims = R"(name = "what was seen"
 status = "qualitative"
 statement = "both stay"
 source = "a notebook"
-[[claims]]
+[[criteria]]
 statement = "both stay"
-larger = "present_count"
-than = "1.5"
-because = "they are two"
-[[claims]]
+lhs = "present_count"
+rhs = "1.5"
+rationale = "they are two"
+[[criteria]]
 statement = "a third comes"
-larger = "present_count"
-than = "2.5"
-because = "it would be three"
+lhs = "present_count"
+rhs = "2.5"
+rationale = "it would be three"
 )";
 
 struct Suite : Folder {

@@ -224,7 +224,7 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
       std::string(two_boxes) +
       "[[boundaries]]\nname = \"slider\"\nmaterial = \"plastic\"\nkind = \"box\"\nposition = \"0.1 "
       "0 0.05 m\"\nsize = \"10 10 10 mm\"\nmotions = [{ kind = \"translation\", velocity = \"1 0 0 "
-      "m/s\" }]\n[[gates]]\nname = \"exit\"\npoint = \"0 0 0.01 m\"\nnormal = [0, 0, -1]\n";
+      "m/s\" }]\n[[sensors]]\nname = \"exit\"\npoint = \"0 0 0.01 m\"\nnormal = [0, 0, -1]\n";
   folder.write("case.toml", good);
   const Viewer viewer(folder, {"case.toml"});
   Browser browser;

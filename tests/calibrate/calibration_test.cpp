@@ -32,9 +32,10 @@ JobResult bench(const Values& v, std::mt19937_64& random) {
   return finished({scalar("aor", heap(v) + 3 * (1 - step) + 0.4 * normal(random), "deg")});
 }
 
-std::string two_experiments(const std::string& more, const std::string& budget =
-                                                         "centre_runs = 3\ndesign_points = 8\n"
-                                                         "runs_per_point = 2\nconfirm_runs = 4\n") {
+std::string two_experiments(const std::string& more,
+                            const std::string& budget =
+                                "center_replicates = 3\ndesign_points = 8\n"
+                                "replicates_per_point = 2\nconfirm_runs = 4\n") {
   std::string text = friction_study(more, budget);
   const std::string head = "case = \"case.toml\"\n";
   text.erase(text.find(head), head.size());
@@ -170,7 +171,7 @@ TEST(Refinement, StopsWhenFurtherRunsCannotHelp) {
   });
   std::string text = friction_study(
       "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"2 deg\"\n",
-      "centre_runs = 3\ndesign_points = 8\nruns_per_point = 2\nrefine_rounds = 10\n");
+      "center_replicates = 3\ndesign_points = 8\nruns_per_point = 2\nrefine_rounds = 10\n");
   const StudySummary s = run_study(folder.write("study.toml", text), folder / "out", experiment);
   const json j = json::parse(s.json);
   EXPECT_EQ(j["refinement"]["rounds"], 0);
@@ -189,8 +190,8 @@ TEST(Refinement, GoesOnWhileItHelpsAndStopsAtTheTimeGiven) {
     const std::string text = friction_study(
         "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = "
         "\"0.2 deg\"\n",
-        "centre_runs = 3\ndesign_points = 6\nruns_per_point = 2\n"
-        "confirm_runs = 2\nrefine_points = 2\ntime = \"" +
+        "center_replicates = 3\ndesign_points = 6\nruns_per_point = 2\n"
+        "confirmation_replicates = 2\nrefine_points = 2\ntime = \"" +
             time + "\"\n");
     const StudySummary s = run_study(folder.write(out + ".toml", text), folder / out, experiment);
     EXPECT_LE(experiment.runs, std::stoi(time)) << "more minutes than given";
@@ -237,7 +238,7 @@ TEST(Budget, CostlyNumericsDoNotMakeTheRunsToComeCostly) {
     const std::string study = friction_study(
         "[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\nuncertainty = \"0.5 deg\"\n"
         "[[numerics]]\nname = \"stiff\"\nset = { stiff = 1 }\n",
-        "centre_runs = 3\nnumerics_runs = 2\ndesign_points = 8\nruns_per_point = 2\n"
+        "center_replicates = 3\nnumerics_runs = 2\ndesign_points = 8\nruns_per_point = 2\n"
         "refine_rounds = 2\nrefine_points = 3\nconfirm_runs = 5\ntime = \"" +
             time + "\"\n");
     const json j =
@@ -259,10 +260,11 @@ TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
           {scalar("aor", heap(v) + spike * std::exp(-away * away) + 0.1 * normal(random), "deg")});
     });
     const StudySummary s = run_study(
-        folder.write("study.toml",
-                     friction_study("[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
-                                    "uncertainty = \"0.5 deg\"\n",
-                                    "centre_runs = 3\ndesign_points = 20\nruns_per_point = 2\n")),
+        folder.write(
+            "study.toml",
+            friction_study("[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
+                           "uncertainty = \"0.5 deg\"\n",
+                           "center_replicates = 3\ndesign_points = 20\nruns_per_point = 2\n")),
         folder / "out", experiment);
     const bool told = s.table.find("DOES NOT EXPLAIN ITS OWN RUNS") != std::string::npos;
     EXPECT_EQ(told, !json::parse(s.json)["models"][0]["explains_its_runs"].get<bool>());

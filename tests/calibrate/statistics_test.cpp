@@ -221,10 +221,11 @@ TEST(Measurement, IdenticalValuesAreNoUncertaintyOfZero) {
   };
   EXPECT_THAT([&] { measurement(""); },
               testing::ThrowsMessage<InputError>(HasSubstr("its values are identical")));
-  EXPECT_DOUBLE_EQ(measurement("[reading]\nuncertainty = \"0.003 s\"\nbecause = \"resolution\"\n")
-                       .targets[0]
-                       .uncertainty,
-                   0.003);
+  EXPECT_DOUBLE_EQ(
+      measurement("[systematic]\nuncertainty = \"0.003 s\"\nrationale = \"resolution\"\n")
+          .targets[0]
+          .uncertainty,
+      0.003);
 }
 
 TEST(Parameters, ValuesAreRoundedRelativeToTheirRange) {

@@ -73,7 +73,7 @@ std::string study_text(const Problem& problem, const std::vector<double>& target
                        int seed, const std::string& more) {
   std::string text = fmt::format(
       "[study]\nname = \"proof\"\ncase = \"case.toml\"\nseed = {}\n[budget]\nruns = {}\n"
-      "compare_runs = 0\n",
+      "compare_replicates = 0\n",
       seed, runs);
   std::string truth;
   for (std::size_t i = 0; i < problem.parameters.size(); ++i) {

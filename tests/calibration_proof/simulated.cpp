@@ -86,7 +86,7 @@ const std::vector<SimulatedProblem>& simulated_problems() {
          3}},  // 3 deg: of the full study, docs/drained-repose-answer.md
        3,
        {},
-       "centre_runs = 5\ndesign_points = 9\nruns_per_point = 2\nrefine_rounds = 1\n"
+       "center_replicates = 5\ndesign_points = 9\nruns_per_point = 2\nrefine_rounds = 1\n"
        "refine_points = 2\nconfirm_runs = 3\n",
        0,
        true},
@@ -168,7 +168,7 @@ void SimulatedStudies::write_measurements(const std::vector<JobResult>& runs, in
       for (const double v : values) texts.push_back(with_unit(v, m.unit));
       text += fmt::format("values = [{}]\n", fmt::join(texts, ", "));
     }
-    text += fmt::format("[reading]\nuncertainty = {}\nbecause = \"drawn\"\n",
+    text += fmt::format("[systematic]\nuncertainty = {}\nrationale = \"drawn\"\n",
                         with_unit(m.reading, m.unit));
     std::ofstream(fs::path(folder_) / (m.response + ".toml")) << text;
   }
@@ -176,7 +176,7 @@ void SimulatedStudies::write_measurements(const std::vector<JobResult>& runs, in
 
 std::string SimulatedStudies::study_text(const Values& truth, std::uint64_t seed) const {
   std::string text = fmt::format(
-      "[study]\nname = \"hidden\"\nseed = {}\n[budget]\n{}compare_runs = 0\n"
+      "[study]\nname = \"hidden\"\nseed = {}\n[budget]\n{}compare_replicates = 0\n"
       "[[experiments]]\nname = \"box\"\ncase = \"{}\"\n",
       seed, problem_.budget,
       fs::relative(fs::path(FIRN_SOURCE_DIR) / problem_.case_file, folder_).string());

@@ -30,7 +30,7 @@ point = "0 0 0 m"
 normal = [0, 0, 1]
 [[stages]]
 name = "fall"
-until = "at_rest"
+end_when = "settled"
 max_duration = "1 s"
 )";
 

@@ -71,7 +71,7 @@ material = "ice"
 kind = "plane"
 normal = [0, 0, 1]
 [output]
-frames_every = "1 ms"
+frame_interval = "1 ms"
 )";
 
 // The bytes of a small run's file, and where its metadata lie: half of the edits go there.

@@ -91,12 +91,12 @@ inline std::string read_text(const std::string& file) {
 
 // A study of two frictions, mu1 and mu2, of the fake experiment; `more` is added to it.
 inline std::string friction_study(const std::string& more, const std::string& budget =
-                                                               "centre_runs = 3\n"
+                                                               "center_replicates = 3\n"
                                                                "design_points = 8\n"
-                                                               "runs_per_point = 2\n"
+                                                               "replicates_per_point = 2\n"
                                                                "refine_rounds = 1\n"
                                                                "refine_points = 3\n"
-                                                               "confirm_runs = 5\n") {
+                                                               "confirmation_replicates = 5\n") {
   return "[study]\nname = \"fake\"\ncase = \"case.toml\"\nseed = 1\n\n[budget]\n" + budget +
          "\n[[parameters]]\nname = \"mu1\"\nkeys = [\"a.mu1\"]\nmin = 0.01\nmax = 0.3\n"
          "scale = \"log\"\n\n"

@@ -14,7 +14,7 @@ inline constexpr const char* kFullCase = R"(
 name = "full"
 duration = "8 ms"
 seed = 5
-steps_per_quarter_period = 6
+steps_per_loading = 6
 
 [materials.ice]
 density = "916.7 kg/m^3"
@@ -59,7 +59,7 @@ region_min = "-60 -60 50 mm"
 region_max = "-20 60 120 mm"
 velocity = "0 0 -0.1 m/s"
 
-[[sources]]
+[[inlets]]
 name = "chute"
 shape = "pebble"
 position = "60 60 40 mm"
@@ -81,7 +81,7 @@ inertia = "1e-5 1e-5 1e-5 kg m^2"
 kind = "translation"
 direction = [0, 0, 1]
 stiffness = "20000 N/m"
-rest = "1 mm"
+spring_reference = "1 mm"
 [[motion_frames]]
 name = "ball"
 position = "0 0 0.8 m"
@@ -89,7 +89,7 @@ position = "0 0 0.8 m"
 mass = "20 g"
 center = "0 0.001 0.8 m"
 inertia = "1e-5 1e-5 1e-5 kg m^2"
-turns_freely = true
+free_rotation = true
 [[motion_frames.free.axes]]
 kind = "translation"
 direction = [1, 0, 0]
@@ -136,17 +136,17 @@ kind = "box"
 position = "0 0.3 0.3 m"
 size = "20 20 20 mm"
 
-[[switches]]
+[[limit_switches]]
 name = "limit"
 motion_frame = "arm"
 closes_at = "0.2 mm"
 hysteresis = "0.1 mm"
 
-[[gates]]
+[[sensors]]
 name = "low"
 region_min = "-1 -1 -1 m"
 region_max = "1 1 0.03 m"
-[[gates]]
+[[sensors]]
 name = "high"
 point = "0 0 0.06 m"
 normal = [0, 0, 1]
@@ -164,13 +164,13 @@ name = "settle"
 max_duration = "4 ms"
 [[stages]]
 name = "hold"
-remove = ["cover"]
+remove_boundaries = ["cover"]
 max_duration = "4 ms"
-[[tags]]
+[[tag_rules]]
 stage = "hold"
 region_min = "-0.1 -0.1 0 m"
 region_max = "0.1 0.1 0.1 m"
-columns = 2
+bins = 2
 first = 7
 
 [[bonds]]
@@ -226,22 +226,22 @@ peak_margin = "5 mm"
 end_margin = "5 mm"
 
 [statistics]
-opposed_loads = true
+compressive_loads = true
 [statistics.events]
 threshold = "0 N"
-[statistics.triangles]
+[statistics.boundary_maps]
 boundaries = ["panel"]
 edge = "20 mm"
 interval = "2 ms"
 specific_wear_rate = "1e-13 m^2/N"
-[statistics.surfaces]
+[statistics.particle_maps]
 edge = "20 mm"
-[statistics.energies]
+[statistics.energy_spectrum]
 lowest = "1e-9 J"
 
 [output]
-frames_every = "0.5 ms"
-states_every = "3 ms"
+frame_interval = "0.5 ms"
+state_interval = "3 ms"
 )";
 
 inline Case full_case() { return read_case_text(kFullCase, "full.toml", "."); }

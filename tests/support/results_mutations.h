@@ -393,7 +393,7 @@ class ResultsMutator {
         {"name = \"arm\"", "name = \"leg\""},
         {"name = \"panel\"", "name = \"wall\""},
         {"columns = 2", "columns = 5"},
-        {"turns_freely = true", "turns_freely = false"},
+        {"free_rotation = true", "free_rotation = false"},
         {"name = \"hold\"", "name = \"end\""}};
     const auto& [from, to] = edits[draw_(std::size(edits))];
     const std::size_t at = text.find(from);

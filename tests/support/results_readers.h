@@ -91,7 +91,7 @@ inline void require_finite(const std::vector<Response>& responses) {
 inline Case start_from(const std::string& file) {
   std::string text = kFullCase;
   const std::size_t first = text.find("[[particles]]"), last = text.find("[[motion_frames]]");
-  text.replace(first, last - first, "[start]\nfile = \"" + file + "\"\ntime = \"4 ms\"\n");
+  text.replace(first, last - first, "[initial_state]\nfile = \"" + file + "\"\ntime = \"4 ms\"\n");
   const std::size_t bonds = text.find("[[bonds]]");
   text.resize(bonds);
   return read_case_text(text, "start.toml", ".");

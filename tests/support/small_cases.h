@@ -44,14 +44,14 @@ point = "0 0 0 m"
 normal = [0, 0, 1]
 
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 )";
 
 // A small box of the drained angle of repose with a few blocks in it: a case that has responses.
 inline constexpr const char* small_drain = R"([case]
 name = "small drain"
 duration = "2 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 
 [materials.ice]
 density = "916.7 kg/m^3"
@@ -88,7 +88,7 @@ max_duration = "0.6 s"
 max_duration = "1 s"
 
 [output]
-frames_every = "20 ms"
+frame_interval = "20 ms"
 )";
 
 }  // namespace firn::cli

@@ -12,7 +12,7 @@ inline constexpr const char* kTray = R"(
 name = "tray"
 duration = "0.6 s"
 seed = 3
-steps_per_quarter_period = 6
+steps_per_loading = 6
 
 [materials.ice]
 density = "916.7 kg/m^3"
@@ -69,13 +69,13 @@ normal = [0, 0, -1]
 
 [[stages]]
 name = "settle"
-until = "at_rest"
-rest_kinetic_energy = "2e-4 J"
-rest_hold = "0.02 s"
+end_when = "settled"
+settle_energy = "2e-4 J"
+settle_time = "0.02 s"
 max_duration = "0.3 s"
 [[stages]]
 name = "drop"
-remove = ["floor"]
+remove_boundaries = ["floor"]
 max_duration = "0.3 s"
 [[stages.motions]]
 boundary = "lid"
@@ -85,21 +85,21 @@ start = "0.05 s"
 stop = "0.15 s"
 
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 
 [statistics]
-merge = "0.1 ms"
-opposed_loads = true
+merge_gap = "0.1 ms"
+compressive_loads = true
 [statistics.events]
 threshold = "0.05 N"
-[statistics.triangles]
+[statistics.boundary_maps]
 boundaries = ["floor"]
 edge = "0.1 m"
 interval = "0.04 s"
 specific_wear_rate = "1e-13 m^2/N"
-[statistics.surfaces]
+[statistics.particle_maps]
 edge = "10 mm"
-[statistics.energies]
+[statistics.energy_spectrum]
 lowest = "1e-9 J"
 )";
 

@@ -130,7 +130,7 @@ bool has_values_of(const MaterialRecord& record, const std::vector<double>& valu
 
 std::vector<double> values_in_case(const MaterialRecord& record, const std::string& resolved) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  TomlDocument document(resolved, "case");
+  TomlDocument document(resolved, "case", TomlFormat::case_file, OldNames::accept);
   const auto at = [&](const std::string& path) {
     const MaterialKey key = parse_material_key(path);
     const auto& m = key.materials;

@@ -28,21 +28,13 @@ std::string relative_to(const Suite& suite, const std::string& file) {
   return (fs::path(suite.source).parent_path() / file).lexically_normal().string();
 }
 
-std::vector<Override> read_set(const TomlTable& t) {
-  std::vector<Override> set;
-  if (!t.has("set")) return set;
-  const TomlTable values = t.required_table("set");
-  for (const std::string& key : values.keys()) set.emplace_back(key, values.value_text(key));
-  return set;
-}
-
 ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "note", "material", "set", "samples"});
   ParameterSet p;
   p.name = fresh_name(t, suite.parameter_sets);
   p.note = t.string("note", "");
   p.material = t.string("material", "");
-  p.set = read_set(t);
+  p.set = read_case_overrides(t);
   p.samples = t.integer("samples", 0, 0);
   if (p.samples > 0 && p.material.empty())
     t.fail("samples", "without a material has no family to draw from; expected a material");
@@ -106,7 +98,7 @@ Variant read_variant(const TomlTable& t, const std::vector<Variant>& others, con
   t.allow({"name", "set", "seeds", "numerics", "assumed"});
   Variant v;
   v.name = fresh_name(t, others);
-  v.set = read_set(t);
+  v.set = read_case_overrides(t);
   if (v.set.empty())
     t.fail("set", "is missing; expected what differs, such as { \"case.timestep\" = \"5 us\" }");
   v.seeds = seed_list(seeds.first, read_seeds(t, std::min(3, seeds.count)));
@@ -131,7 +123,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   if (!fs::exists(e.case_file, unreadable))
     t.fail("case", fmt::format("{} does not exist; expected a case file, relative to the suite",
                                e.case_file));
-  e.set = read_set(t);
+  e.set = read_case_overrides(t);
   Seeds seeds = of_suite;
   seeds.count = read_seeds(t, of_suite.count);
   e.seeds = seed_list(seeds.first, seeds.count);
@@ -183,8 +175,8 @@ Chosen read_chosen(const TomlTable& t, const Suite& suite) {
 }
 
 ComparisonKind read_kind(const TomlTable& t) {
-  const std::string kind =
-      t.choice("kind", {"value", "curve", "claims", "damage", "softening", "choices"});
+  const std::string kind = t.choice("kind", {"value", "curve", "criteria", "breakage",
+                                             "stiffness_scaling", "numerical_variants"});
   for (const auto k : {ComparisonKind::value, ComparisonKind::curve, ComparisonKind::claims,
                        ComparisonKind::damage, ComparisonKind::softening})
     if (kind == to_string(k)) return k;
@@ -195,7 +187,7 @@ void read_value(const TomlTable& t, SuiteComparison& c) {
   if (c.measurement.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
   c.responses = {t.string("response", c.measurement.response)};
-  c.made_to_match = t.string("made_to_match", "");
+  c.made_to_match = t.string("calibrated_by_design", "");
   if (!t.has("tolerance")) return;
   const std::string text = t.string("tolerance");
   const UnitValue q = t.at("tolerance", [&] { return parse_unit_value(text); });
@@ -215,7 +207,8 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
 
 SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "title", "note", "kind", "experiment", "measurement", "response", "responses",
-           "tolerance", "made_to_match", "not_comparable", "expects", "real_modulus"});
+           "tolerance", "calibrated_by_design", "not_comparable", "expected_outcome",
+           "real_modulus"});
   SuiteComparison c;
   c.name = fresh_name(t, suite.comparisons);
   c.title = t.string("title", c.name);
@@ -235,12 +228,12 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   };
   const bool damage = c.kind == ComparisonKind::damage;
   belongs("response", c.kind == ComparisonKind::value);
-  belongs("made_to_match", c.kind == ComparisonKind::value);
+  belongs("calibrated_by_design", c.kind == ComparisonKind::value);
   belongs("not_comparable", measures(c.kind));
   c.not_comparable = t.string("not_comparable", "");
   belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
   belongs("responses", damage || !measures(c.kind));
-  belongs("expects", damage);
+  belongs("expected_outcome", damage);
   belongs("real_modulus", c.kind == ComparisonKind::softening);
   belongs("measurement", measures(c.kind));
   if (measures(c.kind))
@@ -264,7 +257,8 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       break;
     case ComparisonKind::damage:
       read_operands(t, c);
-      c.expects_damage = t.choice("expects", {"damage", "no damage"}, "damage") == "damage";
+      c.expects_damage =
+          t.choice("expected_outcome", {"breakage", "no breakage"}, "breakage") == "breakage";
       break;
     case ComparisonKind::softening:
       read_operands(t, c);
@@ -295,13 +289,13 @@ const char* to_string(ComparisonKind kind) {
     case ComparisonKind::curve:
       return "curve";
     case ComparisonKind::claims:
-      return "claims";
+      return "criteria";
     case ComparisonKind::damage:
-      return "damage";
+      return "breakage";
     case ComparisonKind::softening:
-      return "softening";
+      return "stiffness_scaling";
     case ComparisonKind::choices:
-      return "choices";
+      return "numerical_variants";
   }
   return "";
 }
@@ -322,7 +316,7 @@ Suite read_suite(const std::string& file) {
   Suite suite;
   suite.source = file;
   suite.text = read_input_file(file, "a suite file", input_limits::toml_bytes);
-  TomlDocument document(suite.text, file);
+  TomlDocument document(suite.text, file, TomlFormat::suite);
   const TomlTable root = TomlTable::root(document);
   root.allow({"suite", "execution", "parameter_sets", "experiments", "chosen", "comparisons"});
   const TomlTable head = root.required_table("suite");

@@ -100,9 +100,9 @@ std::string time_text(double seconds) {
 }
 
 std::string study_identity(const std::string& text, const std::string& source) {
-  TomlDocument document(text, source);
+  TomlDocument document(text, source, TomlFormat::study, OldNames::accept);
   document.root().erase("execution");
-  return document.text();
+  return document.first_names_text();
 }
 
 }  // namespace firn

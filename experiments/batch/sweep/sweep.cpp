@@ -34,7 +34,8 @@ SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
   t.allow({"name", "keys", "values"});
   SweptKey k;
   k.name = fresh_name(t, sweep.vary);
-  k.keys = t.strings("keys");
+  for (const std::string& key : t.strings("keys"))
+    k.keys.push_back(current_case_key(t, "keys", key));
   if (k.keys.empty()) t.fail("keys", "is missing; expected keys of the case");
   for (const std::string& key : k.keys)
     if (key == "case.seed")
@@ -192,10 +193,7 @@ Sweep read_sweep(const std::string& file) {
   if (!fs::exists(s.case_file, unreadable))
     head.fail("case", fmt::format("{} does not exist; expected a case file, relative to the sweep",
                                   s.case_file));
-  if (head.has("set")) {
-    const TomlTable set = head.required_table("set");
-    for (const std::string& key : set.keys()) s.set.emplace_back(key, set.value_text(key));
-  }
+  s.set = read_case_overrides(head);
   s.materials = head.strings("materials");
   s.responses = head.strings("responses");
   for (const std::string& name : s.responses) head.at("responses", [&] { parse_operand(name); });

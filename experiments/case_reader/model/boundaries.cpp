@@ -22,9 +22,9 @@ Quat shortest_rotation_from_z(const Vec3& n) {
 }
 
 // Keys of every solid, whatever its kind.
-constexpr std::string_view kSolidKeys[] = {"name",        "material",     "kind",    "rigid",
-                                           "stiffness",   "motion_frame", "motions", "position",
-                                           "orientation", "may_touch"};
+constexpr std::string_view kSolidKeys[] = {
+    "name",         "material", "kind",     "rigid",       "stiffness",
+    "motion_frame", "motions",  "position", "orientation", "allow_overlap_with"};
 
 std::vector<std::string_view> all_kinds() {
   std::vector<std::string_view> kinds = {"plane", "box", "mesh"};
@@ -36,14 +36,14 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
   const std::string kind = t.choice("kind", all_kinds());
   if (kind == "plane") {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions", "point",
-             "normal", "may_touch"});
+             "normal", "allow_overlap_with"});
     const Vec3 point = t.vector("point", dimension::length, "0 0 0 m");
     return plane_boundary("", 0, point, t.direction("normal"));
   }
   Boundary b;
   if (kind == "box") {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
-             "position", "orientation", "size", "may_touch"});
+             "position", "orientation", "size", "allow_overlap_with"});
     b = box_boundary("", 0, t.sizes("size"), Vec3::Zero());
   } else if (kind != "mesh") {
     Solid part = read_machine_part(t, kind, kSolidKeys);
@@ -53,7 +53,7 @@ Boundary read_geometry(const TomlTable& t, const std::string& directory) {
   } else {
     t.allow({"name", "material", "kind", "rigid", "stiffness", "motion_frame", "motions",
              "position", "orientation", "file", "length_unit", "sha256", "any_size", "thickness",
-             "may_touch"});
+             "allow_overlap_with"});
     const double thickness = t.quantity("thickness", dimension::length, Sign::positive, "2 mm");
     b.kind = Boundary::Kind::solid;
     b.mesh = read_mesh(t, directory, kBoundaryMesh);
@@ -99,8 +99,8 @@ std::vector<std::pair<int, int>> read_may_touch(const TomlTable& root,
   std::vector<std::pair<int, int>> pairs;
   int b = 0;
   for (const TomlTable& t : root.tables("boundaries")) {
-    for (const std::string& other : t.strings("may_touch"))
-      pairs.emplace_back(b, boundary_index(t, "may_touch", other, boundaries));
+    for (const std::string& other : t.strings("allow_overlap_with"))
+      pairs.emplace_back(b, boundary_index(t, "allow_overlap_with", other, boundaries));
     ++b;
   }
   return pairs;

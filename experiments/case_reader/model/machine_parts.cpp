@@ -64,7 +64,7 @@ class Keys {
 
 void keys(Keys& k, Mold& m) {
   for (const std::string_view key :
-       {"chord", "thickness", "depth", "tip", "dish", "draft", "facets"}) {
+       {"chord", "thickness", "depth", "tip_height", "top_concavity_depth", "draft", "facets"}) {
     k.read(key, [] {});
   }
   k.read("variant", [&] { m.cube = read_crescent(k.table()).parameters; });

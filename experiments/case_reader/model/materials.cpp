@@ -35,7 +35,7 @@ Interaction read_interaction(const TomlTable& t) {
                 "a number from 0 to below 1");
   }
   if (law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0)
-    require(t, "unloading_floor", law.unloading_floor, law.unloading_floor > 0,
+    require(t, "minimum_unloading_ratio", law.unloading_floor, law.unloading_floor > 0,
             "a number above 0 together with adhesion, which acts while a contact is loaded");
   return law;
 }
@@ -70,7 +70,7 @@ std::pair<std::size_t, std::size_t> find_pair(const TomlTable& all, const std::s
 Interaction read_dry_interaction(const TomlTable& t, std::vector<std::string_view> other_keys) {
   other_keys.insert(other_keys.end(),
                     {"static_friction", "dynamic_friction", "restitution",
-                     "tangential_stiffness_ratio", "unloading_floor", "sliding_speed"});
+                     "tangential_stiffness_ratio", "minimum_unloading_ratio", "restick_velocity"});
   t.allow(other_keys);
   const Interaction defaults;
   Interaction law;
@@ -91,10 +91,10 @@ Interaction read_dry_interaction(const TomlTable& t, std::vector<std::string_vie
       t.number("tangential_stiffness_ratio", defaults.tangential_stiffness_ratio);
   require(t, "tangential_stiffness_ratio", law.tangential_stiffness_ratio,
           law.tangential_stiffness_ratio > 0, "a number above 0");
-  law.unloading_floor = t.number("unloading_floor", defaults.unloading_floor);
-  require(t, "unloading_floor", law.unloading_floor,
+  law.unloading_floor = t.number("minimum_unloading_ratio", defaults.unloading_floor);
+  require(t, "minimum_unloading_ratio", law.unloading_floor,
           law.unloading_floor >= 0 && law.unloading_floor < 1, "a number from 0 to below 1");
-  law.sliding_speed = t.quantity("sliding_speed", dimension::velocity, Sign::non_negative,
+  law.sliding_speed = t.quantity("restick_velocity", dimension::velocity, Sign::non_negative,
                                  si_text(defaults.sliding_speed, dimension::velocity));
   return law;
 }

@@ -57,17 +57,17 @@ void read_schedule(const TomlTable& t, Schedule& s) {
     t.fail("stop", fmt::format("is {} s, not after the start at {} s; expected a later time",
                                s.stop, s.start));
   }
-  s.period = t.optional_quantity("every", dimension::time, Sign::positive).value_or(0);
+  s.period = t.optional_quantity("period", dimension::time, Sign::positive).value_or(0);
   if (s.period > 0 && !(s.stop - s.start <= s.period)) {
-    t.fail("every", fmt::format("is {} s, shorter than what is repeated, from start to stop; "
-                                "expected at least that",
-                                s.period));
+    t.fail("period", fmt::format("is {} s, shorter than what is repeated, from start to stop; "
+                                 "expected at least that",
+                                 s.period));
   }
 }
 
 struct TableFault {
   std::size_t row = 0;
-  const char* key = "times";  // or "ways"
+  const char* key = "times";  // or "positions"
   std::string what;
 };
 
@@ -75,7 +75,7 @@ struct TableFault {
 std::optional<TableFault> fault_of(const Motion& m) {
   const bool turns = m.kind == Motion::Kind::rotation;
   if (m.times.size() != m.ways.size() || m.times.size() < 2)
-    return TableFault{0, "ways",
+    return TableFault{0, "positions",
                       fmt::format("has {} values for {} times; expected as many, at least two",
                                   m.ways.size(), m.times.size())};
   if (m.times.front() != 0)
@@ -94,7 +94,7 @@ std::optional<TableFault> fault_of(const Motion& m) {
     const double fastest = turns ? kFastestTurn : kFastest;
     if (rate > fastest)
       return TableFault{
-          i, "ways",
+          i, "positions",
           fmt::format("jump from {} to {} {} within {} s; expected at most {} {}", m.ways[i - 1],
                       m.ways[i], turns ? "rad" : "m", interval, fastest, turns ? "rad/s" : "m/s")};
   }
@@ -125,7 +125,7 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
           .lexically_normal()
           .string();
   const std::string time_column = t.string("time_column", "time"),
-                    way_column = t.string("way_column", "way");
+                    way_column = t.string("position_column", "way");
   std::error_code unreadable;  // as a name that is too long
   if (!std::filesystem::is_regular_file(file, unreadable))
     t.fail("file", fmt::format("\"{}\" is no file; expected a CSV file", file));
@@ -140,7 +140,7 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
   }
   t.set("file", file);
   t.set("times", texts_of(m.times, dimension::time));
-  t.set("ways", texts_of(m.ways, way));
+  t.set("positions", texts_of(m.ways, way));
 }
 
 void read_motion_table(const TomlTable& t, const Dimension& way, Motion& m) {
@@ -149,10 +149,10 @@ void read_motion_table(const TomlTable& t, const Dimension& way, Motion& m) {
     return t.document().overridden(t.path() + "." + key);
   };
   if (t.has("file") && (!t.has("times") || asked_anew("file") || asked_anew("time_column") ||
-                        asked_anew("way_column")))
+                        asked_anew("position_column")))
     take_csv(t, way, m);
   m.times = t.quantities("times", dimension::time);
-  m.ways = t.quantities("ways", way);
+  m.ways = t.quantities("positions", way);
   if (const auto fault = fault_of(m)) t.fail(fault->key, fault->what);
 }
 
@@ -174,15 +174,15 @@ void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
 }
 
 FreeAxis read_axis(const TomlTable& t) {
-  t.allow({"kind", "direction", "stiffness", "rest", "damping", "friction", "lower", "upper",
-           "stop_restitution", "armature", "drives"});
+  t.allow({"kind", "direction", "stiffness", "spring_reference", "damping", "friction", "lower",
+           "upper", "limit_restitution", "armature", "drives"});
   FreeAxis axis;
   const bool turns = t.choice("kind", {"translation", "rotation"}) == "rotation";
   axis.kind = turns ? FreeAxis::Kind::rotation : FreeAxis::Kind::translation;
   const AxisUnits& units = units_of(turns);
   axis.direction = t.direction("direction");
   axis.stiffness = t.quantity("stiffness", units.stiffness, Sign::non_negative, units.no_stiffness);
-  axis.rest = t.quantity("rest", units.way, Sign::any, units.zero_way);
+  axis.rest = t.quantity("spring_reference", units.way, Sign::any, units.zero_way);
   axis.damping = t.quantity("damping", units.damping, Sign::non_negative, units.no_damping);
   axis.friction = t.quantity("friction", units.load, Sign::non_negative, units.zero_load);
   axis.lower = t.optional_quantity("lower", units.way, Sign::any).value_or(-kForever);
@@ -191,9 +191,9 @@ FreeAxis read_axis(const TomlTable& t) {
     t.fail(axis.lower > 0 ? "lower" : "upper",
            "leaves out 0, where the body is drawn; expected lower <= 0 <= upper");
   }
-  axis.stop_restitution = t.number("stop_restitution", 0);
+  axis.stop_restitution = t.number("limit_restitution", 0);
   if (!(axis.stop_restitution >= 0 && axis.stop_restitution < 1))
-    t.fail("stop_restitution", "is not between 0 and 1; expected less than 1");
+    t.fail("limit_restitution", "is not between 0 and 1; expected less than 1");
   // Not filled in where it is left out: few axes have a rotor.
   if (t.has("armature"))
     axis.armature = t.quantity("armature", turns ? dimension::moment_of_inertia : dimension::mass,
@@ -205,9 +205,9 @@ FreeAxis read_axis(const TomlTable& t) {
 }
 
 FreeBody read_free_body(const TomlTable& t) {
-  t.allow({"mass", "density", "center", "inertia", "inertia_products", "turns_freely", "axes"});
+  t.allow({"mass", "density", "center", "inertia", "inertia_products", "free_rotation", "axes"});
   FreeBody body;
-  body.turns_freely = t.boolean("turns_freely", false);
+  body.turns_freely = t.boolean("free_rotation", false);
   for (const TomlTable& axis : t.tables("axes")) body.axes.push_back(read_axis(axis));
   return body;
 }
@@ -295,13 +295,13 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
   const bool turns = kind.starts_with("rotation") || kind == "pendulum";
   m.kind = turns ? Motion::Kind::rotation : Motion::Kind::translation;
   const bool steady = kind == "translation" || kind == "rotation";
-  std::vector<std::string_view> keys{"kind", "start", "stop", "every"};
+  std::vector<std::string_view> keys{"kind", "start", "stop", "period"};
   if (turns) keys.insert(keys.end(), {"axis", "center"});
   if (!turns && !steady) keys.push_back("direction");
   if (steady) keys.push_back(turns ? "angular_velocity" : "velocity");
   if (kind.ends_with("ramp")) keys.insert(keys.end(), {"from", "to", "ramp_time"});
   if (kind.ends_with("table"))
-    keys.insert(keys.end(), {"times", "ways", "file", "time_column", "way_column"});
+    keys.insert(keys.end(), {"times", "positions", "file", "time_column", "position_column"});
   if (kind == "vibration" || kind == "pendulum")
     keys.insert(keys.end(), {"amplitude", "frequency", "phase"});
   keys.insert(keys.end(), also.begin(), also.end());
@@ -324,19 +324,19 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
 
 Drive read_drive(const TomlTable& t, FreeAxis::Kind kind,
                  std::initializer_list<std::string_view> also) {
-  std::vector<std::string_view> keys{"start", "stop",  "every",        "speed",
-                                     "to",    "limit", "no_load_speed"};
+  std::vector<std::string_view> keys{"start",  "stop",     "period",       "speed",
+                                     "target", "max_load", "no_load_speed"};
   keys.insert(keys.end(), also.begin(), also.end());
   t.allow(keys);
   const AxisUnits& units = units_of(kind == FreeAxis::Kind::rotation);
   Drive drive;
   drive.speed = t.quantity("speed", units.rate, Sign::any);
-  drive.target = t.optional_quantity("to", units.way, Sign::any);
-  drive.limit = t.optional_quantity("limit", units.load, Sign::positive).value_or(kForever);
+  drive.target = t.optional_quantity("target", units.way, Sign::any);
+  drive.limit = t.optional_quantity("max_load", units.load, Sign::positive).value_or(kForever);
   if (t.has("no_load_speed")) {
     drive.no_load_speed = t.quantity("no_load_speed", units.rate, Sign::positive);
     if (drive.limit == kForever)
-      t.fail("no_load_speed", "goes with a limit, which is the load at stall; expected both");
+      t.fail("no_load_speed", "goes with max_load, which is the load at stall; expected both");
     if (std::abs(drive.speed) > drive.no_load_speed)
       t.fail("speed", "is above the no_load_speed, which is the fastest; expected less");
   }

@@ -80,7 +80,7 @@ class ShapeReader {
     o.stiffness =
         t.optional_quantity("stiffness", dimension::stiffness, Sign::positive).value_or(0);
     o.size_for_stiffness =
-        t.optional_quantity("size_for_stiffness", dimension::length, Sign::positive).value_or(0);
+        t.optional_quantity("stiffness_length", dimension::length, Sign::positive).value_or(0);
     if (o.mass == 0 && o.density == 0) {
       t.fail("material", fmt::format("\"{}\" has no density; expected one, or a mass of the shape",
                                      material.name));
@@ -94,7 +94,7 @@ class ShapeReader {
   }
 
   Shape box(const TomlTable& t, const std::string& name) {
-    t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "size"});
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "size"});
     const ShapeOptions o = options(t, name);
     const Vec3 size = t.sizes("size");
     const std::string description =
@@ -104,7 +104,7 @@ class ShapeReader {
   }
 
   Shape sphere(const TomlTable& t, const std::string& name) {
-    t.allow({"kind", "material", "mass", "stiffness", "size_for_stiffness", "radius"});
+    t.allow({"kind", "material", "mass", "stiffness", "stiffness_length", "radius"});
     const ShapeOptions o = options(t, name);
     const double radius = t.quantity("radius", dimension::length, Sign::positive);
     const std::string description = fmt::format("sphere {} {}", radius, options_text(o));
@@ -114,9 +114,9 @@ class ShapeReader {
   }
 
   Shape crescent(const TomlTable& t, const std::string& name) {
-    t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "variant",
-             "chord", "thickness", "depth", "tip", "dish", "draft", "facets", "parts",
-             "arc_segments"});
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "variant",
+             "chord", "thickness", "depth", "tip_height", "top_concavity_depth", "draft", "facets",
+             "parts", "arc_segments"});
     ShapeOptions o = options(t, name);
     auto [p, mass] = read_crescent(t);
     p.parts = t.integer("parts", 1, p.parts);
@@ -131,8 +131,7 @@ class ShapeReader {
   }
 
   Shape convex(const TomlTable& t, const std::string& name) {
-    t.allow(
-        {"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "vertices"});
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "vertices"});
     const ShapeOptions o = options(t, name);
     if (!t.has("vertices")) t.fail("vertices", "missing; expected strings [\"x y z mm\", ...]");
     return t.at("vertices", [&] {
@@ -145,7 +144,7 @@ class ShapeReader {
   }
 
   Shape mesh(const TomlTable& t, const std::string& name) {
-    t.allow({"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "file",
+    t.allow({"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "file",
              "length_unit", "sha256", "any_size", "max_parts"});
     ShapeOptions o = options(t, name);
     constexpr int kMostParts = 64;  // of any shape
@@ -164,7 +163,7 @@ class ShapeReader {
 
   Shape compound(const TomlTable& t, const std::string& name) {
     t.allow(
-        {"kind", "material", "mass", "rounding", "stiffness", "size_for_stiffness", "components"});
+        {"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "components"});
     const ShapeOptions o = options(t, name);
     std::vector<Component> components;
     for (const TomlTable& c : t.tables("components")) {
@@ -207,8 +206,8 @@ std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material
 }
 
 NamedCrescent read_crescent(const TomlTable& t) {
-  const std::string variant =
-      t.choice("variant", {"mass-matched", "table1", "table1-heavy", "custom"}, "mass-matched");
+  const std::string variant = t.choice(
+      "variant", {"mass-matched", "table1", "table1-mass-override", "custom"}, "mass-matched");
   const bool custom = variant == "custom";
   CrescentParameters p;
   const auto length = [&](std::string_view key, double fallback, Sign sign) {
@@ -224,8 +223,8 @@ NamedCrescent read_crescent(const TomlTable& t) {
                          variant));
     }
   }
-  p.tip = length("tip", p.tip, Sign::positive);
-  p.dish = length("dish", p.dish, Sign::non_negative);
+  p.tip = length("tip_height", p.tip, Sign::positive);
+  p.dish = length("top_concavity_depth", p.dish, Sign::non_negative);
   p.draft = t.quantity("draft", dimension::angle, Sign::non_negative, "3 deg");
   p.facets = t.integer("facets", 4, p.facets);
   if (custom) return {p, 0};

@@ -34,14 +34,14 @@ Standing standing(const Model& model, int particle, const Vec3& position, const 
 
 // Neighbours in the order of a batch's places, batch by batch.
 std::vector<Couple> couples_of_source(const TomlTable& t, const Case& c) {
-  const std::string name = t.string("source");
+  const std::string name = t.string("inlet");
   const auto source = std::ranges::find(c.sources, name, &Source::name);
   if (source == c.sources.end())
-    t.fail("source", fmt::format("\"{}\" is no source of the case; expected the name of one of "
-                                 "[[sources]]",
-                                 name));
+    t.fail("inlet", fmt::format("\"{}\" is no source of the case; expected the name of one of "
+                                "[[inlets]]",
+                                name));
   const std::size_t places = source->positions.size();
-  if (places < 2) t.fail("source", "places one body at a time; expected several, to be joined");
+  if (places < 2) t.fail("inlet", "places one body at a time; expected several, to be joined");
   int particle = first_of_sources(c)[static_cast<std::size_t>(source - c.sources.begin())];
   std::vector<Couple> couples;
   for (int batch = 0; batch < source->batches; ++batch) {
@@ -82,10 +82,10 @@ std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::str
 }
 
 std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
-  constexpr std::array<std::string_view, 3> kWays = {"source", "pairs", "tags"};
+  constexpr std::array<std::string_view, 3> kWays = {"inlet", "pairs", "tags"};
   if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
     t.fail("", "says not once who is joined; expected one of source, pairs and tags");
-  if (t.has("source")) return couples_of_source(t, c);
+  if (t.has("inlet")) return couples_of_source(t, c);
   return couples_of_pairs(t, c, t.has("pairs") ? "pairs" : "tags");
 }
 
@@ -206,7 +206,7 @@ Bond join(const TomlTable& t, const Model& model, const Couple& couple, int law,
 void read_bonds(const TomlTable& root, Case& c) {
   Model& model = c.model;
   for (const TomlTable& t : root.tables("bonds")) {
-    t.allow({"name", "enabled", "source", "pairs", "tags", "mold", "width", "height", "radius",
+    t.allow({"name", "enabled", "inlet", "pairs", "tags", "mold", "width", "height", "radius",
              "length", "position", "height_direction", "young_modulus", "poisson_ratio",
              "shear_modulus", "tensile_strength", "shear_strength", "damping_ratio"});
     const std::vector<Couple> couples = read_couples(t, c);

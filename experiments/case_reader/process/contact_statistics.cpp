@@ -69,17 +69,18 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
   StatisticsOptions options;
   if (!root.has("statistics")) return options;
   const TomlTable t = root.required_table("statistics");
-  t.allow({"merge", "events", "opposed_loads", "triangles", "surfaces", "energies"});
-  options.merge = t.quantity("merge", dimension::time, Sign::non_negative, "0 s");
-  options.opposed_loads = t.boolean("opposed_loads", false);
+  t.allow({"merge_gap", "events", "compressive_loads", "boundary_maps", "particle_maps",
+           "energy_spectrum"});
+  options.merge = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
+  options.opposed_loads = t.boolean("compressive_loads", false);
   if (t.has("events")) {
     const TomlTable events = t.required_table("events");
     events.allow({"threshold"});
     options.events = true;
     options.threshold = events.quantity("threshold", dimension::force, Sign::non_negative);
   }
-  if (t.has("triangles")) {
-    const TomlTable triangles = t.required_table("triangles");
+  if (t.has("boundary_maps")) {
+    const TomlTable triangles = t.required_table("boundary_maps");
     triangles.allow(
         {"boundaries", "edge", "interval", "wear_coefficient", "hardness", "specific_wear_rate"});
     options.watched = read_watched(triangles, model);
@@ -87,13 +88,14 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
         triangles.optional_quantity("interval", dimension::time, Sign::positive).value_or(0);
     wear_rate = read_wear_rate(triangles);
   }
-  if (t.has("surfaces")) {
-    const TomlTable surfaces = t.required_table("surfaces");
+  if (t.has("particle_maps")) {
+    const TomlTable surfaces = t.required_table("particle_maps");
     surfaces.allow({"edge"});
     for (const Shape& shape : model.shapes)
       options.surfaces.push_back(read_edge(surfaces, shape.mesh));
   }
-  if (t.has("energies")) options.energies = read_energies(t.required_table("energies"));
+  if (t.has("energy_spectrum"))
+    options.energies = read_energies(t.required_table("energy_spectrum"));
   return options;
 }
 

@@ -82,7 +82,7 @@ void add_walls(const DrainedRepose& d, int material, bool rigid, std::vector<Bou
 
 Fill read_fill(const TomlTable& t, const DrainedRepose& d, const std::vector<Shape>& shapes) {
   t.allow({"shape", "count", "tag", "pour_bottom", "pour_height", "batch", "interval", "drop_speed",
-           "rest_kinetic_energy", "rest_hold", "max_duration"});
+           "settle_energy", "settle_time", "max_duration"});
   Fill fill;
   const Shape& shape = shapes[shape_index(t, "shape", shapes)];
   fill.shape = shape.name;
@@ -113,8 +113,8 @@ Stage read_rest(const TomlTable& t, const char* hold, const char* min_duration,
   Stage stage;
   stage.until = {Stage::Until::at_rest};
   stage.rest_kinetic_energy =
-      t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");
-  stage.rest_hold = t.quantity("rest_hold", dimension::time, Sign::positive, hold);
+      t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
+  stage.rest_hold = t.quantity("settle_time", dimension::time, Sign::positive, hold);
   if (min_duration) {
     stage.min_duration =
         t.quantity("min_duration", dimension::time, Sign::non_negative, min_duration);
@@ -170,7 +170,7 @@ void read_drained_repose(const TomlTable& t, Case& c) {
   Stage filling = read_rest(fill, "0.05 s", nullptr, "4 s");
   filling.name = "fill";
   const TomlTable drain = t.table("drain");
-  drain.allow({"min_duration", "rest_kinetic_energy", "rest_hold", "max_duration"});
+  drain.allow({"min_duration", "settle_energy", "settle_time", "max_duration"});
   // At the start of draining everything is at rest still.
   Stage draining = read_rest(drain, "0.2 s", "0.5 s", "6 s");
   draining.name = "drain";

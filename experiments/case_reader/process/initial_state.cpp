@@ -298,12 +298,12 @@ void read_frame_starts(const TomlTable& t, Case& c) {
 }  // namespace
 
 void read_start(const TomlTable& root, const std::string& directory, Case& c) {
-  if (!root.has("start")) return;
-  const TomlTable t = root.required_table("start");
+  if (!root.has("initial_state")) return;
+  const TomlTable t = root.required_table("initial_state");
   t.allow({"file", "time", "tags", "batches", "particles", "motion_frames"});
   // What a resolved case holds was asked of the file once; an override asks for something else.
   const auto asked_anew = [&](const char* key) {
-    return t.document().overridden(std::string("start.") + key);
+    return t.document().overridden(std::string("initial_state.") + key);
   };
   if (!t.has("particles") || asked_anew("file") || asked_anew("time") || asked_anew("tags") ||
       asked_anew("batches"))

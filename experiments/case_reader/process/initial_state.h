@@ -1,4 +1,4 @@
-// [start] of a case file: the state of an earlier run as the beginning of this one.
+// [initial_state] of a case file: the state of an earlier run as the beginning of this one.
 #pragma once
 
 #include <string>

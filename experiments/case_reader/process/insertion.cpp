@@ -55,17 +55,17 @@ struct Chance {
 
 Chance read_chance(const TomlTable& t) {
   Chance chance;
-  chance.scatter = t.vector("scatter", dimension::length, "0 0 0 m");
+  chance.scatter = t.vector("position_jitter", dimension::length, "0 0 0 m");
   if (chance.scatter.minCoeff() < 0) {
-    t.fail("scatter", "has a component below zero; expected half widths of at least zero");
+    t.fail("position_jitter", "has a component below zero; expected half widths of at least zero");
   }
   chance.any_orientation = t.boolean("random_orientation", false);
-  if (t.has("turn")) {
-    chance.turn = t.quantity("turn", dimension::angle, Sign::non_negative);
-    if (!t.has("turn_axis")) t.set("turn_axis", toml::array{0, 0, 1});
-    chance.axis = t.direction("turn_axis");
-  } else if (t.has("turn_axis")) {
-    t.fail("turn_axis", "has no meaning without a turn; expected one");
+  if (t.has("rotation_jitter")) {
+    chance.turn = t.quantity("rotation_jitter", dimension::angle, Sign::non_negative);
+    if (!t.has("rotation_jitter_axis")) t.set("rotation_jitter_axis", toml::array{0, 0, 1});
+    chance.axis = t.direction("rotation_jitter_axis");
+  } else if (t.has("rotation_jitter_axis")) {
+    t.fail("rotation_jitter_axis", "has no meaning without a turn; expected one");
   }
   return chance;
 }
@@ -120,7 +120,8 @@ void read_particles(const TomlTable& root, Case& c) {
   Model& model = c.model;
   for (const TomlTable& t : root.tables("particles")) {
     t.allow({"shape", "position", "orientation", "velocity", "angular_velocity", "tag", "grid",
-             "spacing", "scatter", "turn", "turn_axis", "random_orientation"});
+             "spacing", "position_jitter", "rotation_jitter", "rotation_jitter_axis",
+             "random_orientation"});
     const Particle particle{shape_index(t, "shape", model.shapes), t.integer("tag", 0, 0)};
     Case::Placed first;
     const std::vector<Vec3> positions = grid_positions(t);
@@ -211,7 +212,7 @@ std::vector<Outlet> read_outlets(const TomlTable& root) {
 
 std::vector<Gate> read_gates(const TomlTable& root) {
   std::vector<Gate> gates;
-  for (const TomlTable& t : root.tables("gates")) {
+  for (const TomlTable& t : root.tables("sensors")) {
     t.allow({"name", "region_min", "region_max", "point", "normal"});
     Gate gate;
     gate.name = fresh_name(t, gates);
@@ -231,13 +232,13 @@ std::vector<Gate> read_gates(const TomlTable& root) {
 
 std::vector<TagRule> read_tag_rules(const TomlTable& root) {
   std::vector<TagRule> rules;
-  for (const TomlTable& t : root.tables("tags")) {
-    t.allow({"stage", "axis", "columns", "first", "region_min", "region_max"});
+  for (const TomlTable& t : root.tables("tag_rules")) {
+    t.allow({"stage", "axis", "bins", "first", "region_min", "region_max"});
     TagRule rule;
     rule.stage = t.string("stage");
     const std::string axis = t.choice("axis", {"x", "y", "z"}, "x");
     rule.axis = axis[0] - 'x';
-    rule.columns = t.integer("columns", 1, 1);
+    rule.columns = t.integer("bins", 1, 1);
     rule.first = t.integer("first", 0, 1);
     read_region(t, rule.region_min, rule.region_max);
     rules.push_back(rule);
@@ -247,8 +248,8 @@ std::vector<TagRule> read_tag_rules(const TomlTable& root) {
 
 std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames) {
   std::vector<Switch> switches;
-  for (const TomlTable& t : root.tables("switches")) {
-    t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold"});
+  for (const TomlTable& t : root.tables("limit_switches")) {
+    t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold_time"});
     Switch s;
     s.name = fresh_name(t, switches);
     s.frame = frame_index(t, "motion_frame", frames);
@@ -262,7 +263,7 @@ std::vector<Switch> read_switches(const TomlTable& root, const std::vector<Motio
     s.closes_at = t.quantity("closes_at", way, Sign::any);
     s.opens_at =
         s.closes_at - t.quantity("hysteresis", way, Sign::non_negative, turns ? "2 deg" : "0 m");
-    s.hold = t.quantity("hold", dimension::time, Sign::non_negative, "0 s");
+    s.hold = t.quantity("hold_time", dimension::time, Sign::non_negative, "0 s");
     switches.push_back(s);
   }
   return switches;
@@ -270,10 +271,10 @@ std::vector<Switch> read_switches(const TomlTable& root, const std::vector<Motio
 
 std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes) {
   std::vector<Source> sources;
-  for (const TomlTable& t : root.tables("sources")) {
-    t.allow({"name", "shape", "position", "orientation", "grid", "spacing", "velocity", "scatter",
-             "turn", "turn_axis", "random_orientation", "tag", "tag_by", "start", "interval",
-             "batches", "stage"});
+  for (const TomlTable& t : root.tables("inlets")) {
+    t.allow({"name", "shape", "position", "orientation", "grid", "spacing", "velocity",
+             "position_jitter", "rotation_jitter", "rotation_jitter_axis", "random_orientation",
+             "tag", "tag_by", "start", "interval", "batches", "stage"});
     Source source;
     source.name = fresh_name(t, sources);
     source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
@@ -286,7 +287,7 @@ std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>
     source.turn_axis = chance.axis;
     source.random_orientation = chance.any_orientation;
     source.tag = t.integer("tag", 0, 0);
-    source.tag_batches = t.choice("tag_by", {"source", "batch"}, "source") == "batch";
+    source.tag_batches = t.choice("tag_by", {"inlet", "batch"}, "inlet") == "batch";
     source.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
     source.batches = t.integer("batches", 1, 1);
     source.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");

@@ -1,5 +1,5 @@
 // What enters and leaves a simulation and when, and what is noted on the way: [[particles]],
-// [[fills]], [[sources]], [[outlets]], [[gates]], [[tags]], [[switches]], [[stages]].
+// [[fills]], [[inlets]], [[outlets]], [[sensors]], [[tag_rules]], [[limit_switches]], [[stages]].
 #pragma once
 
 #include <vector>

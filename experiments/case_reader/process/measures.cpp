@@ -13,15 +13,15 @@ namespace firn {
 namespace {
 
 void read_slip(const TomlTable& t, const Model& model, Measure& m) {
-  t.allow({"kind", "name", "tag", "boundary", "slip", "run", "tip_turn"});
+  t.allow({"kind", "name", "tag", "boundary", "slip", "tip_window", "tip_rotation"});
   m.boundary = t.string("boundary");
   boundary_index(t, "boundary", m.boundary, model.boundaries);
   m.slip = t.quantity("slip", dimension::length, Sign::positive, "2 mm");
-  m.run = t.quantity("run", dimension::length, Sign::positive, "20 mm");
-  m.tip_turn = t.quantity("tip_turn", dimension::angle, Sign::positive, "20 deg");
+  m.run = t.quantity("tip_window", dimension::length, Sign::positive, "20 mm");
+  m.tip_turn = t.quantity("tip_rotation", dimension::angle, Sign::positive, "20 deg");
   if (m.run < m.slip) {
-    t.fail("run", fmt::format("is {:.4g} m, less than the slip of {:.4g} m; expected more", m.run,
-                              m.slip));
+    t.fail("tip_window", fmt::format("is {:.4g} m, less than the slip of {:.4g} m; expected more",
+                                     m.run, m.slip));
   }
 }
 
@@ -69,7 +69,7 @@ void read_drum(const TomlTable& t, const Model& model, Measure& m) {
 void require_samples(const TomlTable& t, double frames_every, double cfc) {
   if (!(frames_every * kSamplesPerClass * cfc <= 1 + 1e-9))
     t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
-                              "apart; expected shorter output.frames_every",
+                              "apart; expected shorter output.frame_interval",
                               cfc, 1e3 / (kSamplesPerClass * cfc), 1e3 * frames_every));
 }
 
@@ -154,10 +154,10 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
   const Model& model = c.model;
   std::vector<Measure> measures;
   for (const TomlTable& t : root.tables("measure")) {
-    const std::string kind = t.choice(
-        "kind", {"slip", "slide", "rebound", "heap", "accelerometer", "drum", "curve", "load"});
+    const std::string kind = t.choice("kind", {"sliding_onset", "slide", "rebound", "heap",
+                                               "accelerometer", "drum", "curve", "load"});
     Measure m;
-    if (kind == "slip") {
+    if (kind == "sliding_onset") {
       m.kind = Measure::Kind::slip;
       read_slip(t, model, m);
     } else if (kind == "slide") {
@@ -182,7 +182,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
       m.kind = Measure::Kind::heap;
       read_heap(t, m);
     }
-    if (model.gravity.norm() == 0 && (kind == "slip" || kind == "rebound")) {
+    if (model.gravity.norm() == 0 && (kind == "sliding_onset" || kind == "rebound")) {
       t.fail("kind", fmt::format("is \"{}\" without gravity; expected a case with one", kind));
     }
     m.name = t.string("name", "");

@@ -23,10 +23,10 @@ struct Word {
 };
 const std::initializer_list<Word> kWords = {
     {"time", Until::time, {}},
-    {"at_rest", Until::at_rest, {"rest_kinetic_energy", "rest_hold"}},
+    {"settled", Until::at_rest, {"settle_energy", "settle_time"}},
     {"empty", Until::empty, {}},
     {"switch", Until::switched, {"switch"}},
-    {"passed", Until::passed, {"gate", "count", "mass"}},
+    {"passed", Until::passed, {"sensor", "count", "mass"}},
     {"stalled", Until::stalled, {"stall_frame", "stall_axis", "stall_hold"}},
     {"force", Until::force, {"force_frame", "force", "force_hold"}},
     {"torque", Until::torque, {"torque_frame", "torque", "torque_hold"}},
@@ -34,24 +34,25 @@ const std::initializer_list<Word> kWords = {
 
 std::vector<Until> read_until(const TomlTable& t) {
   std::vector<std::string> asked{"time"};
-  if (t.has("until"))
-    asked = t.is_list("until") ? t.strings("until") : std::vector<std::string>{t.string("until")};
+  if (t.has("end_when"))
+    asked = t.is_list("end_when") ? t.strings("end_when")
+                                  : std::vector<std::string>{t.string("end_when")};
   else
-    t.set("until", "time");
+    t.set("end_when", "time");
   std::vector<std::string_view> words;
   for (const Word& w : kWords) words.push_back(w.word);
   std::vector<Until> until;
   for (const std::string& one : asked) {
     const auto known = std::ranges::find(kWords, one, &Word::word);
     if (known == kWords.end())
-      t.fail("until", fmt::format("is \"{}\"; expected one of {}", one, comma_list(words)));
+      t.fail("end_when", fmt::format("is \"{}\"; expected one of {}", one, comma_list(words)));
     until.push_back(known->until);
   }
   for (const Word& w : kWords) {
     if (std::ranges::count(until, w.until)) continue;
     for (const std::string_view key : w.keys) {
       if (t.has(key))
-        t.fail(key, fmt::format("has no meaning without until = \"{}\"; expected both", w.word));
+        t.fail(key, fmt::format("has no meaning without end_when = \"{}\"; expected both", w.word));
     }
   }
   return until;
@@ -77,7 +78,7 @@ int named(const TomlTable& t, std::string_view key, const std::vector<Named>& al
 }
 
 void read_passed(const TomlTable& t, const Case& c, Stage& stage) {
-  stage.gate = named(t, "gate", c.gates, "gate");
+  stage.gate = named(t, "sensor", c.gates, "sensor");
   if (t.has("count") == t.has("mass"))
     t.fail(t.has("mass") ? "mass" : "count", "expected one of count and mass");
   if (t.has("count")) stage.count = t.integer("count", 1);
@@ -105,7 +106,7 @@ void read_torque(const TomlTable& t, const Case& c, Stage& stage) {
 
 void read_filled(const TomlTable& t, const Case& c, Stage& stage) {
   if (c.model.gravity.norm() == 0)
-    t.fail("until", "is \"filled\" without gravity; expected a case with one");
+    t.fail("end_when", "is \"filled\" without gravity; expected a case with one");
   stage.fill_height = t.quantity("fill_height", dimension::length, Sign::any);
   stage.fill_count = t.integer("fill_count", 1, 3);
   stage.fill_hold = t.quantity("fill_hold", dimension::time, Sign::positive, "0.2 s");
@@ -141,8 +142,8 @@ Stage::StartedDrive read_started_drive(const TomlTable& t, const Case& c) {
 }
 
 Stage read_stage(const TomlTable& t, const Case& c) {
-  std::vector<std::string_view> keys{"name",   "until",   "max_duration", "min_duration",
-                                     "remove", "motions", "drives"};
+  std::vector<std::string_view> keys{
+      "name", "end_when", "max_duration", "min_duration", "remove_boundaries", "motions", "drives"};
   for (const Word& w : kWords) keys.insert(keys.end(), w.keys.begin(), w.keys.end());
   t.allow(keys);
   Stage stage;
@@ -156,8 +157,8 @@ Stage read_stage(const TomlTable& t, const Case& c) {
   stage.until = read_until(t);
   if (stage.ends_on(Until::at_rest)) {
     stage.rest_kinetic_energy =
-        t.quantity("rest_kinetic_energy", dimension::energy, Sign::positive, "1e-6 J");
-    stage.rest_hold = t.quantity("rest_hold", dimension::time, Sign::positive, "0.05 s");
+        t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
+    stage.rest_hold = t.quantity("settle_time", dimension::time, Sign::positive, "0.05 s");
   }
   if (stage.ends_on(Until::switched))
     stage.closed_switch = named(t, "switch", c.switches, "switch");
@@ -166,9 +167,9 @@ Stage read_stage(const TomlTable& t, const Case& c) {
   if (stage.ends_on(Until::force)) read_force(t, c, stage);
   if (stage.ends_on(Until::torque)) read_torque(t, c, stage);
   if (stage.ends_on(Until::filled)) read_filled(t, c, stage);
-  stage.remove = t.strings("remove");
+  stage.remove = t.strings("remove_boundaries");
   for (const std::string& name : stage.remove)
-    boundary_index(t, "remove", name, c.model.boundaries);
+    boundary_index(t, "remove_boundaries", name, c.model.boundaries);
   for (const TomlTable& m : t.tables("motions")) stage.motions.push_back(read_started_motion(m, c));
   for (const TomlTable& d : t.tables("drives")) stage.drives.push_back(read_started_drive(d, c));
   return stage;
@@ -186,7 +187,7 @@ std::vector<Stage> read_stages(const TomlTable& root, const Case& c) {
 }
 
 void check_stage_names(const TomlTable& root, const Case& c) {
-  for (const char* kind : {"fills", "sources", "tags"}) {
+  for (const char* kind : {"fills", "inlets", "tag_rules"}) {
     for (const TomlTable& t : root.tables(kind))
       if (t.has("stage")) named(t, "stage", c.stages, "stage");
   }

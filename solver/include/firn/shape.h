@@ -84,7 +84,7 @@ TriangleMesh crescent_mesh(const CrescentParameters& p);
 Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options);
 
 // "table1", "mass-matched" (13.7 g at 916.7 kg/m^3 by its depth, solved for the mesh in use) or
-// "table1-heavy" (table1's box, 13.7 g by mass override). Throws InputError for another name.
+// "table1-mass-override" (table1's box, 13.7 g by mass override). Throws InputError for others.
 struct NamedCrescent {
   CrescentParameters parameters;
   double mass = 0;  // kg, override; 0: none

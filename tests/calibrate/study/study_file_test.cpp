@@ -67,7 +67,7 @@ TEST(StudyFile, AScatterOfFewRepeatsIsItselfUncertain) {
   const auto uncertainty = [&](const std::string& more) {
     folder.write("angle.toml",
                  "name = \"angle\"\nresponse = \"angle\"\nstatus = \"measured\"\nsource = \"\"\n" +
-                     more + "[reading]\nuncertainty = \"0.6 deg\"\nbecause = \"level\"\n");
+                     more + "[systematic]\nuncertainty = \"0.6 deg\"\nrationale = \"level\"\n");
     return read_study(folder.write("study.toml",
                                    friction_study("[[targets]]\nmeasurement = \"angle.toml\"\n")))
         .targets[0]
@@ -83,7 +83,7 @@ TEST(StudyFile, AScatterOfFewRepeatsIsItselfUncertain) {
               std::sqrt(2 / 5.0 * 4 / 2 + 0.36), 1e-12);
   // What is assumed is meant as it stands.
   EXPECT_NEAR(uncertainty(seven + "kind = \"not stated\"\nassumed_standard_deviation = \"2 deg\"\n"
-                                  "assumed_because = \"a guess\"\n"),
+                                  "assumption = \"a guess\"\n"),
               std::sqrt(4 / 7.0 + 0.36), 1e-12);
 }
 
@@ -107,8 +107,8 @@ TEST(StudyFile, SaysWhatIsWrongAndWhere) {
       {"a.mu2", "a.mu1", "bound twice"},
       {"name = \"mu2\"", "name = \"mu1\"", "used twice"},
       {"design_points = 8", "design_points = 2", "cannot carry a fit of 2 parameters"},
-      {"centre_runs = 3\ndesign_points = 8\nruns_per_point = 2",
-       "centre_runs = 1\ndesign_points = 8\nruns_per_point = 1", "noise stays unknown"},
+      {"center_replicates = 3\ndesign_points = 8\nruns_per_point = 2",
+       "center_replicates = 1\ndesign_points = 8\nruns_per_point = 1", "noise stays unknown"},
       {"case.toml", "other.toml", "does not exist"},
       {"a.mu1", "case.seed", "the study's own"},
       {"\"0.5 deg\"", "\"0.5 rad\"", "expected \"deg\" as the value has"},

@@ -195,9 +195,10 @@ TEST_F(UserProgramTest, ReadsTablesAndUndefinedValues) {
 
 TEST_F(UserProgramTest, LimitsEndTheProgramAndItsChildren) {
   write_simulator("trap '' TERM; sleep 321.5 & echo $! >> \"$2/children\"; wait; sleep 321.5");
-  write_study(replaced(study_text, "runs = 24",
-                       "centre_runs = 2\ndesign_points = 3\nruns_per_point = 1\nconfirm_runs = 2\n"
-                       "refine_rounds = 0"));
+  write_study(
+      replaced(study_text, "runs = 24",
+               "center_replicates = 2\ndesign_points = 3\nruns_per_point = 1\nconfirm_runs = 2\n"
+               "refine_rounds = 0"));
   StudyOptions o = options();
   o.time_limit = 0.3;
   o.jobs = 5;

@@ -1,4 +1,4 @@
-// [start]: a case that begins where an earlier run ended.
+// [initial_state]: a case that begins where an earlier run ended.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using testing::HasSubstr;
 constexpr const char* kScene = R"(
 [case]
 duration = "0.3 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 
 [materials.ice]
 density = "916.7 kg/m^3"
@@ -59,7 +59,7 @@ mass = "20 g"
 kind = "rotation"
 direction = [0, 1, 0]
 stiffness = "0.5 N m/rad"
-rest = "20 deg"
+spring_reference = "20 deg"
 [[motion_frames]]
 name = "top"
 position = "0 200 200 mm"
@@ -67,7 +67,7 @@ position = "0 200 200 mm"
 mass = "20 g"
 center = "5 200 200 mm"
 inertia = "1e-6 2e-6 3e-6 kg m^2"
-turns_freely = true
+free_rotation = true
 
 [[boundaries]]
 name = "floor"
@@ -83,16 +83,16 @@ material = "plastic"
 size = "100 10 10 mm"
 position = "60 0 200 mm"
 motion_frame = "arm"
-[[gates]]
+[[sensors]]
 name = "low"
 point = "0 0 15 mm"
 normal = [0, 0, -1]
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 )";
 
 constexpr const char* kCubes = R"(
-[[sources]]
+[[inlets]]
 name = "row"
 shape = "cube"
 position = "-60 0 9.9 mm"
@@ -100,13 +100,13 @@ grid = [3, 1, 1]
 spacing = "40 1 1 mm"
 tag = 1
 tag_by = "batch"
-[[sources]]
+[[inlets]]
 name = "flying"
 shape = "brick"
 position = "0 80 100 mm"
 velocity = "0.1 0.2 0.5 m/s"
-turn = "40 deg"
-turn_axis = [1, 2, 3]
+rotation_jitter = "40 deg"
+rotation_jitter_axis = [1, 2, 3]
 tag = 7
 start = "0.05 s"
 )";
@@ -132,7 +132,7 @@ class StartTest : public ResultsFolder {
   }
 };
 
-constexpr const char* kMiddle = "[start]\nfile = \"whole.h5\"\ntime = \"0.15 s\"\n";
+constexpr const char* kMiddle = "[initial_state]\nfile = \"whole.h5\"\ntime = \"0.15 s\"\n";
 
 double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return (Vec3(a.data()) - Vec3(b.data())).norm();
@@ -189,7 +189,7 @@ TEST_F(StartTest, KeepsWhoParticlesAreAndSinceWhenTheyAreThere) {
   EXPECT_EQ(read(std::string(kMiddle) + "batches = [0]\n").placed.size(), 4u);
   // Before it came, it is not there.
   EXPECT_EQ(read(kMiddle, {{"start.time", "40 ms"}}).placed.size(), 3u);
-  EXPECT_EQ(read("[start]\nfile = \"whole.h5\"\n").placed.size(), 4u);  // the end
+  EXPECT_EQ(read("[initial_state]\nfile = \"whole.h5\"\n").placed.size(), 4u);  // the end
   EXPECT_THAT(c.start, HasSubstr("1 particles and 3 motion frames"));
 }
 
@@ -208,21 +208,23 @@ TEST_F(StartTest, ResolvedCaseNeedsTheFileNoMore) {
     EXPECT_EQ(again.placed[i].velocity, c.placed[i].velocity);
   }
   // Who asks for another instant gets it, or is told that there is none.
-  EXPECT_THROW(read_case_text(c.resolved, "again.toml", "/", {{"start.time", "0.1 s"}}),
+  EXPECT_THROW(read_case_text(c.resolved, "again.toml", "/", {{"initial_state.time", "0.1 s"}}),
                InputError);
 }
 
 TEST_F(StartTest, RefusesWhatDoesNotFit) {
   run_whole();
   const std::string file = path("whole.h5");
-  EXPECT_THAT(error_of("[start]\nfile = \"none.h5\"\n"),
-              testing::MatchesRegex("c.toml:[0-9]+: start.file: .*none.h5: no such file"));
-  EXPECT_THAT(error_of("[start]\nfile = \"whole.h5\"\ntime = \"2 s\"\n"),
-              HasSubstr("start.time: is 2 s, where \"" + file + "\" has no frame; expected"));
+  EXPECT_THAT(error_of("[initial_state]\nfile = \"none.h5\"\n"),
+              testing::MatchesRegex("c.toml:[0-9]+: initial_state.file: .*none.h5: no such file"));
+  EXPECT_THAT(
+      error_of("[initial_state]\nfile = \"whole.h5\"\ntime = \"2 s\"\n"),
+      HasSubstr("initial_state.time: is 2 s, where \"" + file + "\" has no frame; expected"));
   EXPECT_THAT(error_of(std::string(kMiddle) + "tags = [8]\n"), HasSubstr("has none of the part"));
-  EXPECT_THAT(error_of(std::string(kMiddle) + "tags = [\"a\"]\n"), HasSubstr("start.tags: holds"));
+  EXPECT_THAT(error_of(std::string(kMiddle) + "tags = [\"a\"]\n"),
+              HasSubstr("initial_state.tags: holds"));
   EXPECT_THAT(error_of(kMiddle, {{"shapes.cube.mass", "9 g"}}),
-              HasSubstr("start.file: shape \"cube\" is another one in \"" + file +
+              HasSubstr("initial_state.file: shape \"cube\" is another one in \"" + file +
                         "\": mass is 0.009 kg here and 0.00733"));
   EXPECT_THAT(error_of(kMiddle, {{"shapes.brick.size", "41 20 20 mm"}}), HasSubstr("mass is"));
   EXPECT_THAT(error_of(kMiddle, {{"shapes.cube.rounding", "2 mm"}}), HasSubstr("rounding is"));
@@ -233,7 +235,7 @@ TEST_F(StartTest, RefusesWhatDoesNotFit) {
               HasSubstr("its set of axes differs"));
   EXPECT_EQ(error_of(kMiddle, {{"shapes.cube.stiffness", "5e4 N/m"}}), "");
   std::ofstream(path("text.h5")) << "no results";
-  EXPECT_THAT(error_of("[start]\nfile = \"text.h5\"\n"), HasSubstr("not a results file"));
+  EXPECT_THAT(error_of("[initial_state]\nfile = \"text.h5\"\n"), HasSubstr("not a results file"));
 }
 
 TEST_F(StartTest, TakesAnUnfinishedRunOnlyAtATime) {
@@ -242,7 +244,7 @@ TEST_F(StartTest, TakesAnUnfinishedRunOnlyAtATime) {
   stopped.interrupt = &stop;
   stopped.each_step = [&](const Solver& solver, bool) { stop = solver.time() > 0.2; };
   ASSERT_EQ(run(read(kCubes), stopped).status, RunStatus::interrupted);
-  EXPECT_THAT(error_of("[start]\nfile = \"whole.h5\"\n"),
+  EXPECT_THAT(error_of("[initial_state]\nfile = \"whole.h5\"\n"),
               HasSubstr("holds a run that is not finished (interrupted); expected a finished one"));
   EXPECT_EQ(error_of(kMiddle), "");
 }

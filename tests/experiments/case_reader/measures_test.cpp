@@ -30,8 +30,8 @@ shape = "cube"
 position = "0 0 50 mm"
 grid = [3, 2, 1]
 spacing = "100 200 0 mm"
-scatter = "10 0 2 mm"
-turn = "30 deg"
+position_jitter = "10 0 2 mm"
+rotation_jitter = "30 deg"
 tag = 4
 [[boundaries]]
 name = "floor"
@@ -39,7 +39,7 @@ kind = "plane"
 material = "ice"
 normal = [0, 0, 1]
 [[measure]]
-kind = "slip"
+kind = "sliding_onset"
 boundary = "floor"
 [[measure]]
 kind = "rebound"
@@ -146,7 +146,7 @@ TEST(Measures, MistakesAreNamed) {
 
 TEST(UntilEmpty, EndsWhenTheLastBodyHasLeft) {
   const std::vector<Override> leaving = {
-      {"stages", "[{ name = \"fall\", until = \"empty\", max_duration = \"0.3 s\" }]"},
+      {"stages", "[{ name = \"fall\", end_when = \"empty\", max_duration = \"0.3 s\" }]"},
       {"outlets", "[{ name = \"low\", point = \"0 0 30 mm\", normal = [0, 0, -1] }]"}};
   const Case c = read(leaving);
   EXPECT_TRUE(c.stages[0].ends_on(Stage::Until::empty));

@@ -74,7 +74,7 @@ TEST_F(MotionCsvTest, ReadsUnitsQuotesCommentsAndOtherColumns) {
   EXPECT_THAT(motion(read("way [in];time [s]\n0;0\n1;1\n")).ways, ElementsAre(0, 0.0254));
   const std::string turning =
       "[{ kind = \"rotation_table\", axis = [0, 0, 1], file = \"x.csv\", time_column = \"t\", "
-      "way_column = \"angle\" }]";
+      "position_column = \"angle\" }]";
   const Case turned =
       read("t [s],angle [deg]\n0,0\n1,90\n", {{"boundaries.plate.motions", turning}});
   EXPECT_THAT(motion(turned).ways,

@@ -85,13 +85,13 @@ normal = [1, 0, 0]
 
 [[stages]]
 name = "settle"
-until = "at_rest"
+end_when = "settled"
 max_duration = "0.5 s"
 
 [[stages]]
 name = "open"
 max_duration = "0.5 s"
-remove = ["lid"]
+remove_boundaries = ["lid"]
 
 [[stages.motions]]
 boundary = "floor"
@@ -99,7 +99,7 @@ kind = "translation"
 velocity = "0 0 -1 m/s"
 
 [output]
-frames_every = "1 ms"
+frame_interval = "1 ms"
 )";
 
 // The text with its first `from` replaced; a test that replaces nothing would prove nothing.
@@ -218,7 +218,7 @@ TEST(Case, UnstableTimeStepIsRefusedUnlessAllowed) {
     }
     EXPECT_NEAR(read(given(quarter / steps, true)).steps_taken, steps, 1e-6);
   }
-  EXPECT_THROW(read(with("seed = 7", "steps_per_quarter_period = 2")), InputError);
+  EXPECT_THROW(read(with("seed = 7", "steps_per_loading = 2")), InputError);
 }
 
 TEST(Case, FillsFollowPlacedParticles) {
@@ -265,7 +265,7 @@ TEST(Case, EveryShapeKind) {
   EXPECT_NEAR(shape("kind = \"sphere\"\nradius = \"1 cm\"").mass, 916.7 * 4 / 3 * M_PI * 1e-6,
               1e-9);
   EXPECT_NEAR(shape("kind = \"crescent\"").mass, 13.7e-3, 1e-9);
-  EXPECT_NEAR(shape("kind = \"crescent\"\nvariant = \"table1-heavy\"").mass, 13.7e-3, 1e-9);
+  EXPECT_NEAR(shape("kind = \"crescent\"\nvariant = \"table1-mass-override\"").mass, 13.7e-3, 1e-9);
   EXPECT_NEAR(shape("kind = \"crescent\"\nvariant = \"custom\"\nchord = \"50 mm\"").box.x(), 0.05,
               1e-9);
   EXPECT_NEAR(shape("kind = \"convex\"\nvertices = [\"0 0 0 mm\", \"6 0 0 mm\", \"0 1 0 cm\", "
@@ -280,13 +280,13 @@ TEST(Case, EveryShapeKind) {
 }
 
 TEST(Case, SuggestionsNameTheLikelyKey) {
-  const std::vector<std::string_view> keys = {"static_friction", "dynamic_friction",
-                                              "restitution",     "rolling_resistance",
-                                              "sliding_speed",   "shape"};
+  const std::vector<std::string_view> keys = {"static_friction",  "dynamic_friction",
+                                              "restitution",      "rolling_resistance",
+                                              "restick_velocity", "shape"};
   for (const auto& [word, wanted] : {std::pair{"friction", "static_friction"},
                                      {"static_frction", "static_friction"},
                                      {"restituton", "restitution"},
-                                     {"speed", "sliding_speed"},
+                                     {"velocity", "restick_velocity"},
                                      {"rolling", "rolling_resistance"},
                                      {"shapes", "shape"},
                                      {"dynamic_frction", "dynamic_friction"}})
@@ -352,7 +352,7 @@ TEST(Case, ResolvedTextIsTheSameCase) {
             c.model.boundaries[1].motions[0].angular_speed);
   EXPECT_EQ(again.stages[0].rest_hold, c.stages[0].rest_hold);
   EXPECT_EQ(again.model.numerics.shell_limit, c.model.numerics.shell_limit);
-  EXPECT_NE(c.resolved.find("sliding_speed"), std::string::npos);  // a default, filled in
+  EXPECT_NE(c.resolved.find("restick_velocity"), std::string::npos);  // a default, filled in
   EXPECT_EQ(case_hash(again), case_hash(c));
   EXPECT_EQ(case_hash(c).size(), 64u);
   EXPECT_NE(case_hash(c), case_hash(read(kTwoCubes)));
@@ -394,8 +394,8 @@ TEST(Case, WrongKeysAndTypesAreNamed) {
        "unit of a length, such as \"0 0 0.2 m\""},
       {"rigid = true", "rigid = 1",
        "c.toml:46: boundaries.floor.rigid: is the bare number 1; expected true or false"},
-      {"remove = [\"lid\"]", "remove = \"lid\"",
-       "c.toml:75: stages.open.remove: is \"lid\"; expected an array of strings"},
+      {"remove_boundaries = [\"lid\"]", "remove_boundaries = \"lid\"",
+       "c.toml:75: stages.open.remove_boundaries: is \"lid\"; expected an array of strings"},
       {"[[stages]]\nname = \"settle\"", "[stages]\nname = \"settle\"",
        "c.toml:72: TOML: Error while parsing table header: cannot redefine existing table 'stages' "
        "as array-of-tables; expected "
@@ -423,9 +423,11 @@ TEST(Case, WrongValuesAreNamed) {
        "c.toml:18: interactions.ice-ice.adhesion_stiffness_fraction: is 1; expected a number from "
        "0 "
        "to below 1"},
-      {"restitution = 0.3", "restitution = 0.3\nadhesion_force = \"1 mN\"\nunloading_floor = 0",
-       "c.toml:19: interactions.ice-ice.unloading_floor: is 0; expected a number above 0 beside "
-       "adhesion, which acts while a contact bears"},
+      {"restitution = 0.3",
+       "restitution = 0.3\nadhesion_force = \"1 mN\"\nminimum_unloading_ratio = 0",
+       "c.toml:19: interactions.ice-ice.minimum_unloading_ratio: is 0; expected a number above 0 "
+       "together with "
+       "adhesion, which acts while a contact is loaded"},
       {"restitution = 0.3", "restitution = nan",
        "c.toml:17: interactions.ice-ice.restitution: is nan; expected a finite number"},
       {"dynamic_friction = 0.1", "dynamic_friction = 0.21",
@@ -464,8 +466,9 @@ TEST(Case, UnknownReferencesAreNamed) {
        "\"ice\""},
       {"shape = \"cube\"", "shape = \"cubes\"",
        "c.toml:31: particles.0.shape: unknown shape \"cubes\"; the nearest known one is \"cube\""},
-      {"remove = [\"lid\"]", "remove = [\"lit\"]",
-       "c.toml:75: stages.open.remove: unknown boundary \"lit\"; the nearest known one is \"lid\""},
+      {"remove_boundaries = [\"lid\"]", "remove_boundaries = [\"lit\"]",
+       "c.toml:75: stages.open.remove_boundaries: unknown boundary \"lit\"; the nearest known one "
+       "is \"lid\""},
       {"boundary = \"floor\"", "boundary = \"flor\"",
        "c.toml:78: stages.open.motions.0.boundary: unknown boundary \"flor\"; the nearest known "
        "one "
@@ -494,7 +497,7 @@ TEST(Case, UnknownReferencesAreNamed) {
   for (const BadInput& b : bad) EXPECT_EQ(error_of(with(b.from, b.to)), b.message);
   EXPECT_EQ(error_of("[case]\nduration = \"1 s\"\n[materials.ice]\n"),
             "c.toml:1: particles: the case has none; expected [[particles]], [[fills]], "
-            "[[sources]], [start] or [experiment]");
+            "[[inlets]], [initial_state] or [experiment]");
   EXPECT_EQ(error_of(kTwoCubes + "[shapes.a]\nkind = \"compound\"\nmaterial = \"ice\"\n"
                                  "components = [{shape = \"a\"}]\n"),
             "c.toml:87: shapes.a.components.0.shape: \"a\" contains itself; expected another "

@@ -72,7 +72,7 @@ kind = "crescent"
 material = "ice"
 variant = "custom"
 facets = 100
-dish = "{} mm"
+top_concavity_depth = "{} mm"
 [shapes.box]
 kind = "box"
 material = "ice"

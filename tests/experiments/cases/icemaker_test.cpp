@@ -13,7 +13,7 @@ Case icemaker(const std::string& more) {
 include = "machine.toml"
 [case]
 duration = "10 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 [materials.ice]
 density = "916.7 kg/m^3"
 young_modulus = "0.01 GPa"

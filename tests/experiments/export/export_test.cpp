@@ -51,14 +51,14 @@ kind = "box"
 position = "2 0 0 m"
 orientation = [1, 0, 0, 0]
 size = "0.2 0.2 0.2 m"
-may_touch = ["floor"]
+allow_overlap_with = ["floor"]
 motions = [{ kind = "translation", velocity = "1 0 0 m/s" }]
-[[gates]]
+[[sensors]]
 name = "half way"
 point = "0 0 0.5 m"
 normal = [0, 0, -1]
 [output]
-frames_every = "20 ms"
+frame_interval = "20 ms"
 )";
 
 class ExportTest : public ResultsFolder {

@@ -21,33 +21,33 @@ constexpr const char* kTwoTests = R"([[tests]]
 name = "tilt"
 title = "one cube on a plate"
 case = "tilt/case.toml"
-tells = "friction"
+informs = "friction"
 setup = "30 min"
-per_repeat = "3 min"
+time_per_repeat = "3 min"
 repeats = 10
-because = "judgement"
+rationale = "judgement"
 [[tests.responses]]
 name = "slip_angle"
 measurement = "tilt.toml"
 standard_deviation = "1.5 deg"
-reading = "0.3 deg"
-because = "judgement"
+systematic_uncertainty = "0.3 deg"
+rationale = "judgement"
 
 [[tests]]
 name = "weigh"
 title = "what is left"
 case = "tilt/case.toml"
-tells = "little"
-with = "tilt"
+informs = "little"
+extends_test = "tilt"
 setup = "0 min"
-per_repeat = "90 s"
+time_per_repeat = "90 s"
 repeats = 1
-because = "judgement"
+rationale = "judgement"
 [[tests.responses]]
 name = "remaining_mass"
 measurement = "tilt.toml"
 standard_deviation = "0.02 kg"
-because = "judgement"
+rationale = "judgement"
 )";
 
 class BenchTests : public testing::Test {
@@ -97,14 +97,14 @@ TEST_F(BenchTests, EverythingIsRead) {
 }
 
 TEST_F(BenchTests, MistakesAreNamedWithTheirPlace) {
-  refused("tells =", "tels =", "bench.toml:5: tests.tilt.tels");
+  refused("informs =", "informz =", "bench.toml:5: tests.tilt.informz");
   refused("tilt/case.toml", "tilt/none.toml", "is no file");
   refused("\"30 min\"", "\"30 mm\"", "bench.toml:6: tests.tilt.setup");
   refused("\"1.5 deg\"", "\"0 deg\"", "expected more than zero");
-  refused("\"0.3 deg\"", "\"0.3 rad\"", "reading: has the unit \"rad\"");
+  refused("\"0.3 deg\"", "\"0.3 rad\"", "systematic_uncertainty: has the unit \"rad\"");
   refused("name = \"weigh\"", "name = \"tilt\"", "is taken already");
-  refused("with = \"tilt\"", "with = \"weigh\"", "is no other test");
-  refused("because = \"judgement\"", "because = \"\"", "is empty");
+  refused("extends_test = \"tilt\"", "extends_test = \"weigh\"", "is no other test");
+  refused("rationale = \"judgement\"", "rationale = \"\"", "is empty");
   refused("repeats = 10", "repeats = 0", "repeats");
   refused("name = \"slip_angle\"", "", "name");
 }

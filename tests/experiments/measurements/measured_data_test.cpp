@@ -21,7 +21,7 @@ class MeasuredDataTest : public ResultsFolder {
   Measurement read(const std::string& data) const {
     return read_measurement_text(
         "name = \"n\"\nstatus = \"qualitative\"\nstatement = \"s\"\nsource = \"s\"\n"
-        "[[claims]]\nstatement = \"s\"\nlarger = \"x\"\nthan = \"1\"\nbecause = \"b\"\n[data]\n" +
+        "[[criteria]]\nstatement = \"s\"\nlhs = \"x\"\nrhs = \"1\"\nrationale = \"b\"\n[data]\n" +
             data,
         path("m.toml"));
   }
@@ -168,7 +168,7 @@ TEST_F(MeasuredDataTest, MistakesHaveTheirPlace) {
 
 TEST(Claims, MistakesAreOneLineWithTheirPlace) {
   const std::string head =
-      "name = \"n\"\nstatus = \"qualitative\"\nstatement = \"s\"\nsource = \"s\"\n[[claims]]\n";
+      "name = \"n\"\nstatus = \"qualitative\"\nstatement = \"s\"\nsource = \"s\"\n[[criteria]]\n";
   const auto complaint = [&](const std::string& text) -> std::string {
     try {
       read_measurement_text(head + text, "m.toml");
@@ -178,12 +178,12 @@ TEST(Claims, MistakesAreOneLineWithTheirPlace) {
     return "none";
   };
   const std::string whole =
-      "statement = \"s\"\nlarger = \"a\"\nthan = \"b\"\nbecause = \"c\"\ntimes = 2\nonce_in = 3\n";
+      "statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\ntimes = 2\nonce_in = 3\n";
   EXPECT_EQ(complaint(whole), "none");
-  EXPECT_THAT(complaint("statement = \"s\"\nlarger = \"a\"\nthan = \"b\"\n"), HasSubstr("because"));
-  EXPECT_THAT(complaint("statement = \"\"\nlarger = \"a\"\nthan = \"b\"\nbecause = \"c\"\n"),
+  EXPECT_THAT(complaint("statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\n"), HasSubstr("because"));
+  EXPECT_THAT(complaint("statement = \"\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\n"),
               HasSubstr("m.toml:6: claims.0.statement: is empty"));
-  EXPECT_THAT(complaint("statement = \"s\"\nlarger = \"a\"\nthan = \"b\"\nbecause = \"c\"\n"
+  EXPECT_THAT(complaint("statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\n"
                         "times = 0\n"),
               HasSubstr("expected more than zero"));
 }

@@ -90,7 +90,7 @@ TEST(Measurement, MistakesAreOneLineWithTheirPlace) {
   EXPECT_THAT(
       complaint(kHead + "value = \"10 deg\"\nrepeats = 7\n[scatter]\nkind = \"not stated\"\n"
                         "assumed_standard_deviation = \"2 deg\"\n"),
-      HasSubstr("assumed_because"));
+      HasSubstr("assumption"));
   EXPECT_THAT(
       complaint(kHead + "value = \"10 deg\"\nrepeats = 7\n[scatter]\nkind = \"not stated\"\n"
                         "assumed_standard_deviation = \"2 mm\"\nassumed_because = \"x\"\n"),

@@ -71,14 +71,14 @@ inertia = "1e-3 1e-3 1e-3 kg m^2"
 kind = "translation"
 direction = [0, 0, 1]
 stiffness = "3000 N/m"
-rest = "2 mm"
+spring_reference = "2 mm"
 [[measure]]
 kind = "accelerometer"
 name = "cup"
 motion_frame = "cup"
 cfc = "600 Hz"
 [output]
-frames_every = "0.1 ms"
+frame_interval = "0.1 ms"
 )";
 
 using Accelerometer = ResultsFolder;
@@ -106,7 +106,7 @@ TEST_F(Accelerometer, NeedsFramesAndAPartThatMoves) {
     }
     return "none";
   };
-  EXPECT_THAT(complaint({"output.frames_every", "1 ms"}),
+  EXPECT_THAT(complaint({"output.frame_interval", "1 ms"}),
               HasSubstr("needs a sample every 0.167 ms, and frames are 1 ms apart"));
   EXPECT_THAT(complaint({"measure.0.axis", "1"}), HasSubstr("is no translation"));
 }

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 constexpr const char* kBodies = R"(
 [case]
 duration = "0.5 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 [materials.ice]
 density = "916.7 kg/m^3"
 young_modulus = "0.01 GPa"
@@ -58,13 +58,13 @@ shear_strength = "60 kPa"
 
 std::string source(int batches = 2) {
   return std::string(kBodies) + R"(
-[[sources]]
+[[inlets]]
 name = "mold"
 shape = "cube"
 position = "0 0 100 mm"
 grid = [4, 1, 1]
 spacing = "25 1 1 mm"
-turn = "1 deg"
+rotation_jitter = "1 deg"
 interval = "0.2 s"
 batches = )" +
          std::to_string(batches) + "\n";
@@ -193,7 +193,7 @@ notch_width = "5 mm"
 notch_depth = "3 mm"
 pitch = "25 mm"
 clearance = "1 mm"
-[[sources]]
+[[inlets]]
 name = "mold"
 shape = "crescent"
 grid = [8, 1, 1]
@@ -202,7 +202,7 @@ position = "-87.5 0 172.944 mm"
 orientation = [0.7071067811865476, 0, 0, 0.7071067811865476]
 [[bonds]]
 name = "bridges"
-source = "mold"
+inlet = "mold"
 mold = "tray"
 position = "0 0 6 mm"
 tensile_strength = "1 MPa"

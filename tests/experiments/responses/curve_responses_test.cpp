@@ -56,7 +56,7 @@ inertia = "1e-3 1e-3 1e-3 kg m^2"
 kind = "translation"
 direction = [0, 0, 1]
 stiffness = "3000 N/m"
-rest = "2 mm"
+spring_reference = "2 mm"
 [[measure]]
 kind = "curve"
 name = "spring"
@@ -87,7 +87,7 @@ boundary = "platen"
 direction = [0, 0, 2]
 stage = "press"
 [output]
-frames_every = "0.2 ms"
+frame_interval = "0.2 ms"
 )";
 
 using Curves = ResultsFolder;

@@ -32,7 +32,7 @@ material = "ice"
 diameter = "400 mm"
 length = "20 mm"
 [output]
-frames_every = "1 ms"
+frame_interval = "1 ms"
 [[measure]]
 kind = "drum"
 boundary = "drum"
@@ -98,7 +98,7 @@ position = "0 0 10 mm"
 velocity = "0 0 -1 m/s"
 grid = [1, 1, 40]
 spacing = "1 1 10 mm"
-[[gates]]
+[[sensors]]
 name = "slot"
 point = "0 0 0 m"
 normal = [0, 0, -1]

@@ -121,7 +121,7 @@ double overshoot(double friction, double rate, double slip) {
 }
 
 BenchRun tilt(std::vector<Override> more = {}, const std::string& file = "tilt/case.toml") {
-  more.emplace_back("output.frames_every", "2 ms");
+  more.emplace_back("output.frame_interval", "2 ms");
   return run_bench(file, more);
 }
 
@@ -180,7 +180,7 @@ TEST(Tilt, ATurnedSceneGivesTheSameAngle) {
   const std::vector<Override> plain = {{kFriction, "0.1"},
                                        {"boundaries.plate.motions.0.angular_velocity", "16 deg/s"},
                                        {"particles.0.scatter", "0 0 0 mm"},
-                                       {"particles.0.turn_axis", "[0, 0, 1]"}};
+                                       {"particles.0.rotation_jitter_axis", "[0, 0, 1]"}};
   const Quat q(Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()));
   const auto bare = [&](const Vec3& v) {
     const Vec3 w = q * v;
@@ -200,7 +200,7 @@ TEST(Tilt, ATurnedSceneGivesTheSameAngle) {
            {"particles.0.position", with_unit({0, 0, 9.88}, "mm")},
            {"particles.0.orientation",
             fmt::format("[{}, {}, {}, {}]", cube.w(), cube.x(), cube.y(), cube.z())},
-           {"particles.0.turn_axis", bare(Vec3::UnitZ())},
+           {"particles.0.rotation_jitter_axis", bare(Vec3::UnitZ())},
            {"outlets.0.point", with_unit({200, 0, 0}, "mm")},
            {"outlets.0.normal", bare(Vec3::UnitX())}}) {
     turned.push_back(o);
@@ -260,7 +260,7 @@ TEST(Slide, ALaunchedCubeStopsWhereItsEnergyIsSpent) {
                                     {"particles.0.orientation", "[0.7253744, -0.6883546, 0, 0]"},
                                     {"particles.0.position", "0 0 9.88 mm"},
                                     {"particles.0.velocity", "1 0 0 m/s"},
-                                    {"particles.0.turn_axis", "[0, 0, 1]"},
+                                    {"particles.0.rotation_jitter_axis", "[0, 0, 1]"},
                                     {"stages.slide.max_duration", "0.6 s"}});
   const double way = 1 / (2 * 0.3 * kGravity);
   EXPECT_NEAR(r.value("slide_distance"), way, 0.01 * way);

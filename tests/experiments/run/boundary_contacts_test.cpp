@@ -41,7 +41,7 @@ inertia = "1e-3 1e-3 1e-3 kg m^2"
 kind = "translation"
 direction = [1, 0, 0]
 damping = "100 N s/m"
-drives = [{ speed = "1 m/s", limit = "5 N" }]
+drives = [{ speed = "1 m/s", max_load = "5 N" }]
 [[boundaries]]
 name = "ram"
 kind = "box"

@@ -173,7 +173,7 @@ TEST_F(ExtremeValues, TimeAdvances) {
 TEST_F(ExtremeValues, FramesBeyondTheEndAreTheFirstAndTheLast) {
   for (const char* every : {"1 h", "1e9 s", "4.1 ms"}) {
     const Case c = read_case_text(cli::hostile::rich_case, "case.toml", path("."),
-                                  {{"output.frames_every", every}});
+                                  {{"output.frame_interval", every}});
     const RunSummary s = run(c, options("frames.h5"));
     ASSERT_EQ(s.status, RunStatus::finished) << s.reason;
     EXPECT_EQ(Recording(path("frames.h5")).frame_times().size(), 2u) << every;

@@ -61,13 +61,13 @@ TEST(MachineCheck, FindsWhatATurnRunsInto) {
   EXPECT_THAT(error_of(blade("0 90 0"), {{"case.duration", "60 s"}}),
               MatchesRegex("c.toml:[0-9]+: boundaries.post: \"post\" overlaps boundary \"blade\" "
                            "1[0-9.]+ s after the start, by .* mm near .*; expected room between "
-                           "them, or may_touch = ..blade.. where it does not matter"));
+                           "them, or allow_overlap_with = ..blade.. where it does not matter"));
   EXPECT_EQ(error_of(blade("0 120 0"), {{"case.duration", "60 s"}}), "");
   EXPECT_THAT(error_of(blade("95 0 0")), HasSubstr("overlaps boundary \"blade\" at the start"));
-  EXPECT_EQ(error_of(blade("95 0 0", "may_touch = [\"post\"]\n")), "");
+  EXPECT_EQ(error_of(blade("95 0 0", "allow_overlap_with = [\"post\"]\n")), "");
   EXPECT_EQ(error_of(blade("106 0 0")), "");  // touches, and moves away
-  EXPECT_THAT(error_of(blade("95 0 0", "may_touch = [\"past\"]\n")),
-              HasSubstr("boundaries.blade.may_touch: unknown boundary \"past\""));
+  EXPECT_THAT(error_of(blade("95 0 0", "allow_overlap_with = [\"past\"]\n")),
+              HasSubstr("boundaries.blade.allow_overlap_with: unknown boundary \"past\""));
 }
 
 TEST(MachineCheck, LeavesOutWhatIsFixedToEachOther) {
@@ -140,7 +140,7 @@ TEST_F(MachineCheckRun, StopsARunBeforeItsFileIsMade) {
 
 TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
   const std::string scene =
-      "[[sources]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 8 mm\"\n" +
+      "[[inlets]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 8 mm\"\n" +
       box("floor", "100 100 20", "0 0 -10");
   try {
     run(read_case_text(kHead + scene, "c.toml", "."), options("run.h5"));
@@ -151,8 +151,7 @@ TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
 }
 
 TEST(SceneNames, AreUniqueAndNoPaths) {
-  const std::string source =
-      "[[sources]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 0 m\"\n";
+  const std::string source = "[[inlets]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 0 m\"\n";
   EXPECT_THAT(error_of(source + source), HasSubstr("sources.1.name: \"s\" is taken already"));
   for (const char* what : {"sources.0.name", "stages.0.name"})
     EXPECT_THAT(

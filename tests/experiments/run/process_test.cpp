@@ -71,7 +71,7 @@ normal = [0, -1, 0]
 const std::string kHarvest = std::string(R"(
 [case]
 duration = "5 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 
 [[motion_frames]]
 name = "lift"
@@ -100,7 +100,7 @@ kind = "box"
 material = "plastic"
 size = "100 100 20 mm"
 position = "0 0 -10 mm"
-[[sources]]
+[[inlets]]
 name = "mold"
 shape = "cube"
 position = "0 0 72 mm"
@@ -111,14 +111,14 @@ stage = "harvest"
 tag = 10
 tag_by = "batch"
 
-[[switches]]
+[[limit_switches]]
 name = "full"
 motion_frame = "plate"
 closes_at = "25 mm"
 hysteresis = "5 mm"
-hold = "120 ms"
+hold_time = "120 ms"
 
-[[gates]]
+[[sensors]]
 name = "below"
 point = "0 0 -30 mm"
 normal = [0, 0, -1]
@@ -128,33 +128,33 @@ name = "bottom"
 point = "0 0 -200 mm"
 normal = [0, 0, -1]
 
-[[tags]]
+[[tag_rules]]
 stage = "drop"
 axis = "z"
-columns = 4
+bins = 4
 first = 1
 region_min = "-20 -20 0 mm"
 region_max = "20 20 80 mm"
 
 [[stages]]
 name = "harvest"
-until = "switch"
+end_when = "switch"
 switch = "full"
 max_duration = "4 s"
 [[stages.drives]]
 motion_frame = "plate"
 speed = "1 m/s"
-to = "80 mm"
+target = "80 mm"
 stop = "0.15 s"
-every = "0.3 s"
+period = "0.3 s"
 [[stages]]
 name = "drop"
-until = ["passed", "at_rest"]
-gate = "below"
+end_when = ["passed", "settled"]
+sensor = "below"
 count = 3
 min_duration = "0.01 s"
 max_duration = "1 s"
-remove = ["floor"]
+remove_boundaries = ["floor"]
 )") + kWalls;
 
 class SceneTest : public ResultsFolder {
@@ -251,7 +251,7 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
 const std::string kShaft = std::string(R"(
 [case]
 duration = "4 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 [[boundaries]]
 name = "floor"
 kind = "plane"
@@ -268,7 +268,7 @@ region_max = "10.9 10.9 140 mm"
 stage = "fill"
 [[stages]]
 name = "fill"
-until = "filled"
+end_when = "filled"
 fill_height = "49 mm"
 fill_count = 1
 max_duration = "3 s"
@@ -289,7 +289,7 @@ TEST_F(SceneTest, AFillEndsAtItsHeight) {
   EXPECT_EQ(std::ranges::count_if(recording.insert_time(), [](double t) { return t >= 0; }), 3);
   EXPECT_THAT(complaint(kShaft, {{"case.gravity", "0 0 0 m/s^2"}}), HasSubstr("without gravity"));
   EXPECT_THAT(complaint(kShaft, {{"stages.fill.until", "time"}}),
-              HasSubstr("without until = \"filled\"; expected both"));
+              HasSubstr("without end_when = \"filled\"; expected both"));
 }
 
 TEST_F(SceneTest, HarvestGoesOnFromACheckpointBitForBit) {
@@ -326,11 +326,12 @@ TEST_F(SceneTest, ABatchThatIsStillInItsPlaceIsNotReleased) {
 
 TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
   // Without a plate to wait for, the shaft fills up to where the cubes come from.
-  const RunSummary summary = run(read(kHarvest, {{"stages.harvest.until", "[\"time\", \"switch\"]"},
-                                                 {"sources.mold.position", "0 0 45 mm"},
-                                                 {"boundaries.plate.position", "0 300 35 mm"},
-                                                 {"boundaries.plate.may_touch", "[\"back\"]"}}),
-                                 options("run.h5"));
+  const RunSummary summary =
+      run(read(kHarvest, {{"stages.harvest.until", "[\"time\", \"switch\"]"},
+                          {"sources.mold.position", "0 0 45 mm"},
+                          {"boundaries.plate.position", "0 300 35 mm"},
+                          {"boundaries.plate.allow_overlap_with", "[\"back\"]"}}),
+          options("run.h5"));
   EXPECT_EQ(summary.status, RunStatus::failed);
   EXPECT_THAT(summary.reason,
               HasSubstr("source \"mold\" is blocked: place 1 of batch 3 is taken by "
@@ -355,7 +356,7 @@ TEST_F(SceneTest, ADriveThatStallsEndsItsStageAndTellsWhere) {
   const char* press = R"(
 [case]
 duration = "2 s"
-steps_per_quarter_period = 6
+steps_per_loading = 6
 [[motion_frames]]
 name = "ram"
 [motion_frames.free]
@@ -365,7 +366,7 @@ kind = "translation"
 direction = [0, 0, 1]
 [[motion_frames.free.axes.drives]]
 speed = "-0.2 m/s"
-limit = "30 N"
+max_load = "30 N"
 [[boundaries]]
 name = "ram"
 kind = "box"
@@ -383,7 +384,7 @@ shape = "cube"
 position = "0 0 10 mm"
 [[stages]]
 name = "press"
-until = "stalled"
+end_when = "stalled"
 stall_frame = "ram"
 stall_hold = "0.1 s"
 max_duration = "1.5 s"
@@ -493,9 +494,9 @@ TEST_F(SceneTest, MistakesAreNamed) {
   EXPECT_THAT(set("motion_frames.plate.free.density", "1 kg/m^3"),
               HasSubstr("expected one of mass and density"));
   EXPECT_THAT(set("stages.harvest.switch", "empty"), HasSubstr("unknown switch"));
-  EXPECT_THAT(set("stages.harvest.until", "later"), HasSubstr("expected one of time, at_rest"));
+  EXPECT_THAT(set("stages.harvest.until", "later"), HasSubstr("expected one of time, settled"));
   EXPECT_THAT(set("stages.harvest.gate", "below"),
-              HasSubstr("without until = \"passed\"; expected both"));
+              HasSubstr("without end_when = \"passed\"; expected both"));
   EXPECT_THAT(set("stages.drop.mass", "1 kg"), HasSubstr("one of count and mass"));
   EXPECT_THAT(set("stages.harvest.drives.0.motion_frame", "lift"), HasSubstr("has no free axis 0"));
   EXPECT_THAT(set("stages.harvest.drives.0.every", "0.1 s"), HasSubstr("shorter than what is"));
@@ -513,11 +514,11 @@ TEST_F(SceneTest, MistakesAreNamed) {
   const std::string motion = "motion_frames.lift.motions";
   EXPECT_THAT(set(motion.c_str(),
                   "[{ kind = \"translation_table\", direction = [0, 0, 1], times = "
-                  "[\"0 s\", \"1 s\", \"0.5 s\"], ways = [\"0 m\", \"0 m\", \"0 m\"] }]"),
+                  "[\"0 s\", \"1 s\", \"0.5 s\"], positions = [\"0 m\", \"0 m\", \"0 m\"] }]"),
               HasSubstr("each later than the one before"));
   EXPECT_THAT(set(motion.c_str(),
                   "[{ kind = \"translation_table\", direction = [0, 0, 1], times = "
-                  "[\"0 s\", \"1 ms\"], ways = [\"0 m\", \"1 m\"] }]"),
+                  "[\"0 s\", \"1 ms\"], positions = [\"0 m\", \"1 m\"] }]"),
               HasSubstr("jump from 0 to 1 m"));
 }
 

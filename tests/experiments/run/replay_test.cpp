@@ -76,7 +76,7 @@ TEST_F(ReplayTest, GoesOnToTheNextFrameToProveItself) {
 TEST_F(ReplayTest, KeptStatesShortenIt) {
   run_and_note(tray(), "plain.h5");
   const std::map<std::uint64_t, std::uint64_t> plain = hashes_;
-  const Case c = tray({{"output.states_every", "0.1 s"}});
+  const Case c = tray({{"output.state_interval", "0.1 s"}});
   const std::string file = run_and_note(c, "run.h5");
   EXPECT_EQ(hashes_, plain);  // keeping states changes nothing
   const hdf5::File open = hdf5::File::open(file, hdf5::File::Access::read);
@@ -91,7 +91,7 @@ TEST_F(ReplayTest, KeptStatesShortenIt) {
 }
 
 TEST_F(ReplayTest, ResumedRunKeepsTheSameStates) {
-  const Case c = tray({{"output.states_every", "50 ms"}});
+  const Case c = tray({{"output.state_interval", "50 ms"}});
   const std::string whole = run_and_note(c, "whole.h5");
   std::atomic<bool> interrupt = false;
   RunOptions options;
@@ -141,7 +141,7 @@ TEST_F(ReplayTest, OfAnotherRunIsRefused) {
 }
 
 TEST_F(ReplayTest, DamagedStateIsPassedOver) {
-  const Case c = tray({{"output.states_every", "0.1 s"}});
+  const Case c = tray({{"output.state_interval", "0.1 s"}});
   const std::string file = run_and_note(c, "run.h5");
   std::vector<std::uint64_t> kept;
   {

@@ -164,7 +164,7 @@ TEST(ScenePoses, StateWhyParticlesAreMissing) {
 
 TEST(CasePage, NamesWhatTheCaseDeclares) {
   std::string text = random_machine(7) +
-                     "[[gates]]\nname = \"exit <1>\"\npoint = \"0 0 0 m\"\nnormal = [0, 0, 1]\n"
+                     "[[sensors]]\nname = \"exit <1>\"\npoint = \"0 0 0 m\"\nnormal = [0, 0, 1]\n"
                      "[[outlets]]\nname = \"floor\"\npoint = \"0 0 -1 m\"\nnormal = [0, 0, -1]\n";
   const std::string html = case_page(read_case_text(text, "machine.toml", ".")).html();
   for (const char* word :

@@ -37,13 +37,13 @@ restitution = 0.3
 kind = "box"
 size = "0.1 0.1 0.1 m"
 material = "ice"
-[[sources]]
+[[inlets]]
 name = "mold"
 shape = "cube"
 position = "0 0 0.7 m"
 batches = 2
 interval = "0.4 s"
-[[gates]]
+[[sensors]]
 name = "half way"
 point = "0 0 0.4 m"
 normal = [0, 0, -1]
@@ -67,7 +67,7 @@ position = "0.9 0 0.2 m"
 size = "0.1 0.3 0.3 m"
 motions = [{ kind = "rotation", axis = [0, 0, 1], angular_velocity = "-90 deg/s" }]
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 )";
 
 class RunPage : public testing::Test {

@@ -149,7 +149,7 @@ material = "ice"
 shape = "cube"
 position = "0 0 0.7 m"
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 )";
 
 std::size_t times(const std::string& text, const std::string& word) {

@@ -27,7 +27,7 @@ restitution = 0.3
 kind = "box"
 size = "0.1 0.1 0.1 m"
 material = "ice"
-[[sources]]
+[[inlets]]
 name = "mold"
 shape = "cube"
 position = "0.06 0.06 0.2 m"
@@ -37,16 +37,16 @@ material = "ice"
 kind = "box"
 position = "0 0 -0.05 m"
 size = "0.4 0.4 0.1 m"
-[statistics.triangles]
+[statistics.boundary_maps]
 boundaries = ["slab"]
 edge = "5 cm"
 interval = "0.1 s"
 wear_coefficient = 1e-4
 hardness = "50 MPa"
-[statistics.surfaces]
+[statistics.particle_maps]
 edge = "5 cm"
 [output]
-frames_every = "10 ms"
+frame_interval = "10 ms"
 )";
 
 class ReplayPage : public ResultsFolder {

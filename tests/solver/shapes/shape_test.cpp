@@ -182,7 +182,7 @@ TEST(NamedCrescent, MassMatchedWeighsItsMassAtEveryFacetCount) {
 }
 
 TEST(NamedCrescent, HeavyOneHasTheBoxAndTheMass) {
-  const Shape s = named("table1-heavy", 1272);
+  const Shape s = named("table1-mass-override", 1272);
   EXPECT_EQ(s.mass, 13.7e-3);
   EXPECT_NEAR(s.mass / s.volume, 1203.6, 0.05);
   EXPECT_THROW(named_crescent("table2", {}), InputError);
@@ -364,7 +364,7 @@ TEST(Rounding, DefaultKeepsEveryCornerNear) {
 }
 
 TEST(Rounding, DefaultOfCrescentsKeepsThemNear) {
-  for (const char* name : {"table1", "mass-matched", "table1-heavy"}) {
+  for (const char* name : {"table1", "mass-matched", "table1-mass-override"}) {
     const Shape s = named(name, 1272);
     EXPECT_LE(s.contact_deviation, 0.02 * s.box.minCoeff()) << name;
     EXPECT_GE(s.rounding, 0.01 * s.box.minCoeff()) << name;

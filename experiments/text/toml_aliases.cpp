@@ -1,0 +1,396 @@
+#include "experiments/text/toml_aliases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "experiments/system/terminal.h"
+#include "experiments/text/toml_messages.h"
+
+namespace firn {
+namespace {
+
+using toml_text::join_path;
+using toml_text::line_of;
+
+constexpr TomlFormat kCase = TomlFormat::case_file;
+constexpr TomlFormat kMeasurement = TomlFormat::measurement;
+constexpr TomlFormat kBench = TomlFormat::bench_tests;
+constexpr TomlFormat kStudy = TomlFormat::study;
+constexpr TomlFormat kSuite = TomlFormat::suite;
+
+constexpr RenamedKey kKeys[] = {
+    {kCase, "", "sources", "inlets"},
+    {kCase, "", "gates", "sensors"},
+    {kCase, "", "tags", "tag_rules"},
+    {kCase, "", "switches", "limit_switches"},
+    {kCase, "", "start", "initial_state"},
+    {kCase, "case", "steps_per_quarter_period", "steps_per_loading"},
+    {kCase, "numerics", "contact_shell", "contact_margin"},
+    {kCase, "numerics", "shell_limit", "contact_margin_limit"},
+    {kCase, "numerics", "refresh_fraction", "contact_update_fraction"},
+    {kCase, "output", "frames_every", "frame_interval"},
+    {kCase, "output", "states_every", "state_interval"},
+    {kCase, "shapes.*", "size_for_stiffness", "stiffness_length"},
+    {kCase, "shapes.*", "tip", "tip_height"},
+    {kCase, "shapes.*", "dish", "top_concavity_depth"},
+    {kCase, "interactions.*", "unloading_floor", "minimum_unloading_ratio"},
+    {kCase, "interactions.*", "sliding_speed", "restick_velocity"},
+    {kCase, "boundary_contacts[]", "unloading_floor", "minimum_unloading_ratio"},
+    {kCase, "boundary_contacts[]", "sliding_speed", "restick_velocity"},
+    {kCase, "boundaries[]", "may_touch", "allow_overlap_with"},
+    {kCase, "boundaries[]", "tip", "tip_height"},  // of molds
+    {kCase, "boundaries[]", "dish", "top_concavity_depth"},
+    {kCase, "boundaries[].motions[]", "every", "period"},
+    {kCase, "boundaries[].motions[]", "ways", "positions"},
+    {kCase, "boundaries[].motions[]", "way_column", "position_column"},
+    {kCase, "motion_frames[].motions[]", "every", "period"},
+    {kCase, "motion_frames[].motions[]", "ways", "positions"},
+    {kCase, "motion_frames[].motions[]", "way_column", "position_column"},
+    {kCase, "motion_frames[].free", "turns_freely", "free_rotation"},
+    {kCase, "motion_frames[].free.axes[]", "rest", "spring_reference"},
+    {kCase, "motion_frames[].free.axes[]", "stop_restitution", "limit_restitution"},
+    {kCase, "motion_frames[].free.axes[].drives[]", "every", "period"},
+    {kCase, "motion_frames[].free.axes[].drives[]", "to", "target"},
+    {kCase, "motion_frames[].free.axes[].drives[]", "limit", "max_load"},
+    {kCase, "stages[]", "until", "end_when"},
+    {kCase, "stages[]", "rest_kinetic_energy", "settle_energy"},
+    {kCase, "stages[]", "rest_hold", "settle_time"},
+    {kCase, "stages[]", "gate", "sensor"},
+    {kCase, "stages[]", "remove", "remove_boundaries"},
+    {kCase, "stages[].motions[]", "every", "period"},
+    {kCase, "stages[].motions[]", "ways", "positions"},
+    {kCase, "stages[].motions[]", "way_column", "position_column"},
+    {kCase, "stages[].drives[]", "every", "period"},
+    {kCase, "stages[].drives[]", "to", "target"},
+    {kCase, "stages[].drives[]", "limit", "max_load"},
+    {kCase, "experiment.fill", "rest_kinetic_energy", "settle_energy"},
+    {kCase, "experiment.fill", "rest_hold", "settle_time"},
+    {kCase, "experiment.drain", "rest_kinetic_energy", "settle_energy"},
+    {kCase, "experiment.drain", "rest_hold", "settle_time"},
+    {kCase, "particles[]", "scatter", "position_jitter"},
+    {kCase, "particles[]", "turn", "rotation_jitter"},
+    {kCase, "particles[]", "turn_axis", "rotation_jitter_axis"},
+    {kCase, "inlets[]", "scatter", "position_jitter"},
+    {kCase, "inlets[]", "turn", "rotation_jitter"},
+    {kCase, "inlets[]", "turn_axis", "rotation_jitter_axis"},
+    {kCase, "tag_rules[]", "columns", "bins"},
+    {kCase, "limit_switches[]", "hold", "hold_time"},
+    {kCase, "bonds[]", "source", "inlet"},
+    {kCase, "statistics", "merge", "merge_gap"},
+    {kCase, "statistics", "energies", "energy_spectrum"},
+    {kCase, "statistics", "triangles", "boundary_maps"},
+    {kCase, "statistics", "surfaces", "particle_maps"},
+    {kCase, "statistics", "opposed_loads", "compressive_loads"},
+    {kCase, "measure[]", "run", "tip_window"},
+    {kCase, "measure[]", "tip_turn", "tip_rotation"},
+    {kCase, "material_records[]", "anchor", "reference_set"},
+    {kCase, "material_records[]", "sets", "applied_keys"},
+
+    {kMeasurement, "", "reading", "systematic"},
+    {kMeasurement, "", "claims", "criteria"},
+    {kMeasurement, "systematic", "because", "rationale"},
+    {kMeasurement, "scatter", "assumed_because", "assumption"},
+    {kMeasurement, "criteria[]", "larger", "lhs"},
+    {kMeasurement, "criteria[]", "than", "rhs"},
+    {kMeasurement, "criteria[]", "times", "factor"},
+    {kMeasurement, "criteria[]", "once_in", "observed_once_in"},
+    {kMeasurement, "criteria[]", "because", "rationale"},
+
+    {kBench, "tests[]", "tells", "informs"},
+    {kBench, "tests[]", "with", "extends_test"},
+    {kBench, "tests[]", "per_repeat", "time_per_repeat"},
+    {kBench, "tests[]", "because", "rationale"},
+    {kBench, "tests[].responses[]", "reading", "systematic_uncertainty"},
+    {kBench, "tests[].responses[]", "because", "rationale"},
+
+    {kStudy, "budget", "centre_runs", "center_replicates"},
+    {kStudy, "budget", "numerics_runs", "numerics_replicates"},
+    {kStudy, "budget", "runs_per_point", "replicates_per_point"},
+    {kStudy, "budget", "confirm_runs", "confirmation_replicates"},
+    {kStudy, "budget", "anchor_runs", "endpoint_replicates"},
+    {kStudy, "budget", "compare_runs", "compare_replicates"},
+    {kStudy, "budget", "least_gain", "min_improvement"},
+
+    {kSuite, "comparisons[]", "made_to_match", "calibrated_by_design"},
+    {kSuite, "comparisons[]", "expects", "expected_outcome"},
+};
+
+constexpr RenamedWord kWords[] = {
+    {kCase, "shapes.*", "variant", "table1-heavy", "table1-mass-override"},
+    {kCase, "boundaries[]", "variant", "table1-heavy", "table1-mass-override"},
+    {kCase, "stages[]", "end_when", "at_rest", "settled"},
+    {kCase, "inlets[]", "tag_by", "source", "inlet"},
+    {kCase, "measure[]", "kind", "slip", "sliding_onset"},
+    {kMeasurement, "", "status", "printed", "published"},
+    {kMeasurement, "", "status", "digitised", "digitized"},
+    {kSuite, "comparisons[]", "kind", "claims", "criteria"},
+    {kSuite, "comparisons[]", "kind", "damage", "breakage"},
+    {kSuite, "comparisons[]", "kind", "softening", "stiffness_scaling"},
+    {kSuite, "comparisons[]", "kind", "choices", "numerical_variants"},
+    {kSuite, "comparisons[]", "expected_outcome", "damage", "breakage"},
+    {kSuite, "comparisons[]", "expected_outcome", "no damage", "no breakage"},
+};
+
+struct Rename {
+  std::string_view table;
+  std::string_view key;  // of a word; empty for a key
+  std::string_view old_name, name;
+};
+
+// The renames that apply to a table and those below it. `rest`: the path still to go.
+struct Pending {
+  const Rename* rename;
+  std::string_view rest;
+};
+using Active = std::vector<Pending>;
+
+const std::vector<Rename>& renames_of(TomlFormat format) {
+  static const auto all = [] {
+    std::vector<std::vector<Rename>> lists(static_cast<std::size_t>(TomlFormat::suite) + 1);
+    for (const RenamedKey& k : kKeys)
+      lists[static_cast<std::size_t>(k.format)].push_back({k.table, "", k.old_name, k.name});
+    for (const RenamedWord& w : kWords)
+      lists[static_cast<std::size_t>(w.format)].push_back({w.table, w.key, w.old_word, w.word});
+    return lists;
+  }();
+  return all[static_cast<std::size_t>(format)];
+}
+
+Active all_of(TomlFormat format) {
+  Active active;
+  for (const Rename& r : renames_of(format)) active.push_back({&r, r.table});
+  return active;
+}
+
+// Those that apply below `key`; `array`: whether some say that it is an array.
+Active below(const Active& active, std::string_view key, bool* array = nullptr) {
+  Active result;
+  for (const Pending& p : active) {
+    if (p.rest.empty()) continue;
+    const std::size_t end = std::min(p.rest.find('.'), p.rest.size());
+    std::string_view first = p.rest.substr(0, end);
+    const bool list = first.ends_with("[]");
+    if (list) first.remove_suffix(2);
+    if (first != "*" && first != key) continue;
+    if (array != nullptr && list) *array = true;
+    result.push_back({p.rename, p.rest.substr(std::min(end + 1, p.rest.size()))});
+  }
+  return result;
+}
+
+bool applies(const Pending& p) { return p.rest.empty(); }
+
+void move_key(toml::table& table, std::string_view from, std::string_view to) {
+  const auto found = table.find(from);
+  const toml::key key(to, found->first.source());
+  table.insert(key, std::move(found->second));  // a copy would lose its place
+  table.erase(from);
+}
+
+// Replaces `from` where a string, or a string of a list, is it. Returns whether one was.
+bool replace_word(toml::node& node, std::string_view from, std::string_view to) {
+  if (toml::value<std::string>* text = node.as_string()) {
+    if (text->get() != from) return false;
+    *text = std::string(to);
+    return true;
+  }
+  bool any = false;
+  if (toml::array* list = node.as_array())
+    for (toml::node& element : *list)
+      if (toml::value<std::string>* text = element.as_string(); text && text->get() == from) {
+        *text = std::string(to);
+        any = true;
+      }
+  return any;
+}
+
+void modernize(toml::table& table, const Active& active, const std::string& path,
+               const std::function<void(const OldNameUse&)>& report) {
+  for (const Pending& p : active) {
+    const Rename& r = *p.rename;
+    if (!applies(p) || !r.key.empty() || !table.contains(r.old_name)) continue;
+    const bool both = table.contains(r.name);
+    const OldNameUse use{join_path(path, r.old_name), line_of(*table.get(r.old_name)),
+                         std::string(r.old_name), std::string(r.name), both};
+    if (!both) move_key(table, r.old_name, r.name);
+    report(use);
+  }
+  for (const Pending& p : active) {
+    const Rename& r = *p.rename;
+    if (!applies(p) || r.key.empty()) continue;
+    toml::node* node = table.get(r.key);
+    if (node != nullptr && replace_word(*node, r.old_name, r.name))
+      report({join_path(path, r.key), line_of(*node), std::string(r.old_name), std::string(r.name),
+              false});
+  }
+  for (auto&& [key, value] : table) {
+    const Active inner = below(active, key.str());
+    if (inner.empty()) continue;
+    const std::string inside = join_path(path, key.str());
+    if (toml::table* t = value.as_table()) {
+      modernize(*t, inner, inside, report);
+    } else if (toml::array* list = value.as_array()) {
+      for (std::size_t i = 0; i < list->size(); ++i)
+        if (toml::table* element = list->get(i)->as_table())
+          modernize(*element, inner, fmt::format("{}.{}", inside, i), report);
+    }
+  }
+}
+
+void restore(toml::table& table, const Active& active) {
+  for (auto&& [key, value] : table) {
+    const Active inner = below(active, key.str());
+    if (inner.empty()) continue;
+    if (toml::table* t = value.as_table()) {
+      restore(*t, inner);
+    } else if (toml::array* list = value.as_array()) {
+      for (toml::node& element : *list)
+        if (toml::table* one = element.as_table()) restore(*one, inner);
+    }
+  }
+  for (const Pending& p : active)
+    if (applies(p) && !p.rename->key.empty())
+      if (toml::node* node = table.get(p.rename->key))
+        replace_word(*node, p.rename->name, p.rename->old_name);
+  for (const Pending& p : active)
+    if (applies(p) && p.rename->key.empty() && table.contains(p.rename->name))
+      move_key(table, p.rename->name, p.rename->old_name);
+}
+
+// Keys of a path with their renames; `convert` returns the other name of a key, if it has one.
+template <class Convert, class Visit>
+void walk_path(std::vector<std::string>& keys, Convert convert, Visit visit) {
+  Active active = all_of(TomlFormat::case_file);
+  for (std::size_t i = 0; i < keys.size() && !active.empty(); ++i) {
+    const auto found = std::ranges::find_if(active, [&](const Pending& p) {
+      return applies(p) && p.rename->key.empty() && convert(*p.rename).first == keys[i];
+    });
+    std::string current = keys[i];
+    if (found != active.end()) {
+      current = found->rename->name;
+      visit(i, *found->rename);
+      keys[i] = convert(*found->rename).second;
+    }
+    bool array = false;
+    active = below(active, current, &array);
+    if (array) ++i;  // an index or a name
+  }
+}
+
+// A dotted path without quoted keys; quoted ones have no renamed keys below them to find.
+std::vector<std::string> keys_of(const std::string& path) {
+  std::vector<std::string> keys;
+  bool quoted = false;
+  std::string key;
+  for (const char c : path) {
+    if (c == '"') quoted = !quoted;
+    if (c == '.' && !quoted)
+      keys.push_back(std::exchange(key, {}));
+    else
+      key += c;
+  }
+  keys.push_back(key);
+  return keys;
+}
+
+template <class Convert>
+std::string converted(const std::string& path, Convert convert) {
+  std::vector<std::string> keys = keys_of(path);
+  bool changed = false;
+  walk_path(keys, convert, [&](std::size_t, const Rename&) { changed = true; });
+  if (!changed) return path;
+  std::string text;
+  for (const std::string& key : keys) text += (text.empty() ? "" : ".") + key;
+  return text;
+}
+
+const auto kToCurrent = [](const Rename& r) { return std::pair(r.old_name, r.name); };
+const auto kToFirst = [](const Rename& r) { return std::pair(r.name, r.old_name); };
+
+}  // namespace
+
+std::span<const RenamedKey> renamed_keys() { return kKeys; }
+std::span<const RenamedWord> renamed_words() { return kWords; }
+
+std::string current_word(TomlFormat format, std::string_view table, std::string_view key,
+                         const std::string& word) {
+  for (const RenamedWord& w : kWords)
+    if (w.format == format && w.table == table && w.key == key && w.old_word == word)
+      return std::string(w.word);
+  return word;
+}
+
+void use_current_names(TomlFormat format, toml::table& root,
+                       const std::function<void(const OldNameUse&)>& report) {
+  modernize(root, all_of(format), "", report);
+}
+
+namespace {
+
+// Paths into cases that a study gives.
+void use_first_paths(toml::table& table) {
+  std::vector<std::pair<std::string, std::string>> moved;
+  for (auto&& [key, value] : table) {
+    toml::table* inner = value.as_table();
+    toml::array* list = value.as_array();
+    if (key.str() == "set" && inner != nullptr) {
+      for (const auto& [path, text] : *inner)
+        if (std::string first = first_case_path(std::string(path.str()));
+            first != path.str() && !inner->contains(first))
+          moved.emplace_back(path.str(), std::move(first));
+      for (const auto& [from, to] : moved) move_key(*inner, from, to);
+      moved.clear();
+    } else if (inner != nullptr) {
+      use_first_paths(*inner);
+    } else if (list != nullptr) {
+      for (toml::node& element : *list) {
+        if (toml::table* one = element.as_table()) use_first_paths(*one);
+        if (toml::value<std::string>* text = element.as_string(); text && key.str() == "keys")
+          *text = first_case_path(text->get());
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void use_first_names(TomlFormat format, toml::table& root) {
+  if (format == TomlFormat::study) use_first_paths(root);
+  if (format == TomlFormat::case_file)
+    if (toml::array* records = root["material_records"].as_array())
+      for (toml::node& record : *records)
+        if (toml::table* t = record.as_table())
+          if (toml::array* keys = (*t)["applied_keys"].as_array())
+            for (toml::node& key : *keys)
+              if (toml::value<std::string>* text = key.as_string())
+                *text = first_case_path(text->get());
+  restore(root, all_of(format));
+}
+
+void use_current_names(std::vector<std::string>& keys,
+                       const std::function<void(const OldNameUse&)>& report) {
+  const std::string path = fmt::format("{}", fmt::join(keys, "."));
+  walk_path(keys, kToCurrent, [&](std::size_t, const Rename& r) {
+    report({path, 0, std::string(r.old_name), std::string(r.name), false});
+  });
+}
+
+std::string current_case_path(const std::string& path) { return converted(path, kToCurrent); }
+std::string first_case_path(const std::string& path) { return converted(path, kToFirst); }
+
+void warn_of_old_name(const std::string& place, const OldNameUse& use) {
+  const std::string line = fmt::format(
+      "firn: warning: {}: {}: \"{}\" is now \"{}\"; the old name is read by this version only\n",
+      place, use.path, use.old_name, use.name);
+  static std::mutex mutex;
+  static std::set<std::string> printed;
+  constexpr std::size_t kMost = 1000;
+  const std::lock_guard lock(mutex);
+  if (printed.size() < kMost && printed.insert(line).second) print_lines(stderr, "{}", line);
+}
+
+}  // namespace firn
