@@ -1,6 +1,7 @@
 #include "solver/collision/contact_region.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace firn {
@@ -12,46 +13,12 @@ double dot(const PlanePoint& a, const PlanePoint& b) { return a.u * b.u + a.v * 
 double cross(const PlanePoint& a, const PlanePoint& b) { return a.u * b.v - a.v * b.u; }
 PlanePoint operator-(const PlanePoint& a, const PlanePoint& b) { return {a.u - b.u, a.v - b.v}; }
 
-// A face as height over (u, v).
-struct HeightGradient {
-  double at_origin, du, dv;
-
-  HeightGradient(const ProjectedPart& view, const ConvexPart::Face& face) {
-    const double rise = face.normal.dot(view.n);
-    du = -face.normal.dot(view.u) / rise;
-    dv = -face.normal.dot(view.v) / rise;
-    at_origin = face.offset / rise + view.shift.z() - du * view.shift.x() - dv * view.shift.y();
-  }
-  double height(const PlanePoint& p) const { return at_origin + du * p.u + dv * p.v; }
-};
-
 // Projected corners of a face, counter-clockwise seen against the frame's normal.
 void outline(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
              PlanePoint* out) {
   for (int i = 0; i < face.count; ++i) {
     out[reversed ? face.count - 1 - i : i] = view.flat(view.part.loops[face.first + i]);
   }
-}
-
-// Cuts a convex polygon by the left side of p -> q. Returns the new number of corners.
-int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q,
-        PlanePoint* out) {
-  const PlanePoint e = q - p;
-  int kept = 0;
-  PlanePoint from = in[count - 1];
-  double from_side = cross(e, from - p);
-  for (int i = 0; i < count; ++i) {
-    const PlanePoint to = in[i];
-    const double to_side = cross(e, to - p);
-    if ((from_side < 0) != (to_side < 0)) {
-      const double t = from_side / (from_side - to_side);
-      out[kept++] = {from.u + t * (to.u - from.u), from.v + t * (to.v - from.v)};
-    }
-    if (to_side >= 0) out[kept++] = to;
-    from = to;
-    from_side = to_side;
-  }
-  return kept;
 }
 
 // An edge as a graph over its partner's and its own mean direction.
@@ -77,6 +44,87 @@ struct ClipSegment {
 };
 
 }  // namespace
+
+HeightGradient::HeightGradient(const ProjectedPart& view, const ConvexPart::Face& face) {
+  const double rise = face.normal.dot(view.n);
+  du = -face.normal.dot(view.u) / rise;
+  dv = -face.normal.dot(view.v) / rise;
+  at_origin = face.offset / rise + view.shift.z() - du * view.shift.x() - dv * view.shift.y();
+}
+
+int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q,
+        PlanePoint* out) {
+  const PlanePoint e = q - p;
+  int kept = 0;
+  PlanePoint from = in[count - 1];
+  double from_side = cross(e, from - p);
+  for (int i = 0; i < count; ++i) {
+    const PlanePoint to = in[i];
+    const double to_side = cross(e, to - p);
+    if ((from_side < 0) != (to_side < 0)) {
+      const double t = from_side / (from_side - to_side);
+      out[kept++] = {from.u + t * (to.u - from.u), from.v + t * (to.v - from.v)};
+    }
+    if (to_side >= 0) out[kept++] = to;
+    from = to;
+    from_side = to_side;
+  }
+  return kept;
+}
+
+bool clip_segment(const PlanePoint* polygon, int count, const PlanePoint& p, const PlanePoint& q,
+                  double& from, double& to) {
+  from = 0;
+  to = 1;
+  for (int i = 0; i < count && from < to; ++i) {
+    const PlanePoint e = polygon[i + 1 < count ? i + 1 : 0] - polygon[i];
+    const double side_p = cross(e, p - polygon[i]), side_q = cross(e, q - polygon[i]);
+    if (side_p < 0 && side_q < 0) return false;
+    if (side_p < 0) from = std::max(from, side_p / (side_p - side_q));
+    if (side_q < 0) to = std::min(to, side_p / (side_p - side_q));
+  }
+  return true;
+}
+
+std::vector<int> hull_corners(const std::vector<PlanePoint>& points, double& extent) {
+  constexpr double kOnLine = 1e-6;  // of the extent: a point on a side is no corner
+  std::vector<int> order(points.size()), hull;
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, [&](int i, int k) {
+    const PlanePoint &a = points[i], &b = points[k];
+    return a.u != b.u ? a.u < b.u : a.v < b.v;
+  });
+  // Twice the area of a triangle; counter-clockwise counts as positive.
+  const auto turn = [&](int a, int b, int c) {
+    return cross(points[b] - points[a], points[c] - points[a]);
+  };
+  // Both chains of the hull, counter-clockwise (Andrew 1979).
+  const auto add = [&](int next, std::size_t first) {
+    while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), next) <= 0)
+      hull.pop_back();
+    hull.push_back(next);
+  };
+  for (const int c : order) add(c, 0);
+  hull.pop_back();
+  const std::size_t lower = hull.size();
+  for (auto c = order.rbegin(); c != order.rend(); ++c) add(*c, lower);
+  hull.pop_back();
+  extent = 0;
+  for (const int c : hull) extent = std::max(extent, length_of(points[c] - points[hull[0]]));
+  // A corner on the line of its neighbors is the end of a cut, or a copy of one of them.
+  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3;) {
+    const int before = hull[(i + hull.size() - 1) % hull.size()];
+    const int after = hull[(i + 1) % hull.size()];
+    const double chord = length_of(points[after] - points[before]);
+    if (turn(before, hull[i], after) > kOnLine * extent * chord) {
+      ++i;
+    } else {
+      hull.erase(hull.begin() + static_cast<std::ptrdiff_t>(i));
+      i = i > 0 ? i - 1 : 0;
+    }
+  }
+  return hull;
+}
 
 // A fan from the mean of the corners, each triangle giving a third of its area to each corner.
 void compute_polygon_weights(Region& r) {
@@ -165,14 +213,8 @@ bool edge_on_face(const ProjectedPart& edge_view, const std::uint16_t (&ends)[2]
   outline(face_view, face, edge_is_a, polygon);
   const PlanePoint p = edge_view.flat(ends[0]), q = edge_view.flat(ends[1]);
   const double height_p = edge_view.height(ends[0]), height_q = edge_view.height(ends[1]);
-  double from = 0, to = 1;  // along p -> q
-  for (int i = 0; i < face.count && from < to; ++i) {
-    const PlanePoint e = polygon[i + 1 < face.count ? i + 1 : 0] - polygon[i];
-    const double side_p = cross(e, p - polygon[i]), side_q = cross(e, q - polygon[i]);
-    if (side_p < 0 && side_q < 0) return false;
-    if (side_p < 0) from = std::max(from, side_p / (side_p - side_q));
-    if (side_q < 0) to = std::min(to, side_p / (side_p - side_q));
-  }
+  double from, to;  // along p -> q
+  if (!clip_segment(polygon, face.count, p, q, from, to)) return false;
   const PlanePoint e = q - p;
   if ((to - from) * length_of(e) < kLeastExtent * r.size) return false;
   const HeightGradient slope(face_view, face);

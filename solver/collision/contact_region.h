@@ -10,6 +10,8 @@
 
 namespace firn {
 
+struct Manifold;
+
 // In parts of the pair's size: least width given to edges and corners, and the length below which a
 // segment is a point.
 inline constexpr double kEdgeWidth = 1e-4;
@@ -50,11 +52,10 @@ struct ProjectedPart {
         shift(frame.u.dot(b_in_a.translation), frame.v.dot(b_in_a.translation),
               frame.n.dot(b_in_a.translation)) {}
 
-  PlanePoint flat(int i) const {
-    const Vec3 x = part.vertex(i);
-    return {u.dot(x) + shift.x(), v.dot(x) + shift.y()};
-  }
-  double height(int i) const { return n.dot(part.vertex(i)) + shift.z(); }
+  PlanePoint flat(const Vec3& x) const { return {u.dot(x) + shift.x(), v.dot(x) + shift.y()}; }
+  PlanePoint flat(int i) const { return flat(part.vertex(i)); }
+  double height(const Vec3& x) const { return n.dot(x) + shift.z(); }
+  double height(int i) const { return height(part.vertex(i)); }
   // A point of the frame in part axes.
   Vec3 body_point(const PlanePoint& at, double height) const {
     return (at.u - shift.x()) * u + (at.v - shift.y()) * v + (height - shift.z()) * n;
@@ -118,6 +119,27 @@ void compute_point_weights(Region& r, double radius, double radii);
 // the pair, m.
 double swept_width(double radius, double overlap, double size);
 double edge_radius(double radius_a, double radius_b);
+
+// A face as height over (u, v).
+struct HeightGradient {
+  double at_origin, du, dv;
+
+  HeightGradient(const ProjectedPart& view, const ConvexPart::Face& face);
+  double height(const PlanePoint& p) const { return at_origin + du * p.u + dv * p.v; }
+};
+
+// Cuts a convex polygon by the left side of p -> q. Returns the new number of corners.
+int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q, PlanePoint* out);
+// The part of p -> q within a convex polygon, counter-clockwise, as fractions. False without any.
+bool clip_segment(const PlanePoint* polygon, int count, const PlanePoint& p, const PlanePoint& q,
+                  double& from, double& to);
+// Indices of the corners of the convex hull, counter-clockwise. Points on its sides are none.
+// `extent`: m, its greatest width from the first corner. Fewer than three: it has no area.
+std::vector<int> hull_corners(const std::vector<PlanePoint>& points, double& extent);
+
+// Contact points and moments of a weighed region; with `flat`, its outline too.
+void emit_region(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
+                 double shell, bool flat, Manifold& out);
 
 // The region over which two features face each other, weighed. False when it is empty or too small.
 bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,

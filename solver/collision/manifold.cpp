@@ -9,13 +9,7 @@
 namespace firn {
 namespace {
 
-// What a part shows to the other one: its flattest supporting feature.
-struct Feature {
-  enum class Kind { vertex, edge, face };
-  Kind kind = Kind::vertex;
-  const ConvexPart::Face* face = nullptr;
-  std::uint16_t ends[2] = {0, 0};
-};
+using Feature = ContactFeature;
 
 // The distinct vertices of one part that carry the contact.
 struct SupportingFeatures {
@@ -141,26 +135,10 @@ bool belongs_to_neighbour(const ProjectedPart& view, const SupportingFeatures& c
   return false;
 }
 
-// Contact points and moments of a weighed region; with `flat`, its outline too.
-void emit(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
-          double shell, bool flat, Manifold& out) {
-  out.area = r.area;
-  out.polar = r.polar;
-  for (int i = 0; i < r.count; ++i) {
-    const RegionPoint& p = r.points[i];
-    const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;
-    const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
-    out.centroid += p.weight / r.area * position;
-    if (flat) out.outline.push_back({position, surface_b - surface_a, p.weight});
-    if (surface_b - surface_a >= shell) continue;
-    out.points.push_back({position, surface_b - surface_a, p.weight});
-  }
-}
-
 void clear(Manifold& out) {
   out.points.clear();
   out.outline.clear();
-  out.face_a = out.face_b = nullptr;
+  out.feature_a = out.feature_b = {};
   out.area = out.polar = 0;
   out.centroid.setZero();
 }
@@ -218,14 +196,27 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
     return;
   }
   const bool flat = found && on_a.face && on_b.face;
-  emit(region, frame, a.radius, b.radius, shell, flat, out);
-  if (flat) {
-    out.face_a = on_a.face;
-    out.face_b = on_b.face;
-  }
+  emit_region(region, frame, a.radius, b.radius, shell, flat, out);
+  out.feature_a = on_a;
+  out.feature_b = on_b;
 }
 
 }  // namespace
+
+void emit_region(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
+                 double shell, bool flat, Manifold& out) {
+  out.area = r.area;
+  out.polar = r.polar;
+  for (int i = 0; i < r.count; ++i) {
+    const RegionPoint& p = r.points[i];
+    const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;
+    const Vec3 position = frame.point(p.at, 0.5 * (surface_a + surface_b));
+    out.centroid += p.weight / r.area * position;
+    if (flat) out.outline.push_back({position, surface_b - surface_a, p.weight});
+    if (surface_b - surface_a >= shell) continue;
+    out.points.push_back({position, surface_b - surface_a, p.weight});
+  }
+}
 
 void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
              GjkCache& cache, Manifold& out) {
@@ -294,8 +285,8 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     region.points[region.count - 1].weight = width * width;
     region.area += width * width;
   }
-  emit(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
-  out.face_a = feature.face;
+  emit_region(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
+  if (loop_count > 0) out.feature_a = feature;
 }
 
 }  // namespace firn

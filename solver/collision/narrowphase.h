@@ -22,6 +22,14 @@ struct ManifoldPoint {
   double weight = 0;  // m^2, share of the contact area: linear functions integrate exactly
 };
 
+// What a part shows to the other one: its flattest supporting feature.
+struct ContactFeature {
+  enum class Kind { vertex, edge, face };
+  Kind kind = Kind::vertex;
+  const ConvexPart::Face* face = nullptr;
+  std::uint16_t ends[2] = {0, 0};  // of an edge; a vertex: the first
+};
+
 // All near points of one pair of parts share one normal.
 struct Manifold {
   double gap = 0;               // m, smallest distance of the swept surfaces; negative: overlap.
@@ -32,12 +40,35 @@ struct Manifold {
   double area = 0;               // m^2, sum of the weights of the region
   Vec3 centroid = Vec3::Zero();  // m, A's axes
   double polar = 0;              // m^4, second polar moment about the centroid
-  // Of two faces, or of a face and a plane (face_b null): all corners of the region, also those
-  // beyond the shell. Otherwise empty.
+  // Of two faces, or of a face and a plane: all corners of the region, also those beyond the shell.
+  // Otherwise empty.
   std::vector<ManifoldPoint> outline;
-  const ConvexPart::Face* face_a = nullptr;
-  const ConvexPart::Face* face_b = nullptr;
+  ContactFeature feature_a, feature_b;  // a plane shows a vertex
 };
+
+// A plane surface of a body that is the faces of several parts, as it is not convex.
+struct FlatSurface {
+  struct Piece {
+    std::vector<Vec3> corners;  // m, of the core's face, counter-clockwise, body axes
+    Vec3 center = Vec3::Zero();
+    double radius = 0;  // m, of a circle around the corners
+  };
+  std::vector<Piece> pieces;
+};
+
+// The flat surfaces of the parts of one body.
+struct FlatSurfaces {
+  std::vector<FlatSurface> surfaces;
+  std::vector<std::vector<std::int32_t>> of_face;  // [parts][faces] -1: no other part has a face
+                                                   // there. Empty if no part has any
+
+  bool empty() const { return surfaces.empty(); }
+  // That of a face, or of an edge whose line goes on beyond the part; -1: none.
+  int find(const ConvexPart& part, int number, const ContactFeature& feature) const;
+};
+
+// Faces of one plane that adjoin each other at seams.
+FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts);
 
 // Gap, normal and clipped contact points of A against B, `b_in_a` placing B in A's axes.
 // Points farther apart than `shell` (m, >= 0) are left out. `out.points` keeps its capacity.
@@ -61,6 +92,13 @@ bool leads_through_seam(const ConvexPart& part, const Vec3& way);
 // (from the part to the plane); never fails, however deep. In addition to the lowest feature,
 // every vertex in the shell is a point, with the weight of a corner.
 void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double shell, Manifold& out);
+
+// Replaces the region of two parts by that of the whole surfaces on which they meet: their contact
+// does not depend on how a plane surface is cut. Null: a feature without one. `b` null: the plane
+// `offset` of collide_plane(). The manifold must come from the same parts and pose.
+void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a, double offset,
+                        double shell, const FlatSurface* surface_a, const FlatSurface* surface_b,
+                        Manifold& manifold);
 
 // Distance of the two cores (no sweep), m; 0 when they overlap. For referees and placement.
 double core_distance(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, GjkCache& cache);

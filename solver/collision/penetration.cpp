@@ -65,6 +65,13 @@ void offer(const Pair& p, const Vec3& n, Way& best, Way& best_seam) {
   if (depth < best_seam.depth) best_seam = {n, depth};
 }
 
+// A way out through this piece's own surface that is far longer than the one through a seam is no
+// contact of this piece: the neighbor has the short one.
+void leave_to_neighbor(const Pair& p, const Way& best_seam, Way& best) {
+  const double farther = 2 * (p.a.radius + p.b.radius);
+  if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
+}
+
 // Direction of libccd's expanding polytope; false when it sees no overlap or gives up.
 bool ccd_direction(const Pair& p, Vec3& n) {
   const Pose identity;
@@ -151,10 +158,7 @@ CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_
   // Edge against edge. One point against a polyhedron needs none of it: faces are all there is.
   Vec3 n;
   if (a.vertex_count > 1 && b.vertex_count > 1 && ccd_direction(p, n)) offer(p, n, best, best_seam);
-  // A way out through this piece's own surface that is far longer than the one through a seam is no
-  // contact of this piece: its neighbour has the short one.
-  const double farther = 2 * (a.radius + b.radius);
-  if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
+  leave_to_neighbor(p, best_seam, best);
   if (!std::isfinite(best.depth)) best = {Vec3::UnitZ(), width(p, Vec3::UnitZ())};
 
   return refined(p, best, [&](const Vec3& n) { return ours(p, n); });
@@ -165,12 +169,9 @@ CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pos
   constexpr double kCone =
       0.7;  // cosine: as far as a patch hands on its memory (patch_builder.cpp)
   const Pair p{a, b, b_in_a};
-  const auto allowed = [&](const Vec3& n) { return n.dot(side) > kCone && ours(p, n); };
-  Way best;
+  Way best, best_seam;
   const auto offer_from = [&](const Vec3& n) {
-    if (!allowed(n)) return;
-    const double depth = width(p, n);
-    if (depth < best.depth) best = {n, depth};
+    if (n.dot(side) > kCone) offer(p, n, best, best_seam);
   };
   for (const ConvexPart::Face& f : a.faces) {
     if (!f.internal) offer_from(f.normal);
@@ -179,8 +180,8 @@ CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pos
     if (!f.internal) offer_from(-(b_in_a.rotation * f.normal));
   }
   offer_from(side);
-  if (!std::isfinite(best.depth)) best = {side, width(p, side)};
-  return refined(p, best, allowed);
+  leave_to_neighbor(p, best_seam, best);
+  return refined(p, best, [&](const Vec3& n) { return n.dot(side) > kCone && ours(p, n); });
 }
 
 }  // namespace firn

@@ -30,6 +30,15 @@ bool can_share_patch(const Manifold& c, const Manifold& d) {
   return smaller.area > kLikeArea * larger.area || smaller.gap >= larger.gap;
 }
 
+// Neighbours of the part `one` and of those in the mask `others`.
+std::uint64_t neighbours_of(std::span<const std::uint64_t> neighbours, int one,
+                            std::uint64_t others) {
+  std::uint64_t all = neighbours[one];
+  for (std::size_t i = 0; others != 0 && i < neighbours.size(); ++i)
+    all |= neighbours[i] & -(others >> (i & 63) & 1);
+  return all;
+}
+
 // Connected components of the contacts: neighbouring parts on both bodies and like normals.
 int group_contacts(const PatchInput& in, PatchScratch& scratch) {
   const int n = static_cast<int>(in.contacts.size());
@@ -42,11 +51,14 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
     while (!scratch.stack.empty()) {
       const PartContact& c = in.contacts[scratch.stack.back()];
       scratch.stack.pop_back();
+      const std::uint64_t near_a = neighbours_of(in.neighbours_a, c.a, c.other_a);
+      const std::uint64_t near_b = in.neighbours_b.empty()
+                                       ? ~std::uint64_t{0}
+                                       : neighbours_of(in.neighbours_b, c.b, c.other_b);
       for (int k = 0; k < n; ++k) {
         if (scratch.group[k] >= 0) continue;
         const PartContact& d = in.contacts[k];
-        if (!(in.neighbours_a[c.a] & bit(d.a))) continue;
-        if (!in.neighbours_b.empty() && !(in.neighbours_b[c.b] & bit(d.b))) continue;
+        if (!(near_a & (bit(d.a) | d.other_a)) || !(near_b & (bit(d.b) | d.other_b))) continue;
         if (!can_share_patch(c.manifold, d.manifold)) continue;
         scratch.group[k] = groups;
         scratch.stack.push_back(k);
@@ -109,66 +121,34 @@ bool is_same_plane(const ConvexPart::Face* a, const ConvexPart::Face* b, double 
 // Contacts of faces of one plane on each body: a face that is cut, or lies on a surface that is
 // cut.
 bool is_same_flat(const Manifold& c, const Manifold& d, double tolerance) {
-  return !c.outline.empty() && !d.outline.empty() && is_same_plane(c.face_a, d.face_a, tolerance) &&
-         is_same_plane(c.face_b, d.face_b, tolerance);
+  return !c.outline.empty() && !d.outline.empty() &&
+         is_same_plane(c.feature_a.face, d.feature_a.face, tolerance) &&
+         is_same_plane(c.feature_b.face, d.feature_b.face, tolerance);
 }
 
 // Corners of the convex hull of the outlines of such contacts, weighed as one face: cuts have no
 // effect on it. Nothing if it has no area.
 void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
                   std::vector<ManifoldPoint>& out) {
-  constexpr double kOnLine = 1e-6;  // of the extent: a point on a side is no corner
-  struct Corner {
-    PlanePoint at;
-    const ManifoldPoint* point;
-  };
   out.clear();
   const ContactBasis frame(in.contacts[contacts[0]].manifold.normal);
-  std::vector<Corner> all, hull;
+  std::vector<PlanePoint> places;
+  std::vector<const ManifoldPoint*> points;
   for (const int i : contacts) {
-    for (const ManifoldPoint& p : in.contacts[i].manifold.outline)
-      all.push_back({frame.flat(p.position), &p});
-  }
-  std::ranges::sort(all, [](const Corner& a, const Corner& b) {
-    return a.at.u != b.at.u ? a.at.u < b.at.u : a.at.v < b.at.v;
-  });
-  // Twice the area of a triangle; counter-clockwise counts as positive.
-  const auto turn = [](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
-    return (b.u - a.u) * (c.v - a.v) - (b.v - a.v) * (c.u - a.u);
-  };
-  // Both chains of the hull, counter-clockwise (Andrew 1979).
-  const auto add = [&](const Corner& next, std::size_t first) {
-    while (hull.size() >= first + 2 && turn(hull[hull.size() - 2].at, hull.back().at, next.at) <= 0)
-      hull.pop_back();
-    hull.push_back(next);
-  };
-  for (const Corner& c : all) add(c, 0);
-  hull.pop_back();
-  const std::size_t lower = hull.size();
-  for (auto c = all.rbegin(); c != all.rend(); ++c) add(*c, lower);
-  hull.pop_back();
-  double extent = 0;
-  for (const Corner& c : hull)
-    extent = std::max(extent, std::hypot(c.at.u - hull[0].at.u, c.at.v - hull[0].at.v));
-  // A corner on the line of its neighbors is the end of a cut, or a copy of one of them.
-  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3;) {
-    const PlanePoint& before = hull[(i + hull.size() - 1) % hull.size()].at;
-    const PlanePoint& after = hull[(i + 1) % hull.size()].at;
-    const double chord = std::hypot(after.u - before.u, after.v - before.v);
-    if (turn(before, hull[i].at, after) > kOnLine * extent * chord) {
-      ++i;
-    } else {
-      hull.erase(hull.begin() + static_cast<std::ptrdiff_t>(i));
-      i = i > 0 ? i - 1 : 0;
+    for (const ManifoldPoint& p : in.contacts[i].manifold.outline) {
+      places.push_back(frame.flat(p.position));
+      points.push_back(&p);
     }
   }
+  double extent = 0;
+  const std::vector<int> hull = hull_corners(places, extent);
   if (hull.size() < 3) return;
   Region region(static_cast<int>(hull.size()), extent);
-  for (const Corner& c : hull) region.add(c.at, 0, 0);
+  for (const int c : hull) region.add(places[c], 0, 0);
   compute_polygon_weights(region);
   if (!(region.area > std::pow(kEdgeWidth * extent, 2))) return;
   for (std::size_t i = 0; i < hull.size(); ++i)
-    out.push_back({hull[i].point->position, hull[i].point->gap, region.points[i].weight});
+    out.push_back({points[hull[i]]->position, points[hull[i]]->gap, region.points[i].weight});
 }
 
 // One patch of the contacts in group `g`, without history.
@@ -185,8 +165,8 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   }
   for (const int i : rest) {
     const PartContact& c = in.contacts[i];
-    patch.parts_a |= bit(c.a);
-    patch.parts_b |= bit(c.b);
+    patch.parts_a |= bit(c.a) | c.other_a;
+    patch.parts_b |= bit(c.b) | c.other_b;
     moments.add(c.manifold);
     double depth = 0;
     for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (shell - p.gap);

@@ -12,7 +12,8 @@ namespace firn {
 
 // What one touching pair of parts gave, in axes of body a.
 struct PartContact {
-  int a = 0, b = 0;  // parts
+  int a = 0, b = 0;                        // parts
+  std::uint64_t other_a = 0, other_b = 0;  // masks of further parts whose contact this is, too
   Manifold manifold;
 };
 

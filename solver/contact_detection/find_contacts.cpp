@@ -2,6 +2,7 @@
 // Queries their parts and rebuilds their patches.
 #include <fmt/format.h>
 
+#include "solver/contact/surface_contacts.h"
 #include "solver/contact_detection/relative_poses.h"
 #include "solver/contact_detection/tunnelling_guard.h"
 #include "solver/core/prefetch.h"
@@ -120,6 +121,7 @@ class ContactSearch {
       PartContact& c = contacts_[used];
       c.a = p.a;
       c.b = static_cast<int>(p.b);
+      c.other_a = c.other_b = 0;
       collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
       if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
         out.tunnelled |= !sides->keep(p, pose, law.shell, c.manifold);
@@ -134,6 +136,18 @@ class ContactSearch {
     }
     if (left_to_neighbor && used == 0) need = moved;
     out.queries = static_cast<int>(scratch_.due_parts.size());
+    const FlatSurfaces& surfaces_a = w_.surfaces[model_.particles[pair.a].shape];
+    const FlatSurfaces& surfaces_b =
+        w_.surfaces[pair.b < n_ ? model_.particles[pair.b].shape : w_.shapes + pair.b - n_];
+    if (!surfaces_a.empty() || !surfaces_b.empty()) {
+      const std::span<const ConvexPart> parts_b =
+          pair.b < n_ ? model_.shapes[model_.particles[pair.b].shape].parts
+                      : model_.boundaries[pair.b - n_].parts;
+      used = join_surface_contacts(
+          {shape_a.parts, solids ? parts_b : std::span<const ConvexPart>(), surfaces_a, surfaces_b,
+           pose, pose.rotation.col(2).dot(pose.translation), law.shell},
+          contacts_, used);
+    }
     PatchInput in{law,
                   rotation_a,
                   {contacts_.data(), used},

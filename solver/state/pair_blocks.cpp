@@ -57,21 +57,20 @@ void build_load_index(std::size_t particles, Workspace& w) {
 void build_pair_blocks(const Model& model, Workspace& w, const State& s) {
   const std::size_t pairs = s.pairs.size();
   w.ranges.resize((pairs + kPairsOfRange - 1) / kPairsOfRange);
-  parallel_for_blocks(w.threads, pairs, kPairsOfRange,
-                      [&](std::size_t begin, std::size_t end) {
-                        PairRange& range = w.ranges[begin / kPairsOfRange];
-                        LocalBodies local(range.bodies);
-                        range.locals.clear();
-                        range.more_patches = range.more_points = 0;
-                        for (std::size_t p = begin; p < end; ++p) {
-                          const Pair& pair = s.pairs[p];
-                          const std::uint16_t a = local.number(pair.a), b = local.number(pair.b);
-                          range.locals.push_back({a, b});
-                          range.more_patches += pair.patch_count;
-                          range.more_points += points_of(pair, s);
-                        }
-                        range.active_is_stale = true;
-                      });
+  parallel_for_blocks(w.threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
+    PairRange& range = w.ranges[begin / kPairsOfRange];
+    LocalBodies local(range.bodies);
+    range.locals.clear();
+    range.more_patches = range.more_points = 0;
+    for (std::size_t p = begin; p < end; ++p) {
+      const Pair& pair = s.pairs[p];
+      const std::uint16_t a = local.number(pair.a), b = local.number(pair.b);
+      range.locals.push_back({a, b});
+      range.more_patches += pair.patch_count;
+      range.more_points += points_of(pair, s);
+    }
+    range.active_is_stale = true;
+  });
   w.patches = w.points = 0;
   for (const PairRange& range : w.ranges) {
     w.patches += range.more_patches;

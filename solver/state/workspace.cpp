@@ -80,6 +80,8 @@ BoundaryContactTable contact_table(const Model& model, const BoundaryContact& co
   BoundaryContactTable table;
   table.parts_a = rounded(a.parts, contact.rounding);
   table.parts_b = rounded(b.parts, contact.rounding);
+  table.surfaces_a = find_flat_surfaces(table.parts_a);
+  table.surfaces_b = find_flat_surfaces(table.parts_b);
   table.connected.assign(a.parts.size(), ~std::uint64_t{0});
   table.reach_a = farthest_vertex(a.parts);
   double rounding = std::numeric_limits<double>::infinity();
@@ -121,6 +123,9 @@ Workspace::Workspace(const Model& model, int threads_or_0)
     const Shape& a = model.shapes[i];
     rigid.push_back({a.mass, 1 / a.mass, a.inertia.cwiseInverse()});
     reach.push_back(a.bounding_radius);
+    // Of boundaries alone: where two concave particles meet, the flattest of their contacts changes
+    // from one pair of parts to another during an impact, and the energy would change with it.
+    surfaces.emplace_back();
     thinnest.push_back(thinnest_part(a.parts));
     smallest_part.push_back(std::numeric_limits<double>::infinity());
     for (const ConvexPart& p : a.parts)
@@ -150,6 +155,7 @@ Workspace::Workspace(const Model& model, int threads_or_0)
   skin = model.numerics.skin > 0 ? model.numerics.skin : 0.16 * smallest_radius;
   for (const Boundary& b : model.boundaries) {
     reach.push_back(farthest_vertex(b.parts));
+    surfaces.push_back(find_flat_surfaces(b.parts));
     thinnest.push_back(thinnest_part(b.parts));
     if (b.kind == Boundary::Kind::solid) {
       std::vector<Aabb> boxes;

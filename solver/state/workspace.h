@@ -140,7 +140,8 @@ struct BoundaryContactTable {
   PairLaw law;
   std::vector<ConvexPart> parts_a, parts_b;  // with rounded edges; b: empty for a plane
   std::vector<std::uint64_t> connected;      // [parts of a], all with all
-  double reach_a = 0;                        // m, of a, from its origin
+  FlatSurfaces surfaces_a, surfaces_b;
+  double reach_a = 0;  // m, of a, from its origin
   // The smaller of the two in its own axes: bounds the motion of both against each other.
   bool smaller_is_a = true;
   Vec3 center = Vec3::Zero();  // m
@@ -163,6 +164,7 @@ struct Workspace {
   std::vector<RigidBody> rigid;                // [shapes]
   std::vector<PairLaw> laws;                   // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<AabbTree>> trees;  // [boundaries]; none for planes
+  std::vector<FlatSurfaces> surfaces;          // [shapes + boundaries]
   std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the centre
   std::vector<double> thinnest;       // [shapes + boundaries] m, least thickness of a part
   std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/contact/surface_contacts.h"
 #include "solver/state/workspace.h"
 
 namespace firn {
@@ -53,6 +54,7 @@ double collide_all(const BoundaryContactTable& table, const Pose& pose,
     PartContact& c = contacts[used];
     c.a = a;
     c.b = b;
+    c.other_a = c.other_b = 0;
     collide_them(c.manifold);
     used += c.manifold.points.empty() ? 0 : 1;
     least = std::min(least, c.manifold.gap);
@@ -79,6 +81,11 @@ double collide_all(const BoundaryContactTable& table, const Pose& pose,
         collide(part, other, pose, shell, cold, m);
       });
     }
+  }
+  if (!table.surfaces_a.empty() || !table.surfaces_b.empty()) {
+    used = join_surface_contacts({table.parts_a, table.parts_b, table.surfaces_a, table.surfaces_b,
+                                  pose, pose.rotation.col(2).dot(pose.translation), shell},
+                                 contacts, used);
   }
   return least;
 }

@@ -44,6 +44,74 @@ Floor notched_floor(double size, std::uint64_t seed) {
   return {"mesh without two of its corners", mesh_floor(mesh)};
 }
 
+// A plane floor that is not convex: an irregular mesh without some of its triangles.
+class OpenFloor {
+ public:
+  enum class Outline { angle, channel, hole, scattered };
+
+  OpenFloor(Outline outline, double size, int cells, std::uint64_t seed) : size_(size) {
+    TriangleMesh mesh = meshes::irregular_floor(size, cells, seed);
+    Random random(seed + 1);
+    // Parts of the size. The openings are at least as wide as a cell.
+    const double edge = random.uniform(0.1, 0.35), width = random.uniform(0.1, 0.2);
+    std::vector<Vec3> centers;
+    for (int i = 0; i < 4; ++i)
+      centers.emplace_back(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 0);
+    const auto is_open = [&](const Vec3& x) {
+      switch (outline) {
+        case Outline::angle:
+          return x.x() > edge - 0.3 && x.y() > edge - 0.2;
+        case Outline::channel:
+          return std::abs(x.x()) < width && x.y() > -edge;
+        case Outline::hole:
+          return std::abs(x.x()) < width && std::abs(x.y()) < width;
+        case Outline::scattered:
+          break;
+      }
+      return std::ranges::any_of(centers,
+                                 [&](const Vec3& c) { return (x - c).norm() < 0.5 * width; });
+    };
+    std::erase_if(mesh.triangles, [&](const std::array<int, 3>& t) {
+      const Vec3 middle =
+          (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / (3 * size);
+      if (!is_open(middle)) return false;
+      open_.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+      return true;
+    });
+    boundary_ = mesh_floor(mesh);
+  }
+  const Boundary& boundary() const { return boundary_; }
+
+  // A random place with a solid circle of radius `reach` (m) around it.
+  Vec3 place(Random& random, double reach) const {
+    constexpr int kTries = 100000;
+    const double half = size_ / 2 - reach;
+    for (int i = 0; i < kTries; ++i) {
+      const Vec3 at(random.uniform(-half, half), random.uniform(-half, half), 0);
+      if (std::ranges::none_of(open_, [&](const auto& t) { return distance(t, at) < reach; }))
+        return at;
+    }
+    throw RunError("no solid place on the floor");
+  }
+
+ private:
+  static double distance(const std::array<Vec3, 3>& t, const Vec3& at) {
+    double least = std::numeric_limits<double>::infinity();
+    bool inside = true;
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 side = t[(i + 1) % 3] - t[i], to = at - t[i];
+      inside = inside && side.cross(to).z() >= 0;
+      const double along = std::clamp(side.dot(to) / side.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (to - along * side).norm());
+    }
+    return inside ? 0 : least;
+  }
+
+  double size_;
+  std::vector<std::array<Vec3, 3>> open_;
+  Boundary boundary_;
+};
+
 // Floors that contain the square of `size` (m) about the origin. Cells of the meshes have the
 // widths (m) of `widths`.
 std::vector<Floor> floors(double size, const std::vector<double>& widths, std::uint64_t seed) {
@@ -255,6 +323,98 @@ std::vector<Check> impacts(int count) {
   return checks;
 }
 
+// --- Floors that are not convex. -----------------------------------------------------------------
+
+struct OpenFloorFamily {
+  const char* name;
+  OpenFloor::Outline outline;
+};
+constexpr OpenFloorFamily kOpenFloors[] = {
+    {"L", OpenFloor::Outline::angle},
+    {"U", OpenFloor::Outline::channel},
+    {"plate with a hole", OpenFloor::Outline::hole},
+    {"mesh with four openings", OpenFloor::Outline::scattered}};
+
+std::vector<Check> open_floor_tilt(int count) {
+  const Shape cube =
+      make_box(Vec3::Constant(kEdge), scenes::ice_options(7.2e-3, kStiffness, kRounding));
+  const double flat = kEdge - 2 * kRounding;
+  std::vector<Check> checks;
+  for (const auto& [name, outline] : kOpenFloors) {
+    Worst worst(fmt::format("cube on: {}, {} members: tilt stiffness over K a^2 / 4", name, count),
+                0.01);
+    for (int i = 0; i < count; ++i) {
+      Random random(4100 + i);
+      const OpenFloor floor(outline, 0.24, 6 + i % 13, 50 + i);
+      const Vec3 place = floor.place(random, 0.75 * kEdge);
+      const double angle = random.uniform(0, 2 * std::numbers::pi);
+      worst.add(tilt_stiffness(cube, floor.boundary(), place, angle), kStiffness * flat * flat / 4,
+                fmt::format("member {}", i));
+    }
+    checks.push_back(worst.check());
+  }
+  return checks;
+}
+
+std::vector<Check> open_floor_impacts(int count) {
+  constexpr double restitution = 0.5, time = 10e-3;
+  struct Body {
+    std::string name;
+    Shape shape;
+    bool near_flat;
+  };
+  const Shape box = make_box({24e-3, 20e-3, 16e-3}, scenes::ice_options(7e-3, 1e5, kRounding));
+  const std::vector<Body> bodies = {{"spheres", sphere(10e-3, 4e-3, 1e5), false},
+                                    {"boxes", box, false},
+                                    {"boxes near flat", box, true},
+                                    {"crescents",
+                                     make_crescent(named_crescent("mass-matched", {}).parameters,
+                                                   scenes::ice_options(13.7e-3, 1e5, kRounding)),
+                                     false}};
+  const Boundary uncut = sheet({.kind = ThinWall::Kind::box, .thickness = 2e-3, .size = 0.5});
+  std::vector<Check> checks;
+  for (const Body& body : bodies) {
+    for (const auto& [name, outline] : kOpenFloors) {
+      Largest rebound, spin;
+      for (int i = 0; i < count; ++i) {
+        Random random(5200 + i);
+        const OpenFloor floor(outline, 0.4, 8 + i % 17, 90 + i);
+        const Quat turn = body.near_flat ? about(Vec3::UnitX(), random.uniform(-3, 3)) *
+                                               about(Vec3::UnitY(), random.uniform(-3, 3)) *
+                                               about(Vec3::UnitZ(), random.uniform(0, 360))
+                                         : random.orientation();
+        const Vec3 place = floor.place(random, 1.05 * body.shape.bounding_radius);
+        const Flight wanted = impact(body.shape, uncut, restitution, place, turn, time);
+        Flight got;
+        try {
+          got = impact(body.shape, floor.boundary(), restitution, place, turn, time);
+        } catch (const RunError& error) {
+          throw RunError(fmt::format("{} on: {}, member {}: {}", body.name, name, i, error.what()));
+        }
+        rebound.add((got.velocity - wanted.velocity).norm(), i);
+        spin.add((got.spin - wanted.spin).norm() * body.shape.bounding_radius, i);
+      }
+      const auto add = [&](const char* what, const Largest& largest) {
+        checks.push_back({.what = fmt::format("{} of {} {} on: {} (member {})", what, count,
+                                              body.name, name, largest.where),
+                          .measured = largest.value,
+                          .expected = 0.002,
+                          .bound = Bound::at_most,
+                          .unit = "m/s"});
+      };
+      add("velocity off that on an uncut floor,", rebound);
+      add("spin times radius off that on an uncut floor,", spin);
+    }
+  }
+  return checks;
+}
+
+std::vector<Check> open_floors(int count) {
+  std::vector<Check> checks = open_floor_tilt(count);
+  std::ranges::move(open_floor_impacts(count), std::back_inserter(checks));
+  return checks;
+}
+
 }  // namespace
 
 std::vector<VerificationCase> tessellation_cases() {
@@ -284,6 +444,21 @@ std::vector<VerificationCase> tessellation_cases() {
        .remark = "1 m/s, no friction. 1 % of the impact speed.",
        .tier = Tier::full,
        .run = [] { return impacts(300); }},
+      {.name = "invariance.open_floors",
+       .title =
+           "Flat floors that are not convex: an L, a U, a plate with a hole, a mesh with openings",
+       .reference = "K a^2 / 4; the same impact on an uncut floor",
+       .remark =
+           "Irregular meshes of 13 to 50 mm. The circle around the body is solid floor. 1 m/s, "
+           "e = 0.5, no friction. 0.2 % of the impact speed.",
+       .tier = Tier::quick,
+       .run = [] { return open_floors(16); }},
+      {.name = "invariance.many_open_floors",
+       .title = "300 random floors of each of these kinds",
+       .reference = "K a^2 / 4; the same impact on an uncut floor",
+       .remark = "As above.",
+       .tier = Tier::full,
+       .run = [] { return open_floors(300); }},
   };
 }
 

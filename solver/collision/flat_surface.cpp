@@ -1,0 +1,424 @@
+// Plane surfaces that are not convex, and so are the faces of several parts: which faces belong
+// together, and the region over which two bodies meet there.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "solver/collision/contact_region.h"
+#include "solver/collision/gjk.h"
+#include "solver/collision/narrowphase.h"
+
+namespace firn {
+namespace {
+
+constexpr double kNoGap = 1e-6;  // of the size of the body
+
+struct SurfaceFace {
+  int part, face;
+  const ConvexPart::Face* plane;
+  FlatSurface::Piece piece;
+  double key;  // faces of one plane have like keys
+};
+
+struct LineSegment {
+  Vec3 from, to;
+};
+
+LineSegment side_of(const FlatSurface::Piece& piece, std::size_t i) {
+  return {piece.corners[i], piece.corners[i + 1 < piece.corners.size() ? i + 1 : 0]};
+}
+
+FlatSurface::Piece piece_of(const ConvexPart& part, const ConvexPart::Face& face) {
+  FlatSurface::Piece piece;
+  for (int i = 0; i < face.count; ++i)
+    piece.corners.push_back(part.vertex(part.loops[face.first + i]));
+  for (const Vec3& x : piece.corners) piece.center += x / static_cast<double>(face.count);
+  for (const Vec3& x : piece.corners)
+    piece.radius = std::max(piece.radius, (x - piece.center).norm());
+  return piece;
+}
+
+// The ends of b as lengths along a, if both lie on its line.
+bool is_on_line(const LineSegment& a, const LineSegment& b, double tolerance, double& from,
+                double& to) {
+  const double length = (a.to - a.from).norm();
+  const Vec3 along = (a.to - a.from) / length;
+  const Vec3 p = b.from - a.from, q = b.to - a.from;
+  from = along.dot(p);
+  to = along.dot(q);
+  return (p - from * along).norm() <= tolerance && (q - to * along).norm() <= tolerance;
+}
+
+// True when the two pieces of one plane have a stretch of an edge in common.
+bool do_adjoin(const FlatSurface::Piece& a, const FlatSurface::Piece& b, double tolerance) {
+  if ((a.center - b.center).norm() > a.radius + b.radius + tolerance) return false;
+  for (std::size_t i = 0; i < a.corners.size(); ++i) {
+    const LineSegment side = side_of(a, i);
+    const double length = (side.to - side.from).norm();
+    if (!(length > tolerance)) continue;
+    for (std::size_t k = 0; k < b.corners.size(); ++k) {
+      double from, to;
+      if (!is_on_line(side, side_of(b, k), tolerance, from, to) || from < to) continue;
+      if (std::min(from, length) - std::max(to, 0.0) > 10 * tolerance) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<SurfaceFace> faces_at_seams(const std::vector<ConvexPart>& parts, double size) {
+  std::vector<SurfaceFace> faces;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (parts[p].internal_normals.empty()) continue;
+    for (std::size_t f = 0; f < parts[p].faces.size(); ++f) {
+      const ConvexPart::Face& face = parts[p].faces[f];
+      if (face.internal) continue;
+      const double key = face.normal.dot(Vec3(0.8231, 0.4157, 0.3869)) + face.offset / size * 0.713;
+      faces.push_back(
+          {static_cast<int>(p), static_cast<int>(f), &face, piece_of(parts[p], face), key});
+    }
+  }
+  std::ranges::stable_sort(faces, {}, &SurfaceFace::key);
+  return faces;
+}
+
+double extent_of(const std::vector<ConvexPart>& parts) {
+  double extent = 0;
+  for (const ConvexPart& part : parts) {
+    for (int i = 0; i < part.vertex_count; ++i) extent = std::max(extent, part.vertex(i).norm());
+  }
+  return extent;
+}
+
+// Polygons of one body seen along the normal, all counter-clockwise.
+using Polygons = std::vector<std::vector<PlanePoint>>;
+
+struct Box {
+  double low[2], high[2];
+
+  void extend(const PlanePoint& p, double radius = 0) {
+    low[0] = std::min(low[0], p.u - radius);
+    low[1] = std::min(low[1], p.v - radius);
+    high[0] = std::max(high[0], p.u + radius);
+    high[1] = std::max(high[1], p.v + radius);
+  }
+  bool meets(const Box& other) const {
+    return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
+           other.low[1] <= high[1];
+  }
+};
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr Box kEmptyBox{{kFar, kFar}, {-kFar, -kFar}}, kEverywhere{{-kFar, -kFar}, {kFar, kFar}};
+
+Box box_of(const std::vector<PlanePoint>& polygon) {
+  Box box = kEmptyBox;
+  for (const PlanePoint& p : polygon) box.extend(p);
+  return box;
+}
+
+Box box_of(const Polygons& polygons) {
+  Box box = kEmptyBox;
+  for (const std::vector<PlanePoint>& polygon : polygons) {
+    for (const PlanePoint& p : polygon) box.extend(p);
+  }
+  return box;
+}
+
+// Of a surface, the pieces that may meet `within`.
+Polygons outlines(const ProjectedPart& view, const ConvexPart::Face& face,
+                  const FlatSurface* surface, bool reversed, const Box& within = kEverywhere) {
+  Polygons out;
+  const auto add = [&](const std::vector<Vec3>& corners) {
+    std::vector<PlanePoint>& polygon = out.emplace_back();
+    for (const Vec3& x : corners) polygon.push_back(view.flat(x));
+    if (reversed) std::ranges::reverse(polygon);
+  };
+  if (!surface) {
+    add(piece_of(view.part, face).corners);
+    return out;
+  }
+  for (const FlatSurface::Piece& piece : surface->pieces) {
+    Box around = kEmptyBox;
+    around.extend(view.flat(piece.center), piece.radius);
+    if (around.meets(within)) add(piece.corners);
+  }
+  return out;
+}
+
+// Corners of the common parts of two sets of convex polygons.
+std::vector<PlanePoint> common_corners(const Polygons& first, const Polygons& second) {
+  std::vector<PlanePoint> all, clipped, spare;
+  for (const std::vector<PlanePoint>& a : first) {
+    const Box box = box_of(a);
+    for (const std::vector<PlanePoint>& b : second) {
+      if (!box.meets(box_of(b))) continue;
+      const std::size_t room = 2 * (a.size() + b.size());
+      clipped.resize(room);
+      spare.resize(room);
+      std::ranges::copy(a, clipped.begin());
+      int count = static_cast<int>(a.size());
+      for (std::size_t i = 0; i < b.size() && count >= 3; ++i) {
+        count = cut(clipped.data(), count, b[i], b[i + 1 < b.size() ? i + 1 : 0], spare.data());
+        std::swap(clipped, spare);
+      }
+      if (count >= 3) all.insert(all.end(), clipped.begin(), clipped.begin() + count);
+    }
+  }
+  return all;
+}
+
+// The edge with all that continues it on the outline of the surface.
+LineSegment whole_edge(const ConvexPart& part, const ContactFeature& edge,
+                       const FlatSurface* surface) {
+  LineSegment whole{part.vertex(edge.ends[0]), part.vertex(edge.ends[1])};
+  if (!surface) return whole;
+  const double tolerance = kNoGap * part.bounding_radius;
+  for (bool grown = true; grown;) {
+    grown = false;
+    const double length = (whole.to - whole.from).norm();
+    const Vec3 along = (whole.to - whole.from) / length;
+    for (const FlatSurface::Piece& piece : surface->pieces) {
+      if ((piece.center - whole.from).cross(along).norm() > piece.radius + tolerance) continue;
+      for (std::size_t i = 0; i < piece.corners.size(); ++i) {
+        const LineSegment side = side_of(piece, i);
+        double from, to;
+        if (!is_on_line(whole, side, tolerance, from, to)) continue;
+        const LineSegment ordered = from < to ? side : LineSegment{side.to, side.from};
+        if (from > to) std::swap(from, to);
+        if (from > length + tolerance || to < -tolerance) continue;
+        if (from < -tolerance) whole.from = ordered.from;
+        if (to > length + tolerance) whole.to = ordered.to;
+        grown = from < -tolerance || to > length + tolerance;
+        if (grown) break;
+      }
+      if (grown) break;
+    }
+  }
+  return whole;
+}
+
+// The corners of a region and the heights of both cores there.
+struct WholeRegion {
+  std::vector<PlanePoint> corners;
+  std::vector<std::array<double, 2>> heights;  // m, of a and b
+  const ConvexPart* edge_of = nullptr;         // null: a polygon
+};
+
+// The convex hull of a cut polygon, between two planes.
+template <class HeightA, class HeightB>
+WholeRegion hull_region(const std::vector<PlanePoint>& points, const HeightA& height_a,
+                        const HeightB& height_b) {
+  WholeRegion out;
+  if (points.size() < 3) return out;
+  double extent = 0;
+  for (const int i : hull_corners(points, extent)) {
+    const PlanePoint& at = points[static_cast<std::size_t>(i)];
+    out.corners.push_back(at);
+    out.heights.push_back({height_a(at), height_b(at)});
+  }
+  return out;
+}
+
+WholeRegion region_of_faces(const ProjectedPart& a, const ConvexPart::Face& face_a,
+                            const FlatSurface* surface_a, const ProjectedPart& b,
+                            const ConvexPart::Face& face_b, const FlatSurface* surface_b) {
+  const HeightGradient over_a(a, face_a), over_b(b, face_b);
+  Polygons on_a, on_b;
+  if (surface_a && !surface_b) {
+    on_b = outlines(b, face_b, surface_b, true);
+    on_a = outlines(a, face_a, surface_a, false, box_of(on_b));
+  } else {
+    on_a = outlines(a, face_a, surface_a, false);
+    on_b = outlines(b, face_b, surface_b, true, box_of(on_a));
+  }
+  return hull_region(
+      common_corners(on_a, on_b), [&](const PlanePoint& p) { return over_a.height(p); },
+      [&](const PlanePoint& p) { return over_b.height(p); });
+}
+
+// From the first to the last point of the edge that is over the surface.
+WholeRegion region_of_edge(const ProjectedPart& edge_view, const LineSegment& edge,
+                           const ProjectedPart& face_view, const ConvexPart::Face& face,
+                           const FlatSurface* surface, bool edge_is_a, double size) {
+  WholeRegion out;
+  const PlanePoint p = edge_view.flat(edge.from), q = edge_view.flat(edge.to);
+  Box around = kEmptyBox;
+  around.extend(p);
+  around.extend(q);
+  double from = 1, to = 0;  // along the edge
+  for (const std::vector<PlanePoint>& polygon :
+       outlines(face_view, face, surface, edge_is_a, around)) {
+    double begin, end;
+    if (!clip_segment(polygon.data(), static_cast<int>(polygon.size()), p, q, begin, end) ||
+        begin >= end)
+      continue;
+    from = std::min(from, begin);
+    to = std::max(to, end);
+  }
+  if ((to - from) * std::hypot(q.u - p.u, q.v - p.v) < kLeastExtent * size) return out;
+  const HeightGradient slope(face_view, face);
+  const double height_p = edge_view.height(edge.from), height_q = edge_view.height(edge.to);
+  for (const double t : {from, to}) {
+    const PlanePoint at{p.u + t * (q.u - p.u), p.v + t * (q.v - p.v)};
+    const double on_edge = height_p + t * (height_q - height_p), on_face = slope.height(at);
+    out.corners.push_back(at);
+    out.heights.push_back({edge_is_a ? on_edge : on_face, edge_is_a ? on_face : on_edge});
+  }
+  out.edge_of = &edge_view.part;
+  return out;
+}
+
+// A face or an edge on the plane at the height `level`.
+WholeRegion region_on_plane(const ProjectedPart& a, const ContactFeature& feature,
+                            const FlatSurface* surface, double level) {
+  if (feature.kind == ContactFeature::Kind::face) {
+    std::vector<PlanePoint> all;
+    for (const std::vector<PlanePoint>& polygon : outlines(a, *feature.face, surface, false))
+      all.insert(all.end(), polygon.begin(), polygon.end());
+    const HeightGradient over_a(a, *feature.face);
+    return hull_region(
+        all, [&](const PlanePoint& p) { return over_a.height(p); },
+        [&](const PlanePoint&) { return level; });
+  }
+  WholeRegion out;
+  const LineSegment edge = whole_edge(a.part, feature, surface);
+  for (const Vec3& x : {edge.from, edge.to}) {
+    out.corners.push_back(a.flat(x));
+    out.heights.push_back({a.height(x), level});
+  }
+  out.edge_of = &a.part;
+  return out;
+}
+
+// Whether a point of a part on a plane is one of the feature that was extended.
+bool is_on_feature(const ProjectedPart& a, const ContactFeature& feature, const WholeRegion& whole,
+                   const ContactBasis& frame, double level, const ManifoldPoint& p) {
+  const PlanePoint at = frame.flat(p.position);
+  const double tolerance = kNoGap * a.part.bounding_radius;
+  if (!whole.edge_of) {
+    const double gap = level - HeightGradient(a, *feature.face).height(at) - a.part.radius;
+    return std::abs(gap - p.gap) <= tolerance;
+  }
+  const PlanePoint &from = whole.corners[0], &to = whole.corners[1];
+  const double du = to.u - from.u, dv = to.v - from.v;
+  const double aside = std::abs(du * (at.v - from.v) - dv * (at.u - from.u));
+  return aside <= tolerance * std::hypot(du, dv);
+}
+
+WholeRegion whole_region(const ProjectedPart& a, const ProjectedPart& b, const Manifold& m,
+                         const FlatSurface* surface_a, const FlatSurface* surface_b, double size) {
+  using Kind = ContactFeature::Kind;
+  const ContactFeature &on_a = m.feature_a, &on_b = m.feature_b;
+  if (on_a.kind == Kind::face && on_b.kind == Kind::face)
+    return region_of_faces(a, *on_a.face, surface_a, b, *on_b.face, surface_b);
+  if (on_a.kind == Kind::edge && on_b.kind == Kind::face)
+    return region_of_edge(a, whole_edge(a.part, on_a, surface_a), b, *on_b.face, surface_b, true,
+                          size);
+  if (on_a.kind == Kind::face && on_b.kind == Kind::edge)
+    return region_of_edge(b, whole_edge(b.part, on_b, surface_b), a, *on_a.face, surface_a, false,
+                          size);
+  return {};
+}
+
+}  // namespace
+
+int FlatSurfaces::find(const ConvexPart& part, int number, const ContactFeature& feature) const {
+  if (empty()) return -1;
+  const std::vector<std::int32_t>& own = of_face[static_cast<std::size_t>(number)];
+  if (feature.kind == ContactFeature::Kind::face)
+    return own[static_cast<std::size_t>(feature.face - part.faces.data())];
+  if (feature.kind == ContactFeature::Kind::vertex) return -1;
+  for (std::size_t f = 0; f < own.size(); ++f) {
+    if (own[f] < 0) continue;
+    const auto first = part.loops.begin() + part.faces[f].first;
+    const auto last = first + part.faces[f].count;
+    if (std::find(first, last, feature.ends[0]) != last &&
+        std::find(first, last, feature.ends[1]) != last)
+      return own[f];
+  }
+  return -1;
+}
+
+FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts) {
+  constexpr double kParallel = 1e-6, kKey = 1e-5;
+  FlatSurfaces out;
+  const double size = extent_of(parts), tolerance = kNoGap * size;
+  if (!(size > 0)) return out;
+  const std::vector<SurfaceFace> faces = faces_at_seams(parts, size);
+  // Sets of faces that adjoin each other, by their first member.
+  std::vector<int> first(faces.size());
+  std::iota(first.begin(), first.end(), 0);
+  const auto set_of = [&](int i) {
+    while (first[static_cast<std::size_t>(i)] != i) i = first[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    for (std::size_t k = i + 1; k < faces.size() && faces[k].key - faces[i].key <= kKey; ++k) {
+      const ConvexPart::Face &a = *faces[i].plane, &b = *faces[k].plane;
+      if (faces[i].part == faces[k].part || (a.normal - b.normal).norm() > kParallel ||
+          std::abs(a.offset - b.offset) > tolerance)
+        continue;
+      const int one = set_of(static_cast<int>(i)), other = set_of(static_cast<int>(k));
+      if (one == other || !do_adjoin(faces[i].piece, faces[k].piece, tolerance)) continue;
+      first[static_cast<std::size_t>(std::max(one, other))] = std::min(one, other);
+    }
+  }
+  std::vector<std::vector<int>> sets(faces.size());
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    sets[static_cast<std::size_t>(set_of(static_cast<int>(i)))].push_back(static_cast<int>(i));
+  for (const std::vector<int>& set : sets) {
+    if (set.size() < 2) continue;
+    if (out.of_face.empty()) {
+      for (const ConvexPart& part : parts) out.of_face.emplace_back(part.faces.size(), -1);
+    }
+    FlatSurface& surface = out.surfaces.emplace_back();
+    for (const int i : set) {
+      const SurfaceFace& face = faces[static_cast<std::size_t>(i)];
+      out.of_face[static_cast<std::size_t>(face.part)][static_cast<std::size_t>(face.face)] =
+          static_cast<std::int32_t>(out.surfaces.size()) - 1;
+      surface.pieces.push_back(face.piece);
+    }
+  }
+  return out;
+}
+
+void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_in_a, double offset,
+                        double shell, const FlatSurface* surface_a, const FlatSurface* surface_b,
+                        Manifold& m) {
+  if (!b && m.feature_a.kind == ContactFeature::Kind::vertex) return;
+  const ContactBasis frame(m.normal);
+  const ProjectedPart view_a(a, frame);
+  const double size = b ? pair_size(a, *b) : a.bounding_radius, radius_b = b ? b->radius : 0;
+  const WholeRegion whole =
+      b ? whole_region(view_a, ProjectedPart(*b, frame, b_in_a), m, surface_a, surface_b, size)
+        : region_on_plane(view_a, m.feature_a, surface_a, -offset);
+  if (whole.corners.size() < (whole.edge_of ? 2u : 3u)) return;
+  Region region(static_cast<int>(whole.corners.size()), size);
+  for (std::size_t i = 0; i < whole.corners.size(); ++i)
+    region.add(whole.corners[i], whole.heights[i][0], whole.heights[i][1]);
+  if (whole.edge_of) {
+    compute_segment_weights(region, whole.edge_of->radius, a.radius + radius_b);
+  } else {
+    compute_polygon_weights(region);
+    if (!(region.area > std::pow(kEdgeWidth * size, 2))) return;
+  }
+  // Other corners in the shell of a plane stay.
+  std::vector<ManifoldPoint> others;
+  if (!b) {
+    for (const ManifoldPoint& p : m.points) {
+      if (!is_on_feature(view_a, m.feature_a, whole, frame, -offset, p)) others.push_back(p);
+    }
+  }
+  m.points.clear();
+  m.outline.clear();
+  m.centroid.setZero();
+  emit_region(region, frame, a.radius, radius_b, shell, !whole.edge_of && others.empty(), m);
+  for (const ManifoldPoint& p : others) {
+    m.points.push_back(p);
+    m.area += p.weight;
+  }
+}
+
+}  // namespace firn

@@ -1,0 +1,180 @@
+// Plane surfaces that are not convex: their cuts have no effect. Random floors of boxes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "solver/contact/surface_contacts.h"
+#include "tests/solver/collision/brute_force_distance.h"
+
+namespace firn {
+namespace {
+
+using testing::box;
+using testing::box_planes;
+using testing::Random;
+
+constexpr double kShell = 20e-6;  // m
+
+// Cells between random lines of a square of 0.4 m about the origin, their tops at z = 0. Some are
+// open.
+struct CellFloor {
+  static constexpr int kCells = 7;
+  double x[kCells + 1], y[kCells + 1];
+  int part[kCells][kCells];  // -1: open
+  std::vector<ConvexPart> parts;
+
+  explicit CellFloor(Random& random) {
+    for (int i = 0; i <= kCells; ++i) {
+      const double middle = 0.4 * i / kCells - 0.2;
+      x[i] = middle + random.uniform(-0.02, 0.02);
+      y[i] = middle + random.uniform(-0.02, 0.02);
+    }
+    int count = 0;
+    for (auto& column : part) {
+      for (int& p : column) p = random.below(4) == 0 ? -1 : count++;
+    }
+    for (int i = 0; i < kCells; ++i) {
+      for (int k = 0; k < kCells; ++k) {
+        if (part[i][k] < 0) continue;
+        auto planes = box_planes({x[i], y[k], -0.01}, {x[i + 1], y[k + 1], 0});
+        planes[0].internal = is_solid(i + 1, k);
+        planes[1].internal = is_solid(i - 1, k);
+        planes[2].internal = is_solid(i, k + 1);
+        planes[3].internal = is_solid(i, k - 1);
+        parts.push_back(convex_part(planes, 0));
+      }
+    }
+  }
+  bool is_solid(int i, int k) const {
+    return i >= 0 && i < kCells && k >= 0 && k < kCells && part[i][k] >= 0;
+  }
+  // True when all cells that meet the circle are solid.
+  bool is_solid_around(const Vec3& at, double radius) const {
+    if (at.x() - radius < x[0] || at.x() + radius > x[kCells] || at.y() - radius < y[0] ||
+        at.y() + radius > y[kCells])
+      return false;
+    for (int i = 0; i < kCells; ++i) {
+      for (int k = 0; k < kCells; ++k) {
+        const double dx = at.x() - std::clamp(at.x(), x[i], x[i + 1]);
+        const double dy = at.y() - std::clamp(at.y(), y[k], y[k + 1]);
+        if (part[i][k] < 0 && std::hypot(dx, dy) < radius) return false;
+      }
+    }
+    return true;
+  }
+};
+
+// The face of a part whose normal is +z.
+int top_face(const ConvexPart& part) {
+  for (std::size_t f = 0; f < part.faces.size(); ++f) {
+    if (part.faces[f].normal.z() > 0.99) return static_cast<int>(f);
+  }
+  return -1;
+}
+
+TEST(FlatSurface, IsTheCellsThatAdjoinEachOther) {
+  Random random(11);
+  for (int member = 0; member < 50; ++member) {
+    const CellFloor floor(random);
+    const FlatSurfaces found = find_flat_surfaces(floor.parts);
+    ASSERT_FALSE(found.empty());
+    // Reference: fill from each cell to its four neighbors.
+    std::vector<int> set(floor.parts.size(), -1);
+    int sets = 0;
+    for (int i = 0; i < CellFloor::kCells; ++i) {
+      for (int k = 0; k < CellFloor::kCells; ++k) {
+        if (!floor.is_solid(i, k) || set[static_cast<std::size_t>(floor.part[i][k])] >= 0) continue;
+        std::vector<std::pair<int, int>> stack{{i, k}};
+        while (!stack.empty()) {
+          const auto [u, v] = stack.back();
+          stack.pop_back();
+          if (!floor.is_solid(u, v)) continue;
+          int& own = set[static_cast<std::size_t>(floor.part[u][v])];
+          if (own >= 0) continue;
+          own = sets;
+          stack.insert(stack.end(), {{u + 1, v}, {u - 1, v}, {u, v + 1}, {u, v - 1}});
+        }
+        ++sets;
+      }
+    }
+    const auto surface_of = [&](std::size_t p) {
+      return found.of_face[p][static_cast<std::size_t>(top_face(floor.parts[p]))];
+    };
+    for (std::size_t p = 0; p < set.size(); ++p) {
+      EXPECT_EQ(surface_of(p) < 0, std::ranges::count(set, set[p]) == 1)
+          << "member " << member << ", part " << p;
+      for (std::size_t q = 0; q < p; ++q) {
+        if (surface_of(p) < 0 || surface_of(q) < 0) continue;
+        EXPECT_EQ(surface_of(p) == surface_of(q), set[p] == set[q])
+            << "member " << member << ", parts " << p << " and " << q;
+      }
+    }
+  }
+}
+
+// Body A of one part against the parts of B: contacts as a step finds them.
+std::vector<PartContact> contacts_of(const ConvexPart& a, const std::vector<ConvexPart>& parts_b,
+                                     const FlatSurfaces& surfaces_b, const Pose& b_in_a) {
+  std::vector<PartContact> contacts;
+  for (std::size_t b = 0; b < parts_b.size(); ++b) {
+    PartContact c;
+    c.b = static_cast<int>(b);
+    GjkCache cold;
+    collide(a, parts_b[b], b_in_a, kShell, cold, c.manifold);
+    if (!c.manifold.points.empty()) contacts.push_back(c);
+  }
+  const FlatSurfaces none;
+  const std::size_t kept = join_surface_contacts(
+      {std::span(&a, 1), parts_b, none, surfaces_b, b_in_a, 0, kShell}, contacts, contacts.size());
+  contacts.resize(kept);
+  return contacts;
+}
+
+TEST(FlatSurface, ABoxOnACutFloorHasTheRegionOfAnUncutOne) {
+  Random random(12);
+  const ConvexPart cube = box({12e-3, 10e-3, 8e-3}, 0.1e-3);
+  const std::vector<ConvexPart> uncut{
+      convex_part(box_planes({-0.5, -0.5, -0.01}, {0.5, 0.5, 0}), 0)};
+  int several = 0;  // members on more than one part
+  for (int member = 0; member < 2000;) {
+    const CellFloor floor(random);
+    const FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+    const Vec3 place(random.uniform(-0.18, 0.18), random.uniform(-0.18, 0.18), 0);
+    if (!floor.is_solid_around(place, 20e-3)) continue;
+    ++member;
+    // Flat, near flat, and any way up.
+    const double tilt = member % 4 == 0 ? 0 : member % 4 == 1 ? M_PI : 0.03;
+    const Mat3 turn = Eigen::AngleAxisd(random.uniform(0, 2 * M_PI), Vec3::UnitZ()) *
+                      Eigen::AngleAxisd(random.uniform(-tilt, tilt), random.direction()) *
+                      Mat3::Identity();
+    double lowest = 0;
+    for (int i = 0; i < cube.vertex_count; ++i)
+      lowest = std::min(lowest, (turn * cube.vertex(i)).z() - cube.radius);
+    const Vec3 center = place + Vec3(0, 0, -lowest - random.uniform(1e-6, 60e-6));
+    const Pose b_in_a{turn.transpose(), -(turn.transpose() * center)};
+    const auto got = contacts_of(cube, floor.parts, surfaces, b_in_a);
+    const auto wanted = contacts_of(cube, uncut, {}, b_in_a);
+    ASSERT_EQ(wanted.size(), 1u) << "member " << member;
+    ASSERT_EQ(got.size(), 1u) << "member " << member;
+    const Manifold &m = got[0].manifold, &w = wanted[0].manifold;
+    several += got[0].other_b != 0;
+    EXPECT_NEAR((m.normal - w.normal).norm(), 0, 1e-9) << "member " << member;
+    EXPECT_NEAR(m.area, w.area, 1e-9 * w.area) << "member " << member;
+    EXPECT_NEAR((m.centroid - w.centroid).norm(), 0, 1e-10) << "member " << member;
+    ASSERT_EQ(m.points.size(), w.points.size()) << "member " << member;
+    for (const ManifoldPoint& p : w.points) {
+      const bool found = std::ranges::any_of(m.points, [&](const ManifoldPoint& q) {
+        return (p.position - q.position).norm() < 1e-10 && std::abs(p.gap - q.gap) < 1e-12 &&
+               std::abs(p.weight - q.weight) < 1e-9 * w.area;
+      });
+      EXPECT_TRUE(found) << "member " << member;
+    }
+  }
+  EXPECT_GT(several, 500);
+}
+
+}  // namespace
+}  // namespace firn
