@@ -22,6 +22,7 @@
 #include "experiments/system/interruption.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
+#include "firn/contact_model.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -96,8 +97,10 @@ int main_program(int argc, char** argv) {
       "of\n"
       "their contacts to measurements.",
       "firn"};
-  app.set_version_flag("--version", fmt::format("firn {} ({})", firn_version(), firn_git_commit()),
-                       "Print the version and the commit it was built from");
+  app.set_version_flag("--version",
+                       fmt::format("firn {} ({}), contact model {}", firn_version(),
+                                   firn_git_commit(), kContactModel),
+                       "Print the version, the commit it was built from and the contact model");
   app.set_help_flag("-h,--help", "Print this help");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);

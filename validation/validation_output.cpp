@@ -6,6 +6,7 @@
 
 #include "experiments/storage/version.h"
 #include "experiments/text/vector_json.h"
+#include "firn/contact_model.h"
 #include "validation/validate.h"
 
 namespace firn {
@@ -251,10 +252,16 @@ std::string render_table(const Validation& v) {
 }
 
 std::string render_json(const Validation& v) {
-  Json j = {
-      {"kind", "validation"}, {"name", v.suite.name},           {"title", v.suite.title},
-      {"note", v.suite.note}, {"suite_file", v.suite.source},   {"suite", v.suite.text},
-      {"command", v.command}, {"firn_version", firn_version()}, {"git_commit", firn_git_commit()}};
+  Json j = {{"kind", "validation"},
+            {"name", v.suite.name},
+            {"title", v.suite.title},
+            {"note", v.suite.note},
+            {"suite_file", v.suite.source},
+            {"suite", v.suite.text},
+            {"command", v.command},
+            {"firn_version", firn_version()},
+            {"git_commit", firn_git_commit()},
+            {"contact_model", kContactModel}};
   for (const ParameterSet& p : v.suite.parameter_sets) {
     Json set = Json::object();
     for (const auto& [key, value] : p.set) set[key] = value;

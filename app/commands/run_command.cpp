@@ -20,6 +20,7 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
+#include "experiments/case_reader/material_values.h"
 #include "experiments/inspection/run_health.h"
 #include "experiments/inspection/state_trace.h"
 #include "experiments/results/results_file.h"
@@ -30,6 +31,7 @@
 #include "experiments/system/text_encoding.h"
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -79,6 +81,8 @@ void tell_materials(const Case& c, const toml::table& resolved) {
                  sets.empty() ? "nothing" : comma_list(sets));
     if (!m.kept.empty()) spdlog::info("  the case goes before it in {}", comma_list(m.kept));
     if (!m.unused.empty()) spdlog::info("  the case has no place for {}", comma_list(m.unused));
+    const std::string warning = contact_model_warning(m);
+    if (!warning.empty()) spdlog::warn("{}", warning);
   }
 }
 
@@ -166,6 +170,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
   document["profile"] = profile_json(s.profile);
   document["firn_version"] = firn_version();
   document["git_commit"] = firn_git_commit();
+  document["contact_model"] = kContactModel;
   return document;
 }
 

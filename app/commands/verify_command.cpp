@@ -13,6 +13,7 @@
 #include "experiments/system/terminal.h"
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
+#include "firn/contact_model.h"
 #include "reports/documents/verification_page.h"
 #include "validation/verification/suite.h"
 
@@ -84,7 +85,9 @@ void print_table(const std::vector<VerificationCase>& cases, const std::vector<C
 
 Json results_json(const std::vector<VerificationCase>& cases,
                   const std::vector<CaseResult>& results) {
-  Json document = {{"firn_version", firn_version()}, {"git_commit", firn_git_commit()}};
+  Json document = {{"firn_version", firn_version()},
+                   {"git_commit", firn_git_commit()},
+                   {"contact_model", kContactModel}};
   Json list = Json::array();
   bool all = true;
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -123,7 +126,8 @@ int verify(const Arguments& a) {
   const std::vector<VerificationCase> cases = select(a.names, a.full);
   const int jobs =
       a.jobs > 0 ? a.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const std::string program = fmt::format("firn {} (commit {})", firn_version(), firn_git_commit());
+  const std::string program = fmt::format("firn {} (commit {}, contact model {})", firn_version(),
+                                          firn_git_commit(), kContactModel);
   const bool terminal = ::isatty(STDERR_FILENO) != 0;
   if (!a.page.empty())  // reports a wrong name before hours of work
     write_verification_page(cases, std::vector<CaseResult>(cases.size()), program, a.page);

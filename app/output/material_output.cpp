@@ -131,8 +131,8 @@ void tell_provenance(std::string& out, const StoredRecord& s) {
     line(out, "  {:<14} {} = {}; {}", "measurement", m.response,
          value_text(m.value, m.uncertainty, m.unit), m.source);
   if (!p.program_version.empty())
-    line(out, "  {:<14} firn {}, commit {}, identity {}", "program", p.program_version,
-         p.program_commit, p.program);
+    line(out, "  {:<14} firn {}, commit {}, identity {}, contact model {}", "program",
+         p.program_version, p.program_commit, p.program, p.contact_model);
   for (const UsedEstimator& e : p.estimators)
     line(out, "  {:<14} {}: {}, version {}", "estimator", e.response, e.method, e.version);
   if (!p.seeds.empty()) {

@@ -7,6 +7,7 @@
 #include "experiments/storage/version.h"
 #include "experiments/system/text_encoding.h"
 #include "experiments/text/vector_json.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -206,6 +207,7 @@ std::string render_json(const Study& study, const Answer& a) {
             {"headline", a.headline},
             {"firn_version", firn_version()},
             {"git_commit", firn_git_commit()},
+            {"contact_model", kContactModel},
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
   for (const Prior& prior : study.priors) {

@@ -19,6 +19,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/number_text.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -220,6 +221,7 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
   p.program_version = firn_version();
   p.program_commit = commits_of(runs);
   p.program = firn_program();
+  p.contact_model = kContactModel;
   p.raw_data = raw_data_of(study, directory);
   for (const Target& t : study.targets) {
     UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, stored_unit(t.unit), t.source,

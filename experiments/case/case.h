@@ -184,6 +184,8 @@ struct AppliedMaterial {
   std::vector<std::string> sets;    // case keys
   std::vector<std::string> kept;    // keys of it for which the case, or --set, says otherwise
   std::vector<std::string> unused;  // keys about materials that the case does not have
+  // Of a calibrated record: the contact model that it was calibrated with.
+  std::optional<int> contact_model;
 };
 
 // Records that the command line names, "NAME[@VERSION][#SAMPLE]", and where records are.

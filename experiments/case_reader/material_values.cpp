@@ -8,6 +8,7 @@
 #include <set>
 
 #include "experiments/material_records/material_database.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -68,7 +69,8 @@ class Application {
 
   AppliedMaterial apply(const MaterialChoice& choice, const StoredRecord& stored, bool over_file) {
     const MaterialRecord& record = stored.record;
-    AppliedMaterial a{record.reference(), choice.selection(), stored.sha256, {}, {}, {}};
+    AppliedMaterial a{record.reference(), choice.selection(), stored.sha256, {}, {}, {}, {}};
+    if (record.kind == RecordKind::calibrated) a.contact_model = record.provenance.contact_model;
     const std::vector<double> values = chosen_values(record, choice);
     for (std::size_t i = 0; i < record.parameters.size(); ++i) {
       const MaterialParameter& p = record.parameters[i];
@@ -187,6 +189,7 @@ class Application {
                       t.string("sha256"),
                       {},
                       {},
+                      {},
                       {}};
     for (const std::string& text : t.strings("applied_keys")) {
       const std::string key = current_case_path(text);
@@ -230,6 +233,14 @@ class Application {
 };
 
 }  // namespace
+
+std::string contact_model_warning(const AppliedMaterial& material) {
+  if (!material.contact_model || *material.contact_model == kContactModel) return "";
+  return fmt::format(
+      "material {} was calibrated with contact model {}, and this build has {}: its values may not "
+      "fit; calibrate them again",
+      material.record, *material.contact_model, kContactModel);
+}
 
 std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
                                              const MaterialRequest& request) {

@@ -116,9 +116,11 @@ Json provenance_json(const Provenance& p) {
     return one;
   });
   put(j, "study", p.study);
-  if (!p.program_version.empty())
+  if (!p.program_version.empty()) {
     j["program"] = {
         {"version", p.program_version}, {"commit", p.program_commit}, {"identity", p.program}};
+    if (p.contact_model > 1) j["program"]["contact_model"] = p.contact_model;
+  }
   if (!p.seeds.empty()) j["seeds"] = p.seeds;
   put_all(j, "estimators", p.estimators, [](const UsedEstimator& e) {
     return Json{{"response", e.response}, {"method", e.method}, {"version", e.version}};
@@ -288,10 +290,12 @@ Provenance read_provenance(const JsonReader& j) {
   p.study = j.string_or_empty("study");
   if (j.has("program")) {
     const JsonReader program = j.at("program");
-    program.allow({"version", "commit", "identity"});
+    program.allow({"version", "commit", "identity", "contact_model"});
     p.program = program.string("identity");
     p.program_version = program.string("version");
     p.program_commit = program.string("commit");
+    if (program.has("contact_model"))
+      p.contact_model = static_cast<int>(program.integer("contact_model", 1, 1000000));
   }
   p.seeds = read_all(j, "seeds", read_seed);
   p.estimators = read_all(j, "estimators", [](const JsonReader& e) {

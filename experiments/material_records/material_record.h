@@ -138,8 +138,9 @@ struct Provenance {
   std::vector<RawData> raw_data;
   // Of a calibration, all of them:
   std::string program_version, program_commit;
-  std::string program;  // identity of what decides its numbers: firn_program()
-  std::string study;    // its name
+  std::string program;    // identity of what decides its numbers: firn_program()
+  int contact_model = 1;  // of the program; records made before it had a number: 1
+  std::string study;      // its name
   std::vector<SimulatedCase> cases;
   std::vector<UsedMeasurement> measurements;
   std::vector<std::uint64_t> seeds;  // of every run that the values rest on

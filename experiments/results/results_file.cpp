@@ -173,6 +173,13 @@ std::string Recording::program() const {
   });
 }
 
+int Recording::contact_model() const {
+  return impl_->guarded([&] {
+    if (!impl_->file.has_attribute("/", "contact_model")) return 1;
+    return static_cast<int>(impl_->file.integer_attribute("/", "contact_model"));
+  });
+}
+
 std::uint64_t Recording::seed() const {
   return impl_->guarded([&] { return impl_->file.integer_attribute("/", "seed"); });
 }

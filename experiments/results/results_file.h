@@ -61,6 +61,7 @@ class Recording {
   Case read_case() const;
   std::string status() const;   // "finished", "failed: ...", "running", "interrupted"
   std::string program() const;  // what ran it, "Firn 0.1.0 (89ab...)"
+  int contact_model() const;    // 1: the file does not state one
   std::uint64_t seed() const;
   double timestep() const;
   std::size_t particle_count() const;

@@ -244,6 +244,8 @@ constexpr Attribute kAttributes[] = {
     {"/", "firn_version", always, text, "", R::any, "",
      "written last: a file without it was never begun"},
     {"/", "git_commit", always, text, "", R::any, "", ""},
+    {"/", "contact_model", newer, natural, "", R::positive, "",
+     "number of the [contact model](contact.md#contact-models); files without it are of model 1"},
     {"/", "seed", always, natural, "", R::any, "", ""},
     {"/", "timestep", always, real, "", R::positive, "", "s"},
     {"/", "status", always, text, "", R::choice, "running|finished|interrupted|failed", ""},

@@ -7,6 +7,7 @@
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/results/contact_statistics_results.h"
 #include "experiments/storage/version.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -169,6 +170,7 @@ void write_header(hdf5::File& file, const Case& c) {
   const Model& model = c.model;
   file.set_attribute("/", "case", c.resolved);
   file.set_attribute("/", "git_commit", std::string(firn_git_commit()));
+  file.set_attribute("/", "contact_model", static_cast<std::uint64_t>(kContactModel));
   file.set_attribute("/", "seed", c.seed);
   file.set_attribute("/", "timestep", model.timestep);
   file.set_attribute("/", "status", std::string("running"));

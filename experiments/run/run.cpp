@@ -12,6 +12,7 @@
 #include "experiments/run/driver.h"
 #include "experiments/run/interference_check.h"
 #include "experiments/system/interruption.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -96,6 +97,11 @@ void check_runnable(const Case& c) {
 }
 
 Case case_of(const Recording& recording, const char* what) {
+  if (const int made_with = recording.contact_model(); made_with != kContactModel)
+    throw InputError(fmt::format(
+        "{}: cannot be {}: it was made with contact model {}, and this build has {}; run the case "
+        "again",
+        recording.file(), what, made_with, kContactModel));
   Case c = recording.read_case();
   if (c.model.timestep != recording.timestep() || c.seed != recording.seed() ||
       c.model.particles.size() != recording.particle_count())

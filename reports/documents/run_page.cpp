@@ -269,8 +269,8 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   const Case c = recording.read_case();
   const std::vector<Response> responses =
       ordered(recording.measured() ? recording.responses() : measure(recording), c);
-  page::Page page(c.name,
-                  fmt::format("one run, seed {}, {}", recording.seed(), recording.program()));
+  page::Page page(c.name, fmt::format("one run, seed {}, {}, contact model {}", recording.seed(),
+                                      recording.program(), recording.contact_model()));
   top(recording, c, responses, page);
   add_replay(page, recording, c, options);
   if (!responses.empty()) page.section("Responses", "responses").table(response_table(responses));

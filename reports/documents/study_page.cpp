@@ -328,9 +328,10 @@ void study_runs_section(const Json& results, page::Page& page) {
 }
 
 page::Page page_of(const Json& results, const fs::path& folder) {
-  page::Page page(text(results, "study"),
-                  fmt::format("study, Firn {} ({})", results.value("firn_version", ""),
-                              results.value("git_commit", "")));
+  page::Page page(
+      text(results, "study"),
+      fmt::format("study, Firn {} ({}), contact model {}", results.value("firn_version", ""),
+                  results.value("git_commit", ""), contact_model_of(results)));
   study_summary(results, page);
   targets_section(results, page);
   study_parameters_section(results, page);

@@ -176,8 +176,9 @@ void method_section(page::Page& page) {
 page::Page page_of(const Json& results, const std::string& folder,
                    const ValidationPageOptions& options) {
   page::Page page(text(results, "title"),
-                  fmt::format("validation \"{}\", Firn {} ({})", text(results, "name"),
-                              text(results, "firn_version"), text(results, "git_commit")));
+                  fmt::format("validation \"{}\", Firn {} ({}), contact model {}",
+                              text(results, "name"), text(results, "firn_version"),
+                              text(results, "git_commit"), contact_model_of(results)));
   const std::vector<Sets> groups = grouped(results);
   validation_summary(results, groups, page);
   std::optional<ValidationReplays> replays;

@@ -56,6 +56,10 @@ std::string text(const Json& j, const char* key) {
   return value.get<std::string>();
 }
 
+int contact_model_of(const Json& results) {
+  return results.contains("contact_model") ? whole_number(results, "contact_model") : 1;
+}
+
 std::vector<double> numbers(const Json& j) {
   if (!j.is_array()) refuse(j, "a list of numbers");
   std::vector<double> all;

@@ -24,6 +24,7 @@ double number(const Json& j);
 double number(const Json& j, const char* key);
 int whole_number(const Json& j, const char* key);  // from 0 to a billion
 std::string text(const Json& j, const char* key);
+int contact_model_of(const Json& results);  // 1: the document does not state one
 std::vector<double> numbers(const Json& j);
 std::vector<double> numbers(const Json& j, std::size_t count);
 std::pair<double, double> interval(const Json& j);  // two numbers

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "experiments/storage/version.h"
+#include "firn/contact_model.h"
 #include "tests/app/program.h"
 #include "tests/support/small_cases.h"
 
@@ -74,7 +75,8 @@ TEST(Usage, CountsAreWholeNumbersInTheirRange) {
 TEST(Usage, VersionTellsTheCommit) {
   const Outcome o = Folder().firn({"--version"});
   EXPECT_EQ(o.status, 0);
-  EXPECT_EQ(o.out, std::string("firn ") + firn_version() + " (" + firn_git_commit() + ")\n");
+  EXPECT_EQ(o.out, std::string("firn ") + firn_version() + " (" + firn_git_commit() +
+                       "), contact model " + std::to_string(kContactModel) + "\n");
 }
 
 TEST(Usage, NothingToDoIsAMistake) {

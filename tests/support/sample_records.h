@@ -57,6 +57,7 @@ inline MaterialRecord calibrated_record(const std::string& name = "ice-steel") {
   p.program_version = "0.1.0";
   p.program_commit = "0123456789ab";
   p.program = "0123456789abcdef";
+  p.contact_model = 2;
   p.seeds = {1, 2, 1001, 1002};
   p.estimators = {{"angle_of_repose", "robust line", 2}};
   p.command = "firn calibrate study.toml";

@@ -1,12 +1,14 @@
 // Records in cases: what goes before what, and what a resolved case keeps of it.
 #include "experiments/case_reader/material_values.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 
 #include "experiments/material_records/material_database.h"
+#include "firn/contact_model.h"
 #include "tests/support/sample_records.h"
 
 namespace firn {
@@ -80,6 +82,21 @@ TEST_F(MaterialApplication, ARecordFillsInWhatTheCaseLeavesOpen) {
 }
 
 // The case's own keys go before the record that it names; a parameter goes whole or not at all.
+TEST_F(MaterialApplication, AnotherContactModelIsWarnedOf) {
+  const AppliedMaterial calibrated = read(case_text(named, restitution)).material_records.at(0);
+  ASSERT_NE(kContactModel, 2);
+  EXPECT_EQ(contact_model_warning(calibrated),
+            fmt::format("material ice-steel@2 was calibrated with contact model 2, and this build "
+                        "has {}: its values may not fit; calibrate them again",
+                        kContactModel));
+  AppliedMaterial own = calibrated;
+  own.contact_model = kContactModel;
+  EXPECT_EQ(contact_model_warning(own), "");
+  // A measured or printed value belongs to no contact model.
+  const Case printed = read(case_text(named, restitution), {"ice-steel@1"});
+  EXPECT_EQ(contact_model_warning(printed.material_records.back()), "");
+}
+
 TEST_F(MaterialApplication, TheCasesOwnKeysGoBeforeTheRecordThatItNames) {
   const Case c =
       read(case_text(named,

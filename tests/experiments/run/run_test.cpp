@@ -1,5 +1,6 @@
 #include "experiments/run/run.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -16,7 +17,9 @@
 #include "experiments/results/recorder.h"
 #include "experiments/results/results_file.h"
 #include "experiments/storage/hdf5_file.h"
+#include "firn/contact_model.h"
 #include "tests/support/results_folder.h"
+#include "tests/support/results_readers.h"
 #include "tests/support/tray_case.h"
 
 namespace firn {
@@ -219,6 +222,30 @@ TEST_F(RunTest, KilledRunGoesOnBitForBit) {
 }
 
 // Killed after the last word on the run and before the rest of the housekeeping.
+TEST_F(RunTest, RunOfAnotherContactModelIsNotResumed) {
+  std::atomic<bool> interrupt = false;
+  RunOptions parts = options("parts.h5");
+  parts.interrupt = &interrupt;
+  parts.each_step = [&](const Solver& solver, bool) { interrupt = solver.time() > 0.01; };
+  ASSERT_EQ(run(tray(), parts).status, RunStatus::interrupted);
+  EXPECT_EQ(Recording(parts.results_file).contact_model(), kContactModel);
+  const std::uint64_t other = kContactModel - 1;
+  {
+    hdf5::File file = hdf5::File::open(parts.results_file, hdf5::File::Access::write);
+    file.set_attribute("/", "contact_model", other);
+  }
+  const std::string before = test::bytes_of(parts.results_file);
+  try {
+    resume(parts.results_file, parts);
+    FAIL() << "was resumed";
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.what(), fmt::format("{}: cannot be resumed: it was made with contact model {}, and "
+                                    "this build has {}; run the case again",
+                                    parts.results_file, other, kContactModel));
+  }
+  EXPECT_EQ(test::bytes_of(parts.results_file), before);
+}
+
 TEST_F(RunTest, ResumeTidiesARunKilledAtItsEnd) {
   Case c = tray();
   c.duration = 0.02;
