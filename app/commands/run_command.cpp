@@ -20,9 +20,9 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
-#include "experiments/case_reader/material_values.h"
 #include "experiments/inspection/run_health.h"
 #include "experiments/inspection/state_trace.h"
+#include "experiments/material_records/material_record.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/version.h"
@@ -81,7 +81,8 @@ void tell_materials(const Case& c, const toml::table& resolved) {
                  sets.empty() ? "nothing" : comma_list(sets));
     if (!m.kept.empty()) spdlog::info("  the case goes before it in {}", comma_list(m.kept));
     if (!m.unused.empty()) spdlog::info("  the case has no place for {}", comma_list(m.unused));
-    const std::string warning = contact_model_warning(m);
+    if (!m.contact_model) continue;
+    const std::string warning = contact_model_warning(m.record, *m.contact_model);
     if (!warning.empty()) spdlog::warn("{}", warning);
   }
 }

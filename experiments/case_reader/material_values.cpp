@@ -8,7 +8,6 @@
 #include <set>
 
 #include "experiments/material_records/material_database.h"
-#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -233,14 +232,6 @@ class Application {
 };
 
 }  // namespace
-
-std::string contact_model_warning(const AppliedMaterial& material) {
-  if (!material.contact_model || *material.contact_model == kContactModel) return "";
-  return fmt::format(
-      "material {} was calibrated with contact model {}, and this build has {}: its values may not "
-      "fit; calibrate them again",
-      material.record, *material.contact_model, kContactModel);
-}
 
 std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
                                              const MaterialRequest& request) {

@@ -17,8 +17,4 @@ namespace firn {
 std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
                                              const MaterialRequest& request);
 
-// One line about a record that was calibrated with another contact model than this build has;
-// empty: none.
-std::string contact_model_warning(const AppliedMaterial& material);
-
 }  // namespace firn

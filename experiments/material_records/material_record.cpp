@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "experiments/material_records/material_names.h"
+#include "firn/contact_model.h"
 
 namespace firn {
 namespace {
@@ -208,6 +209,14 @@ std::vector<double> chosen_values(const MaterialRecord& record, const MaterialCh
   for (std::size_t i = 0; i < drawn.size(); ++i)
     values[record.index(record.family->axes[i].parameter)] = drawn[i];
   return values;
+}
+
+std::string contact_model_warning(const std::string& reference, int contact_model) {
+  if (contact_model == kContactModel) return "";
+  return fmt::format(
+      "material {} was calibrated with contact model {}, and this build has {}: its values may not "
+      "fit; calibrate them again",
+      reference, contact_model, kContactModel);
 }
 
 }  // namespace firn

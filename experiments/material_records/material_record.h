@@ -199,4 +199,8 @@ MaterialChoice parse_material_choice(const std::string& text);
 // the Gaussian, cut at the bounds. Throws InputError where there is no family or no such anchor.
 std::vector<double> chosen_values(const MaterialRecord& record, const MaterialChoice& choice);
 
+// One line about the record `reference`, calibrated with `contact_model`; empty: this build has the
+// same contact model.
+std::string contact_model_warning(const std::string& reference, int contact_model);
+
 }  // namespace firn

@@ -63,7 +63,7 @@ struct FlatSurfaces {
                                                    // there. Empty if no part has any
 
   bool empty() const { return surfaces.empty(); }
-  // That of a face, or of an edge whose line goes on beyond the part; -1: none.
+  // That of a face, or of an edge whose line continues beyond the part; -1: none.
   int find(const ConvexPart& part, int number, const ContactFeature& feature) const;
 };
 

@@ -42,7 +42,7 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"experiments/meshes", {"experiments/storage"}},
     {"experiments/material_records", {"experiments/storage", "experiments/text"}},
     {"experiments/measurements", {"experiments/analysis", "experiments/text"}},
-    {"experiments/case", {"solver/include/firn"}},
+    {"experiments/case", {"experiments/text", "solver/include/firn"}},
     {"experiments/results", {"experiments/analysis", "experiments/case", "experiments/storage"}},
     {"experiments/case_reader/model",
      {"experiments/machine", "experiments/meshes", "experiments/text"}},

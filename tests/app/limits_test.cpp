@@ -234,8 +234,8 @@ TEST_F(Limits, BatchesAreNotEndless) {
                 HasSubstr("budget." + name + ": is 1000000000; expected at most 100000"));
   }
   // Two numbers that fit, and their product does not.
-  EXPECT_THAT(changed(hostile::study_file, "design_points = 4\nruns_per_point = 1",
-                      "design_points = 90000\nruns_per_point = 90000", "calibrate"),
+  EXPECT_THAT(changed(hostile::study_file, "design_points = 4\nreplicates_per_point = 1",
+                      "design_points = 90000\nreplicates_per_point = 90000", "calibrate"),
               HasSubstr("budget: makes more than 100000 runs"));
   EXPECT_THAT(changed(hostile::sweep_file, "[[vary]]", "seeds = 60000\n[[vary]]", "sweep"),
               HasSubstr("more than 100000 runs"));

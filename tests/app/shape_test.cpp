@@ -217,7 +217,7 @@ TEST(ShapeCommand, FreeBodyOfOverlappingCubesNeedsItsMass) {
                                                 "file = \"both.stl\"\nlength_unit = \"mm\"\n"
                                                 "position = \"1 1 1 m\"\nmotion_frame = \"cup\"\n"
                                                 "[[motion_frames]]\nname = \"cup\"\n"
-                                                "[motion_frames.free]\nturns_freely = true\n" +
+                                                "[motion_frames.free]\nfree_rotation = true\n" +
                                                 keys)});
   };
   EXPECT_EQ(outcome(50, "density = \"900 kg/m^3\"\n").status, 0);

@@ -76,7 +76,7 @@ TEST(ShippedFiles, AllCanBeRead) {
         read_measurement(path);
       }
     } catch (const InputError& error) {
-      if (has("\n[start]")) {  // from the results of a run that has not been made
+      if (has("\n[initial_state]")) {  // from the results of a run that has not been made
         EXPECT_THAT(error.what(), HasSubstr(".h5"));
       } else {  // a form to be filled in
         ++forms;

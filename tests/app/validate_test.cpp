@@ -219,7 +219,7 @@ TEST(ValidateCommand, RefusesInOneLine) {
   refused("seeds = 6", "seds = 6", "seeds");
   refused("case = \"case.toml\"", "case = \"none.toml\"", "does not exist");
   refused("experiment = \"fall\"", "experiment = \"fly\"", "is no experiment of this suite");
-  refused("kind = \"claims\"", "kind = \"value\"", "is qualitative");
+  refused("kind = \"criteria\"", "kind = \"value\"", "is qualitative");
   refused("measurement = \"mass.toml\"", "measurement = \"claims.toml\"", "is qualitative");
   refused("kind = \"value\"", "kind = \"values\"", "value");
   refused("timestep = 0.5", "timestep = 2", "expected factors between 0 and 1");

@@ -178,13 +178,15 @@ TEST(Claims, MistakesAreOneLineWithTheirPlace) {
     return "none";
   };
   const std::string whole =
-      "statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\ntimes = 2\nonce_in = 3\n";
+      "statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\nfactor = "
+      "2\nobserved_once_in = 3\n";
   EXPECT_EQ(complaint(whole), "none");
-  EXPECT_THAT(complaint("statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\n"), HasSubstr("because"));
+  EXPECT_THAT(complaint("statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\n"),
+              HasSubstr("rationale: missing"));
   EXPECT_THAT(complaint("statement = \"\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\n"),
-              HasSubstr("m.toml:6: claims.0.statement: is empty"));
+              HasSubstr("m.toml:6: criteria.0.statement: is empty"));
   EXPECT_THAT(complaint("statement = \"s\"\nlhs = \"a\"\nrhs = \"b\"\nrationale = \"c\"\n"
-                        "times = 0\n"),
+                        "factor = 0\n"),
               HasSubstr("expected more than zero"));
 }
 

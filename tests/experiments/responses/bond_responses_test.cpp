@@ -155,14 +155,15 @@ pairs = [[0, 1]]
 }
 
 TEST(BondCase, MistakesAreToldInOneLine) {
-  EXPECT_THAT(complaint(joined("source = \"mould\"")), HasSubstr("is no source"));
-  EXPECT_THAT(complaint(joined("source = \"mold\"\nposition = \"0 0 40 mm\"")),
+  EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is no source"));
+  EXPECT_THAT(complaint(joined("inlet = \"mold\"\nposition = \"0 0 40 mm\"")),
               HasSubstr("mm off particle 0; expected neighbours"));
-  EXPECT_THAT(complaint(joined("source = \"mold\"\nheight_direction = [1, 0, 0]")),
+  EXPECT_THAT(complaint(joined("inlet = \"mold\"\nheight_direction = [1, 0, 0]")),
               HasSubstr("along the bridge"));
-  EXPECT_THAT(complaint(joined("source = \"mold\"\nmold = \"floor\"")), HasSubstr("beside a mold"));
-  EXPECT_THAT(complaint(joined("source = \"mold\"\ndamping_ratio = 2")), HasSubstr("from 0 to 1"));
-  EXPECT_THAT(complaint(joined("source = \"mold\"\nradius = \"2 mm\"")), HasSubstr("either width"));
+  EXPECT_THAT(complaint(joined("inlet = \"mold\"\nmold = \"floor\"")),
+              HasSubstr("together with a mold"));
+  EXPECT_THAT(complaint(joined("inlet = \"mold\"\ndamping_ratio = 2")), HasSubstr("from 0 to 1"));
+  EXPECT_THAT(complaint(joined("inlet = \"mold\"\nradius = \"2 mm\"")), HasSubstr("either width"));
   // Bodies far from each other.
   std::string apart = joined();
   apart.replace(apart.find("\"25 1 1 mm\""), 11, "\"90 1 1 mm\"");
@@ -173,7 +174,7 @@ TEST(BondCase, MistakesAreToldInOneLine) {
 }
 
 TEST(BondCase, AreLeftOutWhenNotEnabled) {
-  const Case c = read(joined("source = \"mold\"\nenabled = false"));
+  const Case c = read(joined("inlet = \"mold\"\nenabled = false"));
   EXPECT_TRUE(c.model.bonds.empty());
   EXPECT_EQ(c.model.timestep, read(source()).model.timestep);
 }

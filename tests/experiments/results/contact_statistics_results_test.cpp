@@ -33,8 +33,8 @@ std::string refusal(const std::vector<Override>& overrides) {
 
 TEST(StatisticsCase, ReadsWhatIsAskedFor) {
   const Case c = tray({{"statistics.events.threshold", "\"2.5 N\""},
-                       {"statistics.triangles.boundaries", "[\"lid\"]"},
-                       {"statistics.energies.decades", "4"}});
+                       {"statistics.boundary_maps.boundaries", "[\"lid\"]"},
+                       {"statistics.energy_spectrum.decades", "4"}});
   const StatisticsOptions& asked = c.model.statistics;
   EXPECT_EQ(asked.merge, 1e-4);
   EXPECT_TRUE(asked.events);
@@ -57,8 +57,8 @@ TEST(StatisticsCase, WearIsACoefficientOverAHardness) {
   const std::string rate = "specific_wear_rate = \"1e-13 m^2/N\"";
   text.replace(text.find(rate), rate.size(), "wear_coefficient = 2e-4\nhardness = \"20 MPa\"");
   EXPECT_DOUBLE_EQ(read_case_text(text, "tray.toml", ".").wear_rate, 1e-11);
-  EXPECT_THAT(refusal({{"statistics.triangles.hardness", "\"20 MPa\""}}),
-              HasSubstr("specific_wear_rate: is given beside"));
+  EXPECT_THAT(refusal({{"statistics.boundary_maps.hardness", "\"20 MPa\""}}),
+              HasSubstr("specific_wear_rate: is given together with"));
 }
 
 TEST(StatisticsCase, IsOffWithoutItsTable) {
@@ -74,16 +74,16 @@ TEST(StatisticsCase, RefusesWhatMakesNoSense) {
       {"statistics.events.threshold", "\"-1 N\"", "statistics.events.threshold: "},
       {"statistics.events.threshold", "\"1 J\"", "statistics.events.threshold: "},
       {"statistics.events.treshold", "\"1 N\"", "\"threshold\""},
-      {"statistics.merge", "3", "statistics.merge: "},
-      {"statistics.opposed_loads", "\"yes\"", "statistics.opposed_loads: "},
-      {"statistics.triangles.boundaries", "[\"flor\"]", "\"floor\""},
-      {"statistics.triangles.boundaries", "[]", "expected names of boundaries"},
-      {"statistics.triangles.boundaries", "[\"lid\", \"lid\"]", "names \"lid\" twice"},
-      {"statistics.triangles.edge", "\"1 um\"", "more than 1000000 triangles"},
-      {"statistics.triangles.interval", "\"0 s\"", "statistics.triangles.interval: "},
-      {"statistics.surfaces.edge", "\"0 mm\"", "statistics.surfaces.edge: "},
-      {"statistics.energies.lowest", "\"0 J\"", "statistics.energies.lowest: "},
-      {"statistics.energies.per_decade", "0", "statistics.energies.per_decade: "},
+      {"statistics.merge_gap", "3", "statistics.merge_gap: "},
+      {"statistics.compressive_loads", "\"yes\"", "statistics.compressive_loads: "},
+      {"statistics.boundary_maps.boundaries", "[\"flor\"]", "\"floor\""},
+      {"statistics.boundary_maps.boundaries", "[]", "expected names of boundaries"},
+      {"statistics.boundary_maps.boundaries", "[\"lid\", \"lid\"]", "names \"lid\" twice"},
+      {"statistics.boundary_maps.edge", "\"1 um\"", "more than 1000000 triangles"},
+      {"statistics.boundary_maps.interval", "\"0 s\"", "statistics.boundary_maps.interval: "},
+      {"statistics.particle_maps.edge", "\"0 mm\"", "statistics.particle_maps.edge: "},
+      {"statistics.energy_spectrum.lowest", "\"0 J\"", "statistics.energy_spectrum.lowest: "},
+      {"statistics.energy_spectrum.per_decade", "0", "statistics.energy_spectrum.per_decade: "},
   };
   for (const auto& [key, value, message] : mistakes)
     EXPECT_THAT(refusal({{key, value}}), HasSubstr(message)) << key << " = " << value;
@@ -92,7 +92,8 @@ TEST(StatisticsCase, RefusesWhatMakesNoSense) {
       "[[boundaries]]\nname = \"plane\"\nkind = \"plane\"\nmaterial = \"plastic\"\n"
       "point = \"0 0 -1 m\"\nnormal = [0, 0, 1]\n";
   try {
-    read_case_text(text, "tray.toml", ".", {{"statistics.triangles.boundaries", "[\"plane\"]"}});
+    read_case_text(text, "tray.toml", ".",
+                   {{"statistics.boundary_maps.boundaries", "[\"plane\"]"}});
     ADD_FAILURE() << "a plane has no triangles";
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("\"plane\" is a plane, which has no triangles"));

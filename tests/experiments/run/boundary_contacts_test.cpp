@@ -153,13 +153,13 @@ TEST(BoundaryContactReader, RefusesWhatIsNoContactInOneLine) {
 TEST(BoundaryContactReader, RefusesAMotorWhoseCharacteristicIsNone) {
   const auto with = [](const std::string& drive) {
     return error_of(
-        replaced(kPress, "{ speed = \"1 m/s\", limit = \"5 N\" }", "{ " + drive + " }"));
+        replaced(kPress, "{ speed = \"1 m/s\", max_load = \"5 N\" }", "{ " + drive + " }"));
   };
-  EXPECT_EQ(with("speed = \"1 m/s\", limit = \"5 N\", no_load_speed = \"2 m/s\""), "");
+  EXPECT_EQ(with("speed = \"1 m/s\", max_load = \"5 N\", no_load_speed = \"2 m/s\""), "");
   EXPECT_THAT(with("speed = \"1 m/s\", no_load_speed = \"2 m/s\""), HasSubstr("stall"));
-  EXPECT_THAT(with("speed = \"3 m/s\", limit = \"5 N\", no_load_speed = \"2 m/s\""),
+  EXPECT_THAT(with("speed = \"3 m/s\", max_load = \"5 N\", no_load_speed = \"2 m/s\""),
               HasSubstr("no_load_speed"));
-  EXPECT_THAT(with("speed = \"1 m/s\", limit = \"5 N\", no_load_speed = \"0 m/s\""),
+  EXPECT_THAT(with("speed = \"1 m/s\", max_load = \"5 N\", no_load_speed = \"0 m/s\""),
               HasSubstr("no_load_speed"));
 }
 

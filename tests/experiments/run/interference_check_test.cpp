@@ -152,8 +152,8 @@ TEST_F(MachineCheckRun, RefusesASourceInAWallHoweverSharpItsShapes) {
 
 TEST(SceneNames, AreUniqueAndNoPaths) {
   const std::string source = "[[inlets]]\nname = \"s\"\nshape = \"cube\"\nposition = \"0 0 0 m\"\n";
-  EXPECT_THAT(error_of(source + source), HasSubstr("sources.1.name: \"s\" is taken already"));
-  for (const char* what : {"sources.0.name", "stages.0.name"})
+  EXPECT_THAT(error_of(source + source), HasSubstr("inlets.1.name: \"s\" is taken already"));
+  for (const char* what : {"inlets.0.name", "stages.0.name"})
     EXPECT_THAT(
         error_of(source + "[[stages]]\nname = \"a\"\nmax_duration = \"1 s\"\n", {{what, "a/b"}}),
         HasSubstr(".\"a/b\".name: is \"a/b\"; expected a name without slashes"));

@@ -18,6 +18,7 @@
 #include "experiments/measurements/measurement.h"
 #include "experiments/text/toml_document.h"
 #include "tests/support/full_case.h"
+#include "tests/support/scratch_folder.h"
 
 namespace firn {
 namespace {
@@ -292,13 +293,11 @@ state_interval = "0.1 s"
 
 class OldTomlNames : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              fmt::format("firn-names-{}", testing::UnitTest::GetInstance()->random_seed());
+  OldTomlNames() : folder_(test::scratch_path("old-names")) {
     fs::create_directories(folder_);
     std::ofstream(folder_ / "way.csv") << "time [s],way [mm]\n0,0\n1,1\n";
   }
-  void TearDown() override { fs::remove_all(folder_); }
+  ~OldTomlNames() override { fs::remove_all(folder_); }
 
   fs::path folder_;
 };
