@@ -16,8 +16,6 @@ constexpr double kLikeArea = 0.1;     // ratio of areas that share stiffness fai
 constexpr double kSamePlane = 1e-3;   // of the shell
 constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
 
-std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
-
 // True when two neighbouring contacts belong to one region. Stiffness is distributed by
 // area. A corner deeper than the adjacent face would get almost no stiffness and sink in: it is a
 // separate region.
@@ -58,7 +56,8 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
       for (int k = 0; k < n; ++k) {
         if (scratch.group[k] >= 0) continue;
         const PartContact& d = in.contacts[k];
-        if (!(near_a & (bit(d.a) | d.other_a)) || !(near_b & (bit(d.b) | d.other_b))) continue;
+        if (!(near_a & (part_bit(d.a) | d.other_a)) || !(near_b & (part_bit(d.b) | d.other_b)))
+          continue;
         if (!can_share_patch(c.manifold, d.manifold)) continue;
         scratch.group[k] = groups;
         scratch.stack.push_back(k);
@@ -165,8 +164,8 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   }
   for (const int i : rest) {
     const PartContact& c = in.contacts[i];
-    patch.parts_a |= bit(c.a) | c.other_a;
-    patch.parts_b |= bit(c.b) | c.other_b;
+    patch.parts_a |= part_bit(c.a) | c.other_a;
+    patch.parts_b |= part_bit(c.b) | c.other_b;
     moments.add(c.manifold);
     double depth = 0;
     for (const ManifoldPoint& p : c.manifold.points) depth += p.weight * (shell - p.gap);

@@ -10,6 +10,9 @@
 
 namespace firn {
 
+// Of a part in a mask of parts; parts share bits beyond 64.
+inline std::uint64_t part_bit(int part) { return std::uint64_t{1} << (part & 63); }
+
 // What one touching pair of parts gave, in axes of body a.
 struct PartContact {
   int a = 0, b = 0;                        // parts

@@ -8,8 +8,6 @@ namespace {
 
 using Kind = ContactFeature::Kind;
 
-std::uint64_t bit(int part) { return std::uint64_t{1} << (part & 63); }
-
 // Surfaces of the features of a contact; -1: none.
 struct Surfaces {
   int a, b;
@@ -80,8 +78,8 @@ std::size_t join_surface_contacts(const SurfacePair& pair, std::vector<PartConta
       joined = true;
       if (is_better(pair, {contacts[i].manifold, own}, {other.manifold, surfaces_of(pair, other)}))
         std::swap(contacts[i], other);
-      other.other_a |= contacts[i].other_a | bit(contacts[i].a);
-      other.other_b |= contacts[i].other_b | bit(contacts[i].b);
+      other.other_a |= contacts[i].other_a | part_bit(contacts[i].a);
+      other.other_b |= contacts[i].other_b | part_bit(contacts[i].b);
     }
     if (joined) continue;
     if (kept != i) std::swap(contacts[kept], contacts[i]);
