@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "solver/collision/contact_region.h"
 #include "solver/collision/gjk.h"
@@ -97,11 +98,11 @@ using Polygons = std::vector<std::vector<PlanePoint>>;
 struct Box {
   double low[2], high[2];
 
-  void extend(const PlanePoint& p, double radius = 0) {
-    low[0] = std::min(low[0], p.u - radius);
-    low[1] = std::min(low[1], p.v - radius);
-    high[0] = std::max(high[0], p.u + radius);
-    high[1] = std::max(high[1], p.v + radius);
+  void extend(const PlanePoint& p) {
+    low[0] = std::min(low[0], p.u);
+    low[1] = std::min(low[1], p.v);
+    high[0] = std::max(high[0], p.u);
+    high[1] = std::max(high[1], p.v);
   }
   bool meets(const Box& other) const {
     return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
@@ -110,7 +111,7 @@ struct Box {
 };
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr Box kEmptyBox{{kFar, kFar}, {-kFar, -kFar}}, kEverywhere{{-kFar, -kFar}, {kFar, kFar}};
+constexpr Box kEmptyBox{{kFar, kFar}, {-kFar, -kFar}};
 
 Box box_of(const std::vector<PlanePoint>& polygon) {
   Box box = kEmptyBox;
@@ -126,9 +127,23 @@ Box box_of(const Polygons& polygons) {
   return box;
 }
 
-// Of a surface, the pieces that may meet `within`.
+// The box around the places of a plane face that are seen within `box`, in axes of the part.
+Aabb box_on_face(const ProjectedPart& view, const ConvexPart::Face& face, const Box& box) {
+  const HeightGradient slope(view, face);
+  Aabb out{Vec3::Constant(kFar), Vec3::Constant(-kFar)};
+  for (const double u : {box.low[0], box.high[0]}) {
+    for (const double v : {box.low[1], box.high[1]}) {
+      const Vec3 x = view.body_point({u, v}, slope.height({u, v}));
+      out.lower = out.lower.cwiseMin(x);
+      out.upper = out.upper.cwiseMax(x);
+    }
+  }
+  return out;
+}
+
+// Of a face, or of its surface the pieces that may be seen within a box.
 Polygons outlines(const ProjectedPart& view, const ConvexPart::Face& face,
-                  const FlatSurface* surface, bool reversed, const Box& within = kEverywhere) {
+                  const FlatSurface* surface, bool reversed, const Box* within) {
   Polygons out;
   const auto add = [&](const std::vector<Vec3>& corners) {
     std::vector<PlanePoint>& polygon = out.emplace_back();
@@ -137,12 +152,12 @@ Polygons outlines(const ProjectedPart& view, const ConvexPart::Face& face,
   };
   if (!surface) {
     add(piece_of(view.part, face).corners);
-    return out;
-  }
-  for (const FlatSurface::Piece& piece : surface->pieces) {
-    Box around = kEmptyBox;
-    around.extend(view.flat(piece.center), piece.radius);
-    if (around.meets(within)) add(piece.corners);
+  } else if (!within) {
+    for (const FlatSurface::Piece& piece : surface->pieces) add(piece.corners);
+  } else {
+    std::vector<int> near;
+    surface->boxes.find(box_on_face(view, face, *within), near);
+    for (const int i : near) add(surface->pieces[static_cast<std::size_t>(i)].corners);
   }
   return out;
 }
@@ -227,11 +242,13 @@ WholeRegion region_of_faces(const ProjectedPart& a, const ConvexPart::Face& face
   const HeightGradient over_a(a, face_a), over_b(b, face_b);
   Polygons on_a, on_b;
   if (surface_a && !surface_b) {
-    on_b = outlines(b, face_b, surface_b, true);
-    on_a = outlines(a, face_a, surface_a, false, box_of(on_b));
+    on_b = outlines(b, face_b, nullptr, true, nullptr);
+    const Box around = box_of(on_b);
+    on_a = outlines(a, face_a, surface_a, false, &around);
   } else {
-    on_a = outlines(a, face_a, surface_a, false);
-    on_b = outlines(b, face_b, surface_b, true, box_of(on_a));
+    on_a = outlines(a, face_a, surface_a, false, nullptr);
+    const Box around = box_of(on_a);
+    on_b = outlines(b, face_b, surface_b, true, &around);
   }
   return hull_region(
       common_corners(on_a, on_b), [&](const PlanePoint& p) { return over_a.height(p); },
@@ -249,7 +266,7 @@ WholeRegion region_of_edge(const ProjectedPart& edge_view, const LineSegment& ed
   around.extend(q);
   double from = 1, to = 0;  // along the edge
   for (const std::vector<PlanePoint>& polygon :
-       outlines(face_view, face, surface, edge_is_a, around)) {
+       outlines(face_view, face, surface, edge_is_a, &around)) {
     double begin, end;
     if (!clip_segment(polygon.data(), static_cast<int>(polygon.size()), p, q, begin, end) ||
         begin >= end)
@@ -275,7 +292,8 @@ WholeRegion region_on_plane(const ProjectedPart& a, const ContactFeature& featur
                             const FlatSurface* surface, double level) {
   if (feature.kind == ContactFeature::Kind::face) {
     std::vector<PlanePoint> all;
-    for (const std::vector<PlanePoint>& polygon : outlines(a, *feature.face, surface, false))
+    for (const std::vector<PlanePoint>& polygon :
+         outlines(a, *feature.face, surface, false, nullptr))
       all.insert(all.end(), polygon.begin(), polygon.end());
     const HeightGradient over_a(a, *feature.face);
     return hull_region(
@@ -351,17 +369,21 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts) {
   std::vector<int> first(faces.size());
   std::iota(first.begin(), first.end(), 0);
   const auto set_of = [&](int i) {
-    while (first[static_cast<std::size_t>(i)] != i) i = first[static_cast<std::size_t>(i)];
+    while (first[static_cast<std::size_t>(i)] != i) {
+      int& next = first[static_cast<std::size_t>(i)];
+      next = first[static_cast<std::size_t>(next)];
+      i = next;
+    }
     return i;
   };
   for (std::size_t i = 0; i < faces.size(); ++i) {
     for (std::size_t k = i + 1; k < faces.size() && faces[k].key - faces[i].key <= kKey; ++k) {
       const ConvexPart::Face &a = *faces[i].plane, &b = *faces[k].plane;
       if (faces[i].part == faces[k].part || (a.normal - b.normal).norm() > kParallel ||
-          std::abs(a.offset - b.offset) > tolerance)
+          std::abs(a.offset - b.offset) > tolerance ||
+          !do_adjoin(faces[i].piece, faces[k].piece, tolerance))
         continue;
       const int one = set_of(static_cast<int>(i)), other = set_of(static_cast<int>(k));
-      if (one == other || !do_adjoin(faces[i].piece, faces[k].piece, tolerance)) continue;
       first[static_cast<std::size_t>(std::max(one, other))] = std::min(one, other);
     }
   }
@@ -373,13 +395,17 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts) {
     if (out.of_face.empty()) {
       for (const ConvexPart& part : parts) out.of_face.emplace_back(part.faces.size(), -1);
     }
-    FlatSurface& surface = out.surfaces.emplace_back();
+    std::vector<FlatSurface::Piece> pieces;
+    std::vector<Aabb> boxes;
     for (const int i : set) {
       const SurfaceFace& face = faces[static_cast<std::size_t>(i)];
       out.of_face[static_cast<std::size_t>(face.part)][static_cast<std::size_t>(face.face)] =
-          static_cast<std::int32_t>(out.surfaces.size()) - 1;
-      surface.pieces.push_back(face.piece);
+          static_cast<std::int32_t>(out.surfaces.size());
+      const Vec3 reach = Vec3::Constant(face.piece.radius + 10 * tolerance);
+      boxes.push_back({face.piece.center - reach, face.piece.center + reach});
+      pieces.push_back(face.piece);
     }
+    out.surfaces.push_back({std::move(pieces), AabbTree(std::move(boxes))});
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "firn/convex_part.h"
+#include "solver/collision/broadphase.h"
 
 namespace firn {
 
@@ -54,6 +55,7 @@ struct FlatSurface {
     double radius = 0;  // m, of a circle around the corners
   };
   std::vector<Piece> pieces;
+  AabbTree boxes;  // of the pieces, each slightly larger
 };
 
 // The flat surfaces of the parts of one body.
