@@ -585,6 +585,21 @@ std::string Calibration::misfit_text() const {
       std::abs(*farthest), *farthest > 0 ? "too high" : "too low");
 }
 
+// Why the first run without responses has none; empty when all have some.
+std::string Calibration::failure_text() const {
+  int without = 0, all = 0;
+  std::string reason;
+  for (const Point& p : a_.points)
+    for (const std::vector<JobResult>& experiment : p.results)
+      for (const JobResult& r : experiment) {
+        ++all;
+        if (r.status == JobStatus::finished || r.status == JobStatus::arched) continue;
+        if (++without == 1) reason = r.reason;
+      }
+  if (without == 0) return "";
+  return fmt::format(": {} of {} did not finish, the first because of: {}", without, all, reason);
+}
+
 void Calibration::account_for_budget() {
   const int experiments = static_cast<int>(study_.experiments.size());
   a_.budget_runs = study_.budget.runs * experiments;
@@ -653,7 +668,7 @@ Answer Calibration::finish() {
           parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::too_few_runs:
-      a_.headline = "too few runs finished to fit anything";
+      a_.headline = "too few runs finished to fit anything" + failure_text();
       break;
     case StudyVerdict::searched:
     case StudyVerdict::interrupted:

@@ -62,6 +62,7 @@ class Calibration {
   CheckedSet checked(const std::string& name, const Point& point) const;
   bool agrees(const CheckedSet& set) const;
   std::string misfit_text() const;
+  std::string failure_text() const;
   void account_for_budget();
 
   const Study& study_;

@@ -51,11 +51,15 @@ std::string headline(const Json& results) {
   return sentence;
 }
 
+// False of a study of which too few runs finished to fit anything.
+bool is_fitted(const Json& parameter) { return parameter.contains("interval_95"); }
+
 // The answer, as every other place of the page and the command have it; without one the median.
 void study_summary(const Json& results, page::Page& page) {
   const bool answered = results.contains("answer") && results.at("answer").is_object();
   std::vector<page::Card> cards;
   for (const Json& p : results.at("parameters")) {
+    if (!answered && !is_fitted(p)) continue;
     const std::string name = text(p, "name");
     const double value = answered ? number(results.at("answer").at("parameters"), name.c_str())
                                   : number(p, "median");
@@ -134,8 +138,10 @@ void study_parameters_section(const Json& results, page::Page& page) {
     table.rows.push_back({text(p, "name"), unit_of(p),
                           fmt::format("{} to {}", page::number_text(number(p, "min"), 3),
                                       page::number_text(number(p, "max"), 3)),
-                          Cell(number(p, "median"), 4), interval_text(p.at("interval_95")),
-                          Cell(100 * number(p, "width_ratio"), 3), remark, keys});
+                          is_fitted(p) ? Cell(number(p, "median"), 4) : Cell(""),
+                          is_fitted(p) ? interval_text(p.at("interval_95")) : "",
+                          is_fitted(p) ? Cell(100 * number(p, "width_ratio"), 3) : Cell(""), remark,
+                          keys});
     if (p.contains("profile") && p.at("profile").is_object()) figures.push_back(profile_figure(p));
   }
   content.table(table);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/reports/damaged_json.h"
+#include "tests/support/fake_experiment.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -85,6 +86,54 @@ TEST_F(StudyPage, RefusesWhatIsNoResult) {
   std::string keys = "{";
   for (int i = 0; i < 20000; ++i) keys += "\"k" + std::to_string(i) + "\":0,";
   EXPECT_THROW(study_page(file(keys + "\"study\":\"x\"}")), InputError);
+}
+
+// What a study writes can be read, whatever became of its runs.
+TEST_F(StudyPage, OfEveryVerdict) {
+  struct Member {
+    const char* name;
+    FakeExperiment::Formula formula;
+  };
+  const auto angle = [](double of) {
+    return [of](const FakeExperiment::Values& v, std::mt19937_64& random) {
+      return finished({scalar("aor", of + 10 * v.at("a.mu1") + normal(random), "deg")});
+    };
+  };
+  const Member members[] = {
+      {"met", angle(9)},
+      {"far", angle(90)},
+      {"not a number", angle(std::nan(""))},
+      {"failed",
+       [](const FakeExperiment::Values&, std::mt19937_64&) {
+         return JobResult{JobStatus::failed, "<runaway>", {}, 1};
+       }},
+      {"half failed",
+       [&](const FakeExperiment::Values& v, std::mt19937_64& random) {
+         if (v.at("a.mu1") < 0.06) return JobResult{JobStatus::timed_out, "slow", {}, 1};
+         return angle(9)(v, random);
+       }},
+      {"arched", [](const FakeExperiment::Values&, std::mt19937_64&) {
+         return JobResult{JobStatus::arched, "arched", {scalar("aor", 45, "deg")}, 1};
+       }}};
+  std::set<StudyVerdict> verdicts;
+  for (const Member& m : members) {
+    const Folder folder("page");
+    FakeExperiment experiment(m.formula);
+    const StudySummary s = run_study(
+        folder.write("study.toml",
+                     friction_study("[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
+                                    "uncertainty = \"1 deg\"\n[[compare]]\nname = \"c\"\n"
+                                    "values = { mu1 = 0.1, mu2 = 0.2 }\n")),
+        folder / "out", experiment);
+    verdicts.insert(s.verdict);
+    const std::string html = study_page(folder / "out/results.json").html();
+    EXPECT_THAT(html, Not(HasSubstr("nan"))) << m.name;
+    if (std::string(m.name) != "failed") continue;
+    EXPECT_EQ(s.verdict, StudyVerdict::too_few_runs);
+    EXPECT_THAT(s.headline, HasSubstr("did not finish, the first because of: <runaway>"));
+    EXPECT_THAT(html, HasSubstr("&lt;runaway&gt;"));
+  }
+  EXPECT_GE(verdicts.size(), 3u);
 }
 
 // Every value of another type, length or size: a page, or one line.
