@@ -176,6 +176,13 @@ struct Measure {
   std::string stage;
 };
 
+// m: middle edge of the bounding box, the particle size of responses of heaps.
+inline double middle_edge(const Shape& shape) {
+  Vec3 edges = shape.box;
+  std::sort(edges.data(), edges.data() + 3);
+  return edges[1];
+}
+
 // What a material record brought into a case.
 struct AppliedMaterial {
   std::string record;     // "ice-plastic@2"

@@ -196,12 +196,6 @@ std::vector<DrainedHeap::Particle> particles_in_box(const Recording& recording, 
   return result;
 }
 
-double middle_edge(const Shape& shape) {
-  Vec3 edges = shape.box;
-  std::sort(edges.data(), edges.data() + 3);
-  return edges[1];
-}
-
 double mean_particle_size(const Recording& recording, const Case& c) {
   const std::vector<int> shape = recording.shape();
   double sum = 0;

@@ -42,8 +42,6 @@ PlacedMesh placed_mesh(const Frame& frame, std::size_t particle, const Shape& sh
 // the result point into `c`, which must outlive it; so do those of drained_heap().
 std::vector<DrainedHeap::Particle> particles_in_box(const Recording& recording, const Case& c,
                                                     std::size_t frame);
-// Of the bounding box, m.
-double middle_edge(const Shape& shape);
 // Mean over the particles of the middle edge of their bounding box, m.
 double mean_particle_size(const Recording& recording, const Case& c);
 // Start of the stage that opens the door, s; none when it never began.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "experiments/analysis/channel_filter.h"
 #include "experiments/case_reader/model/boundaries.h"
@@ -52,6 +54,23 @@ void read_heap(const TomlTable& t, Measure& m) {
     t.fail("peak", fmt::format("leaves a side of {:.4g} m and margins of {:.4g} m and {:.4g} m; "
                                "expected a line to fit on both sides",
                                shorter, m.peak_margin, m.end_margin));
+  }
+}
+
+// Refuses before the run what the responses would refuse after it.
+void check_fit_window(const TomlTable& t, const Model& model, const Measure& m) {
+  // The smallest particle that counts; the responses take the mean of those in the bin.
+  double particle_size = std::numeric_limits<double>::infinity();
+  for (const Particle& p : model.particles)
+    if (!m.tag || p.tag == *m.tag)
+      particle_size = std::min(particle_size, middle_edge(model.shapes[p.shape]));
+  const double shorter = std::min(m.peak - m.region_min.x(), m.region_max.x() - m.peak);
+  const double window = shorter - m.peak_margin - m.end_margin;
+  if (std::isfinite(particle_size) && window < 2 * particle_size) {
+    t.fail("peak", fmt::format("and the margins leave {:.4g} m of a side of {:.4g} m to fit a line "
+                               "to, less than two particle sizes ({:.4g} m); expected smaller "
+                               "margins or a longer bin",
+                               window, shorter, 2 * particle_size));
   }
 }
 
@@ -201,6 +220,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
         t.fail("tag", fmt::format("no particle carries {}; expected the tag of one", *m.tag));
       }
     }
+    if (m.kind == Measure::Kind::heap) check_fit_window(t, model, m);
     measures.push_back(m);
   }
   return measures;

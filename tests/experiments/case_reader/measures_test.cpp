@@ -142,6 +142,10 @@ TEST(Measures, MistakesAreNamed) {
                          "{ kind = \"heap\", region_min = \"-1 0 0 m\", region_max = "
                          "\"1 1 1 m\", peak = \"0.99 m\" }"}}),
               HasSubstr("expected a line to fit on both sides"));
+  EXPECT_THAT(error_of({{"measure.1",
+                         "{ kind = \"heap\", region_min = \"-1 0 0 m\", region_max = "
+                         "\"1 1 1 m\", peak = \"0.94 m\" }"}}),
+              HasSubstr("less than two particle sizes"));
 }
 
 TEST(UntilEmpty, EndsWhenTheLastBodyHasLeft) {

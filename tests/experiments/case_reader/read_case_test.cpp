@@ -749,6 +749,11 @@ TEST_F(DrainedReposeCase, ImpossibleSetupsNameTheirNumbers) {
             "--set experiment.end_margin=210 mm: experiment.end_margin: leaves nothing to fit a "
             "line to: the margins of 0.21 m and 0.025 m meet on the ledge of 0.2254 m; expected "
             "smaller margins");
+  // A window narrower than two cubes has no angle: known before the run.
+  EXPECT_EQ(error_of_set("experiment.end_margin=170 mm"),
+            "--set experiment.end_margin=170 mm: experiment.end_margin: leaves 0.03042 m of the "
+            "ledge of 0.2254 m to fit a line to, less than two particle sizes (0.04115 m, shape "
+            "\"cube\"); expected smaller margins, a longer box or a narrower door");
   EXPECT_EQ(error_of_set("experiment.fill.shape=cub"),
             "--set experiment.fill.shape=cub: experiment.fill.shape: unknown shape \"cub\"; the "
             "nearest known one is \"cube\"");
