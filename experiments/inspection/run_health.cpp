@@ -86,6 +86,7 @@ ContactHealth contact_health(const Recording& recording, const Case& c) {
       h.expected_overlap = impact + load;
     }
   }
+  h.automatic_timestep = c.automatic_timestep;
   h.steps_per_quarter = advise_timestep(c.model, 1).timestep / recording.timestep();
   return h;
 }
@@ -119,8 +120,10 @@ std::string health_warning(const ContactHealth& h) {
     case HealthCause::timestep:
       return fmt::format(
           "{}; likely cause: the time step, {:.3g} steps in the quarter period of the stiffest "
-          "contact; lower numerics.timestep, or leave it out",
-          what, h.steps_per_quarter);
+          "contact; {}",
+          what, h.steps_per_quarter,
+          h.automatic_timestep ? "raise case.steps_per_loading"
+                               : "lower case.timestep, or leave it out");
     case HealthCause::none:
       break;
   }
@@ -152,8 +155,8 @@ std::string energy_warning(const EnergyAccount& a) {
   constexpr double kGain = 0.002, kNothing = 1e-9;  // of what was turned over; J
   if (!(a.gained > kGain * a.turned_over) || a.gained < kNothing) return {};
   return fmt::format(
-      "the energy account gains {:.3g} J, {:.2g} % of the {:.4g} J that were turned over; lower "
-      "numerics.timestep to see whether it matters",
+      "the energy account gains {:.3g} J, {:.2g} % of the {:.4g} J that were turned over; a "
+      "smaller time step (case.steps_per_loading, case.timestep) shows whether it matters",
       a.gained, 100 * a.gained / a.turned_over, a.turned_over);
 }
 
