@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -125,14 +126,22 @@ def calibrate(simulator: Simulator, parameters: Sequence[Parameter], targets: Se
     return Calibration(core, [p.name for p in parameters])
 
 
+def _named(responses: dict[str, _core.Response], name: str) -> tuple[float, str]:
+    if name not in responses:
+        raise _core.InputError(f"the case has no response {name!r}; it has {', '.join(sorted(responses))}")
+    response = responses[name]
+    return (response.value if len(response.values) == 1 else math.nan), response.unit
+
+
 def case_simulator(case: Case, keys: Mapping[str, Sequence[str]],
-                   responses: Callable[[Results], dict[str, Any]], *,
+                   responses: Sequence[str] | Callable[[Results], dict[str, Any]], *,
                    units: Mapping[str, str] | None = None) -> Simulator:
     """A simulator for calibrate() that runs a case in this process.
 
     keys: for each parameter the key paths of the case that take its value.
     units: for parameters with one, as {"rounding": "mm"}.
-    responses(results): makes the responses from a Results, as {"name": value or (value, "unit")}.
+    responses: names of responses of the run, or a function of a Results that returns them as
+        {"name": value or (value, "unit")}. A named response without a single value is undefined.
     """
     def simulate(values: dict[str, float], seed: int) -> dict[str, Any]:
         overrides: dict[str, Any] = {"case.seed": seed}
@@ -143,6 +152,8 @@ def case_simulator(case: Case, keys: Mapping[str, Sequence[str]],
             done = run(case.edit(overrides), os.path.join(folder, "run.h5"))
             if done.status != "finished":
                 raise _core.RunError(done.reason)
-            return responses(done.results())
+            if callable(responses):
+                return responses(done.results())
+            return {name: _named(done.responses, name) for name in responses}
 
     return simulate

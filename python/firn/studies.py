@@ -79,7 +79,7 @@ class StudyResults(_Folder):
 
     def parameters(self) -> pandas.DataFrame:
         """One row a parameter: min, max, unit, scale, best, median, low, high (95 %)."""
-        best = (self.answer.get("best") or {}).get("parameters", {})
+        best = (self.answer.get("answer") or {}).get("parameters", {})
         rows = []
         for p in self.answer.get("parameters", []):
             low, high = p.get("interval_95", (None, None))

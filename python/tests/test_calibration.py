@@ -137,3 +137,12 @@ def test_a_response_of_ones_own_of_a_case(case):
         [firn.Target("floor_force", 2 * truth * 8e-6 * 9.81, 0.002, "N")], runs=16)
     low, high = answer.estimates().loc["density", ["low", "high"]]
     assert low <= truth <= high and high - low < 100
+
+
+def test_named_responses_of_a_case(case):
+    simulator = firn.case_simulator(case, {"density": ["materials.ice.density"]}, ["present_mass"],
+                                    units={"density": "kg/m^3"})
+    assert simulator({"density": 900}, 1) == {"present_mass": (pytest.approx(900 * 16e-6), "kg")}
+    unknown = firn.case_simulator(case, {}, ["weather"])
+    with pytest.raises(firn.InputError, match="no response 'weather'"):
+        unknown({}, 1)

@@ -61,8 +61,8 @@ def test_study(case_file):
     batch = firn.Study(folder / "study.toml").start(folder / "out", jobs=2)
     study = batch.wait()
     assert not batch.running
-    low, high = study.parameters().loc["density", ["low", "high"]]
-    assert low <= 0.0144 / 16e-6 <= high
+    low, best, high = study.parameters().loc["density", ["low", "best", "high"]]
+    assert low <= 0.0144 / 16e-6 <= high and low <= best <= high
     assert study.targets().loc["present_mass", "value"] == 0.0144
     assert (study.runs()["status"] == "finished").all()
     assert study.posterior()["weight"].sum() == pytest.approx(1)
