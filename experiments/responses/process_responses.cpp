@@ -186,7 +186,7 @@ void add_gate(const Recording& recording, const Gate& gate, const std::vector<Ta
   }
   const std::string name = gate.name + "_";
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
-          "particles whose centre has been in the gate");
+          "particles whose centre has passed the sensor");
   out.add(name + "mass", {total}, "kg", "their mass");
   if (!times.empty()) {
     const auto [first, last] = std::ranges::minmax(times);
@@ -195,7 +195,7 @@ void add_gate(const Recording& recording, const Gate& gate, const std::vector<Ta
     double sum = 0;
     for (double r : residence) sum += std::isnan(r) ? 0 : r;
     out.add(name + "residence_time", {sum / static_cast<double>(times.size())}, "s",
-            "from insertion to the gate; mean of those that have passed");
+            "from insertion to the sensor; mean of those that have passed");
   }
   add_flow(std::move(passages), name, out);
   const Grouped by_batch = grouped(batches, residence), by_tag = grouped(tags, residence);
@@ -204,8 +204,9 @@ void add_gate(const Recording& recording, const Gate& gate, const std::vector<Ta
   out.add(name + "residence_time_by_batch", by_batch.mean, "s", rows);
   out.add(name + "count_by_tag", by_tag.count, "1", rows);
   add_columns(rules, tags, through, name, out);
-  out.add(name + "residence_times", residence, "s",
-          "from insertion to the gate, one value a particle that came; undefined: not passed yet");
+  out.add(
+      name + "residence_times", residence, "s",
+      "from insertion to the sensor, one value a particle that came; undefined: not passed yet");
   if (const std::vector<double> waiting = waiting_times(recording, passed); !waiting.empty())
     out.add(name + "waiting_times", waiting, "s",
             "of those that have not passed: from insertion to the end of the run, or until they "
@@ -293,7 +294,7 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
     const bool passed = stage.ended_by.starts_with("passed");
     out.add(stage.name + "_time_to_count",
             {passed ? duration : std::numeric_limits<double>::quiet_NaN()}, "s",
-            "until so many had passed the stage's gate; undefined: it ended before");
+            "until so many had passed the stage's sensor; undefined: it ended before");
   }
   const std::vector<double> inserted = recording.insert_time();
   const std::size_t frames = recording.frame_times().size();

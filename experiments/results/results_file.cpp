@@ -213,7 +213,7 @@ std::vector<double> Recording::gate_time(const std::string& gate) const {
   const std::vector<std::string> names =
       impl_->guarded([&] { return impl_->file.read_strings("/gates/name"); });
   const auto found = std::ranges::find(names, gate);
-  if (found == names.end()) throw InputError(fmt::format("{}: has no gate \"{}\"", file(), gate));
+  if (found == names.end()) throw InputError(fmt::format("{}: has no sensor \"{}\"", file(), gate));
   const std::vector<double> all = impl_->read<double>("/particles/gate_time");
   const auto first =
       all.begin() + (found - names.begin()) * static_cast<std::ptrdiff_t>(particle_count());

@@ -37,11 +37,11 @@ constexpr Dataset kDatasets[] = {
      "when the particle came; NaN: has not; before 0: in the earlier run that the case "
      "[starts](scenes.md#initial_state) from"},
     {"/particles/batch", newer, "", integer, "N", "", R::batch, "",
-     "of its fill or source, from 0; -1: placed singly, or has not come"},
+     "of its fill or inlet, from 0; -1: placed singly, or has not come"},
     {"/particles/outlet", newer, "", integer, "N", "", R::index_or_none, "O",
      "index into `/outlets/name`; -1: none"},
     {"/particles/gate_time", together, "/gates/name", real, "G,N", "s", R::non_negative_or_nan, "",
-     "when its centre was first in each gate of `/gates/name`; NaN: never"},
+     "when its centre was first in each sensor of `/gates/name`; NaN: never"},
     {"/particles/opposed_load", optional, "/statistics/boundary_name", real, "N", "N",
      R::non_negative, "", "largest load from two sides; 0: none ([statistics.md](statistics.md))"},
     {"/particles/opposed_load_time", together, "/particles/opposed_load", real, "N", "s",
@@ -54,7 +54,7 @@ constexpr Dataset kDatasets[] = {
     {"/shapes/name", always, "", text, "H", "", R::any, "", ""},
     {"/shapes/mass", always, "", real, "H", "kg", R::positive, "", ""},
     {"/shapes/volume", always, "", real, "H", "m^3", R::positive, "", ""},
-    {"/gates/name", optional, "", text, "G", "", R::any, "", "of a case with gates"},
+    {"/gates/name", optional, "", text, "G", "", R::any, "", "of a case with sensors"},
     {"/outlets/name", newer, "", text, "O", "", R::any, "", ""},
     {"/frames/time", always, "", real, "T", "s", R::ascending, "", ""},
     {"/frames/position", always, "", real, "T,N,3", "m", R::vector_or_nan, "",
@@ -107,7 +107,7 @@ constexpr Dataset kDatasets[] = {
     {"/boundary_contacts/<contact>/dissipated", together, "/boundary_contacts/<contact>/force",
      real, "T", "J", R::finite, "", "by impacts and friction, since the start"},
     {"/switches/name", optional, "", text, "C", "", R::any, "",
-     "of a case with switches: which one changed, in order of time"},
+     "of a case with limit switches: which one changed, in order of time"},
     {"/switches/time", together, "/switches/name", real, "C", "s", R::ascending, "", ""},
     {"/switches/closed", together, "/switches/name", integer, "C", "", R::flag, "", ""},
     {"/bonds/name", optional, "", text, "B", "", R::any, "",
@@ -228,8 +228,8 @@ constexpr Dataset kDatasets[] = {
     {"/stages/end", always, "", real, "S", "", R::non_negative_or_nan, "", "s; NaN: not reached"},
     {"/stages/ended_by", always, "", text, "S", "", R::any, "",
      "`at rest`, `empty`, `switch \"NAME\"`, `passed \"NAME\"`, `stalled: ...`, `torque`, `time`, "
-     "`time limit` (with `passed`: and how many came through the gate), `end of the case`, or what "
-     "blocked a source; empty: not ended"},
+     "`time limit` (with `passed`: and how many passed the sensor), `end of the case`, or what "
+     "blocked an inlet; empty: not ended"},
     {"/responses/<response>", optional, "", real, "k", "", R::finite_or_nan, "",
      "what [was measured](responses.md), once the run is finished; NaN: not defined"},
     {"/checkpoint/slot_0", optional, "", byte, "b", "", R::any, "",
@@ -263,7 +263,7 @@ constexpr Symbol kSymbols[] = {
     {"T", "/frames/time", true, "frames"},
     {"H", "/shapes/name", false, "shapes"},
     {"O", "/outlets/name", false, "outlets"},
-    {"G", "/gates/name", false, "gates"},
+    {"G", "/gates/name", false, "sensors"},
     {"S", "/stages/name", false, "stages"},
     {"C", "/switches/name", false, "changes of switches"},
     {"B", "/bonds/name", false, "bonds"},
@@ -903,7 +903,7 @@ void check_case(const Contents& contents, const hdf5::File& file, const Case& c)
   expect("O", c.outlets.size(), "outlets");
   expect("B", c.model.bonds.size(), "bonds");
   expect("W", c.model.boundaries.size(), "boundaries");
-  expect("G", c.gates.size(), "gates");
+  expect("G", c.gates.size(), "sensors");
   if (contents.datasets.contains("/gates/name")) {
     const std::vector<std::string> names = file.read_strings("/gates/name");
     for (std::size_t g = 0; g < names.size(); ++g)

@@ -108,10 +108,10 @@ std::optional<std::string> ParticleFlow::place_source(Solver& solver, std::size_
             : fmt::format("boundary \"{}\"", case_.model.boundaries[index(*body - particles)].name);
     if (placed == 0 && (*body >= particles || solver.steps() == 0)) {
       throw InputError(fmt::format(
-          "{}: sources: body {} of \"{}\" at t = {:.6g} s overlaps {}; expected a free place",
+          "{}: inlets: body {} of \"{}\" at t = {:.6g} s overlaps {}; expected a free place",
           case_.source, i + 1, source.name, solver.time(), taken_by));
     }
-    return fmt::format("source \"{}\" is blocked: place {} of batch {} is taken by {}", source.name,
+    return fmt::format("inlet \"{}\" is blocked: place {} of batch {} is taken by {}", source.name,
                        i + 1, placed + 1, taken_by);
   }
   for (int i = 0; i < count; ++i)

@@ -1,7 +1,7 @@
-// Fills, sources, gates, outlets, measurement regions and axes of a scene. Needs three.js.
+// Fills, inlets, sensors, outlets, measurement regions and axes of a scene. Needs three.js.
 'use strict';
 const FirnReplayMarkers = (() => {
-  const COLOURS = {'fill': 0x0072b2, 'source': 0x56b4e9, 'gate': 0x009e73, 'outlet': 0xd55e00, 'tag rule': 0xe69f00,
+  const COLOURS = {'fill': 0x0072b2, 'inlet': 0x56b4e9, 'sensor': 0x009e73, 'outlet': 0xd55e00, 'tag rule': 0xe69f00,
                    'measurement': 0xcc79a7, 'motion': 0x8a5a00, 'free body': 0x7a3fb0};
   const css = (number) => '#' + number.toString(16).padStart(6, '0');
 

@@ -204,7 +204,7 @@ void add_schedule(page::Page& page, const Case& c) {
                           f.interval, f.stage});
   for (const Source& s : c.sources)
     fills.rows.push_back(
-        {"source " + s.name, s.shape, Cell(static_cast<double>(s.positions.size()) * s.batches),
+        {"inlet " + s.name, s.shape, Cell(static_cast<double>(s.positions.size()) * s.batches),
          Cell(static_cast<double>(s.positions.size())), s.start, s.interval, s.stage});
   if (!fills.rows.empty()) content.table(fills);
   content.facts({{"longest duration", fmt::format("{:.4g} s", c.duration)},
@@ -341,7 +341,7 @@ page::Page case_page(const Case& c) {
   replay::place_view(page, scene, "case", c.name,
                      replay::data_text(sample_statistics(c, poses), poses.tracks));
   scene.paragraph(fmt::format(
-      "{} of {} particles: those placed at the start and the first batch of every fill and source. "
+      "{} of {} particles: those placed at the start and the first batch of every fill and inlet. "
       "Nothing is simulated: the slider plays the prescribed motions, free bodies stay where they "
       "start. Meshes are drawn coarser than they are computed.",
       poses.particles.size(), c.model.particles.size()));

@@ -118,7 +118,7 @@ page::Figure passages_over_time(const std::map<std::string, std::vector<double>>
     seen += fmt::format("{}{}: {} from {} to {} s", seen.empty() ? "" : "; ", gate, times.size(),
                         page::number_text(times.front()), page::number_text(times.back()));
   }
-  return {plots::draw(plot), "How many have been in each gate.", seen};
+  return {plots::draw(plot), "How many have passed each sensor.", seen};
 }
 
 page::Figure residence_by_batch(const std::string& gate, const std::vector<double>& passed,
@@ -146,7 +146,7 @@ page::Figure residence_by_batch(const std::string& gate, const std::vector<doubl
   }
   plots::XyPlot plot;
   plot.x = {"batch", "", false, {}, {}, true};
-  plot.y = {"time from insertion to the gate", "s", false, 0.0, {}};
+  plot.y = {"time from insertion to the sensor", "s", false, 0.0, {}};
   plot.series = {each, mean};
   return {plots::draw(plot),
           fmt::format("How long they were inside before \"{}\", by batch.", gate),

@@ -180,11 +180,12 @@ Json markers_json(const Case& c) {
     Eigen::AlignedBox3d box;
     for (const Vec3& p : source.positions) box.extend(p);
     markers.push_back(
-        box_marker("source", source.name, box.min() - source.scatter, box.max() + source.scatter));
+        box_marker("inlet", source.name, box.min() - source.scatter, box.max() + source.scatter));
   }
   for (const Gate& gate : c.gates)
-    markers.push_back(gate.is_box ? box_marker("gate", gate.name, gate.region_min, gate.region_max)
-                                  : plane_marker("gate", gate.name, gate.point, gate.normal));
+    markers.push_back(gate.is_box
+                          ? box_marker("sensor", gate.name, gate.region_min, gate.region_max)
+                          : plane_marker("sensor", gate.name, gate.point, gate.normal));
   for (const Outlet& outlet : c.outlets)
     markers.push_back(plane_marker("outlet", outlet.name, outlet.point, outlet.normal));
   for (const TagRule& rule : c.tag_rules)

@@ -232,7 +232,7 @@ TEST(ViewInABrowser, RedrawsACaseAndShowsErrorsAtTheirLine) {
   const std::string view = "document.querySelector('.replay')";
   ASSERT_TRUE(browser.becomes(view + "?.dataset.ready === 'yes'"));
   EXPECT_EQ(browser.value(view + ".dataset.shown"), "2");
-  EXPECT_TRUE(browser.becomes("document.body.innerText.includes('gate: exit')"));
+  EXPECT_TRUE(browser.becomes("document.body.innerText.includes('sensor: exit')"));
   EXPECT_TRUE(browser.becomes("document.body.innerText.includes('motion: slider')"));
 
   // The keyboard turns the view; what is seen survives a reload.

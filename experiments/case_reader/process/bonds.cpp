@@ -37,7 +37,7 @@ std::vector<Couple> couples_of_source(const TomlTable& t, const Case& c) {
   const std::string name = t.string("inlet");
   const auto source = std::ranges::find(c.sources, name, &Source::name);
   if (source == c.sources.end())
-    t.fail("inlet", fmt::format("\"{}\" is no source of the case; expected the name of one of "
+    t.fail("inlet", fmt::format("\"{}\" is no inlet of the case; expected the name of one of "
                                 "[[inlets]]",
                                 name));
   const std::size_t places = source->positions.size();
@@ -84,7 +84,7 @@ std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::str
 std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
   constexpr std::array<std::string_view, 3> kWays = {"inlet", "pairs", "tags"};
   if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
-    t.fail("", "says not once who is joined; expected one of source, pairs and tags");
+    t.fail("", "says not once who is joined; expected one of inlet, pairs and tags");
   if (t.has("inlet")) return couples_of_source(t, c);
   return couples_of_pairs(t, c, t.has("pairs") ? "pairs" : "tags");
 }

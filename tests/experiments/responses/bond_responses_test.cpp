@@ -123,7 +123,7 @@ tag = 9
   EXPECT_THAT(complaint(bodies + head + "tags = [[7, 8]]" + kBridge), HasSubstr("exactly one"));
   EXPECT_THAT(complaint(bodies + head + "pairs = [[0, 0]]" + kBridge), HasSubstr("with itself"));
   EXPECT_THAT(complaint(bodies + head + "pairs = [0, 1]" + kBridge), HasSubstr("pairs of whole"));
-  EXPECT_THAT(complaint(bodies + head + kBridge), HasSubstr("expected one of source, pairs"));
+  EXPECT_THAT(complaint(bodies + head + kBridge), HasSubstr("expected one of inlet, pairs"));
 }
 
 // What an audit adds up is what moves the bodies.
@@ -155,7 +155,7 @@ pairs = [[0, 1]]
 }
 
 TEST(BondCase, MistakesAreToldInOneLine) {
-  EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is no source"));
+  EXPECT_THAT(complaint(joined("inlet = \"mould\"")), HasSubstr("is no inlet"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nposition = \"0 0 40 mm\"")),
               HasSubstr("mm off particle 0; expected neighbours"));
   EXPECT_THAT(complaint(joined("inlet = \"mold\"\nheight_direction = [1, 0, 0]")),

@@ -334,11 +334,11 @@ TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
           options("run.h5"));
   EXPECT_EQ(summary.status, RunStatus::failed);
   EXPECT_THAT(summary.reason,
-              HasSubstr("source \"mold\" is blocked: place 1 of batch 3 is taken by "
+              HasSubstr("inlet \"mold\" is blocked: place 1 of batch 3 is taken by "
                         "particle 1"));
   // The file says the same, and shows who is in the way.
   const Recording recording((directory_ / "run.h5").string());
-  EXPECT_THAT(recording.status(), testing::StartsWith("failed: stage \"harvest\" ended: source"));
+  EXPECT_THAT(recording.status(), testing::StartsWith("failed: stage \"harvest\" ended: inlet"));
   EXPECT_THAT(recording.stages().back().ended_by, HasSubstr("is blocked"));
   EXPECT_NEAR(recording.frame_times().back(), summary.simulated, 1e-9);
 }
