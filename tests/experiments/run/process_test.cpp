@@ -333,9 +333,8 @@ TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
                           {"boundaries.plate.allow_overlap_with", "[\"back\"]"}}),
           options("run.h5"));
   EXPECT_EQ(summary.status, RunStatus::failed);
-  EXPECT_THAT(summary.reason,
-              HasSubstr("inlet \"mold\" is blocked: place 1 of batch 3 is taken by "
-                        "particle 1"));
+  EXPECT_THAT(summary.reason, HasSubstr("inlet \"mold\" is blocked: place 1 of batch 3 is taken by "
+                                        "particle 1"));
   // The file says the same, and shows who is in the way.
   const Recording recording((directory_ / "run.h5").string());
   EXPECT_THAT(recording.status(), testing::StartsWith("failed: stage \"harvest\" ended: inlet"));
