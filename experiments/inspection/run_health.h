@@ -17,10 +17,10 @@ struct ContactHealth {
   double particles = 0;        // in all
   double rounding = 0;         // of the sharpest shape, and the edge of its box
   double rounding_edge = 0;
-  double expected_overlap = 0;   // of the softest shape: impact at top speed, and the load on it
-  double speed = 0;              // m/s, largest in the frames
+  double expected_overlap = 0;      // of the softest shape: impact at top speed, and the load on it
+  double speed = 0;                 // m/s, largest in the frames
   bool automatic_timestep = false;  // by case.steps_per_loading
-  double steps_per_quarter = 0;  // time steps in the quarter period of the stiffest contact
+  double steps_per_quarter = 0;     // time steps in the quarter period of the stiffest contact
 };
 
 enum class HealthCause { none, rounding, stiffness, timestep };

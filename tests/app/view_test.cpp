@@ -308,7 +308,7 @@ TEST(ViewInABrowser, FollowsAStudyToItsEnd) {
                               std::chrono::seconds(30)));
   // One run at least, and then the end.
   EXPECT_TRUE(
-      browser.becomes("document.body.innerText.includes('design')", std::chrono::seconds(60)));
+      browser.becomes("document.body.innerText.includes('design')", std::chrono::seconds(300)));
   ::kill(calibration, SIGINT);
   int status = 0;
   ::waitpid(calibration, &status, 0);

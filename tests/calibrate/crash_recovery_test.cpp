@@ -280,7 +280,7 @@ TEST_F(KillTest, ARunThatTimedOutGoesOnUnderAHigherLimit) {
   chmod(refuses.c_str(), 0755);
   EXPECT_EQ(outcome("unusable", 0, refuses).status, JobStatus::lost);
   EXPECT_FALSE(fs::exists(folder_ / "unusable/k.h5"));
-  const JobResult whole = outcome("whole", 0), resumed = outcome("cut", 100);
+  const JobResult whole = outcome("whole", 0), resumed = outcome("cut", 1000);
   ASSERT_EQ(resumed.status, JobStatus::finished) << resumed.reason;
   EXPECT_GT(resumed.wall, cut.wall);  // of all sessions
   ASSERT_EQ(resumed.responses.size(), whole.responses.size());
