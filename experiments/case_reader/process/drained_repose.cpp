@@ -81,7 +81,7 @@ void add_walls(const DrainedRepose& d, int material, bool rigid, std::vector<Bou
 }
 
 // Refuses before the run what the responses would refuse after it.
-void check_fit_window(const TomlTable& t, const DrainedRepose& d, const Shape& shape) {
+void check_ledge_window(const TomlTable& t, const DrainedRepose& d, const Shape& shape) {
   const double ledge = (d.box.x() - d.door_width) / 2, particle_size = middle_edge(shape);
   const double window = ledge - d.end_margin - d.door_margin;
   if (window >= 2 * particle_size) return;
@@ -179,7 +179,7 @@ void read_drained_repose(const TomlTable& t, Case& c) {
 
   const TomlTable fill = t.required_table("fill");
   c.fills.push_back(read_fill(fill, d, c.model.shapes));
-  check_fit_window(t, d, *std::ranges::find(c.model.shapes, c.fills.back().shape, &Shape::name));
+  check_ledge_window(t, d, *std::ranges::find(c.model.shapes, c.fills.back().shape, &Shape::name));
   Stage filling = read_rest(fill, "0.05 s", nullptr, "4 s");
   filling.name = "fill";
   const TomlTable drain = t.table("drain");

@@ -58,7 +58,7 @@ void read_heap(const TomlTable& t, Measure& m) {
 }
 
 // Refuses before the run what the responses would refuse after it.
-void check_fit_window(const TomlTable& t, const Model& model, const Measure& m) {
+void check_heap_window(const TomlTable& t, const Model& model, const Measure& m) {
   // The smallest particle that counts; the responses take the mean of those in the bin.
   double particle_size = std::numeric_limits<double>::infinity();
   for (const Particle& p : model.particles)
@@ -220,7 +220,7 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
         t.fail("tag", fmt::format("no particle carries {}; expected the tag of one", *m.tag));
       }
     }
-    if (m.kind == Measure::Kind::heap) check_fit_window(t, model, m);
+    if (m.kind == Measure::Kind::heap) check_heap_window(t, model, m);
     measures.push_back(m);
   }
   return measures;
