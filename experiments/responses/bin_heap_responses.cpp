@@ -83,6 +83,19 @@ void measure_heap(const Recording& recording, const Case& c, const Measure& m,
   add("heap_angle", (left.robust_angle + right.robust_angle) / 2,
       std::hypot(left.robust_uncertainty, right.robust_uncertainty) / 2, "deg",
       line + ", mean of both sides");
+  const HeapSlope left_outline =
+      outline_slope(content.placed, side_of(m, m.region_min.x(), d), d);
+  const HeapSlope right_outline =
+      outline_slope(content.placed, side_of(m, m.region_max.x(), d), d);
+  const std::string outline =
+      "Theil-Sen line through the outline seen from the front, positive towards the peak";
+  add("heap_angle_left_outline", left_outline.robust_angle, left_outline.robust_uncertainty, "deg",
+      outline);
+  add("heap_angle_right_outline", right_outline.robust_angle, right_outline.robust_uncertainty,
+      "deg", outline);
+  add("heap_angle_outline", (left_outline.robust_angle + right_outline.robust_angle) / 2,
+      std::hypot(left_outline.robust_uncertainty, right_outline.robust_uncertainty) / 2, "deg",
+      outline + ", mean of both sides");
   const HeapSurface peak =
       closed_surface(content.placed, m.peak - d, m.peak + d, m.region_min.y(), m.region_max.y(), d);
   const auto [height, error] = mean_height(peak.height, peak.grid, d);

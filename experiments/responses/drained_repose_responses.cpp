@@ -43,17 +43,25 @@ void add_angles(std::vector<Response>& out, const DrainedHeap& heap,
   const HeapSlope right =
       heap_slope(surface_particles, heap.setup, Side::right, heap.particle_size, volume);
   const auto add_three = [&](const std::string& suffix, double l, double r, double sd_l,
-                             double sd_r, const std::string& method) {
-    add(out, "angle_of_repose_left" + suffix, l, sd_l, "deg", method, 2);
-    add(out, "angle_of_repose_right" + suffix, r, sd_r, "deg", method, 2);
+                             double sd_r, const std::string& method, int version = 2) {
+    add(out, "angle_of_repose_left" + suffix, l, sd_l, "deg", method, version);
+    add(out, "angle_of_repose_right" + suffix, r, sd_r, "deg", method, version);
     add(out, "angle_of_repose" + suffix, (l + r) / 2, std::hypot(sd_l, sd_r) / 2, "deg",
-        method + ", mean of both sides", 2);
+        method + ", mean of both sides", version);
   };
   add_three("", left.robust_angle, right.robust_angle, left.robust_uncertainty,
             right.robust_uncertainty, "Theil-Sen line through the mesh surface");
   add_three("_least_squares", left.least_squares_angle, right.least_squares_angle,
             left.least_squares_uncertainty, right.least_squares_uncertainty,
             "least-squares line through the mesh surface");
+  const double d = heap.particle_size;
+  const HeapSlope left_outline =
+      outline_slope(surface_particles, ledge_of(heap.setup, Side::left, d), d);
+  const HeapSlope right_outline =
+      outline_slope(surface_particles, ledge_of(heap.setup, Side::right, d), d);
+  add_three("_outline", left_outline.robust_angle, right_outline.robust_angle,
+            left_outline.robust_uncertainty, right_outline.robust_uncertainty,
+            "Theil-Sen line through the outline seen from the front", 1);
   const std::string coverage = "part of the fit window's floor with particles above it";
   add(out, "covered_fraction_left", left.covered, 0, "1", coverage);
   add(out, "covered_fraction_right", right.covered, 0, "1", coverage);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 
 #include "experiments/analysis/sample_statistics.h"
 
@@ -71,18 +72,24 @@ double one_particle_angle(const FitWindow& window, double depth, double volume) 
 
 }  // namespace
 
-FitWindow fit_window(const DrainedRepose& setup, double particle_size) {
-  const double ledge = (setup.box.x() - setup.door_width) / 2;
-  const FitWindow window{setup.door_margin, ledge - setup.end_margin};
-  if (!(window.from >= 0 && setup.end_margin >= 0 &&
-        window.to - window.from >= 2 * particle_size)) {
-    throw InputError(fmt::format(
-        "drained angle of repose: margins of {:.4g} m at the door and {:.4g} m at the end wall "
-        "leave no window of two particle sizes ({:.4g} m) on a ledge of {:.4g} m; "
-        "expected smaller margins",
-        setup.door_margin, setup.end_margin, 2 * particle_size, ledge));
+FitWindow fit_window(double length, double begin_margin, double end_margin, double particle_size,
+                     const std::string& what) {
+  const FitWindow window{begin_margin, length - end_margin};
+  if (!(window.from >= 0 && end_margin >= 0 && window.to - window.from >= 2 * particle_size)) {
+    throw InputError(
+        fmt::format("{} leave no window of two particle sizes ({:.4g} m) on a ledge of {:.4g} m; "
+                    "expected smaller margins",
+                    what, 2 * particle_size, length));
   }
   return window;
+}
+
+FitWindow fit_window(const DrainedRepose& setup, double particle_size) {
+  return fit_window((setup.box.x() - setup.door_width) / 2, setup.door_margin, setup.end_margin,
+                    particle_size,
+                    fmt::format("drained angle of repose: margins of {:.4g} m at the door and "
+                                "{:.4g} m at the end wall",
+                                setup.door_margin, setup.end_margin));
 }
 
 Ledge ledge_of(const DrainedRepose& setup, Side side, double particle_size) {
@@ -114,28 +121,94 @@ MeanHeight mean_height(const Eigen::ArrayXXd& height, const PlanGrid& grid, doub
 
 namespace {
 
-// The surface of the whole ledge, so that closing sees beyond the window, and the columns in it.
-struct LedgeSurface {
-  HeapSurface surface;
+// Columns of a surface that lie in the window, and their distance from the ledge's begin, m.
+struct WindowColumns {
   std::vector<Eigen::Index> columns;
-  std::vector<double> distance;  // [columns] m
+  std::vector<double> distance;
 };
-LedgeSurface ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
-                           double particle_size) {
-  LedgeSurface result;
-  result.surface =
-      closed_surface(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max, particle_size);
-  const PlanGrid& grid = result.surface.grid;
+WindowColumns columns_in(const FitWindow& window, const PlanGrid& grid) {
+  WindowColumns result;
   for (int i = 0; i < grid.nx; ++i) {
     const double distance = (i + 0.5) * std::abs(grid.step_x);
-    if (distance < ledge.window.from || distance > ledge.window.to) continue;
+    if (distance < window.from || distance > window.to) continue;
     result.columns.push_back(i);
     result.distance.push_back(distance);
   }
   return result;
 }
 
+// The surface of the whole ledge, so that closing sees beyond the window.
+HeapSurface ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                          double particle_size) {
+  return closed_surface(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max, particle_size);
+}
+
 }  // namespace
+
+PlanGrid outline_grid(double length, double particle_size) {
+  const double step = particle_size / kCellsPerParticle;
+  return PlanGrid::between(0, length, 0, step, step);
+}
+
+HeapSurface closed_outline(const Eigen::ArrayXd& height,
+                           const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
+                           double particle_size) {
+  HeapSurface outline{outline_grid(length, particle_size), height, covered};
+  if (height.size() != outline.grid.nx || covered.size() != outline.grid.nx)
+    throw std::logic_error("an outline has the cells of outline_grid()");
+  return close_pits(std::move(outline), kPit * particle_size);
+}
+
+// An outline is a line with bumps that are independent after about a particle size d; n of them fit
+// into a window of length L. With the variance s^2 of the residuals, that of the slope is
+// 12 (d / L) s^2 n / (n - 2) / L^2. A smooth outline is not free of doubt either: one particle more
+// or less, which shows a fifth of its square over the others, turns the line by
+// sqrt(12) d^2 / (5 L^2).
+double outline_roughness(const HeapSlope& outline, double particle_size) {
+  constexpr double kShown = 0.2;  // of the square of a particle size
+  const double length = outline.window.to - outline.window.from;
+  double squares = 0;
+  for (std::size_t k = 0; k < outline.distance.size(); ++k) {
+    const double residual = outline.mean_height[k] - outline.robust.intercept -
+                            outline.robust.slope * outline.distance[k];
+    squares += residual * residual / static_cast<double>(outline.distance.size());
+  }
+  const double n = std::max(length / particle_size, 3.0);
+  const double bumps = 12 / n * squares * n / (n - 2) / (length * length);
+  const double particle = std::sqrt(12.0) * kShown * std::pow(particle_size / length, 2);
+  // d(atan m) = dm / (1 + m^2)
+  const double slope = outline.robust.slope;
+  return kRadToDeg * std::sqrt(bumps + particle * particle) / (1 + slope * slope);
+}
+
+HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                        double particle_size) {
+  const HeapSurface surface = heap_surface(
+      particles, PlanGrid::between(ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
+                                   particle_size / kCellsPerParticle));
+  HeapSlope result = surface_slope(
+      closed_outline(surface.height.rowwise().maxCoeff(), surface.covered.rowwise().any(),
+                     std::abs(ledge.end - ledge.begin), particle_size),
+      ledge.window);
+  result.robust_uncertainty = result.least_squares_uncertainty =
+      outline_roughness(result, particle_size);
+  return result;
+}
+
+HeapSlope surface_slope(const HeapSurface& closed, const FitWindow& window) {
+  const auto [columns, distance] = columns_in(window, closed.grid);
+  HeapSlope result;
+  result.window = window;
+  result.distance = distance;
+  const Eigen::ArrayXd mean = closed.height(columns, Eigen::all).rowwise().mean();
+  result.mean_height.assign(mean.begin(), mean.end());
+  result.covered = closed.covered(columns, Eigen::all).cast<double>().mean();
+  result.robust = theil_sen_line(result.distance, result.mean_height);
+  result.least_squares = least_squares_line(result.distance, result.mean_height);
+  result.robust_angle = degrees(result.robust.slope);
+  result.least_squares_angle = degrees(result.least_squares.slope);
+  return result;
+}
 
 HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
                      Side side, double particle_size, double mean_volume) {
@@ -144,19 +217,10 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepo
 
 HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                      double particle_size, double mean_volume) {
-  const auto [surface, columns, distance] = ledge_surface(particles, ledge, particle_size);
-  HeapSlope result;
-  result.window = ledge.window;
-  result.distance = distance;
-  const Eigen::ArrayXXd height = surface.height(columns, Eigen::all);
-  const Eigen::ArrayXd mean = height.rowwise().mean();
-  result.mean_height.assign(mean.begin(), mean.end());
-  result.covered = surface.covered(columns, Eigen::all).cast<double>().mean();
-  result.robust = theil_sen_line(result.distance, result.mean_height);
-  result.least_squares = least_squares_line(result.distance, result.mean_height);
-  result.robust_angle = degrees(result.robust.slope);
-  result.least_squares_angle = degrees(result.least_squares.slope);
-
+  const HeapSurface surface = ledge_surface(particles, ledge, particle_size);
+  HeapSlope result = surface_slope(surface, ledge.window);
+  const Eigen::ArrayXXd height =
+      surface.height(columns_in(ledge.window, surface.grid).columns, Eigen::all);
   const AngleSpread spread =
       bootstrap(height, result.distance, kStrip * particle_size / std::abs(surface.grid.step_y));
   // Resampling sees how strips differ, not what neighbours share: a particle is longer than a strip
@@ -182,8 +246,10 @@ MeanHeight wall_rise(const std::vector<PlacedMesh>& particles, const Ledge& ledg
     Ledge strip = ledge;
     strip.y_min = y_min;
     strip.y_max = y_min + d;
-    const auto [surface, columns, distance] = ledge_surface(particles, strip, d);
-    return surface.height(columns, Eigen::all).rowwise().mean();
+    const HeapSurface surface = ledge_surface(particles, strip, d);
+    return surface.height(columns_in(ledge.window, surface.grid).columns, Eigen::all)
+        .rowwise()
+        .mean();
   };
   const double middle = (ledge.y_min + ledge.y_max) / 2;
   const Eigen::ArrayXd rise =

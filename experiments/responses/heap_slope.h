@@ -2,6 +2,7 @@
 // Choices and their measured accuracy: docs/responses.md.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "experiments/analysis/height_map.h"
@@ -29,6 +30,9 @@ struct Ledge {
 // The ledge on one side of the door, from its lip to the end wall. Throws InputError when the
 // margins leave less than two particle sizes of the ledge.
 FitWindow fit_window(const DrainedRepose& setup, double particle_size);
+// The same of a ledge of any length, m; `what` begins the message.
+FitWindow fit_window(double length, double begin_margin, double end_margin, double particle_size,
+                     const std::string& what);
 Ledge ledge_of(const DrainedRepose& setup, Side side, double particle_size);
 
 // Height over distance from the ledge's begin.
@@ -47,6 +51,24 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledg
                      double particle_size, double mean_volume);
 HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
                      Side side, double particle_size, double mean_volume);
+
+// The lines through a closed surface whose first axis counts from where the ledge begins, without
+// uncertainties. Both heap_slope() and outlines of photographs, which have one row, end here.
+HeapSlope surface_slope(const HeapSurface& closed, const FitWindow& window);
+
+// The surface of an outline: height(k) at the middle of cell k of a ledge `length` long, counted
+// from its begin, with the pits closed as in heap_slope(). `covered`: where there are particles.
+HeapSurface closed_outline(const Eigen::ArrayXd& height,
+                           const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
+                           double particle_size);
+// Cells of that outline: eight a particle.
+PlanGrid outline_grid(double length, double particle_size);
+// What the roughness of an outline leaves open of its robust angle, one standard deviation, deg.
+double outline_roughness(const HeapSlope& outline, double particle_size);
+// The outline of simulated particles as a camera far in front of the box sees it: the highest point
+// over the depth in each column. Uncertainties are outline_roughness().
+HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                        double particle_size);
 
 struct MeanHeight {
   double value = 0, uncertainty = 0;  // m, one standard deviation

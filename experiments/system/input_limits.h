@@ -16,6 +16,10 @@ constexpr std::uintmax_t csv_bytes = 64 * kMiB;
 constexpr std::uintmax_t svg_bytes = 64 * kMiB;
 constexpr std::uintmax_t raw_data_bytes = 4096 * kMiB;  // files that are hashed only
 
+// Photographs.
+constexpr std::uintmax_t photo_bytes = 128 * kMiB;
+constexpr std::uint64_t photo_pixels = 64'000'000;  // of one
+
 // TOML.
 constexpr int toml_key_parts = 32;              // of one dotted key or of a path of --set
 constexpr int toml_depth = 32;                  // arrays and inline tables inside each other

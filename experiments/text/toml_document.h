@@ -124,6 +124,7 @@ class TomlTable {
               std::string_view fallback = {}) const;
   Vec3 sizes(std::string_view key) const;  // three lengths above zero
 
+  std::array<double, 2> pair(std::string_view key) const;  // [a, b]
   std::vector<int> integers(std::string_view key) const;  // a list; empty when missing
   std::array<int, 3> counts(std::string_view key) const;  // [nx, ny, nz], whole, at least 1
   // [[i, j], ...], whole, at least 0.

@@ -234,6 +234,11 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count,
   return values;
 }
 
+std::array<double, 2> TomlTable::pair(std::string_view key) const {
+  const auto n = numbers(key, 2, "two numbers [a, b]");
+  return {n[0], n[1]};
+}
+
 std::vector<int> TomlTable::integers(std::string_view key) const {
   if (!has(key)) return {};
   const toml::node& node = require(key);
