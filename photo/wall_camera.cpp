@@ -32,22 +32,26 @@ double turn(const Vec2& a, const Vec2& b, const Vec2& c) {
 }
 
 // A camera in front of a wall sees every triangle of its points turn the same way. Rows of a
-// picture run downwards, so that the sign is the other one.
+// picture run downwards, so that the sign is the other one. Small triangles are left out: errors of
+// the points can turn those over.
 void check_order(const std::vector<WallPoint>& points) {
-  bool kept = true, mirrored = true;
-  const std::size_t n = points.size();
-  for (std::size_t a = 0; a < n; ++a) {
-    for (std::size_t b = a + 1; b < n; ++b) {
-      for (std::size_t c = b + 1; c < n; ++c) {
-        const double wall = turn(points[a].wall, points[b].wall, points[c].wall);
-        const double seen = turn(points[a].pixel, points[b].pixel, points[c].pixel);
-        const Vec2 side = points[b].wall - points[a].wall, other = points[c].wall - points[a].wall;
-        if (std::abs(wall) < 1e-6 * side.norm() * other.norm()) continue;  // on one line
-        kept = kept && wall * seen < 0;
-        mirrored = mirrored && wall * seen > 0;
-      }
-    }
-  }
+  constexpr double kSmall = 0.1;  // of the largest triangle
+  double largest = 0;
+  const auto for_triangles = [&](const auto& visit) {
+    const std::size_t n = points.size();
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = a + 1; b < n; ++b)
+        for (std::size_t c = b + 1; c < n; ++c)
+          visit(turn(points[a].wall, points[b].wall, points[c].wall),
+                turn(points[a].pixel, points[b].pixel, points[c].pixel));
+  };
+  for_triangles([&](double wall, double) { largest = std::max(largest, std::abs(wall)); });
+  bool kept = largest > 0, mirrored = true;
+  for_triangles([&](double wall, double seen) {
+    if (std::abs(wall) <= kSmall * largest) return;
+    kept = kept && wall * seen < 0;
+    mirrored = mirrored && wall * seen > 0;
+  });
   if (kept) return;
   throw InputError(mirrored
                        ? "are mirrored in the picture; expected x to the right and z upwards as "
@@ -161,6 +165,16 @@ WallCamera::WallCamera(const Lens& lens, const std::vector<WallPoint>& points) :
     if (!((to_pixel_ * on_wall[k].homogeneous()).z() * sign > 0))
       throw InputError("cannot all be in front of a camera; expected the corners of a wall");
     squares += (mapped(to_pixel_, on_wall[k]) - seen[k]).squaredNorm();
+  }
+  // Which way up the wall stands at the mean of its points.
+  Vec2 middle = Vec2::Zero();
+  for (const Vec2& p : on_wall) middle += p / static_cast<double>(points.size());
+  const double size = (on_wall.back() - on_wall.front()).norm();
+  const Vec2 up = pixel(middle + Vec2(0, 1e-3 * size)) - pixel(middle);
+  if (!(-up.y() > std::abs(up.x()))) {
+    throw InputError(
+        "make z point to a side or downwards in the picture; expected upwards: each pixel with the "
+        "x and z of the same corner");
   }
   if (points.size() > 4)
     residual_ = std::sqrt(squares / (2 * static_cast<double>(points.size()) - 8));
