@@ -8,7 +8,7 @@ install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs FILES_MATCHING 
 install(FILES scripts/bash-completion DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME firn)
 # Shipped cases, to be copied and run.
 install(DIRECTORY cases/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/cases
-  FILES_MATCHING PATTERN "*.toml" PATTERN "README.md" PATTERN "*.py" PATTERN "in.*" PATTERN "templates" EXCLUDE)
+  FILES_MATCHING PATTERN "*.toml" PATTERN "README.md" PATTERN "*.py" PATTERN "*.jpg" PATTERN "in.*" PATTERN "templates" EXCLUDE)
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/firn/data FILES_MATCHING PATTERN "*.json")
 # Manual pages from the help texts, where help2man is there (scripts/packages.txt, [package]).
 find_program(HELP2MAN help2man)

@@ -11,12 +11,12 @@ namespace firn {
 namespace {
 
 // In particle sizes:
-constexpr double kCell = 1.0 / 40;   // finest cells
-constexpr double kReach = 0.25;      // gaps that do not part a heap, as in standing()
-constexpr double kSpeck = 0.15;      // edge of a square below which a group is noise
-constexpr double kEdge = 0.12;       // to either side of the outline, where its contrast is read
-constexpr double kCleared = 0.25;    // above the heap the photograph must still show
-constexpr double kLeastPixels = 10;  // of a particle
+constexpr double kCell = 1.0 / 40;     // finest cells
+constexpr double kReach = 0.25;        // gaps that do not part a heap, as in standing()
+constexpr double kSpeck = 0.15;        // edge of a square below which a group is noise
+constexpr double kEdge = 0.12;         // to either side of the outline, where its contrast is read
+constexpr double kCleared = 0.25;      // above the heap the photograph must still show
+constexpr double kLeastPixels = 10;    // of a particle
 constexpr double kLeastContrast = 12;  // levels of 255 between heap and background
 constexpr double kLeastSharpness = 0.3;  // of the contrast, across a sharp outline
 constexpr double kMostUnsharp = 0.4;     // of the columns of the window
@@ -218,11 +218,13 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
       }
     }
   }
-  if (!std::isfinite(finest) || !(coarsest > 0)) refuse("lies behind the camera; expected it in front");
+  if (!std::isfinite(finest) || !(coarsest > 0))
+    refuse("lies behind the camera; expected it in front");
   if (coarsest * particle_size_ < kLeastPixels) {
-    refuse(fmt::format("a particle covers {:.2g} pixels; expected at least {} (a nearer or sharper "
-                       "photograph, or the right `particle_size`)",
-                       coarsest * particle_size_, kLeastPixels));
+    refuse(
+        fmt::format("a particle covers {:.2g} pixels; expected at least {} (a nearer or sharper "
+                    "photograph, or the right `particle_size`)",
+                    coarsest * particle_size_, kLeastPixels));
   }
   step_ = std::max(kCell * particle_size_, 1 / finest);
   columns_ = static_cast<int>(std::lround(ledge.length() / step_));
@@ -240,8 +242,8 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
       const auto at = static_cast<std::size_t>(cell(i, k));
       for (int a = 0; a < samples && visible_[at]; ++a) {
         for (int b = 0; b < samples; ++b) {
-          const Vec2 p = camera.pixel({ledge.x((i + (a + 0.5) / samples) * step_),
-                                       (k + (b + 0.5) / samples) * step_});
+          const Vec2 p = camera.pixel(
+              {ledge.x((i + (a + 0.5) / samples) * step_), (k + (b + 0.5) / samples) * step_});
           if (!shows(photo, p)) {
             visible_[at] = 0;
             break;
@@ -258,16 +260,18 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
   value_ = smoothed(value_, visible_, columns_, rows_);
   for (int i = 0; i < columns_; ++i) {
     if (!visible_[static_cast<std::size_t>(cell(i, 0))])
-      refuse(fmt::format("the floor at x = {:.4g} m is outside of the photograph; expected all of it",
-                         ledge.x((i + 0.5) * step_)));
+      refuse(
+          fmt::format("the floor at x = {:.4g} m is outside of the photograph; expected all of it",
+                      ledge.x((i + 0.5) * step_)));
   }
   const OtsuThreshold found = otsu(value_, visible_);
   threshold_ = found.threshold;
   contrast_ = found.contrast;
   if (contrast_ < kLeastContrast) {
-    refuse(fmt::format("no heap is seen: light and dark parts differ by {:.2g} of 255 levels; "
-                       "expected at least {}",
-                       contrast_, kLeastContrast));
+    refuse(
+        fmt::format("no heap is seen: light and dark parts differ by {:.2g} of 255 levels; "
+                    "expected at least {}",
+                    contrast_, kLeastContrast));
   }
 }
 
@@ -327,14 +331,16 @@ std::vector<Vec2> RectifiedLedge::outline(double shift) const {
     covered += wanted;
     for (int k = 0; k <= std::min(top + cleared, rows_ - 1); ++k) {
       if (!visible_[static_cast<std::size_t>(cell(i, k))])
-        refuse(fmt::format("the border of the photograph cuts the heap at x = {:.4g} m; expected "
-                           "all of it",
-                           x));
+        refuse(
+            fmt::format("the border of the photograph cuts the heap at x = {:.4g} m; expected "
+                        "all of it",
+                        x));
     }
     if (top + 1 >= rows_)
-      refuse(fmt::format("the heap reaches the top of what is searched at x = {:.4g} m; expected a "
-                         "larger `height`, or no bright background there",
-                         x));
+      refuse(
+          fmt::format("the heap reaches the top of what is searched at x = {:.4g} m; expected a "
+                      "larger `height`, or no bright background there",
+                      x));
     const Edge edge = edge_near(i, top, shift);
     unsharp += wanted && !edge.sharp;
     points.push_back({x, edge.height});
@@ -353,9 +359,10 @@ std::vector<Vec2> RectifiedLedge::outline(double shift) const {
                        100 * covered / in_window, 100 * kLeastCovered));
   }
   if (unsharp > kMostUnsharp * covered) {
-    refuse(fmt::format("{:.0f} % of the outline is not sharp; expected at most {:.0f} % (glare, "
-                       "shadows or a background that resembles the ice)",
-                       100 * unsharp / covered, 100 * kMostUnsharp));
+    refuse(
+        fmt::format("{:.0f} % of the outline is not sharp; expected at most {:.0f} % (glare, "
+                    "shadows or a background that resembles the ice)",
+                    100 * unsharp / covered, 100 * kMostUnsharp));
   }
   // Between the nearest sharp points of either side.
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -383,7 +390,8 @@ HeapSlope outline_slope(const std::vector<Vec2>& outline, const PhotoLedge& ledg
       Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(grid.nx, false);
   for (int i = 0; i < grid.nx; ++i) {
     const double s = grid.x(i);
-    const auto after = std::lower_bound(points.begin(), points.end(), std::array<double, 2>{s, -INFINITY});
+    const auto after =
+        std::lower_bound(points.begin(), points.end(), std::array<double, 2>{s, -INFINITY});
     const bool has_after = after != points.end() && (*after)[0] - s <= grid.step_x;
     const bool has_before = after != points.begin() && s - (*(after - 1))[0] <= grid.step_x;
     if (!has_after && !has_before) continue;

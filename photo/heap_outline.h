@@ -34,7 +34,9 @@ class RectifiedLedge {
 
  private:
   int cell(int column, int row) const { return column * rows_ + row; }
-  double value(int column, int row) const { return value_[static_cast<std::size_t>(cell(column, row))]; }
+  double value(int column, int row) const {
+    return value_[static_cast<std::size_t>(cell(column, row))];
+  }
   std::vector<char> largest_group(double threshold) const;
   struct Edge {
     double height = 0;  // m

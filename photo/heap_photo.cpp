@@ -75,13 +75,12 @@ void check_corners(const PhotoSetup& setup, const Photograph& photo, const WallC
              static_cast<double>(setup.corners.size());
   }
   constexpr double kMostDeviations = 4;
-  const double expected =
-      std::hypot(setup.pixel_uncertainty, scale * setup.position_uncertainty);
+  const double expected = std::hypot(setup.pixel_uncertainty, scale * setup.position_uncertainty);
   if (camera.residual() > kMostDeviations * expected + 1e-6) {
-    throw InputError(fmt::format(
-        "{}: corners: deviate by {:.3g} pixels from what a camera can see, where their "
-        "uncertainties are {:.3g}; expected places and pixels of the same corners",
-        setup.file, camera.residual(), expected));
+    throw InputError(
+        fmt::format("{}: corners: deviate by {:.3g} pixels from what a camera can see, where their "
+                    "uncertainties are {:.3g}; expected places and pixels of the same corners",
+                    setup.file, camera.residual(), expected));
   }
 }
 

@@ -12,16 +12,16 @@ namespace firn {
 
 struct PhotoSlope {
   PhotoLedge ledge;
-  HeapSlope lines;               // of the outline; its uncertainties are those of the roughness
-  std::vector<Vec2> outline;     // m, points of the wall
-  double threshold = 0;          // that parts heap and background, levels of 255
-  double contrast = 0;           // of heap and background, levels of 255
-  double threshold_shift = 0;    // deg: half of what the threshold's uncertainty moves the angle
+  HeapSlope lines;             // of the outline; its uncertainties are those of the roughness
+  std::vector<Vec2> outline;   // m, points of the wall
+  double threshold = 0;        // that parts heap and background, levels of 255
+  double contrast = 0;         // of heap and background, levels of 255
+  double threshold_shift = 0;  // deg: half of what the threshold's uncertainty moves the angle
 };
 
 // One heap.
 struct PhotoAngle {
-  std::string file, hash;  // of the photograph; the hash is SHA-256
+  std::string file, hash;          // of the photograph; the hash is SHA-256
   std::vector<PhotoSlope> slopes;  // in the order of the setup
   double angle = 0;                // deg, mean of the slopes
   double roughness = 0;            // deg, one standard deviation of that mean

@@ -35,7 +35,8 @@ std::vector<std::array<std::uint8_t, 3>> reduced_rows(const Photograph& photo, i
         }
       }
       const int n = factor * factor;
-      pixels.push_back({static_cast<std::uint8_t>(sum[0] / n), static_cast<std::uint8_t>(sum[1] / n),
+      pixels.push_back({static_cast<std::uint8_t>(sum[0] / n),
+                        static_cast<std::uint8_t>(sum[1] / n),
                         static_cast<std::uint8_t>(sum[2] / n)});
     }
   }
@@ -112,9 +113,10 @@ void draw_heap_photo(const HeapPhotoResult& result, std::size_t number, const Ph
                               "± {:.2g} deg",
                               std::filesystem::path(heap.file).filename().string(),
                               measured_text(heap.angle, heap.roughness), result.systematic));
-  script += title(74, 12, "#5b6673",
-                  "purple: outline of the ice; red: fitted line; yellow: floor, ledge and fit window; "
-                  "green crosses: corners");
+  script +=
+      title(74, 12, "#5b6673",
+            "purple: outline of the ice; red: fitted line; yellow: floor, ledge and fit window; "
+            "green crosses: corners");
   script += fmt::format(
       "unset key\nunset border\nunset tics\nset lmargin at screen 0\nset rmargin at screen 1\n"
       "set bmargin at screen 0\nset tmargin at screen {:.6f}\n"

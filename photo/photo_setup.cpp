@@ -42,8 +42,8 @@ std::vector<WallPoint> read_corners(const TomlTable& root) {
                                      tables.size()));
   }
   if (tables.size() > kMostCorners)
-    root.fail("corners", fmt::format("has {} entries; expected at most {}", tables.size(),
-                                     kMostCorners));
+    root.fail("corners",
+              fmt::format("has {} entries; expected at most {}", tables.size(), kMostCorners));
   for (const TomlTable& t : tables) {
     t.allow({"pixel", "x", "z"});
     corners.push_back({pixel_pair(t, "pixel"),
@@ -53,12 +53,33 @@ std::vector<WallPoint> read_corners(const TomlTable& root) {
   return corners;
 }
 
-std::vector<PhotoLedge> read_ledges(const TomlTable& root, double particle_size) {
+// Ice at the back wall appears nearer to the middle of the box than it is, by what grows with the
+// distance from there; beyond the last of it the outline ends. The window must end before.
+void check_perspective(const TomlTable& t, const PhotoLedge& ledge, double middle,
+                       const PhotoSetup& setup) {
+  constexpr double kOfMargin = 0.8;  // at most this part of the margin is missing
+  const bool end_is_far = std::abs(ledge.end - middle) > std::abs(ledge.begin - middle);
+  const double farthest = std::abs((end_is_far ? ledge.end : ledge.begin) - middle);
+  const double margin =
+      kOfMargin * (end_is_far ? ledge.length() - ledge.window.to : ledge.window.from);
+  const double shift = farthest * setup.depth / (setup.camera_distance + setup.depth);
+  if (shift <= margin) return;
+  t.fail(end_is_far ? "end_margin" : "begin_margin",
+         fmt::format("is too small: from {:.4g} m, ice at the back wall appears {:.3g} m nearer to "
+                     "the middle; expected a margin of at least {:.3g} m, or a camera farther away",
+                     setup.camera_distance, shift, shift / kOfMargin));
+}
+
+std::vector<PhotoLedge> read_ledges(const TomlTable& root, const PhotoSetup& setup) {
+  const double particle_size = setup.particle_size;
+  double middle = 0;
+  for (const WallPoint& c : setup.corners)
+    middle += c.wall.x() / static_cast<double>(setup.corners.size());
   const std::vector<TomlTable> tables = root.tables("slopes");
   if (tables.empty()) root.fail("slopes", "is missing; expected tables [[slopes]]");
   if (tables.size() > kMostSlopes)
-    root.fail("slopes", fmt::format("holds {} tables; expected at most {}", tables.size(),
-                                    kMostSlopes));
+    root.fail("slopes",
+              fmt::format("holds {} tables; expected at most {}", tables.size(), kMostSlopes));
   std::vector<PhotoLedge> ledges;
   std::set<std::string> names;
   for (const TomlTable& t : tables) {
@@ -66,7 +87,8 @@ std::vector<PhotoLedge> read_ledges(const TomlTable& root, double particle_size)
     PhotoLedge ledge;
     ledge.name = t.string("name");
     if (ledge.name.empty()) t.fail("name", "is empty; expected a word");
-    if (!names.insert(ledge.name).second) t.fail("name", "is that of another slope; expected its own");
+    if (!names.insert(ledge.name).second)
+      t.fail("name", "is that of another slope; expected its own");
     ledge.begin = t.quantity("begin", dimension::length, Sign::any);
     ledge.end = t.quantity("end", dimension::length, Sign::any);
     const double begin_margin =
@@ -80,8 +102,10 @@ std::vector<PhotoLedge> read_ledges(const TomlTable& root, double particle_size)
     });
     constexpr double kMostParticles = 1000;
     if (ledge.length() > kMostParticles * particle_size)
-      t.fail("end", fmt::format("makes a slope of more than {} particle sizes; expected a shorter one",
-                                kMostParticles));
+      t.fail("end",
+             fmt::format("makes a slope of more than {} particle sizes; expected a shorter one",
+                         kMostParticles));
+    check_perspective(t, ledge, middle, setup);
     ledges.push_back(ledge);
   }
   return ledges;
@@ -90,8 +114,7 @@ std::vector<PhotoLedge> read_ledges(const TomlTable& root, double particle_size)
 void read_camera(const TomlTable& t, PhotoSetup& setup) {
   t.allow({"focal_length", "principal_point", "k1", "k2", "k1_uncertainty"});
   constexpr double kMostPixels = 1e6;
-  if (t.has("focal_length"))
-    setup.focal_length = number_from(t, "focal_length", 1, kMostPixels, 0);
+  if (t.has("focal_length")) setup.focal_length = number_from(t, "focal_length", 1, kMostPixels, 0);
   if (t.has("principal_point")) setup.principal_point = pixel_pair(t, "principal_point");
   for (const char* key : {"k1", "k2"}) {
     if (t.has(key) && !setup.focal_length)
@@ -145,7 +168,7 @@ PhotoSetup read_photo_setup_text(const std::string& text, const std::string& sou
   TomlDocument document(text, source);
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "experiment", "source", "apparatus", "notes", "particle_size",
-           "height", "corners", "pixel_uncertainty", "position_uncertainty", "level_uncertainty",
+           "height", "depth", "camera_distance", "corners", "pixel_uncertainty", "position_uncertainty", "level_uncertainty",
            "camera", "segmentation", "slopes"});
   PhotoSetup setup;
   setup.file = source;
@@ -162,6 +185,8 @@ PhotoSetup read_photo_setup_text(const std::string& text, const std::string& sou
   constexpr double kMostParticles = 1000;
   if (setup.height > kMostParticles * setup.particle_size)
     t.fail("height", fmt::format("is more than {} particle sizes; expected less", kMostParticles));
+  setup.depth = t.quantity("depth", dimension::length, Sign::non_negative);
+  setup.camera_distance = t.quantity("camera_distance", dimension::length, Sign::positive);
   setup.corners = read_corners(t);
   setup.pixel_uncertainty = number_from(t, "pixel_uncertainty", 0, 1000, 2);
   setup.position_uncertainty =
@@ -171,7 +196,7 @@ PhotoSetup read_photo_setup_text(const std::string& text, const std::string& sou
   read_camera(t.table("camera"), setup);
   read_segmentation(t.table("segmentation"), std::filesystem::path(source).parent_path().string(),
                     setup);
-  setup.ledges = read_ledges(t, setup.particle_size);
+  setup.ledges = read_ledges(t, setup);
   // What the corners are, they are for any lens; the order is told here, with its line.
   t.at("corners", [&] { WallCamera(Lens{}, setup.corners); });
   return setup;

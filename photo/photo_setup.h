@@ -30,6 +30,8 @@ struct PhotoSetup {
   std::string experiment, source, apparatus, notes;  // copied into the measurement; may be empty
   double particle_size = 0;                          // m: middle edge of the bounding box
   double height = 0;                                 // m above the floor that is searched
+  double depth = 0;                                  // m of the ice behind the front wall
+  double camera_distance = 0;                        // m from the lens to the front wall
 
   std::vector<WallPoint> corners;
   double pixel_uncertainty = 0;     // of a corner's column and row, one standard deviation

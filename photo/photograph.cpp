@@ -121,8 +121,9 @@ int jpeg_orientation(std::string_view bytes) {
 Photograph upright(const Photograph& stored, int orientation) {
   if (orientation == 1) return stored;
   const bool across = orientation >= 5;  // rows become columns
-  Photograph photo = empty_photograph(static_cast<std::uint64_t>(across ? stored.height : stored.width),
-                                      static_cast<std::uint64_t>(across ? stored.width : stored.height));
+  Photograph photo =
+      empty_photograph(static_cast<std::uint64_t>(across ? stored.height : stored.width),
+                       static_cast<std::uint64_t>(across ? stored.width : stored.height));
   const int right = stored.width - 1, low = stored.height - 1;
   for (int row = 0; row < photo.height; ++row) {
     for (int column = 0; column < photo.width; ++column) {

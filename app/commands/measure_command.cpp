@@ -90,8 +90,8 @@ void keep_inputs(const std::vector<std::string>& inputs, const std::string& outp
   for (const std::string& input : inputs) {
     std::error_code error;
     if (fs::equivalent(input, output, error))
-      throw InputError(fmt::format("{}: is an input, too; expected another name for what is written",
-                                   output));
+      throw InputError(
+          fmt::format("{}: is an input, too; expected another name for what is written", output));
   }
 }
 
@@ -138,11 +138,12 @@ void print_photo_table(const HeapPhotoResult& result) {
                   100 * slope.lines.covered);
     }
   }
-  print_lines(stdout,
-              "{}: {} deg ({} {:.2g} deg; camera {:.2g} deg, threshold {:.2g} deg, common to all)\n",
-              result.setup.response, measured_text(result.angle, result.uncertainty()),
-              result.heaps.size() == 1 ? "roughness of the outline" : "scatter of the heaps",
-              result.scatter(), result.camera_uncertainty, result.threshold_uncertainty);
+  print_lines(
+      stdout,
+      "{}: {} deg ({} {:.2g} deg; camera {:.2g} deg, threshold {:.2g} deg, common to all)\n",
+      result.setup.response, measured_text(result.angle, result.uncertainty()),
+      result.heaps.size() == 1 ? "roughness of the outline" : "scatter of the heaps",
+      result.scatter(), result.camera_uncertainty, result.threshold_uncertainty);
 }
 
 int measure_photos(const Arguments& a) {
@@ -167,8 +168,8 @@ int measure_photos(const Arguments& a) {
   for (std::size_t k = 0; k < pictures.size(); ++k) {
     const Photograph photo = load(k);
     if (photo.hash != result.heaps[k].hash)
-      throw InputError(fmt::format("{}: has changed in the meantime; expected it to stay",
-                                   photo.file));
+      throw InputError(
+          fmt::format("{}: has changed in the meantime; expected it to stay", photo.file));
     draw_heap_photo(result, k, photo, pictures[k]);
   }
   if (a.json)
@@ -187,8 +188,8 @@ int measure_what_is_named(const Arguments& a) {
   }
   if (a.setup.empty()) throw CLI::RequiredError("--setup");
   if (!a.file.empty())
-    throw InputError(fmt::format("{}: stands beside --photo; expected a results file or photographs",
-                                 a.file));
+    throw InputError(
+        fmt::format("{}: stands beside --photo; expected a results file or photographs", a.file));
   return measure_photos(a);
 }
 

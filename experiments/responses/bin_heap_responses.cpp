@@ -83,10 +83,8 @@ void measure_heap(const Recording& recording, const Case& c, const Measure& m,
   add("heap_angle", (left.robust_angle + right.robust_angle) / 2,
       std::hypot(left.robust_uncertainty, right.robust_uncertainty) / 2, "deg",
       line + ", mean of both sides");
-  const HeapSlope left_outline =
-      outline_slope(content.placed, side_of(m, m.region_min.x(), d), d);
-  const HeapSlope right_outline =
-      outline_slope(content.placed, side_of(m, m.region_max.x(), d), d);
+  const HeapSlope left_outline = outline_slope(content.placed, side_of(m, m.region_min.x(), d), d);
+  const HeapSlope right_outline = outline_slope(content.placed, side_of(m, m.region_max.x(), d), d);
   const std::string outline =
       "Theil-Sen line through the outline seen from the front, positive towards the peak";
   add("heap_angle_left_outline", left_outline.robust_angle, left_outline.robust_uncertainty, "deg",

@@ -183,9 +183,9 @@ double outline_roughness(const HeapSlope& outline, double particle_size) {
 
 HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                         double particle_size) {
-  const HeapSurface surface = heap_surface(
-      particles, PlanGrid::between(ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
-                                   particle_size / kCellsPerParticle));
+  const HeapSurface surface =
+      heap_surface(particles, PlanGrid::between(ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
+                                                particle_size / kCellsPerParticle));
   HeapSlope result = surface_slope(
       closed_outline(surface.height.rowwise().maxCoeff(), surface.covered.rowwise().any(),
                      std::abs(ledge.end - ledge.begin), particle_size),

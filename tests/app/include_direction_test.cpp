@@ -67,6 +67,8 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"calibrate/output", {"calibrate/inference"}},
     {"calibrate", {"calibrate/output"}},
 
+    {"photo", {"experiments/responses", "experiments/text"}},
+
     {"validation/statistics", {"experiments/material_records", "experiments/measurements"}},
     {"validation/suite",
      {"experiments/batch/execution", "experiments/measurements", "experiments/responses"}},
@@ -89,7 +91,8 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"app/support", {"experiments/batch", "experiments/material_records", "reports/documents"}},
     {"app/output", {"app/support"}},
     {"app/commands",
-     {"app/output", "calibrate", "experiments/batch/sweep", "experiments/export", "validation"}},
+     {"app/output", "calibrate", "experiments/batch/sweep", "experiments/export", "photo",
+      "validation"}},
     {"app", {"app/commands"}},
 
     // The public library: its headers need those of the solver alone.
@@ -104,8 +107,9 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
 // A unit is a header, a source, or both of one name.
 constexpr std::size_t kMostUnits = 16;
 
-const std::set<std::string> libraries = {"solver",  "experiments", "calibrate", "validation",
-                                         "reports", "app",         "library",   "python"};
+const std::set<std::string> libraries = {"solver", "experiments", "calibrate",
+                                         "photo",  "validation",  "reports",
+                                         "app",    "library",     "python"};
 
 // Folders that each folder may include from: those of its row and of the rows of these. A row may
 // name folders of earlier rows alone, so that no cycle is possible.
@@ -127,7 +131,7 @@ std::map<std::string, std::set<std::string>> reachable() {
 // Headers of the project that a source includes, relative to the project.
 std::set<std::string> included_by(const std::string& text) {
   static const std::regex include(
-      R"re(#\s*include\s*["<]((firn|solver|experiments|calibrate|validation|reports|app|library|python|tests)/[^">]+)[">])re");
+      R"re(#\s*include\s*["<]((firn|solver|experiments|calibrate|photo|validation|reports|app|library|python|tests)/[^">]+)[">])re");
   std::set<std::string> headers;
   for (std::sregex_iterator match(text.begin(), text.end(), include), end; match != end; ++match) {
     const std::string header = (*match)[1];

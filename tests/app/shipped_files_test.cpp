@@ -12,6 +12,7 @@
 #include "experiments/batch/sweep/sweep.h"
 #include "experiments/measurements/bench_tests.h"
 #include "experiments/measurements/measurement.h"
+#include "photo/photo_setup.h"
 #include "tests/app/program.h"
 #include "validation/suite/suite_file.h"
 
@@ -68,6 +69,8 @@ TEST(ShippedFiles, AllCanBeRead) {
         read_sweep(path);
       } else if (has("\n[[tests]]")) {
         read_bench_tests(path);
+      } else if (has("\n[[slopes]]")) {
+        read_photo_setup(path);
       } else if (has("\n[case]")) {
         ++cases;
         read_case(path);

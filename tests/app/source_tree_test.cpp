@@ -24,8 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path source_dir = FIRN_SOURCE_DIR;
-const std::array<std::string, 7> libraries = {"solver",  "experiments", "calibrate", "validation",
-                                              "reports", "app",         "library"};
+const std::array<std::string, 8> libraries = {"solver",     "experiments", "calibrate", "photo",
+                                              "validation", "reports",     "app",       "library"};
 
 // Files with one of `extensions` anywhere below `folder`.
 std::vector<fs::path> files_below(const fs::path& folder, const std::set<std::string>& extensions) {
@@ -66,8 +66,8 @@ TEST(SourceTree, EverySourceIsCompiled) {
   }
   std::vector<fs::path> folders;
   for (const std::string& library : libraries) folders.push_back(source_dir / library);
-  for (const char* area :
-       {"solver", "experiments", "calibrate", "validation", "reports", "app", "calibration_proof"})
+  for (const char* area : {"solver", "experiments", "calibrate", "photo", "validation", "reports",
+                           "app", "calibration_proof"})
     folders.push_back(source_dir / "tests" / area);
   int count = 0;
   for (const fs::path& folder : folders) {
@@ -335,7 +335,7 @@ TEST(SourceTree, DocumentationNamesFilesThatExist) {
   static const std::regex link(R"(\]\(([^)\s#]+)[^)\s]*\))");
   static const std::regex outside(R"(^[a-z]+:.*)");
   static const std::regex path(
-      R"(`((?:solver|experiments|calibrate|validation|reports|app|tests|docs|scripts|cmake|cases|data|tools)/[\w./-]+\.\w+)`)");
+      R"(`((?:solver|experiments|calibrate|photo|validation|reports|app|tests|docs|scripts|cmake|cases|data|tools)/[\w./-]+\.\w+)`)");
   std::vector<fs::path> pages = {source_dir / "README.md", source_dir / "CHANGELOG.md"};
   for (const fs::path& file : files_below(source_dir / "docs", {".md"})) pages.push_back(file);
   int count = 0;

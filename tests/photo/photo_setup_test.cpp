@@ -12,6 +12,8 @@ using testing::HasSubstr;
 const std::string kSetup = R"(name = "drained heap"
 particle_size = "20.6 mm"
 height = "250 mm"
+depth = "140 mm"
+camera_distance = "2 m"
 corners = [
   { pixel = [180, 905], x = "-298.5 mm", z = "0 mm" },
   { pixel = [1420, 880], x = "298.5 mm", z = "0 mm" },
@@ -62,6 +64,8 @@ TEST(PhotoSetup, EveryKeyIsRead) {
   EXPECT_EQ(s.response, "angle_of_repose_outline");
   EXPECT_DOUBLE_EQ(s.particle_size, 20.6e-3);
   EXPECT_DOUBLE_EQ(s.height, 0.25);
+  EXPECT_DOUBLE_EQ(s.depth, 0.14);
+  EXPECT_DOUBLE_EQ(s.camera_distance, 2);
   ASSERT_EQ(s.corners.size(), 4U);
   EXPECT_EQ(s.corners[2].pixel, Vec2(1425.5, 360));
   EXPECT_EQ(s.corners[2].wall, Vec2(0.2985, 0.25));
@@ -91,16 +95,20 @@ TEST(PhotoSetup, MistakesAreOneLineWithThePlace) {
       {"particle_size = \"20.6 mm\"", "particle_size = \"0 mm\"", "setup.toml:2: particle_size: "},
       {"particle_size = \"20.6 mm\"", "particel_size = \"2 mm\"", "nearest known one is"},
       {"height = \"250 mm\"", "height = \"250 m\"", "setup.toml:3: height: is more than 1000"},
-      {"pixel = [180, 905]", "pixel = [180]", "setup.toml:5: corners.0.pixel: has 1 entries"},
+      {"pixel = [180, 905]", "pixel = [180]", "setup.toml:7: corners.0.pixel: has 1 entries"},
       {"pixel = [180, 905]", "pixel = [1420, 880]", "corners: "},
-      {"pixel = [180, 905]", "pixel = [1800, 905]", "corners: are not in the order of their places"},
+      {"pixel = [180, 905]", "pixel = [1800, 905]",
+       "corners: are not in the order of their places"},
       {"pixel = [180, 905]", "pixel = [1e9, 905]", "pixel: is too large"},
-      {"pixel_uncertainty = 3", "pixel_uncertainty = -1", "setup.toml:10: pixel_uncertainty: is -1"},
+      {"pixel_uncertainty = 3", "pixel_uncertainty = -1",
+       "setup.toml:12: pixel_uncertainty: is -1"},
       {"k1 = -0.08", "k1 = -2", "camera.k1: is -2; expected -1 to 1"},
       {"focal_length = 1900\n", "", "camera.k1: goes with a focal length"},
       {"channel = \"blue\"", "channel = \"infrared\"", "segmentation.channel: "},
       {"name = \"right\"", "name = \"left\"", "is that of another slope"},
       {"end_margin = \"40 mm\"", "end_margin = \"170 mm\"", "expected smaller margins"},
+      {"camera_distance = \"2 m\"", "camera_distance = \"1.5 m\"",
+       "slopes.left.end_margin: is too small: from 1.5 m, ice at the back wall appears 0.0255 m nearer"},
       {"end = \"-298.5 mm\"", "end = \"-298.5 m\"", "more than 1000 particle sizes"},
   };
   for (const auto& m : mistakes) {
@@ -109,7 +117,8 @@ TEST(PhotoSetup, MistakesAreOneLineWithThePlace) {
     EXPECT_THAT(message, HasSubstr("photos/setup.toml:")) << m.to;
     EXPECT_EQ(message.find('\n'), std::string::npos);
   }
-  EXPECT_THAT(refusal(kSetup.substr(0, kSetup.find("[[slopes]]"))), HasSubstr("slopes: is missing"));
+  EXPECT_THAT(refusal(kSetup.substr(0, kSetup.find("[[slopes]]"))),
+              HasSubstr("slopes: is missing"));
 }
 
 TEST(PhotoSetup, ALensThatFoldsThePictureIsRefused) {

@@ -88,7 +88,8 @@ TEST(Photograph, EveryOrientationOfExifIsApplied) {
         int x = side_rows ? j : i, y = side_rows ? i : j;
         if (orientation == 2 || orientation == 3 || orientation == 6 || orientation == 7)
           x = right - x;
-        if (orientation == 3 || orientation == 4 || orientation == 7 || orientation == 8) y = low - y;
+        if (orientation == 3 || orientation == 4 || orientation == 7 || orientation == 8)
+          y = low - y;
         EXPECT_EQ(read.at(x, y), plain.at(i, j)) << i << ' ' << j;
       }
     }
@@ -123,8 +124,8 @@ TEST(Photograph, OtherFilesAreRefused) {
   }
 }
 
-// A part of a file, or one with bytes that changed: an error of one line or a picture, and of a part
-// always an error.
+// A part of a file, or one with bytes that changed: an error of one line or a picture, and of a
+// part always an error.
 TEST(Photograph, DamagedFilesAreRefusedOrRead) {
   std::mt19937_64 random(4);
   const Photograph photo = smooth_picture(120, 80);

@@ -48,12 +48,11 @@ inline std::string with_orientation(const std::string& jpeg, int orientation, bo
       text += static_cast<char>(value >> 8 * (little ? k : bytes - 1 - k));
     return text;
   };
-  const std::string tiff = std::string(little ? "II" : "MM") + number(42, 2) + number(8, 4) +
-                           number(2, 2) +                                            // entries
-                           number(0x0100, 2) + number(4, 2) + number(1, 4) + number(77, 4) +
-                           number(0x0112, 2) + number(3, 2) + number(1, 4) +
-                           number(static_cast<unsigned>(orientation), 2) + number(0, 2) +
-                           number(0, 4);
+  const std::string tiff =
+      std::string(little ? "II" : "MM") + number(42, 2) + number(8, 4) + number(2, 2) +  // entries
+      number(0x0100, 2) + number(4, 2) + number(1, 4) + number(77, 4) + number(0x0112, 2) +
+      number(3, 2) + number(1, 4) + number(static_cast<unsigned>(orientation), 2) + number(0, 2) +
+      number(0, 4);
   const std::string segment = std::string("Exif\0\0", 6) + tiff;
   const auto length = static_cast<unsigned>(segment.size() + 2);
   return jpeg.substr(0, 2) + "\xff\xe1" + static_cast<char>(length >> 8) +

@@ -116,8 +116,10 @@ TEST(WallCamera, OnlyTheRightOrderOfCornersIsAccepted) {
 }
 
 TEST(WallCamera, PointsOnALineAreRefused) {
-  const std::vector<WallPoint> line{
-      {{100, 500}, {-0.3, 0}}, {{300, 500}, {-0.1, 0}}, {{500, 500}, {0.1, 0}}, {{700, 300}, {0.3, 0.2}}};
+  const std::vector<WallPoint> line{{{100, 500}, {-0.3, 0}},
+                                    {{300, 500}, {-0.1, 0}},
+                                    {{500, 500}, {0.1, 0}},
+                                    {{700, 300}, {0.3, 0.2}}};
   EXPECT_THAT(refusal(line), HasSubstr("too many lie on one line"));
   const std::vector<WallPoint> same(4, WallPoint{{100, 100}, {0, 0}});
   EXPECT_NE(refusal(same), "");

@@ -71,8 +71,8 @@ struct Canvas {
 };
 
 // One small triangle: what lies outside of the box is cut away.
-inline void fill(const std::array<Vec3, 3>& world, const TestCamera& camera, int samples, float shade,
-                 const DrainedRepose& box, Canvas& canvas) {
+inline void fill(const std::array<Vec3, 3>& world, const TestCamera& camera, int samples,
+                 float shade, const DrainedRepose& box, Canvas& canvas) {
   std::array<Vec2, 3> p;
   std::array<double, 3> inverse;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -85,7 +85,8 @@ inline void fill(const std::array<Vec3, 3>& world, const TestCamera& camera, int
   if (area == 0) return;
   const auto [x0, x1] = std::minmax({p[0].x(), p[1].x(), p[2].x()});
   const auto [y0, y1] = std::minmax({p[0].y(), p[1].y(), p[2].y()});
-  for (int j = std::max(0, static_cast<int>(y0)); j <= std::min<double>(canvas.height - 1, y1); ++j) {
+  for (int j = std::max(0, static_cast<int>(y0)); j <= std::min<double>(canvas.height - 1, y1);
+       ++j) {
     for (int i = std::max(0, static_cast<int>(x0)); i <= std::min<double>(canvas.width - 1, x1);
          ++i) {
       const Vec2 w(i + 0.5 - p[0].x(), j + 0.5 - p[0].y());
@@ -97,9 +98,9 @@ inline void fill(const std::array<Vec3, 3>& world, const TestCamera& camera, int
       const double near = a * inverse[0] + b * inverse[1] + c * inverse[2];
       const auto at = static_cast<std::size_t>(j) * canvas.width + i;
       if (near <= canvas.depth[at]) continue;
-      const Vec3 q = (a * inverse[0] * world[0] + b * inverse[1] * world[1] +
-                      c * inverse[2] * world[2]) /
-                     near;
+      const Vec3 q =
+          (a * inverse[0] * world[0] + b * inverse[1] * world[1] + c * inverse[2] * world[2]) /
+          near;
       if (std::abs(q.y()) > box.box.y() / 2 || std::abs(q.x()) > box.box.x() / 2 ||
           std::abs(q.x()) < box.door_width / 2 || q.z() < 0)
         continue;
@@ -152,8 +153,8 @@ inline Photograph photograph_of(const std::vector<PlacedMesh>& bodies, const Tes
         w[k] = body.pose * body.mesh->vertices[static_cast<std::size_t>(t[k])];
       const Vec3 normal = (w[1] - w[0]).cross(w[2] - w[0]).normalized();
       const auto shade = static_cast<float>(0.82 + tint + 0.18 * normal.dot(light));
-      const double longest = std::max({(w[1] - w[0]).norm(), (w[2] - w[1]).norm(),
-                                       (w[0] - w[2]).norm()});
+      const double longest =
+          std::max({(w[1] - w[0]).norm(), (w[2] - w[1]).norm(), (w[0] - w[2]).norm()});
       const int n = std::max(1, static_cast<int>(std::ceil(longest / kEdge)));
       const auto corner = [&](int a, int b) -> Vec3 {
         return w[0] + (w[1] - w[0]) * a / n + (w[2] - w[0]) * b / n;
@@ -183,7 +184,8 @@ inline Photograph photograph_of(const std::vector<PlacedMesh>& bodies, const Tes
   for (int j = 0; j < camera.height; ++j) {
     for (int i = 0; i < camera.width; ++i) {
       float& value = level[static_cast<std::size_t>(j) * camera.width + i];
-      value *= static_cast<float>(1 + style.gradient * (static_cast<double>(i) / camera.width - 0.5));
+      value *=
+          static_cast<float>(1 + style.gradient * (static_cast<double>(i) / camera.width - 0.5));
       for (const Glare& g : style.glares) {
         const double distance = (Vec2(i + 0.5, j + 0.5) - g.at).squaredNorm();
         value += static_cast<float>(g.strength * std::exp(-0.5 * distance / (g.radius * g.radius)));
@@ -255,7 +257,7 @@ struct PhotoSession {
 inline PhotoSession random_session(Random& random, int width = 1600, int height = 1000) {
   const DrainedRepose box = drained_box();
   PhotoSession s;
-  const double front = -box.box.y() / 2, away = random.uniform(1.4, 3);
+  const double front = -box.box.y() / 2, away = random.uniform(2.1, 4);
   const Vec3 eye(random.uniform(-0.25, 0.25), front - away, random.uniform(0.02, 0.35));
   const Vec3 target(random.uniform(-0.03, 0.03), front, random.uniform(0.1, 0.16));
   // The box fills 70 to 85 % of the width.
