@@ -230,7 +230,8 @@ RectifiedLedge::RectifiedLedge(const Photograph& photo, const Photograph* backgr
   columns_ = static_cast<int>(std::lround(ledge.length() / step_));
   rows_ = static_cast<int>(std::lround(setup.height / step_));
   if (static_cast<double>(columns_) * rows_ > kMostCells)
-    refuse("is too large beside a particle; expected a shorter slope or a lower `height`");
+    refuse(
+        "is too large for a particle of this size; expected a shorter slope or a lower `height`");
   rows_ = std::max(rows_, 2);
   const int samples =
       std::clamp(static_cast<int>(std::ceil(step_ * finest - 1e-6)), 1, 8);  // each way in a cell

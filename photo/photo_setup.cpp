@@ -168,8 +168,8 @@ PhotoSetup read_photo_setup_text(const std::string& text, const std::string& sou
   TomlDocument document(text, source);
   const TomlTable t = TomlTable::root(document);
   t.allow({"name", "response", "experiment", "source", "apparatus", "notes", "particle_size",
-           "height", "depth", "camera_distance", "corners", "pixel_uncertainty", "position_uncertainty", "level_uncertainty",
-           "camera", "segmentation", "slopes"});
+           "height", "depth", "camera_distance", "corners", "pixel_uncertainty",
+           "position_uncertainty", "level_uncertainty", "camera", "segmentation", "slopes"});
   PhotoSetup setup;
   setup.file = source;
   setup.hash = sha256(text);
@@ -197,7 +197,7 @@ PhotoSetup read_photo_setup_text(const std::string& text, const std::string& sou
   read_segmentation(t.table("segmentation"), std::filesystem::path(source).parent_path().string(),
                     setup);
   setup.ledges = read_ledges(t, setup);
-  // What the corners are, they are for any lens; the order is told here, with its line.
+  // Their order does not depend on the lens: it is checked here, where the line is known.
   t.at("corners", [&] { WallCamera(Lens{}, setup.corners); });
   return setup;
 }

@@ -25,7 +25,7 @@ struct Lens {
   bool invertible_to(double distance) const;
 };
 
-// A point of the wall that is known in the photograph, too.
+// A point of the wall whose place in the photograph is known.
 struct WallPoint {
   Vec2 pixel = Vec2::Zero();  // column and row from the top left corner of the picture
   Vec2 wall = Vec2::Zero();   // m: x to the right, z upwards

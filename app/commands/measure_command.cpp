@@ -189,7 +189,7 @@ int measure_what_is_named(const Arguments& a) {
   if (a.setup.empty()) throw CLI::RequiredError("--setup");
   if (!a.file.empty())
     throw InputError(
-        fmt::format("{}: stands beside --photo; expected a results file or photographs", a.file));
+        fmt::format("{}: goes with no --photo; expected a results file or photographs", a.file));
   return measure_photos(a);
 }
 

@@ -125,8 +125,8 @@ class TomlTable {
   Vec3 sizes(std::string_view key) const;  // three lengths above zero
 
   std::array<double, 2> pair(std::string_view key) const;  // [a, b]
-  std::vector<int> integers(std::string_view key) const;  // a list; empty when missing
-  std::array<int, 3> counts(std::string_view key) const;  // [nx, ny, nz], whole, at least 1
+  std::vector<int> integers(std::string_view key) const;   // a list; empty when missing
+  std::array<int, 3> counts(std::string_view key) const;   // [nx, ny, nz], whole, at least 1
   // [[i, j], ...], whole, at least 0.
   std::vector<std::array<int, 2>> integer_pairs(std::string_view key) const;
   Vec3 direction(std::string_view key) const;    // [x, y, z], scaled to unit length

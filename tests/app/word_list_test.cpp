@@ -23,9 +23,9 @@ namespace fs = std::filesystem;
 const fs::path source_dir = FIRN_SOURCE_DIR;
 // Pages in the root folder.
 constexpr const char* kPages = "pages";
-const std::vector<std::string> areas = {"app",   "calibrate",   "cases",      "cmake",   "data",
-                                        "docs",  "experiments", "reports",    "scripts", "solver",
-                                        "tests", "tools",       "validation", kPages};
+const std::vector<std::string> areas = {"app",    "calibrate",   "cases", "cmake",      "data",
+                                        "docs",   "experiments", "photo", "reports",    "scripts",
+                                        "solver", "tests",       "tools", "validation", kPages};
 
 // A word or phrase, and how often each area may still use it.
 struct AvoidedWord {

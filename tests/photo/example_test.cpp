@@ -1,5 +1,6 @@
 // The photograph that is shipped with its setup, cases/photo: it is rendered, so that its angle is
-// known. FIRN_WRITE_EXAMPLE=FOLDER writes it anew.
+// known. FIRN_WRITE_EXAMPLE=FOLDER renders it again
+// into a file.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -250,7 +250,7 @@ TEST(HeapPhoto, DarkHeapsAndBackgroundsAndChannelsGiveTheSameAngle) {
   }
 
   // Behind the heap is a pattern that is as bright as the ice in places; a picture without the heap
-  // tells them apart.
+  // separates them.
   const test::ScratchFolder folder("photo");
   Photograph empty = synthetic::photograph_of({}, s.camera, s.style), patterned = photo;
   for (int j = 0; j < photo.height; ++j) {

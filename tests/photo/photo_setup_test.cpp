@@ -108,7 +108,8 @@ TEST(PhotoSetup, MistakesAreOneLineWithThePlace) {
       {"name = \"right\"", "name = \"left\"", "is that of another slope"},
       {"end_margin = \"40 mm\"", "end_margin = \"170 mm\"", "expected smaller margins"},
       {"camera_distance = \"2 m\"", "camera_distance = \"1.5 m\"",
-       "slopes.left.end_margin: is too small: from 1.5 m, ice at the back wall appears 0.0255 m nearer"},
+       "slopes.left.end_margin: is too small: from 1.5 m, ice at the back wall appears 0.0255 m "
+       "nearer"},
       {"end = \"-298.5 mm\"", "end = \"-298.5 m\"", "more than 1000 particle sizes"},
   };
   for (const auto& m : mistakes) {

@@ -111,6 +111,60 @@ TEST(HeapSlope, MarginsMustLeaveAWindow) {
   EXPECT_THROW(fit_window(setup, kCubeSize), InputError);
 }
 
+// --- outlines ---
+
+TEST(HeapSlope, TheOutlineOfWhatIsTheSameOverTheDepthIsItsSurface) {
+  for (const double angle : {5.0, 17.0, 33.0}) {
+    const TriangleMesh mesh = ramp(std::tan(angle * kRadians), 0, 10e-3);
+    const HeapSlope outline =
+        outline_slope({{&mesh, {}}}, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
+    const HeapSlope surface = right_slope({{&mesh, {}}});
+    EXPECT_NEAR(outline.robust_angle, surface.robust_angle, 1e-9);
+    EXPECT_NEAR(outline.least_squares_angle, surface.least_squares_angle, 1e-9);
+    EXPECT_EQ(outline.distance, surface.distance);
+    EXPECT_EQ(outline.covered, 1);
+    EXPECT_GT(outline.robust_uncertainty, 0.2);  // one particle more or less
+    EXPECT_LT(outline.robust_uncertainty, 1);
+  }
+}
+
+TEST(HeapSlope, AnOutlineIsTheHighestPointOverTheDepth) {
+  // A low ramp over the whole depth, and a higher one of another slope over a part of it.
+  const TriangleMesh low = ramp(std::tan(8 * kRadians), 0, 10e-3);
+  TriangleMesh high = ramp(std::tan(20 * kRadians), 0, 40e-3);
+  for (Vec3& v : high.vertices) v.y() = v.y() > 0 ? 30e-3 : 10e-3;
+  const HeapSlope outline = outline_slope(
+      {{&low, {}}, {&high, {}}}, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
+  EXPECT_NEAR(outline.robust_angle, 20, 1e-9);
+}
+
+// Outlines of rough heaps scatter as their roughness says.
+TEST(HeapSlopeLong, OutlinesOfRoughHeapsScatterAsTheirUncertaintySays) {
+  const TriangleMesh cube = synthetic::crescent();
+  const int heaps = 120;
+  double all = 0;
+  for (const double angle : {5.0, 10.0, 20.0, 30.0}) {
+    double sum = 0, squares = 0, claimed = 0;
+    for (int k = 0; k < heaps; ++k) {
+      const auto heap = synthetic::ledge_heap(cube, kCubeSize, 1, angle, 50e-3, 3000 + k);
+      const HeapSlope s =
+          outline_slope(heap, ledge_of(drained_box(), Side::right, kCubeSize), kCubeSize);
+      sum += s.robust_angle - angle;
+      squares += (s.robust_angle - angle) * (s.robust_angle - angle);
+      claimed += s.robust_uncertainty * s.robust_uncertainty;
+    }
+    const double mean = sum / heaps, sd = std::sqrt(squares / heaps - mean * mean);
+    const double ratio = std::sqrt(claimed / heaps) / sd;
+    RecordProperty("at " + std::to_string(static_cast<int>(angle)),
+                   fmt::format("mean {:.3f} sd {:.3f} claimed over true {:.3f}", mean, sd, ratio));
+    EXPECT_LT(std::abs(mean), 0.45) << "at " << angle;
+    EXPECT_GT(ratio, 0.75) << "at " << angle;
+    EXPECT_LT(ratio, 1.5) << "at " << angle;
+    all += mean / 4;
+  }
+  EXPECT_LT(std::abs(all), 0.3);
+}
+
 // 120 heaps an angle of cubes in full size: the scatter is that of the heaps, not of the line.
 TEST(HeapSlopeLong, RoughHeapsOfFullSizeCubesScatterAsTheirUncertaintySays) {
   const TriangleMesh cube = synthetic::crescent();
