@@ -162,10 +162,10 @@ HeapSurface closed_outline(const Eigen::ArrayXd& height,
 // An outline is a line with bumps that are independent after about a particle size d; n of them fit
 // into a window of length L. With the variance s^2 of the residuals, that of the slope is
 // 12 (d / L) s^2 n / (n - 2) / L^2. A smooth outline is not free of doubt either: one particle more
-// or less, which shows a fifth of its square over the others, turns the line by
-// sqrt(12) d^2 / (5 L^2).
+// or less, which shows 0.3 of its square over the others, turns the line by
+// 0.3 sqrt(12) d^2 / L^2.
 double outline_roughness(const HeapSlope& outline, double particle_size) {
-  constexpr double kShown = 0.2;  // of the square of a particle size
+  constexpr double kShown = 0.3;  // of the square of a particle size
   const double length = outline.window.to - outline.window.from;
   double squares = 0;
   for (std::size_t k = 0; k < outline.distance.size(); ++k) {

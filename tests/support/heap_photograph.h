@@ -258,7 +258,7 @@ inline PhotoSession random_session(Random& random, int width = 1600, int height 
   const DrainedRepose box = drained_box();
   PhotoSession s;
   const double front = -box.box.y() / 2, away = random.uniform(2.1, 4);
-  const Vec3 eye(random.uniform(-0.25, 0.25), front - away, random.uniform(0.02, 0.35));
+  const Vec3 eye(random.uniform(-0.25, 0.25), front - away, random.uniform(0, 0.25));
   const Vec3 target(random.uniform(-0.03, 0.03), front, random.uniform(0.1, 0.16));
   // The box fills 70 to 85 % of the width.
   const double focal = random.uniform(0.7, 0.85) * (target - eye).norm() / box.box.x();
