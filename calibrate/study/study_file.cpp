@@ -259,12 +259,12 @@ void read_numerics(const TomlTable& root, Study& study) {
     for (std::size_t e = 0; e < study.experiments.size(); ++e) {
       const Experiment& experiment = study.experiments[e];
       if (!experiment.program || (check.only && *check.only != e)) continue;
-      for (const auto& [key, value] : check.set)
+      for (const Override& change : check.set)
         if (std::none_of(experiment.set.begin(), experiment.set.end(),
-                         [&](const Override& o) { return o.first == key; }))
+                         [&](const Override& o) { return o.first == change.first; }))
           t.fail("set", fmt::format("\"{}\" is no key of `set` of the experiment \"{}\"; expected "
                                     "one, or another `experiment`",
-                                    key, experiment.name));
+                                    change.first, experiment.name));
     }
     study.numerics.push_back(std::move(check));
   }
