@@ -133,7 +133,7 @@ void compute_polygon_weights(Region& r) {
     mean.u += r.points[i].at.u / r.count;
     mean.v += r.points[i].at.v / r.count;
   }
-  double polar = 0;  // about the mean
+  PlaneMoments about;  // about the mean
   PlanePoint p = r.points[r.count - 1].at - mean;
   RegionPoint* from = &r.points[r.count - 1];
   for (int i = 0; i < r.count; ++i) {
@@ -142,7 +142,9 @@ void compute_polygon_weights(Region& r) {
     from->weight += triangle / 3;
     r.points[i].weight += triangle / 3;
     r.area += triangle;
-    polar += triangle / 6 * (p.u * p.u + p.v * p.v + q.u * q.u + q.v * q.v + p.u * q.u + p.v * q.v);
+    about.uu += triangle / 6 * (p.u * p.u + q.u * q.u + p.u * q.u);
+    about.uv += triangle / 12 * (2 * (p.u * p.v + q.u * q.v) + p.u * q.v + q.u * p.v);
+    about.vv += triangle / 6 * (p.v * p.v + q.v * q.v + p.v * q.v);
     p = q;
     from = &r.points[i];
   }
@@ -152,7 +154,9 @@ void compute_polygon_weights(Region& r) {
     centroid.u += r.points[i].weight * (r.points[i].at.u - mean.u) / r.area;
     centroid.v += r.points[i].weight * (r.points[i].at.v - mean.v) / r.area;
   }
-  r.polar = polar - r.area * (centroid.u * centroid.u + centroid.v * centroid.v);
+  r.moments.uu = about.uu - r.area * centroid.u * centroid.u;
+  r.moments.uv = about.uv - r.area * centroid.u * centroid.v;
+  r.moments.vv = about.vv - r.area * centroid.v * centroid.v;
 }
 
 double swept_width(double radius, double overlap, double size) {
@@ -172,14 +176,15 @@ void compute_segment_weights(Region& r, double radius, double radii) {
   const double length = length_of(e);
   r.area = width * length;
   r.points[0].weight = r.points[1].weight = 0.5 * r.area;
-  r.polar = r.area * length * length / 12;
+  const double density = r.area / 12;
+  r.moments = {density * e.u * e.u, density * e.u * e.v, density * e.v * e.v};
 }
 
 void compute_point_weights(Region& r, double radius, double radii) {
   const double width =
       swept_width(radius, radii - (r.points[0].height_b - r.points[0].height_a), r.size);
   r.area = r.points[0].weight = width * width;
-  r.polar = 0;
+  r.moments = {};
 }
 
 bool face_on_face(const ProjectedPart& a, const ConvexPart::Face& face_a, const ProjectedPart& b,

@@ -21,6 +21,11 @@ struct PlanePoint {
   double u, v;
 };
 
+// Second moments of an area, m^4: of u^2, u v and v^2.
+struct PlaneMoments {
+  double uu = 0, uv = 0, vv = 0;
+};
+
 // Axes u, v across the normal n; right-handed (Duff et al. 2017).
 struct ContactBasis {
   Vec3 u, v, n;
@@ -31,6 +36,11 @@ struct ContactBasis {
     const double b = n.x() * n.y() * a;
     u = {1 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()};
     v = {b, sign + n.y() * n.y() * a, -n.y()};
+  }
+  // The same about the same point in three dimensions, in the axes of u and v.
+  Mat3 moments(const PlaneMoments& m) const {
+    return m.uu * u * u.transpose() + m.uv * (u * v.transpose() + v * u.transpose()) +
+           m.vv * v * v.transpose();
   }
   PlanePoint flat(const Vec3& x) const { return {u.dot(x), v.dot(x)}; }
   Vec3 point(const PlanePoint& at, double height) const { return at.u * u + at.v * v + height * n; }
@@ -100,8 +110,8 @@ struct Region {
   int capacity;
   double size;  // m, of the pair
   int count = 0;
-  double area = 0;   // m^2, sum of the weights
-  double polar = 0;  // m^4, about the centroid
+  double area = 0;       // m^2, sum of the weights
+  PlaneMoments moments;  // about the centroid
 };
 
 // Corners of the common polygon: one more for each cut, and slack for outlines that rounding has

@@ -139,7 +139,8 @@ void clear(Manifold& out) {
   out.points.clear();
   out.outline.clear();
   out.feature_a = out.feature_b = {};
-  out.area = out.polar = 0;
+  out.area = 0;
+  out.moments.setZero();
   out.centroid.setZero();
 }
 
@@ -206,7 +207,7 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
 void emit_region(const Region& r, const ContactBasis& frame, double radius_a, double radius_b,
                  double shell, bool flat, Manifold& out) {
   out.area = r.area;
-  out.polar = r.polar;
+  out.moments = frame.moments(r.moments);
   for (int i = 0; i < r.count; ++i) {
     const RegionPoint& p = r.points[i];
     const double surface_a = p.height_a + radius_a, surface_b = p.height_b - radius_b;

@@ -40,7 +40,7 @@ struct Manifold {
   // Area moments of the touching region, for torsion (weights as above):
   double area = 0;               // m^2, sum of the weights of the region
   Vec3 centroid = Vec3::Zero();  // m, A's axes
-  double polar = 0;              // m^4, second polar moment about the centroid
+  Mat3 moments = Mat3::Zero();   // m^4, integral of x x^T about the centroid, A's axes
   // Of two faces, or of a face and a plane: all corners of the region, also those beyond the shell.
   // Otherwise empty.
   std::vector<ManifoldPoint> outline;

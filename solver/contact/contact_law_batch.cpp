@@ -96,6 +96,7 @@ void PatchBlock::gather(int k) {
   center_offset_.gather(k, [&](int i) { return &motion_[i].apart; });
   for (int i = k; i < k + 4; ++i) {
     sliding_[i] = patch_[i]->sliding;
+    elongation_[i] = patch_[i]->elongation;
     advance_gap_[i] = 1 - patch_[i]->fresh;
   }
 }
@@ -234,9 +235,10 @@ void PatchBlock::compute_friction(double dt) {
   for (int k = 0; k < count_; ++k) {
     const double pressing = normal_load_.w[k];
     const Approach way{0, {}, slip_.vec(k), slip_.w[k]};
-    const FrictionStep step = advance_friction(
-        {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
-        {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing, arm_.w[k], way, dt);
+    const FrictionStep step =
+        advance_friction({friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
+                         {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing,
+                         {arm_.w[k], elongation_[k]}, way, dt);
     const Wrench on_a = wrench(normal_.vec(k), pressing, normal_load_.vec(k), step.state);
     const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
     const Vec counter = moment + cross(center_offset_.vec(k), on_a.force);  // arm_b = arm_a + apart
@@ -262,7 +264,7 @@ void PatchBlock::add_options(int k, double dt) {
   const Patch& patch = *patch_[k];
   const auto add = [](const Vec& v, Quad& to) { to = {to.x + v.x, to.y + v.y, to.z + v.z, to.w}; };
   if (law.rolling_limit > 0) {
-    Vec3& rolling = rolling_[patch_[k] - patches_];
+    Vec3& rolling = details_[patch_[k] - patches_].rolling;
     work_friction_[k] += advance_rolling(law, patch, rolling, eigen(plain(motion_[k].spin)), dt);
     add(plain(rolling), moment_a_[k]);
     add(-1.0 * plain(rolling), moment_b_[k]);

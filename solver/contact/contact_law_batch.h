@@ -46,8 +46,8 @@ class PatchBlock {
 
   // The arrays that patches come from: `rolling` has a moment for each of `patches`. Bodies from
   // `first_boundary` on are boundaries.
-  PatchBlock(Patch* patches, Vec3* rolling, std::int32_t first_boundary)
-      : patches_(patches), rolling_(rolling), first_boundary_(first_boundary) {}
+  PatchBlock(Patch* patches, PatchDetail* details, std::int32_t first_boundary)
+      : patches_(patches), details_(details), first_boundary_(first_boundary) {}
 
   // Adds a patch of a pair. Pair, law, patch and points must stay until the block has been read.
   // Call while !full().
@@ -128,7 +128,7 @@ class PatchBlock {
   void add_options(int k, double dt);
 
   Patch* patches_;
-  Vec3* rolling_;
+  PatchDetail* details_;
   std::int32_t first_boundary_;
   int count_ = 0, boundary_count_ = 0;
   double deepest_ = 0;
@@ -152,6 +152,7 @@ class PatchBlock {
   Columns tilt_;         // and closing
   Columns slip_;         // and turn
   Columns normal_load_;  // sum of force times offset, and normal force
+  alignas(32) double elongation_[room];
   alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
   alignas(32) double advance_gap_[room];  // 1: gaps are to be advanced, 0: they are fresh
 };

@@ -70,21 +70,27 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
 
 // Moments of the touching region of a group, for torsion.
 struct Moments {
-  double area = 0;
-  Vec3 centroid = Vec3::Zero();
-  double polar = 0;
+  double area = 0;               // m^2
+  Vec3 centroid = Vec3::Zero();  // m
+  Mat3 second = Mat3::Zero();    // m^4, about the centroid
 
   void add(const Manifold& m) {
     if (m.area <= 0) return;
     const double sum = area + m.area;
     const Vec3 apart = m.centroid - centroid;
-    polar += m.polar + area * m.area / sum * apart.squaredNorm();
+    second += m.moments + area * m.area / sum * apart * apart.transpose();
     centroid += apart * (m.area / sum);
     area = sum;
   }
-  // A disc-like bound of friction's lever: .3826 a for a uniform square of side a.
+  // Of the principal moments I1 and I2: ((I1 - I2) / (I1 + I2))^2.
+  double elongation() const {
+    const double polar = second.trace();
+    return polar > 0 ? std::clamp(2 * second.squaredNorm() / (polar * polar) - 1, 0.0, 1.0) : 0.0;
+  }
+  // Mean distance from the centroid of a uniform rectangle with these moments.
   double torsion_radius() const {
-    return area > 0 ? 0.937 * std::sqrt(std::max(0.0, polar) / area) : 0;
+    return area > 0 ? mean_distance(elongation()) * std::sqrt(std::max(0.0, second.trace()) / area)
+                    : 0;
   }
 };
 
@@ -153,6 +159,7 @@ void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
 // One patch of the contacts in group `g`, without history.
 void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches& out) {
   Patch patch;
+  PatchDetail detail;
   patch.first_point = static_cast<std::uint32_t>(out.points.size());
   const double shell = in.law.shell;
   Vec3 normal = Vec3::Zero();
@@ -200,7 +207,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   Vec3 center = Vec3::Zero();
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double d = shell - points[i].gap;
-    patch.area += points[i].share;
+    detail.area += points[i].share;
     sum += points[i].share * d;
     square += points[i].share * d * d;
     center += points[i].share * d * points[i].offset;
@@ -213,8 +220,9 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   patch.normal = in.rotation_a * normal.normalized();
   patch.arm = in.rotation_a * center;
   patch.torsion_radius = moments.torsion_radius();
+  patch.elongation = moments.elongation();
   out.patches.push_back(patch);
-  out.rolling.push_back(Vec3::Zero());
+  out.details.push_back(detail);
 }
 
 // True when `old` lies where `fresh` is: same or neighbouring parts on both bodies, like normals.
@@ -407,7 +415,7 @@ void transfer_history(const PatchInput& in, PatchScratch& scratch, FoundPatches&
       scratch.work[i] += f * work;
       fresh.normal_force += f * old.normal_force;
       fresh.tangential += f * turned_into_plane(old.tangential, fresh.normal);
-      out.rolling[i] += f * turned_into_plane(in.old_rolling[o], fresh.normal);
+      out.details[i].rolling += f * turned_into_plane(in.old_details[o].rolling, fresh.normal);
       // A smaller patch has a shorter lever: what it cannot hold is lost as slip.
       const double lever =
           old.torsion_radius > 0 ? std::min(1.0, fresh.torsion_radius / old.torsion_radius) : 0;

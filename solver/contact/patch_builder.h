@@ -27,7 +27,7 @@ struct PatchInput {
   std::span<const std::uint64_t> neighbours_a;  // [parts of a] masks of touching parts
   std::span<const std::uint64_t> neighbours_b;  // empty: a boundary, all parts are connected
   std::span<const Patch> old_patches;           // of the same pair
-  const Vec3* old_rolling = nullptr;            // of them; and their point indices go into:
+  const PatchDetail* old_details = nullptr;     // of them; and their point indices go into:
   const ContactPoint* old_points = nullptr;
   // Of a against b, world, as over the step that ends with these contacts.
   Vec3 velocity = Vec3::Zero();         // m/s, of the material of both at the centre of a
@@ -47,11 +47,11 @@ struct PointMatch {
 // A pair's patches and points as found at one refresh, before they are stored.
 struct FoundPatches {
   std::vector<Patch> patches;
-  std::vector<Vec3> rolling;  // [patches]
+  std::vector<PatchDetail> details;  // [patches]
   std::vector<ContactPoint> points;
   void clear() {
     patches.clear();
-    rolling.clear();
+    details.clear();
     points.clear();
   }
 };

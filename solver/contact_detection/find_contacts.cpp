@@ -154,7 +154,7 @@ class ContactSearch {
                   shape_a.part_neighbours,
                   {},
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
-                  s_.rolling.data() + pair.first_patch,
+                  s_.patch_details.data() + pair.first_patch,
                   s_.points.data()};
     const BodyMotion &motion_a = s_.motion[pair.a], &motion_b = s_.motion[pair.b];
     const Vec3 apart = motion_a.position - motion_b.position;
@@ -245,7 +245,7 @@ void store(const FoundPatches& f, Pair& pair, State& s) {
     patch = f.patches[k];
     patch.first_point += pair.first_point;
   }
-  std::copy(f.rolling.begin(), f.rolling.end(), s.rolling.begin() + pair.first_patch);
+  std::copy(f.details.begin(), f.details.end(), s.patch_details.begin() + pair.first_patch);
   std::copy(f.points.begin(), f.points.end(), s.points.begin() + pair.first_point);
   pair.patch_count = patches;
 }
@@ -262,7 +262,7 @@ void reallocate_patches(const FoundPatches& f, Pair& pair, State& s) {
     pair.first_patch = static_cast<std::uint32_t>(s.patches.size());
     pair.patch_capacity = std::max(patches, 2u);
     s.patches.resize(s.patches.size() + pair.patch_capacity);
-    s.rolling.resize(s.patches.size(), Vec3::Zero());
+    s.patch_details.resize(s.patches.size());
   }
   if (points > pair.point_capacity) {
     pair.first_point = static_cast<std::uint32_t>(s.points.size());
@@ -295,7 +295,7 @@ void reallocate_patches(const FoundPatches& f, Pair& pair, State& s) {
   fetch(s.part_pairs.data() + pair.first_part, pair.part_count);
   fetch(s.patches.data() + pair.first_patch);
   fetch_bytes(s.points.data() + pair.first_point, kPoints);
-  fetch(s.rolling.data() + pair.first_patch);
+  fetch(s.patch_details.data() + pair.first_patch);
 }
 
 // Finds the pairs of range `r` that are due. What the next range, if it is this task's, will read
@@ -451,7 +451,7 @@ void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
     first[r + 1].points += first[r].points;
   }
   resize_discarding(spare.patches, first.back().patches);
-  resize_discarding(spare.rolling, first.back().patches);
+  resize_discarding(spare.patch_details, first.back().patches);
   resize_discarding(spare.points, first.back().points);
   parallel_for_blocks(threads, pairs, kPairsOfRange, [&](std::size_t begin, std::size_t end) {
     Sizes at = first[begin / kPairsOfRange];
@@ -459,7 +459,7 @@ void compact_patches(int threads, NeighborListBuffers& spare, State& s) {
       copy_contacts(s, s.pairs[p], s.pairs[p], spare, at.patches, at.points);
   });
   std::swap(s.patches, spare.patches);
-  std::swap(s.rolling, spare.rolling);
+  std::swap(s.patch_details, spare.patch_details);
   std::swap(s.points, spare.points);
 }
 

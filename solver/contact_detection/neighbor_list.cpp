@@ -311,7 +311,7 @@ void write_list(std::vector<NeighborListChunk>& pieces, int threads, NeighborLis
   resize_discarding(spare.motion_bound, all.pairs);
   resize_discarding(spare.part_pairs, all.parts);
   resize_discarding(spare.patches, all.patches);
-  resize_discarding(spare.rolling, all.patches);
+  resize_discarding(spare.patch_details, all.patches);
   resize_discarding(spare.points, all.points);
   parallel_for_blocks(threads, pieces.size(), 1, [&](std::size_t k, std::size_t) {
     ListWriter writer(s, pieces[k], spare);
@@ -326,7 +326,7 @@ void write_list(std::vector<NeighborListChunk>& pieces, int threads, NeighborLis
   std::swap(s.motion_bound, spare.motion_bound);
   std::swap(s.part_pairs, spare.part_pairs);
   std::swap(s.patches, spare.patches);
-  std::swap(s.rolling, spare.rolling);
+  std::swap(s.patch_details, spare.patch_details);
   std::swap(s.points, spare.points);
 }
 

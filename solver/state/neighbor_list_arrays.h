@@ -14,7 +14,7 @@ struct NeighborListBuffers {
   HugePageVector<PairMotionBound> motion_bound;
   HugePageVector<PartPair> part_pairs;
   HugePageVector<Patch> patches;
-  HugePageVector<Vec3> rolling;
+  HugePageVector<PatchDetail> patch_details;
   HugePageVector<ContactPoint> points;
 };
 
@@ -31,7 +31,7 @@ inline void copy_contacts(const State& s, const Pair& old, Pair& pair, NeighborL
   for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
     Patch& patch = to.patches[patches];
     patch = s.patches[first + k];
-    to.rolling[patches++] = s.rolling[first + k];
+    to.patch_details[patches++] = s.patch_details[first + k];
     std::copy_n(s.points.begin() + patch.first_point, patch.point_count,
                 to.points.begin() + static_cast<std::ptrdiff_t>(points));
     patch.first_point = static_cast<std::uint32_t>(points);

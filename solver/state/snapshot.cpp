@@ -141,7 +141,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.part_pairs);
   ar.group("patches");
   ar.array(s.patches);
-  ar.array(s.rolling);
+  ar.array(s.patch_details);
   ar.group("contact points");
   ar.array(s.points);
   ar.group("bonds");

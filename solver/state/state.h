@@ -147,11 +147,11 @@ struct State {
   HugePageVector<double> next_test_distance;  // [P] look when path[a] + path[b] reaches this
   HugePageVector<PairMotionBound> motion_bound;  // [P]
   HugePageVector<PartPair> part_pairs;
-  HugePageVector<Patch> patches;        // with holes
-  HugePageVector<Vec3> rolling;         // N m, rolling moment on a, of each place of a patch
-  HugePageVector<ContactPoint> points;  // with holes
-  std::vector<BondRecord> bonds;        // [bonds]
-  std::vector<BeamLoad> bond_loads;     // [bonds] at `time`
+  HugePageVector<Patch> patches;              // with holes
+  HugePageVector<PatchDetail> patch_details;  // one for each place of a patch
+  HugePageVector<ContactPoint> points;        // with holes
+  std::vector<BondRecord> bonds;              // [bonds]
+  std::vector<BeamLoad> bond_loads;           // [bonds] at `time`
   // Accounts
   double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
   double work_walls = 0;                         // J, the part of both at boundaries

@@ -197,7 +197,7 @@ struct Workspace {
   // Written by a step while those of the state are read; then both change places.
   std::vector<Patch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
-  std::vector<Vec3> boundary_rolling;  // zero: boundaries have no rolling resistance
+  std::vector<PatchDetail> boundary_details;  // zero: boundaries have no rolling resistance
 
   int law_index(int shape_a, int shape_b) const { return shape_a * columns + shape_b; }
   int law_index_boundary(int shape_a, int boundary) const {

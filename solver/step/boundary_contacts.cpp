@@ -132,9 +132,9 @@ void search(const Model& model, const State& s, const BoundaryContactTable& tabl
   std::size_t used = 0;
   memory.gap = collide_all(table, bodies.pose, scratch.contacts, used);
   const Mat3 rotation_a = rotation_of(s, bodies.body_a);
-  w.boundary_rolling.assign(old_patches.size(), Vec3::Zero());
+  w.boundary_details.assign(old_patches.size(), {});
   PatchInput in{table.law, rotation_a,  {scratch.contacts.data(), used}, table.connected,
-                {},        old_patches, w.boundary_rolling.data(),       old_points};
+                {},        old_patches, w.boundary_details.data(),       old_points};
   fill_motion(s, bodies, model.timestep, in);
   build_patches(in, scratch.patches, scratch.search.found);
   memory.need =
@@ -168,7 +168,7 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
              a.position + patch.arm);
     const FrictionStep step =
         advance_friction(friction, {plain(patch.tangential), patch.torsion, double(patch.sliding)},
-                         load.force, patch.torsion_radius, way, dt);
+                         load.force, {patch.torsion_radius, patch.elongation}, way, dt);
     patch.fresh = 0;
     patch.normal_force = load.force;
     patch.tangential = eigen(step.state.tangential);

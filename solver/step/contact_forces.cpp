@@ -96,7 +96,8 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
   const RangeLoad* const next_loads = w.loads.data() + (next ? *next : range).first_load;
   const std::span<const ActivePair> next_active(next ? next->active : range.active);
   ContactPoint* const points = s.points.data();
-  PatchBlock block(patches, s.rolling.data(), static_cast<std::int32_t>(model.particles.size()));
+  PatchBlock block(patches, s.patch_details.data(),
+                   static_cast<std::int32_t>(model.particles.size()));
   // Not inlined, as it would push out of the registers what the loop needs.
   const auto flush = [&]() __attribute__((noinline)) {
     block.advance(model.timestep);

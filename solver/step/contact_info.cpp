@@ -9,7 +9,9 @@ namespace {
 
 // The forces are those that the last step has put on the bodies: see wrench() and PatchBlock.
 Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int number) {
-  const Patch& patch = s.patches[pair.first_patch + static_cast<std::uint32_t>(number)];
+  const std::size_t place = pair.first_patch + static_cast<std::uint32_t>(number);
+  const Patch& patch = s.patches[place];
+  const PatchDetail& detail = s.patch_details[place];
   const Vec3& center_a = s.motion[pair.a].position;
   const Vec3& center_b = s.motion[pair.b].position;
   Contact c;
@@ -29,7 +31,8 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   const double shares = sum_of_shares(patch, s.points.data() + patch.first_point);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = s.points[patch.first_point + i];
-    c.spots.push_back({c.place + p.offset, p.gap, p.share, p.force, patch.area * p.share / shares});
+    c.spots.push_back(
+        {c.place + p.offset, p.gap, p.share, p.force, detail.area * p.share / shares});
     c.gap = std::min(c.gap, p.gap);
     offset_force += p.force * p.offset;
   }
@@ -37,7 +40,7 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   if (!(patch.normal_force > 0)) return c;  // a patch that bears nothing does nothing
   c.friction = patch.tangential;
   c.torsion = patch.torsion;
-  c.rolling = s.rolling[pair.first_patch + static_cast<std::uint32_t>(number)];
+  c.rolling = detail.rolling;
   const NormalLoad pull = adhesion_of(law, patch, s.points.data() + patch.first_point, Approach{});
   c.adhesion = pull.force;
   offset_force -= eigen(pull.offset_force);

@@ -29,7 +29,7 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
     for (std::uint32_t k = 0; k < pair.patch_count; ++k) {
       const Patch& patch = s.patches[pair.first_patch + k];
       const StoredEnergy one =
-          stored_energy(w.laws[pair.law], patch, s.rolling[pair.first_patch + k],
+          stored_energy(w.laws[pair.law], patch, s.patch_details[pair.first_patch + k].rolling,
                         s.points.data() + patch.first_point);
       stored.normal += one.normal;
       stored.friction += one.friction;

@@ -109,7 +109,7 @@ inline void judge_manifold(const ConvexPart& a, const ConvexPart& b, const Pose&
            "the nearest point is at the gap", "the nearest point is at the gap, warm");
     expect(weight > 0 && weight <= m.area * (1 + 1e-9) + 1e-18, "weights add up to the area",
            "weights add up to the area, warm");
-    expect(m.polar >= 0 && std::isfinite(m.polar), "the second moment is not negative",
+    expect(m.moments.trace() >= 0 && m.moments.allFinite(), "the second moment is not negative",
            "the second moment is not negative, warm");
   }
 }

@@ -65,7 +65,7 @@ TEST(Collide, SpheresMeetOnTheLineOfTheirCentres) {
   EXPECT_NEAR((m.points[0].position - Vec3(1e-3, 0, 0) - 7.5e-3 * m.normal).norm(), 0, kTiny);
   EXPECT_DOUBLE_EQ(m.points[0].weight, std::pow(kEdgeWidth * 3e-3, 2));
   EXPECT_DOUBLE_EQ(m.area, m.points[0].weight);
-  EXPECT_EQ(m.polar, 0);
+  EXPECT_EQ(m.moments.trace(), 0);
 }
 
 TEST(Collide, ConcentricSpheresStillAnswer) {
@@ -102,7 +102,7 @@ TEST(Collide, FaceOnFaceIsTheClippedRectangle) {
   EXPECT_NEAR(weight(m), area, 1e-12 * area);
   EXPECT_NEAR(m.area, area, 1e-12 * area);
   EXPECT_NEAR((m.centroid - Vec3(2e-3, 0, 5e-3 - 2.5e-6)).norm(), 0, kTiny);
-  EXPECT_NEAR(m.polar, area * (lx * lx + ly * ly) / 12, 1e-12 * m.polar);
+  EXPECT_NEAR(m.moments.trace(), area * (lx * lx + ly * ly) / 12, 1e-12 * m.moments.trace());
   for (const auto& p : m.points) {
     EXPECT_NEAR(p.gap, -5e-6, kTiny);
     EXPECT_NEAR(p.position.z(), 5e-3 - 2.5e-6, kTiny);
@@ -142,7 +142,7 @@ TEST(Collide, WeightsIntegrateLinearFunctionsOverAnyClip) {
     EXPECT_NEAR(wy, my, 1e-12 * 1e-6);
     EXPECT_NEAR(m.area, area, 1e-12 * 1e-4);
     EXPECT_NEAR(m.centroid.x(), mx / area, 1e-12 * 1e-2);
-    EXPECT_NEAR(m.polar, second - (mx * mx + my * my) / area, 1e-11 * 1e-8);
+    EXPECT_NEAR(m.moments.trace(), second - (mx * mx + my * my) / area, 1e-11 * 1e-8);
   }
 }
 
@@ -171,7 +171,7 @@ TEST(Collide, EdgeOnFaceIsASegment) {
   const double length = 11e-3;
   const double width = 2 * std::sqrt(2 * 1e-3 * 4e-6);  // of a rounding of 1 mm sunk in by 4 um
   EXPECT_NEAR(weight(m), width * length, 1e-8 * width * length);
-  EXPECT_NEAR(m.polar, width * std::pow(length, 3) / 12, 1e-8 * m.polar);
+  EXPECT_NEAR(m.moments.trace(), width * std::pow(length, 3) / 12, 1e-8 * m.moments.trace());
   EXPECT_NEAR(m.centroid.x(), 3.5e-3, 1e-12);
   EXPECT_NEAR(m.centroid.y(), 1e-3, 1e-12);
 }
@@ -444,7 +444,8 @@ TEST(CollidePlane, FaceEdgeAndCorner) {
   ASSERT_EQ(m.points.size(), 4u);
   EXPECT_NEAR(weight(m), 18e-3 * 14e-3, 1e-15);
   EXPECT_NEAR(m.points[0].position.z(), -5e-3 + 2e-6, kTiny);
-  EXPECT_NEAR(m.polar, m.area * (18e-3 * 18e-3 + 14e-3 * 14e-3) / 12, 1e-12 * m.polar);
+  EXPECT_NEAR(m.moments.trace(), m.area * (18e-3 * 18e-3 + 14e-3 * 14e-3) / 12,
+              1e-12 * m.moments.trace());
 
   const Vec3 edge_up = Vec3(0, 1, 1).normalized();  // lowest: the edge along x at -y, -z
   const double reach = (7e-3 + 4e-3) / std::sqrt(2) + 1e-3;

@@ -285,7 +285,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
         one.point_count = static_cast<std::uint32_t>(1 + (k + patch) % 3);
         for (std::uint32_t point = 0; point < one.point_count; ++point)
           s.points.emplace_back().force = mark(pair) + 0.1 * patch + 0.01 * point;
-        s.rolling.push_back(Vec3::Constant(one.normal_force));
+        s.patch_details.push_back({Vec3::Constant(one.normal_force), 0});
         ++pair.patch_count;
       }
       s.points.resize(s.points.size() + k % 4);  // holes
@@ -326,7 +326,8 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
         const Patch& one = s.patches[pair.first_patch + patch];
         ++patches;
         EXPECT_EQ(one.normal_force, mark(pair) + patch);
-        EXPECT_EQ(s.rolling[pair.first_patch + patch], Vec3::Constant(one.normal_force));
+        EXPECT_EQ(s.patch_details[pair.first_patch + patch].rolling,
+                  Vec3::Constant(one.normal_force));
         for (std::uint32_t point = 0; point < one.point_count; ++point)
           EXPECT_EQ(s.points[one.first_point + point].force,
                     mark(pair) + 0.1 * patch + 0.01 * point);

@@ -200,6 +200,7 @@ Contact any_contact(Dice& dice) {
   p.fresh = dice(-1, 1) > 0.5;
   p.sliding = dice(-1, 1) > 0;
   p.torsion_radius = dice(-1, 1) > 0 ? dice(0, 0.005) : 0;
+  p.elongation = dice(0, 1);
   p.torsion = p.torsion_radius > 0 ? dice(-1e-3, 1e-3) : 0;
   const Vec3 t = dice.vector(1);
   p.tangential = t - p.normal * p.normal.dot(t);
@@ -230,13 +231,13 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
     std::vector<Contact> plain_ones = wide;
     std::vector<Patch> patches;
     for (const Contact& c : wide) patches.push_back(c.patch);
-    std::vector<Vec3> rolling(patches.size(), Vec3::Zero());
+    std::vector<PatchDetail> details(patches.size());
     std::vector<ActivePair> pairs(wide.size());
     for (int k = 0; k < count; ++k) {
       pairs[k].a = 2 * k;
       pairs[k].b = 2 * k + 1;
     }
-    PatchBlock block(patches.data(), rolling.data(), 2 * count - 1);  // the last b is a boundary
+    PatchBlock block(patches.data(), details.data(), 2 * count - 1);  // the last b is a boundary
     for (int k = 0; k < count; ++k) {
       Contact& c = wide[k];
       block.add(pairs[k], c.law, patches[k], c.points.data(), c.motion);
@@ -254,7 +255,7 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
           {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,
            c.law.sliding_speed},
           {plain(c.patch.tangential), c.patch.torsion, c.patch.sliding ? 1.0 : 0.0}, pressed.force,
-          c.patch.torsion_radius, way, dt);
+          {c.patch.torsion_radius, c.patch.elongation}, way, dt);
       const Wrench on_a = wrench(n, pressed.force, pressed.offset_force, rubbed.state);
       const PatchLoad load = block.load(k);
       EXPECT_EQ(load.a, 2 * k);
