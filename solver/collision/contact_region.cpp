@@ -52,6 +52,18 @@ HeightGradient::HeightGradient(const ProjectedPart& view, const ConvexPart::Face
   at_origin = face.offset / rise + view.shift.z() - du * view.shift.x() - dv * view.shift.y();
 }
 
+bool is_over_face(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
+                  const PlanePoint& at) {
+  PlanePoint from = view.flat(view.part.loops[face.first + face.count - 1]);
+  for (int i = 0; i < face.count; ++i) {
+    const PlanePoint to = view.flat(view.part.loops[face.first + i]);
+    const double side = cross(to - from, at - from);
+    if (reversed ? side > 0 : side < 0) return false;
+    from = to;
+  }
+  return true;
+}
+
 int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q,
         PlanePoint* out) {
   const PlanePoint e = q - p;

@@ -135,9 +135,13 @@ struct HeightGradient {
   double at_origin, du, dv;
 
   HeightGradient(const ProjectedPart& view, const ConvexPart::Face& face);
+  explicit HeightGradient(double level) : at_origin(level), du(0), dv(0) {}
   double height(const PlanePoint& p) const { return at_origin + du * p.u + dv * p.v; }
 };
 
+// True when a face is seen at `at`. `reversed`: its outline is seen clockwise, as that of B is.
+bool is_over_face(const ProjectedPart& view, const ConvexPart::Face& face, bool reversed,
+                  const PlanePoint& at);
 // Cuts a convex polygon by the left side of p -> q. Returns the new number of corners.
 int cut(const PlanePoint* in, int count, const PlanePoint& p, const PlanePoint& q, PlanePoint* out);
 // The part of p -> q within a convex polygon, counter-clockwise, as fractions. False without any.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "solver/collision/contact_region.h"
+#include "solver/collision/corner_points.h"
 #include "solver/collision/gjk.h"
 #include "solver/collision/narrowphase.h"
 
@@ -127,6 +128,16 @@ Box box_of(const Polygons& polygons) {
   return box;
 }
 
+// Of a convex polygon, counter-clockwise.
+bool contains(const std::vector<PlanePoint>& polygon, const PlanePoint& at) {
+  PlanePoint from = polygon.back();
+  for (const PlanePoint& to : polygon) {
+    if ((to.u - from.u) * (at.v - from.v) - (to.v - from.v) * (at.u - from.u) < 0) return false;
+    from = to;
+  }
+  return true;
+}
+
 // The box around the places of a plane face that are seen within `box`, in axes of the part.
 Aabb box_on_face(const ProjectedPart& view, const ConvexPart::Face& face, const Box& box) {
   const HeightGradient slope(view, face);
@@ -218,7 +229,7 @@ LineSegment whole_edge(const ConvexPart& part, const ContactFeature& edge,
 struct WholeRegion {
   std::vector<PlanePoint> corners;
   std::vector<std::array<double, 2>> heights;  // m, of a and b
-  const ConvexPart* edge_of = nullptr;         // null: a polygon
+  const ConvexPart* swept = nullptr;           // of an edge or a vertex, its part; null: a polygon
 };
 
 // The convex hull of a cut polygon, between two planes.
@@ -283,7 +294,7 @@ WholeRegion region_of_edge(const ProjectedPart& edge_view, const LineSegment& ed
     out.corners.push_back(at);
     out.heights.push_back({edge_is_a ? on_edge : on_face, edge_is_a ? on_face : on_edge});
   }
-  out.edge_of = &edge_view.part;
+  out.swept = &edge_view.part;
   return out;
 }
 
@@ -306,23 +317,15 @@ WholeRegion region_on_plane(const ProjectedPart& a, const ContactFeature& featur
     out.corners.push_back(a.flat(x));
     out.heights.push_back({a.height(x), level});
   }
-  out.edge_of = &a.part;
+  out.swept = &a.part;
   return out;
 }
 
-// Whether a point of a part on a plane is one of the feature that was extended.
-bool is_on_feature(const ProjectedPart& a, const ContactFeature& feature, const WholeRegion& whole,
-                   const ContactBasis& frame, double level, const ManifoldPoint& p) {
-  const PlanePoint at = frame.flat(p.position);
-  const double tolerance = kNoGap * a.part.bounding_radius;
-  if (!whole.edge_of) {
-    const double gap = level - HeightGradient(a, *feature.face).height(at) - a.part.radius;
-    return std::abs(gap - p.gap) <= tolerance;
-  }
-  const PlanePoint &from = whole.corners[0], &to = whole.corners[1];
-  const double du = to.u - from.u, dv = to.v - from.v;
-  const double aside = std::abs(du * (at.v - from.v) - dv * (at.u - from.u));
-  return aside <= tolerance * std::hypot(du, dv);
+// The vertices of a feature of a part.
+std::span<const std::uint16_t> vertices_of_feature(const ConvexPart& part,
+                                                   const ContactFeature& feature) {
+  if (feature.face) return loop_of(part, *feature.face);
+  return {feature.ends, feature.kind == ContactFeature::Kind::edge ? 2u : 1u};
 }
 
 WholeRegion whole_region(const ProjectedPart& a, const ProjectedPart& b, const Manifold& m,
@@ -337,7 +340,17 @@ WholeRegion whole_region(const ProjectedPart& a, const ProjectedPart& b, const M
   if (on_a.kind == Kind::face && on_b.kind == Kind::edge)
     return region_of_edge(b, whole_edge(b.part, on_b, surface_b), a, *on_a.face, surface_a, false,
                           size);
-  return {};
+  // A vertex: where it meets the surface is known.
+  WholeRegion out;
+  if ((on_a.face || on_b.face) && !m.points.empty()) {
+    const ManifoldPoint& p = m.points.front();
+    const double middle = a.n.dot(p.position);
+    out.corners.push_back(a.flat(p.position));
+    out.heights.push_back(
+        {middle - 0.5 * p.gap - a.part.radius, middle + 0.5 * p.gap + b.part.radius});
+    out.swept = on_a.face ? &b.part : &a.part;
+  }
+  return out;
 }
 
 }  // namespace
@@ -420,31 +433,49 @@ void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_
   const WholeRegion whole =
       b ? whole_region(view_a, ProjectedPart(*b, frame, b_in_a), m, surface_a, surface_b, size)
         : region_on_plane(view_a, m.feature_a, surface_a, -offset);
-  if (whole.corners.size() < (whole.edge_of ? 2u : 3u)) return;
-  Region region(static_cast<int>(whole.corners.size()), size);
+  if (whole.corners.size() < (whole.swept ? 1u : 3u)) return;
+  Region region(static_cast<int>(whole.corners.size()) + a.vertex_count + (b ? b->vertex_count : 0),
+                size);
   for (std::size_t i = 0; i < whole.corners.size(); ++i)
     region.add(whole.corners[i], whole.heights[i][0], whole.heights[i][1]);
-  if (whole.edge_of) {
-    compute_segment_weights(region, whole.edge_of->radius, a.radius + radius_b);
+  if (whole.corners.size() == 1) {
+    compute_point_weights(region, whole.swept->radius, a.radius + radius_b);
+  } else if (whole.swept) {
+    compute_segment_weights(region, whole.swept->radius, a.radius + radius_b);
   } else {
     compute_polygon_weights(region);
     if (!(region.area > std::pow(kEdgeWidth * size, 2))) return;
   }
-  // Other corners in the shell of a plane stay.
-  std::vector<ManifoldPoint> others;
+  const std::size_t own = static_cast<std::size_t>(region.count);
   if (!b) {
-    for (const ManifoldPoint& p : m.points) {
-      if (!is_on_feature(view_a, m.feature_a, whole, frame, -offset, p)) others.push_back(p);
-    }
+    add_corners(
+        view_a, true, vertices_of_feature(a, m.feature_a), {HeightGradient(-offset), radius_b},
+        shell, [](const PlanePoint&) { return true; }, region);
+  } else {
+    const ProjectedPart view_b(*b, frame, b_in_a);
+    const auto add_over = [&](const ProjectedPart& corners, const ContactFeature& feature,
+                              const ProjectedPart& face_view, const ContactFeature& other,
+                              const FlatSurface* surface, bool is_a) {
+      if (!other.face) return;
+      const auto is_over = [&](const PlanePoint& at) {
+        Box around = kEmptyBox;
+        around.extend(at);
+        return std::ranges::any_of(
+            outlines(face_view, *other.face, surface, is_a, &around),
+            [&](const std::vector<PlanePoint>& polygon) { return contains(polygon, at); });
+      };
+      add_corners(corners, is_a, vertices_of_feature(corners.part, feature),
+                  {HeightGradient(face_view, *other.face), face_view.part.radius}, shell, is_over,
+                  region);
+    };
+    add_over(view_a, m.feature_a, view_b, m.feature_b, surface_b, true);
+    add_over(view_b, m.feature_b, view_a, m.feature_a, surface_a, false);
   }
   m.points.clear();
   m.outline.clear();
   m.centroid.setZero();
-  emit_region(region, frame, a.radius, radius_b, shell, !whole.edge_of && others.empty(), m);
-  for (const ManifoldPoint& p : others) {
-    m.points.push_back(p);
-    m.area += p.weight;
-  }
+  const bool flat = !whole.swept && static_cast<std::size_t>(region.count) == own;
+  emit_region(region, frame, a.radius, radius_b, shell, flat, m);
 }
 
 }  // namespace firn

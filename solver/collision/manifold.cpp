@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "solver/collision/contact_region.h"
+#include "solver/collision/corner_points.h"
 #include "solver/collision/gjk.h"
 
 namespace firn {
@@ -150,6 +151,14 @@ double feature_depth(double gap, double shell, double size) {
   return std::max(0.0, -gap) + 4 * shell + kLeastExtent * size;
 }
 
+// The vertices of a feature. Where no region of it was found, those that carry the contact.
+std::span<const std::uint16_t> vertices_of(const ConvexPart& part, const Feature& feature,
+                                           bool found, const SupportingFeatures& carriers) {
+  if (feature.face) return loop_of(part, *feature.face);
+  if (found && feature.kind == Feature::Kind::edge) return feature.ends;
+  return {carriers.vertex, static_cast<std::size_t>(carriers.count)};
+}
+
 // The manifold around the place where the cores meet; `out` is clear.
 void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
           const CoreContact& contact, Manifold& out) {
@@ -167,8 +176,10 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
   const Feature on_a = supporting_feature(a, view_a.n, carriers_a, depth, reach);
   const Feature on_b = supporting_feature(b, -view_b.n, carriers_b, depth, reach);
 
-  Region region(region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2),
-                size);
+  const int corners = (on_b.face ? a.vertex_count : 0) + (on_a.face ? b.vertex_count : 0);
+  Region region(
+      region_capacity(on_a.face ? on_a.face->count : 2, on_b.face ? on_b.face->count : 2) + corners,
+      size);
   bool found = false;
   if (on_a.face && on_b.face) {
     found = face_on_face(view_a, *on_a.face, view_b, *on_b.face, region);
@@ -196,7 +207,22 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
       belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
     return;
   }
-  const bool flat = found && on_a.face && on_b.face;
+  const int own = region.count;
+  if (on_b.face) {
+    const auto is_over = [&](const PlanePoint& p) {
+      return is_over_face(view_b, *on_b.face, true, p);
+    };
+    add_corners(view_a, true, vertices_of(a, on_a, found, carriers_a),
+                {HeightGradient(view_b, *on_b.face), b.radius}, shell, is_over, region);
+  }
+  if (on_a.face) {
+    const auto is_over = [&](const PlanePoint& p) {
+      return is_over_face(view_a, *on_a.face, false, p);
+    };
+    add_corners(view_b, false, vertices_of(b, on_b, found, carriers_b),
+                {HeightGradient(view_a, *on_a.face), a.radius}, shell, is_over, region);
+  }
+  const bool flat = found && on_a.face && on_b.face && region.count == own;
   emit_region(region, frame, a.radius, b.radius, shell, flat, out);
   out.feature_a = on_a;
   out.feature_b = on_b;
@@ -253,14 +279,6 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   const double depth = feature_depth(out.gap, shell, a.bounding_radius);
   const Feature feature =
       supporting_feature(a, frame.n, SupportingFeatures(lowest), depth, 2 * a.bounding_radius);
-  // A vertex on a seam that leans towards the plane is the neighbour's, who reaches lower there.
-  const auto leaning_seams = [&](int i) {
-    std::uint64_t mask = a.internal_normals.empty() ? 0 : a.internal_faces[i];
-    for (std::size_t f = 0; f < a.internal_normals.size(); ++f) {
-      if (frame.n.dot(a.internal_normals[f]) <= kSeamTilt) mask &= ~(std::uint64_t{1} << f);
-    }
-    return mask;
-  };
   Region region(a.vertex_count, a.bounding_radius);
   const auto add = [&](int i) { region.add(view.flat(i), view.height(i), -offset); };
   const std::uint16_t* loop = feature.ends;
@@ -269,23 +287,17 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
     loop = &a.loops[feature.face->first];
     loop_count = feature.face->count;
   } else if (feature.kind == Feature::Kind::edge &&
-             (leaning_seams(feature.ends[0]) & leaning_seams(feature.ends[1])) == 0) {
+             (leaning_seams(a, frame.n, feature.ends[0]) &
+              leaning_seams(a, frame.n, feature.ends[1])) == 0) {
     loop_count = 2;
   }
   for (int i = 0; i < loop_count; ++i) add(loop[i]);
   const bool flat = loop_count > 2;
   if (flat) compute_polygon_weights(region);
   if (loop_count == 2) compute_segment_weights(region, a.radius, a.radius);
-  // Whatever else is in the shell, as corners: a part that stands deep and tilted in the plane is
-  // held wherever it is in.
-  for (int i = 0; i < a.vertex_count; ++i) {
-    if (-offset - view.height(i) - a.radius >= shell || leaning_seams(i) != 0) continue;
-    if (std::find(loop, loop + loop_count, i) != loop + loop_count) continue;
-    add(i);
-    const double width = swept_width(a.radius, offset + view.height(i) + a.radius, region.size);
-    region.points[region.count - 1].weight = width * width;
-    region.area += width * width;
-  }
+  add_corners(
+      view, true, {loop, static_cast<std::size_t>(loop_count)}, {HeightGradient(-offset), 0}, shell,
+      [](const PlanePoint&) { return true; }, region);
   emit_region(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
   if (loop_count > 0) out.feature_a = feature;
 }

@@ -1,0 +1,57 @@
+// Corners of a part that are in the shell of a surface besides the feature that it shows there.
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "solver/collision/contact_region.h"
+#include "solver/collision/gjk.h"
+
+namespace firn {
+
+// Bit f: the vertex lies on seam f of its part, over which `outward` (unit, part axes) leans. The
+// contact of such a vertex is that of the part beyond the seam, which reaches farther.
+inline std::uint64_t leaning_seams(const ConvexPart& part, const Vec3& outward, int vertex) {
+  std::uint64_t mask = part.internal_normals.empty() ? 0 : part.internal_faces[vertex];
+  for (std::size_t f = 0; f < part.internal_normals.size(); ++f) {
+    if (outward.dot(part.internal_normals[f]) <= kSeamTilt) mask &= ~(std::uint64_t{1} << f);
+  }
+  return mask;
+}
+
+// The vertices of a face.
+inline std::span<const std::uint16_t> loop_of(const ConvexPart& part,
+                                              const ConvexPart::Face& face) {
+  return {&part.loops[face.first], static_cast<std::size_t>(face.count)};
+}
+
+// A plane surface that faces a part, and the radius (m) of its rounding.
+struct CornerSurface {
+  HeightGradient plane;
+  double radius;
+};
+
+// Adds to the region the vertices of a part that are in the shell of a surface, are none of `own`,
+// lean over no seam, and for which is_over(place) is true: a part that stands deep and tilted in a
+// surface is held wherever it is in. `is_a`: the part is A.
+template <class IsOver>
+void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint16_t> own,
+                 const CornerSurface& surface, double shell, const IsOver& is_over, Region& r) {
+  const ConvexPart& part = view.part;
+  const double radii = part.radius + surface.radius;
+  const Vec3 outward = is_a ? view.n : Vec3(-view.n);
+  for (int i = 0; i < part.vertex_count; ++i) {
+    const PlanePoint at = view.flat(i);
+    const double corner = view.height(i), other = surface.plane.height(at);
+    const double gap = (is_a ? other - corner : corner - other) - radii;
+    if (!(gap < shell) || std::ranges::find(own, i) != own.end() ||
+        leaning_seams(part, outward, i) != 0 || !is_over(at))
+      continue;
+    r.add(at, is_a ? corner : other, is_a ? other : corner);
+    const double width = swept_width(part.radius, -gap, r.size);
+    r.points[r.count - 1].weight = width * width;
+    r.area += width * width;
+  }
+}
+
+}  // namespace firn
