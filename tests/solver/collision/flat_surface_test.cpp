@@ -176,5 +176,61 @@ TEST(FlatSurface, ABoxOnACutFloorHasTheRegionOfAnUncutOne) {
   EXPECT_GT(several, 500);
 }
 
+// A box cut by random planes.
+ConvexPart random_part(Random& random) {
+  auto planes = box_planes({-6e-3, -5e-3, -4e-3}, {6e-3, 5e-3, 4e-3});
+  const int cuts = random.below(12);
+  for (int i = 0; i < cuts; ++i)
+    planes.push_back({random.direction(), random.uniform(4e-3, 7e-3), false});
+  return convex_part(planes, random.uniform(0, 0.2e-3));
+}
+
+bool has_point(const Manifold& m, const ManifoldPoint& wanted, double area) {
+  return std::ranges::any_of(m.points, [&](const ManifoldPoint& p) {
+    return (p.position - wanted.position).norm() < 1e-9 && std::abs(p.gap - wanted.gap) < 1e-10 &&
+           std::abs(p.weight - wanted.weight) < 1e-6 * area;
+  });
+}
+
+// However deep and tilted: what is in the shell bears, on an endless plane, a box and a cut floor.
+TEST(FlatSurface, APlaneABoxAndACutFloorHaveTheSamePoints) {
+  Random random(13);
+  const std::vector<ConvexPart> uncut{
+      convex_part(box_planes({-0.5, -0.5, -0.1}, {0.5, 0.5, 0}), 0)};
+  int many = 0;  // members with a corner besides a face or an edge
+  for (int member = 0; member < 3000;) {
+    const CellFloor floor(random);
+    const FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+    const Vec3 place(random.uniform(-0.18, 0.18), random.uniform(-0.18, 0.18), 0);
+    if (!floor.is_solid_around(place, 20e-3)) continue;
+    ++member;
+    const ConvexPart part = random_part(random);
+    const Mat3 turn =
+        Eigen::AngleAxisd(random.uniform(0, 2 * M_PI), random.direction()) * Mat3::Identity();
+    double lowest = 0;
+    for (int i = 0; i < part.vertex_count; ++i)
+      lowest = std::min(lowest, (turn * part.vertex(i)).z() - part.radius);
+    const double depth = std::pow(10, random.uniform(-6, -3.3));  // m
+    const Vec3 center = place + Vec3(0, 0, -lowest - depth);
+    const Pose b_in_a{turn.transpose(), -(turn.transpose() * center)};
+    Manifold plane;
+    collide_plane(part, turn.transpose() * Vec3::UnitZ(), -center.z(), kShell, plane);
+    many += plane.points.size() > 2 && plane.feature_a.kind != ContactFeature::Kind::face;
+    for (const bool is_cut : {false, true}) {
+      const auto got = is_cut ? contacts_of(part, floor.parts, surfaces, b_in_a)
+                              : contacts_of(part, uncut, {}, b_in_a);
+      ASSERT_EQ(got.size(), 1u) << "member " << member << ", cut " << is_cut;
+      const Manifold& m = got[0].manifold;
+      EXPECT_NEAR((m.normal - plane.normal).norm(), 0, 1e-9) << "member " << member;
+      EXPECT_NEAR(m.area, plane.area, 1e-6 * plane.area)
+          << "member " << member << ", cut " << is_cut;
+      EXPECT_EQ(m.points.size(), plane.points.size()) << "member " << member << ", cut " << is_cut;
+      for (const ManifoldPoint& p : plane.points)
+        EXPECT_TRUE(has_point(m, p, plane.area)) << "member " << member << ", cut " << is_cut;
+    }
+  }
+  EXPECT_GT(many, 200);
+}
+
 }  // namespace
 }  // namespace firn
