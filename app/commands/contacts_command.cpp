@@ -201,16 +201,16 @@ Outputs outputs_of(const std::string& output, bool whole, bool points) {
         "--output: a picture shows one body or pair; expected --particle or --pair with it");
   if (picture) return {output, "", ""};
   if (extension == ".csv") return {"", output, ""};
-  if (extension == ".vtk" && points) return {"", "", output};
+  if (extension == ".vtp" && points) return {"", "", output};
   if (!extension.empty())
     throw InputError(
         fmt::format("--output {}: no format that is known here; expected FILE.png, FILE.svg, "
                     "FILE.csv{} or a folder",
-                    output, points ? ", FILE.vtk" : ""));
+                    output, points ? ", FILE.vtp" : ""));
   make_output_folder(output);
   const fs::path folder(output);
   return {whole ? "" : (folder / "contacts.png").string(), (folder / "contacts.csv").string(),
-          points ? (folder / "contacts.vtk").string() : ""};
+          points ? (folder / "contacts.vtp").string() : ""};
 }
 
 void tell_written(const Outputs& out) {
@@ -335,7 +335,7 @@ void add_contacts_command(CLI::App& app, int& status) {
       ->type_name("N");
   command
       ->add_option("-o,--output", a->output,
-                   "FILE.png or FILE.svg: a picture; FILE.csv: a table; FILE.vtk: the\n"
+                   "FILE.png or FILE.svg: a picture; FILE.csv: a table; FILE.vtp: the\n"
                    "points for ParaView; else a folder for all")
       ->type_name("PATH");
   command->add_flag("--json", a->json, "Print JSON on standard output and nothing else");

@@ -146,7 +146,7 @@ class ContactHistory {
 // the file cannot be written.
 void write_contacts_csv(const Model& model, const std::vector<ContactView>& contacts,
                         const std::string& file);
-// The points as VTK polydata (legacy format, text), world axes, m, with what belongs to each:
+// The points as vertices of a VTK file (.vtp), world axes, m, with what belongs to each:
 // force (N, the normal force on the first body), friction (N, of its patch, on the first body), and
 // the numbers normal_force, overlap (m; below 0: gap), share, friction_used, sliding, body,
 // neighbour and patch.

@@ -1,36 +1,33 @@
-#include <fmt/format.h>
-
 #include <functional>
 
 #include "experiments/inspection/contact_inspection.h"
-#include "experiments/system/output_file.h"
+#include "experiments/storage/vtk_file.h"
 
 namespace firn {
-namespace {
-
-std::string text_of(const Vec3& v) { return fmt::format("{} {} {}\n", v.x(), v.y(), v.z()); }
-
-}  // namespace
 
 void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::string& file) {
-  std::string points, vertices, force, friction;
-  std::size_t count = 0;
-  for (const ContactView& view : contacts) {
-    for (const ContactSpot& spot : view.contact.spots) {
-      points += text_of(spot.position);
-      vertices += fmt::format("1 {}\n", count++);
-      force += text_of(-spot.force * view.contact.normal);
-      friction += text_of(view.contact.friction);
-    }
-  }
-  OutputFile out(file);
-  out << "# vtk DataFile Version 3.0\ncontacts\nASCII\nDATASET POLYDATA\n"
-      << fmt::format("POINTS {} double\n", count) << points
-      << fmt::format("VERTICES {} {}\n", count, 2 * count) << vertices
-      << fmt::format("POINT_DATA {}\n", count) << "VECTORS force double\n"
-      << force << "VECTORS friction double\n"
-      << friction;
   using Value = std::function<double(const ContactView&, const ContactSpot&)>;
+  using Vector = std::function<Vec3(const ContactView&, const ContactSpot&)>;
+  VtkSurface out;
+  const auto add = [&](std::vector<float>& to, const Vec3& v) {
+    for (const double x : v) to.push_back(static_cast<float>(x));
+  };
+  const auto for_spots = [&](const auto& visit) {
+    for (const ContactView& view : contacts) {
+      for (const ContactSpot& spot : view.contact.spots) visit(view, spot);
+    }
+  };
+  for_spots([&](const ContactView&, const ContactSpot& p) { add(out.points, p.position); });
+  const std::pair<const char*, Vector> vectors[] = {
+      {"force",
+       [](const ContactView& v, const ContactSpot& p) { return -p.force * v.contact.normal; }},
+      {"friction", [](const ContactView& v, const ContactSpot&) { return v.contact.friction; }}};
+  for (const auto& vector : vectors) {
+    VtkSurface::Field& field = out.fields.emplace_back(VtkSurface::Field{vector.first, 3, {}});
+    for_spots([&](const ContactView& v, const ContactSpot& p) {
+      add(field.values, vector.second(v, p));
+    });
+  }
   const std::pair<const char*, Value> scalars[] = {
       {"normal_force", [](const ContactView&, const ContactSpot& p) { return p.force; }},
       {"overlap", [](const ContactView&, const ContactSpot& p) { return -p.gap; }},
@@ -40,13 +37,13 @@ void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::str
       {"body", [](const ContactView& v, const ContactSpot&) { return v.contact.a; }},
       {"neighbour", [](const ContactView& v, const ContactSpot&) { return v.contact.b; }},
       {"patch", [](const ContactView& v, const ContactSpot&) { return v.contact.patch; }}};
-  for (const auto& [name, value] : scalars) {
-    out << fmt::format("SCALARS {} double 1\nLOOKUP_TABLE default\n", name);
-    for (const ContactView& view : contacts)
-      for (const ContactSpot& spot : view.contact.spots)
-        out << fmt::format("{}\n", value(view, spot));
+  for (const auto& scalar : scalars) {
+    VtkSurface::Field& field = out.fields.emplace_back(VtkSurface::Field{scalar.first, 1, {}});
+    for_spots([&](const ContactView& v, const ContactSpot& p) {
+      field.values.push_back(static_cast<float>(scalar.second(v, p)));
+    });
   }
-  out.commit();
+  save_vtp_points(out, file);
 }
 
 }  // namespace firn

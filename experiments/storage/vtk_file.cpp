@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
 #include <span>
+#include <string_view>
 
 #include "experiments/system/output_file.h"
 
@@ -12,18 +14,21 @@ namespace {
 // One VTK XML PolyData file. Arrays follow the XML as raw blocks, each after its size in bytes.
 class VtpFile {
  public:
-  explicit VtpFile(const VtkSurface& surface) {
+  // `cells`: Verts or Polys.
+  VtpFile(const VtkSurface& surface, const char* cells) {
+    const std::size_t count = surface.offsets.size();
+    const bool are_vertices = std::string_view(cells) == "Verts";
     xml_ = fmt::format(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
         "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<Piece "
-        "NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+        "NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
         "NumberOfPolys=\"{}\">\n<Points>\n",
-        surface.point_count(), surface.offsets.size());
+        surface.point_count(), are_vertices ? count : 0, are_vertices ? 0 : count);
     add("points", "Float32", 3, std::as_bytes(std::span(surface.points)));
-    xml_ += "</Points>\n<Polys>\n";
+    xml_ += fmt::format("</Points>\n<{}>\n", cells);
     add("connectivity", "Int32", 1, std::as_bytes(std::span(surface.connectivity)));
     add("offsets", "Int32", 1, std::as_bytes(std::span(surface.offsets)));
-    xml_ += "</Polys>\n<PointData>\n";
+    xml_ += fmt::format("</{}>\n<PointData>\n", cells);
     for (const VtkSurface::Field& field : surface.fields)
       add(field.name, "Float32", field.width, std::as_bytes(std::span(field.values)));
     xml_ += "</PointData>\n<CellData>\n";
@@ -63,7 +68,16 @@ class VtpFile {
 }  // namespace
 
 void save_vtp(const VtkSurface& surface, const std::filesystem::path& path) {
-  VtpFile(surface).save(path);
+  VtpFile(surface, "Polys").save(path);
+}
+
+void save_vtp_points(const VtkSurface& points, const std::filesystem::path& path) {
+  VtkSurface out = points;
+  out.connectivity.resize(points.point_count());
+  std::iota(out.connectivity.begin(), out.connectivity.end(), 0);
+  out.offsets.resize(points.point_count());
+  std::iota(out.offsets.begin(), out.offsets.end(), 1);
+  VtpFile(out, "Verts").save(path);
 }
 
 VtkTimeSeries::VtkTimeSeries(const std::filesystem::path& directory, const std::string& name)

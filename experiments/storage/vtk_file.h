@@ -1,4 +1,4 @@
-// VTK XML files of surfaces, for ParaView.
+// VTK XML files of surfaces and of points, for ParaView.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +28,8 @@ struct VtkSurface {
 
 // One PolyData file (.vtp, binary). Throws InputError when it cannot be written.
 void save_vtp(const VtkSurface& surface, const std::filesystem::path& path);
+// The same of the points alone, each a vertex, with their fields.
+void save_vtp_points(const VtkSurface& points, const std::filesystem::path& path);
 
 // The .pvd index of a time series and its folder of files.
 class VtkTimeSeries {

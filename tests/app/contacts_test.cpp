@@ -123,11 +123,12 @@ TEST_F(ContactsCommand, WritesPictureAndTable) {
   ASSERT_EQ(contacts({"run.h5", "--particle", "0", "-o", "audit"}).status, 0);
   EXPECT_GT(std::filesystem::file_size(folder_.path() / "audit/contacts.png"), 10000U);
   EXPECT_EQ(lines(read_text(folder_.path() / "audit/contacts.csv")), 9U);  // 8 points
-  const std::string points = read_text(folder_.path() / "audit/contacts.vtk");
-  EXPECT_THAT(points, HasSubstr("POINTS 8 double"));
-  EXPECT_THAT(points, HasSubstr("VECTORS force double"));
-  // Heads of the file, of points, vertices and values, of 2 vectors and 8 scalars; 8 lines each.
-  EXPECT_EQ(lines(points), 4U + 3U + 2U + 8U * 2U + 8U * 12U);
+  const std::string points = read_text(folder_.path() / "audit/contacts.vtp");
+  EXPECT_THAT(points, HasSubstr("NumberOfPoints=\"8\" NumberOfVerts=\"8\""));
+  EXPECT_THAT(points, HasSubstr("Name=\"force\" NumberOfComponents=\"3\""));
+  // Of each point: place, vertex, end of the vertex, 2 vectors and 8 numbers; 13 blocks.
+  const std::size_t data = points.find("\n_") + 2, tail = points.rfind("\n</AppendedData>");
+  EXPECT_EQ(tail - data, 13U * 8U + 8U * (12U + 4U + 4U + 2U * 12U + 8U * 4U));
   ASSERT_EQ(contacts({"run.h5", "-o", "all"}).status, 0);
   EXPECT_FALSE(folder_.contains("all/contacts.png"));
   EXPECT_EQ(lines(read_text(folder_.path() / "all/contacts.csv")), 9U);
