@@ -176,13 +176,14 @@ TEST(FlatSurface, ABoxOnACutFloorHasTheRegionOfAnUncutOne) {
   EXPECT_GT(several, 500);
 }
 
-// A box cut by random planes.
+// A box cut by random planes: with large faces, or round with many small ones.
 ConvexPart random_part(Random& random) {
   auto planes = box_planes({-6e-3, -5e-3, -4e-3}, {6e-3, 5e-3, 4e-3});
-  const int cuts = random.below(12);
+  const bool is_round = random.below(2) == 0;
+  const int cuts = is_round ? 40 : random.below(12);
   for (int i = 0; i < cuts; ++i)
-    planes.push_back({random.direction(), random.uniform(4e-3, 7e-3), false});
-  return convex_part(planes, random.uniform(0, 0.2e-3));
+    planes.push_back({random.direction(), random.uniform(4e-3, is_round ? 4.2e-3 : 7e-3), false});
+  return convex_part(planes, random.uniform(0.2e-3, 0.8e-3));
 }
 
 bool has_point(const Manifold& m, const ManifoldPoint& wanted, double area) {
@@ -192,30 +193,47 @@ bool has_point(const Manifold& m, const ManifoldPoint& wanted, double area) {
   });
 }
 
-// However deep and tilted: what is in the shell bears, on an endless plane, a box and a cut floor.
+// As deep as the rounding, and tilted: what is in the shell bears, on an endless plane, a box and a
+// cut floor.
 TEST(FlatSurface, APlaneABoxAndACutFloorHaveTheSamePoints) {
   Random random(13);
   const std::vector<ConvexPart> uncut{
       convex_part(box_planes({-0.5, -0.5, -0.1}, {0.5, 0.5, 0}), 0)};
-  int many = 0;  // members with a corner besides a face or an edge
-  for (int member = 0; member < 3000;) {
-    const CellFloor floor(random);
-    const FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  constexpr int kMembers = 3000, kOfOneFloor = 20;
+  int many = 0;  // members with a corner besides their feature
+  CellFloor floor(random);
+  FlatSurfaces surfaces = find_flat_surfaces(floor.parts);
+  for (int member = 0; member < kMembers;) {
+    if (random.below(kOfOneFloor) == 0) {
+      floor = CellFloor(random);
+      surfaces = find_flat_surfaces(floor.parts);
+    }
     const Vec3 place(random.uniform(-0.18, 0.18), random.uniform(-0.18, 0.18), 0);
     if (!floor.is_solid_around(place, 20e-3)) continue;
     ++member;
     const ConvexPart part = random_part(random);
+    // Any way up, or near flat on one of its faces.
+    const Vec3 down = member % 2 == 0 ? random.direction()
+                                      : part.faces[static_cast<std::size_t>(random.below(
+                                                       static_cast<int>(part.faces.size())))]
+                                            .normal;
     const Mat3 turn =
-        Eigen::AngleAxisd(random.uniform(0, 2 * M_PI), random.direction()) * Mat3::Identity();
+        Eigen::AngleAxisd(random.uniform(-0.1, 0.1), random.direction()).toRotationMatrix() *
+        Quat::FromTwoVectors(down, Vec3(-Vec3::UnitZ())).toRotationMatrix();
     double lowest = 0;
     for (int i = 0; i < part.vertex_count; ++i)
       lowest = std::min(lowest, (turn * part.vertex(i)).z() - part.radius);
-    const double depth = std::pow(10, random.uniform(-6, -3.3));  // m
+    const double depth = part.radius * std::pow(10, random.uniform(-2, 0));  // m
     const Vec3 center = place + Vec3(0, 0, -lowest - depth);
     const Pose b_in_a{turn.transpose(), -(turn.transpose() * center)};
     Manifold plane;
     collide_plane(part, turn.transpose() * Vec3::UnitZ(), -center.z(), kShell, plane);
-    many += plane.points.size() > 2 && plane.feature_a.kind != ContactFeature::Kind::face;
+    const ContactFeature& lowest_feature = plane.feature_a;
+    const std::size_t own = lowest_feature.face
+                                ? static_cast<std::size_t>(lowest_feature.face->count)
+                            : lowest_feature.kind == ContactFeature::Kind::edge ? 2
+                                                                                : 1;
+    many += plane.points.size() > own;
     for (const bool is_cut : {false, true}) {
       const auto got = is_cut ? contacts_of(part, floor.parts, surfaces, b_in_a)
                               : contacts_of(part, uncut, {}, b_in_a);
