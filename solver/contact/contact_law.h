@@ -75,16 +75,30 @@ struct PatchDetail {
 // nothing a body feels: a point of exactly zero is one that touches for the first time.
 inline constexpr double kInContact = 1e-150;
 
-// Hysteretic linear spring, equation (3), for one point: the force after the overlap grew by `ds`
-// (m, positive: approaching) to `overlap`. Loading along K, unloading and reloading along K_u,
-// never below lambda K s. A point that touches for the first time starts on the loading line.
+// Hysteretic linear spring, equation (3), for one point (T = double) or four (T = Four): the force
+// after the overlap grew by `ds` (m, positive: approaching) to `overlap`. Loading along K,
+// unloading and reloading along K_u, never below lambda K s. A point that touches for the first
+// time starts on the loading line.
+template <class T>
+[[gnu::always_inline]] inline void compute_normal_force(const T& previous, const T& stiffness,
+                                                        const T& unloading_stiffness,
+                                                        const T& floor, const T& overlap,
+                                                        const T& ds, T& force) {
+  // Branch-free: whether a point touches is unpredictable.
+  const T zero{}, touching = zero + kInContact;
+  const T infinite = zero + std::numeric_limits<double>::infinity();
+  const T pressed = stiffness * overlap, loading = zero < pressed ? pressed : zero;
+  const T from = previous > zero ? previous : infinite;
+  const T low = floor * loading, least = low < touching ? touching : low;
+  const T unloading = from + unloading_stiffness * ds;
+  const T higher = unloading < least ? least : unloading;
+  force = higher < loading ? higher : loading;
+}
 inline double normal_force(double previous, double stiffness, double unloading_stiffness,
                            double floor, double overlap, double ds) {
-  // Branch-free: whether a point touches is unpredictable.
-  const double loading = std::max(0.0, stiffness * overlap);
-  const double from = previous > 0 ? previous : std::numeric_limits<double>::infinity();
-  const double least = std::max(floor * loading, kInContact);
-  return std::min(loading, std::max(from + unloading_stiffness * ds, least));
+  double force;
+  compute_normal_force(previous, stiffness, unloading_stiffness, floor, overlap, ds, force);
+  return force;
 }
 
 // How the two bodies move against each other at a patch, over one step.

@@ -139,9 +139,6 @@ struct FourLoads {
 // advance_points() for one point each.
 [[gnu::always_inline]] inline void compute_four_points(ContactPoint* const* points,
                                                        const FourPoints& in, FourLoads& out) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const Four zero = {0, 0, 0, 0};
-  const Four infinite = {kInfinity, kInfinity, kInfinity, kInfinity};
   double *gaps[4], *forces[4];
   for (int i = 0; i < 4; ++i) {
     gaps[i] = &points[i]->gap;
@@ -154,14 +151,7 @@ struct FourLoads {
   const Four ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
   gap -= in.ageing * ds;
   const Four overlap = -gap, own = in.stiffness * share;
-  // normal_force()
-  const Four pressed = own * overlap, loading = zero < pressed ? pressed : zero;
-  const Four from = before > zero ? before : infinite;
-  const Four touching = {kInContact, kInContact, kInContact, kInContact};
-  const Four floor = in.floor * loading, least = floor < touching ? touching : floor;
-  const Four unloading = from + own * in.ratio * ds;
-  const Four higher = unloading < least ? least : unloading;
-  out.force = higher < loading ? higher : loading;
+  compute_normal_force(before, own, Four(own * in.ratio), in.floor, overlap, ds, out.force);
   put_twos(gap, out.force, gaps);
   out.x = out.force * x;
   out.y = out.force * y;
