@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "calibrate/numerics/experimental_design.h"
 
@@ -277,9 +278,19 @@ bool Calibration::fit() {
   const Misfit misfit(study_, *a_.knowledge);
   best_ = misfit.best().x;
   a_.posterior = sample_posterior(study_, misfit);
+  record_estimate(a_.rounds == 0 ? "design" : fmt::format("refinement {}", a_.rounds));
   report_estimate();
   judge_fit();
   return true;
+}
+
+// Of a resumed study, too: it fits after the same rounds again.
+void Calibration::record_estimate(const std::string& after) {
+  std::set<std::string> runs;
+  for (const auto* points : {&a_.points, &numerics_})
+    for (const Point& p : *points)
+      for (const std::vector<std::string>& keys : p.keys) runs.insert(keys.begin(), keys.end());
+  a_.estimate_history.push_back({after, static_cast<int>(runs.size()), a_.posterior->marginals});
 }
 
 // Whether all targets can be met together, and the range of each.
@@ -447,6 +458,9 @@ void Calibration::describe_knowledge() {
   a_.knowledge = learn(study_, a_.points);
   const Misfit misfit(study_, *a_.knowledge);
   a_.posterior = sample_posterior(study_, misfit);
+  record_estimate("confirmation");
+  for (const ResponseModel& m : a_.knowledge->targets)
+    a_.predictive.push_back(posterior_predictive(m, *a_.posterior));
   a_.combinations = combinations(study_, *a_.knowledge, best_);
   spread_over(*a_.posterior, study_, a_.combinations);
   decide_whether_determined();

@@ -44,6 +44,7 @@ class Calibration {
   bool explore_further();
   void check_outliers();
   bool fit();
+  void record_estimate(const std::string& after);
   void judge_fit();
   bool simulated_nearby(const Eigen::VectorXd& u) const;
   int seeds_left() const;

@@ -169,6 +169,8 @@ Marginal marginal(const Study& study, const Posterior& p, Index i) {
   m.low = m.at_min ? parameter.min : parameter.from_unit(low);
   m.median = parameter.from_unit(weighted_quantile(x, p.weight, 0.5));
   m.high = m.at_max ? parameter.max : parameter.from_unit(high);
+  m.low_68 = parameter.from_unit(weighted_quantile(x, p.weight, 0.16));
+  m.high_68 = parameter.from_unit(weighted_quantile(x, p.weight, 0.84));
   const bool believed = prior_count(study.priors, study.parameters) > 0;
   m.width_ratio =
       m.sd / (believed ? prior_sd(study.priors, study.parameters, index) : 1 / std::sqrt(12.0));

@@ -16,6 +16,7 @@ struct Marginal {
   // Of 95 %, the parameter's own unit: central, or one-sided from an end of the range where the
   // truth may be.
   double low = 0, median = 0, high = 0;
+  double low_68 = 0, high_68 = 0;       // of the central 68 %, the parameter's own unit
   double width_ratio = 0;               // sd after over sd before: near 1, nothing was learned
   bool at_min = false, at_max = false;  // that end of the range is within the interval
 };

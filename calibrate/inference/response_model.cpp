@@ -100,6 +100,12 @@ bool ResponseModel::explains_its_runs() const {
   return points * std::erfc(largest_leave_one_out_z / std::sqrt(2.0)) > 0.01;
 }
 
+double ResponseModel::run_variance(const VectorXd& u, double mean) const {
+  const double pooled = std::pow(noise.at(mean), 2);
+  return local_noise.uniform() ? widened(pooled, noise.degrees_of_freedom)
+                               : widened(local_noise.factor(u) * pooled, local_noise.freedom(u));
+}
+
 double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }
 
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {

@@ -39,6 +39,9 @@ struct ResponseModel {
   // Whether the largest leave-one-out error is one that chance gives more often than once in a
   // hundred models. If not, what the model says of its uncertainty is not to be relied on.
   bool explains_its_runs() const;
+  // Variance of one run between seeds at u, where the mean response is `mean`: pooled, and that of
+  // the neighborhood where the noise is not uniform, each widened by its degrees of freedom.
+  double run_variance(const Eigen::VectorXd& u, double mean) const;
 };
 
 // Share of an experiment's runs near a point that ended in one way: a smoothed count.

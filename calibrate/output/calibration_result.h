@@ -9,6 +9,7 @@
 #include "calibrate/inference/identifiability.h"
 #include "calibrate/inference/measurement_planning.h"
 #include "calibrate/inference/outliers.h"
+#include "calibrate/inference/posterior_predictive.h"
 #include "calibrate/numerics/sobol_indices.h"
 #include "calibrate/output/study_verdict.h"
 
@@ -66,6 +67,13 @@ struct ReachedRange {              // of one target
   bool reachable = false;          // within two standard deviations somewhere
 };
 
+// The estimate after a round of runs.
+struct EstimateRound {
+  std::string after;                // "design", "refinement 1", ..., "confirmation"
+  int runs = 0;                     // different runs that the study had asked for by then
+  std::vector<Marginal> marginals;  // in order of the parameters
+};
+
 struct Answer {
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
@@ -78,6 +86,8 @@ struct Answer {
   std::vector<VarianceSplit> split;    // targets: of the variance that the fit used there
   std::vector<Combination> combinations;
   std::optional<Posterior> posterior;
+  std::vector<EstimateRound> estimate_history;  // in order of the runs; the last is the posterior's
+  std::vector<std::optional<PosteriorPredictive>> predictive;  // in order of the targets
   std::vector<CheckedSet> valley;  // empty when every direction is identified
   std::vector<NumericsOutcome> numerics;
   std::vector<Sensitivity> sensitivity;    // targets, then observed responses
@@ -108,8 +118,9 @@ std::string render_json(const Study& study, const Answer& answer);
 // to 1, and the logarithm of the density over the unit cube up to a constant.
 std::string render_posterior_csv(const Study& study, const Answer& answer);
 // The same, resampled to 4096 draws of equal weight, with the density, the targets and what their
-// measurements would give (of the posterior, with the uncertainties of measurement and model), as a
-// netCDF-4 file in the InferenceData layout. Throws WriteError.
+// measurements would give (of the posterior, with the uncertainties of measurement and model),
+// their mean responses and what one run would give (posterior_predictive.h), as a netCDF-4 file in
+// the InferenceData layout. Throws WriteError.
 void write_inference_data(const Study& study, const Answer& answer, const std::string& file);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "calibrate/numerics/random.h"
 #include "calibrate/output/calibration_result.h"
@@ -23,6 +24,18 @@ constexpr std::size_t draws = 4096;
 std::string variable_name(std::string label) {
   std::replace(label.begin(), label.end(), '/', '_');
   return label;
+}
+
+// Standard normal deviate: Box and Muller.
+double deviate(std::mt19937_64& random) {
+  const double radius = std::sqrt(-2 * std::log(uniform(random)));
+  return radius * std::cos(2 * M_PI * uniform(random));
+}
+
+// A name that no variable of a target has, nor an added one before.
+std::string added_name(std::string name, std::set<std::string>& taken) {
+  while (!taken.insert(name).second) name += '_';
+  return name;
 }
 
 void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
@@ -48,7 +61,10 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
                          [&](const VectorXd& x) { return -0.5 * misfit.cost(x); });
   file.variable("sample_stats", "lp", per_draw, values);
   file.group("observed_data", made);
-  std::mt19937_64 random(20061);
+  std::set<std::string> taken;
+  for (const Target& t : study.targets) taken.insert(variable_name(t.response.label));
+  std::vector<double> means(u.size()), runs(u.size());
+  std::mt19937_64 random(20061), random_runs(20062);
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
     const std::string name = variable_name(t.response.label), dimension = name + "_dim_0";
@@ -58,13 +74,18 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
                   {{"units", stored_unit(t.unit)},
                    {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
     for (std::size_t s = 0; s < u.size(); ++s) {
-      const Prediction p = a.knowledge->targets[k].surrogate.best.predict(u[s]);
-      const double z = std::sqrt(-2 * std::log(uniform(random))) *
-                       std::cos(2 * M_PI * uniform(random));  // Box and Muller
-      values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * z;
+      const ResponseModel& model = a.knowledge->targets[k];
+      const Prediction p = model.surrogate.best.predict(u[s]);
+      values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * deviate(random);
+      means[s] = p.mean;
+      runs[s] = p.mean +
+                std::sqrt(p.variance + model.run_variance(u[s], p.mean)) * deviate(random_runs);
     }
-    file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values,
-                  {{"units", stored_unit(t.unit)}});
+    const NetcdfAttributes units = {{"units", stored_unit(t.unit)}};
+    file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values, units);
+    for (const auto& [suffix, drawn] : {std::pair("_mean", &means), std::pair("_run", &runs)})
+      file.variable("posterior_predictive", added_name(name + suffix, taken), per_draw, *drawn,
+                    units);
   }
 }
 

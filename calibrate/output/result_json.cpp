@@ -85,6 +85,7 @@ Json parameters_json(const Study& study, const Answer& a) {
     if (a.posterior) {
       const Marginal& m = a.posterior->marginals[i];
       j["median"] = m.median;
+      j["interval_68"] = {m.low_68, m.high_68};
       j["interval_95"] = {m.low, m.high};
       j["width_ratio"] = m.width_ratio;
       j["at_min"] = m.at_min;
@@ -125,6 +126,11 @@ Json combinations_json(const Study& study, const Answer& a) {
   return all;
 }
 
+Json distribution_json(const PredictiveDistribution& d) {
+  return {{"quantiles", d.quantiles},
+          {"histogram", {{"edges", d.edges}, {"probability", d.probability}}}};
+}
+
 Json targets_json(const Study& study, const Answer& a) {
   Json all = Json::array();
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
@@ -143,6 +149,11 @@ Json targets_json(const Study& study, const Answer& a) {
       j["uncertainty_at_answer"] = split_json(a.split[k]);
       j["other_surrogate_at_answer"] = a.cross_check[k];
     }
+    if (k < a.predictive.size() && a.predictive[k])
+      j["posterior_predictive"] = {
+          {"probabilities", predictive_probabilities},
+          {"mean_response", distribution_json(a.predictive[k]->mean_response)},
+          {"single_run", distribution_json(a.predictive[k]->single_run)}};
     all.push_back(j);
   }
   return all;
@@ -169,6 +180,21 @@ Json sensitivity_json(const Study& study, const Answer& a) {
           {"first_interval_95", {s.indices.first_interval(k, 0), s.indices.first_interval(k, 1)}},
           {"total", s.indices.total[k]},
           {"total_interval_95", {s.indices.total_interval(k, 0), s.indices.total_interval(k, 1)}}};
+    }
+    all.push_back(j);
+  }
+  return all;
+}
+
+Json history_json(const Study& study, const Answer& a) {
+  Json all = Json::array();
+  for (const EstimateRound& round : a.estimate_history) {
+    Json j = {{"after", round.after}, {"runs", round.runs}, {"parameters", Json::object()}};
+    for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+      const Marginal& m = round.marginals[i];
+      j["parameters"][study.parameters[i].name] = {{"median", m.median},
+                                                   {"interval_68", {m.low_68, m.high_68}},
+                                                   {"interval_95", {m.low, m.high}}};
     }
     all.push_back(j);
   }
@@ -232,6 +258,7 @@ std::string render_json(const Study& study, const Answer& a) {
     j["posterior"] = {{"samples", a.posterior->u.size()},
                       {"effective_samples", a.posterior->effective_samples},
                       {"file", "posterior.csv"}};
+  j["estimate_history"] = history_json(study, a);
   j["combinations"] = combinations_json(study, a);
   j["valley"] = Json::array();
   for (const CheckedSet& set : a.valley) j["valley"].push_back(checked_json(study, set));

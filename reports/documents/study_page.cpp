@@ -12,6 +12,7 @@
 #include "experiments/text/units.h"
 #include "firn/math.h"
 #include "reports/documents/study_answer.h"
+#include "reports/documents/study_plots.h"
 #include "reports/html/json_values.h"
 #include "reports/plots/plots.h"
 
@@ -263,29 +264,7 @@ void knowledge_section(const Json& results, page::Page& page) {
            m.contains("effort_seconds") ? Cell(number(m, "effort_seconds") / 60, 3) : Cell("-")});
     content.table(table);
   }
-  if (!results.contains("sensitivity")) return;
-  plots::BarPlot bars;
-  bars.y = {"share of the variance", "", false, 0.0, {}};
-  std::string seen;
-  std::vector<std::string> parameters;
-  for (const Json& p : results.at("parameters")) {
-    parameters.push_back(text(p, "name"));
-    bars.series.push_back({words(parameters.back()), {}});
-  }
-  for (const Json& s : results.at("sensitivity")) {
-    bars.categories.push_back(words(text(s, "response")));
-    const Json& of = s.at("parameters");
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
-      plots::BarSeries& series = bars.series[k];
-      series.values.push_back(of.contains(parameters[k]) ? number(of.at(parameters[k]), "first")
-                                                         : std::nan(""));
-      seen += fmt::format("{} by {}: {}. ", bars.categories.back(), series.name,
-                          number_text(series.values.back(), 2));
-    }
-  }
-  if (!bars.categories.empty())
-    content.figure({plots::draw(bars),
-                    "How much of each response the parameters explain, over their ranges.", seen});
+  add_sensitivity(results, content);
 }
 
 void numerics_section(const Json& results, page::Page& page) {
@@ -341,6 +320,8 @@ page::Page page_of(const Json& results, const fs::path& folder) {
   study_summary(results, page);
   targets_section(results, page);
   study_parameters_section(results, page);
+  predictions_section(results, page);
+  estimate_history_section(results, page);
   sets_section(results, folder, page);
   knowledge_section(results, page);
   numerics_section(results, page);

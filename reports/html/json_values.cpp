@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -75,6 +76,23 @@ std::vector<double> numbers(const Json& j, std::size_t count) {
 std::pair<double, double> interval(const Json& j) {
   const std::vector<double> ends = numbers(j, 2);
   return {ends[0], ends[1]};
+}
+
+double finite_number(const Json& j) {
+  if (j.is_null()) refuse(j, "a number");
+  return number(j);
+}
+
+std::vector<double> finite_numbers(const Json& j, std::size_t count) {
+  std::vector<double> all = numbers(j, count);
+  for (const Json& one : j) finite_number(one);
+  return all;
+}
+
+std::vector<double> ascending_numbers(const Json& j, std::size_t count) {
+  std::vector<double> all = finite_numbers(j, count);
+  if (!std::ranges::is_sorted(all)) refuse(j, "a list of numbers in ascending order");
+  return all;
 }
 
 const Json& list(const Json& j, const char* key) {

@@ -28,6 +28,10 @@ int contact_model_of(const Json& results);  // 1: the document does not state on
 std::vector<double> numbers(const Json& j);
 std::vector<double> numbers(const Json& j, std::size_t count);
 std::pair<double, double> interval(const Json& j);  // two numbers
+// As number() and numbers(), but null is refused; ascending: none is below the one before.
+double finite_number(const Json& j);
+std::vector<double> finite_numbers(const Json& j, std::size_t count);
+std::vector<double> ascending_numbers(const Json& j, std::size_t count);
 const Json& list(const Json& j, const char* key);
 
 // A results.json file of at most the limit of input_limits.h.

@@ -191,7 +191,7 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
 
 // Of every stretch of a long line its lowest and highest point, in order, and nothing else.
 Series downsampled(const Series& s) {
-  if (s.x.size() <= kMostPoints || !s.low.empty() || !s.y_error.empty() || !s.x_error.empty() ||
+  if (s.x.size() <= kMostPoints || !s.low.empty() || !s.wide_low.empty() || !s.y_error.empty() || !s.x_error.empty() ||
       s.style == Style::points)
     return s;
   Series result{s.name, {}, {}, s.style};
@@ -222,15 +222,16 @@ double drawn(const Axis& axis, double v) {
   return std::abs(v) < kNothing ? (axis.log ? kNone : 0) : v;
 }
 
-// Columns: x y x_error y_error low high.
+// Columns: x y x_error y_error low high wide_low wide_high.
 std::string write_series(const Drawing& drawing, const std::string& name, const Series& s,
                          const Axis& x, const Axis& y, bool& any) {
-  std::vector<std::array<double, 6>> rows;
+  std::vector<std::array<double, 8>> rows;
   for (std::size_t i = 0; i < s.x.size(); ++i) {
     const bool there = shown(x, s.x[i]) && shown(y, s.y[i]);
     any = any || there;
     rows.push_back({drawn(x, s.x[i]), there ? drawn(y, s.y[i]) : kNone, at(s.x_error, i),
-                    at(s.y_error, i), drawn(y, at(s.low, i)), drawn(y, at(s.high, i))});
+                    at(s.y_error, i), drawn(y, at(s.low, i)), drawn(y, at(s.high, i)),
+                    drawn(y, at(s.wide_low, i)), drawn(y, at(s.wide_high, i))});
   }
   return drawing.data(name, rows);
 }
@@ -251,14 +252,16 @@ std::string with(const Series& s, int k) {
   return "";
 }
 
-// The plot commands of one series: its band below, its error bars, itself.
+// The plot commands of one series: its bands below, its error bars, itself.
 void add_series(std::vector<std::string>& commands, const std::string& file, const Series& s,
                 int k) {
-  if (!s.low.empty())
+  const auto add_band = [&](const char* columns, double opacity) {
     commands.push_back(fmt::format(
-        "{} using 1:5:6 with filledcurves fillstyle transparent solid 0.22 noborder lc rgb {} "
-        "notitle",
-        file, series_ink(k)));
+        "{} using {} with filledcurves fillstyle transparent solid {} noborder lc rgb {} notitle",
+        file, columns, opacity, series_ink(k)));
+  };
+  if (!s.wide_low.empty()) add_band("1:7:8", 0.16);
+  if (!s.low.empty()) add_band("1:5:6", 0.22);
   const std::string bar = fmt::format("lc rgb {} lw 1.4 dt 1 pt -1 notitle", series_ink(k));
   if (!s.y_error.empty())
     commands.push_back(fmt::format("{} using 1:2:4 with yerrorbars {}", file, bar));
@@ -277,7 +280,8 @@ void check(const Series& s) {
     return v.empty() || v.size() == s.x.size();
   };
   check(s.y.size() == s.x.size() && fits(s.x_error) && fits(s.y_error) && fits(s.low) &&
-            fits(s.high) && s.low.size() == s.high.size(),
+            fits(s.high) && s.low.size() == s.high.size() && fits(s.wide_low) &&
+            s.wide_low.size() == s.wide_high.size(),
         "lists of a series have different lengths");
 }
 
@@ -286,7 +290,8 @@ void see(const Series& s, Extent& x, Extent& y) {
     const double dx = i < s.x_error.size() && std::isfinite(s.x_error[i]) ? s.x_error[i] : 0;
     const double dy = i < s.y_error.size() && std::isfinite(s.y_error[i]) ? s.y_error[i] : 0;
     x.see({s.x[i], s.x[i] - dx, s.x[i] + dx});
-    y.see({s.y[i], s.y[i] - dy, s.y[i] + dy, at(s.low, i), at(s.high, i)});
+    y.see({s.y[i], s.y[i] - dy, s.y[i] + dy, at(s.low, i), at(s.high, i), at(s.wide_low, i),
+           at(s.wide_high, i)});
   }
 }
 
@@ -505,15 +510,17 @@ std::string draw(const BarPlot& plot) {
   for (std::size_t k = 0; k < n; ++k) {
     const BarSeries& s = plot.series[k];
     check(s.values.size() == plot.categories.size() &&
-              (s.errors.empty() || s.errors.size() == s.values.size()),
+              (s.errors.empty() || s.errors.size() == s.values.size()) &&
+              (s.low.empty() || s.low.size() == s.values.size()) && s.low.size() == s.high.size(),
           "a series of bars is not as long as the categories");
-    std::vector<std::array<double, 3>> rows;
+    std::vector<std::array<double, 5>> rows;
     for (std::size_t i = 0; i < s.values.size(); ++i) {
       if (!shown(plot.y, s.values[i])) continue;
       any = true;
       rows.push_back({static_cast<double>(i) +
                           (static_cast<double>(k) - (static_cast<double>(n) - 1) / 2) * width,
-                      s.values[i], at(s.errors, i)});
+                      s.values[i], at(s.errors, i), drawn(plot.y, at(s.low, i)),
+                      drawn(plot.y, at(s.high, i))});
     }
     if (rows.empty()) continue;
     const int series = static_cast<int>(k);
@@ -526,6 +533,11 @@ std::string draw(const BarPlot& plot) {
       commands.push_back(
           fmt::format("{} using 1:($2-$3):(0):(2*$3) with vectors nohead lc rgb {} lw 1.6 notitle",
                       file, ink::text));
+    if (std::ranges::any_of(rows, [](const auto& row) { return std::isfinite(row[3] + row[4]); }))
+      commands.push_back(fmt::format(
+          "{} using 1:4:(0):($5-$4) with vectors heads size screen 0.006,90 lc rgb {} lw 1.6 "
+          "notitle",
+          file, ink::text));
   }
   if (!any) return drawing.nothing(plot.x_label, axis_title(plot.y));
   std::vector<std::string> tics;
@@ -537,7 +549,11 @@ std::string draw(const BarPlot& plot) {
       }))
     y.low = 0;
   Extent extent(y);
-  for (const BarSeries& s : plot.series) extent.see(s.values);
+  for (const BarSeries& s : plot.series) {
+    extent.see(s.values);
+    extent.see(s.low);
+    extent.see(s.high);
+  }
   return drawing.svg(axis_script('x', {plot.x_label, "", false, -0.6,
                                        static_cast<double>(plot.categories.size()) - 0.4}) +
                      extent.script('y') +

@@ -21,14 +21,15 @@ struct Axis {
 
 enum class Style { line, step, points, joined };  // joined: points and lines between them
 
-// y over x. Errors are one standard deviation, drawn as bars; low and high are a shaded band.
-// Empty, or as long as x.
+// y over x. Errors are one standard deviation, drawn as bars; low and high are a shaded band, which
+// wide_low and wide_high surround with a lighter one. Empty, or as long as x.
 struct Series {
   std::string name;  // empty: not in the legend
   std::vector<double> x, y;
   Style style = Style::line;
   std::vector<double> x_error = {}, y_error = {};
   std::vector<double> low = {}, high = {};
+  std::vector<double> wide_low = {}, wide_high = {};
 };
 
 // A vertical or horizontal line across the plot, with its text along it.
@@ -102,11 +103,13 @@ struct HeatMap {
 };
 std::string draw(const HeatMap& map);
 
-// Values by category. Errors are one standard deviation; empty, or as long as the values.
+// Values by category. Errors are one standard deviation, low and high the ends of an interval; empty,
+// or as long as the values.
 struct BarSeries {
   std::string name;
   std::vector<double> values;  // in order of the categories; not finite: none
   std::vector<double> errors = {};
+  std::vector<double> low = {}, high = {};  // not finite: none
 };
 struct BarPlot {
   Axis y;

@@ -74,6 +74,47 @@ TEST_F(FinishedStudies, HaveAnInferenceDataFile) {
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
 }
 
+TEST_F(FinishedStudies, PredictTheTargetsAlikeInBothFiles) {
+  const std::string directory = study("one");
+  const json results = json::parse(read_text(directory + "/results.json"));
+  const hdf5::File file =
+      hdf5::File::open(directory + "/posterior.nc", hdf5::File::Access::read);
+  for (const json& target : results["targets"])
+    for (const auto& [key, suffix] :
+         {std::pair("mean_response", "_mean"), std::pair("single_run", "_run")}) {
+      std::vector<double> draws = file.read<double>("/posterior_predictive/" +
+                                                    target["response"].get<std::string>() + suffix);
+      ASSERT_EQ(draws.size(), 4096u);
+      std::ranges::sort(draws);
+      const std::vector<double> q = target["posterior_predictive"][key]["quantiles"];
+      const double sd = (q[3] - q[1]) / 2;
+      EXPECT_NEAR(draws[102], q[0], 0.15 * sd) << key;
+      EXPECT_NEAR(draws[655], q[1], 0.1 * sd) << key;
+      EXPECT_NEAR(draws[2048], q[2], 0.1 * sd) << key;
+      EXPECT_NEAR(draws[3440], q[3], 0.1 * sd) << key;
+      EXPECT_NEAR(draws[3993], q[4], 0.15 * sd) << key;
+    }
+}
+
+// A variable that is added for one target must not take the name of another.
+TEST_F(FinishedStudies, OfTargetsNamedLikeVariablesHaveAnInferenceDataFile) {
+  FakeExperiment experiment([](const FakeExperiment::Values& v, std::mt19937_64& random) {
+    const double y = 10 * std::pow(v.at("a.mu1") / 0.06, 0.5) + 0.3 * normal(random);
+    return finished({scalar("aor", y, "deg"), scalar("aor_mean", 2 * y, "deg")});
+  });
+  run_study(folder.write("names.toml",
+                         friction_study("[[targets]]\nresponse = \"aor\"\nvalue = \"10 deg\"\n"
+                                        "uncertainty = \"0.5 deg\"\n[[targets]]\nresponse = "
+                                        "\"aor_mean\"\nvalue = \"20 deg\"\nuncertainty = "
+                                        "\"1 deg\"\n")),
+            folder / "names", experiment);
+  const hdf5::File file =
+      hdf5::File::open(folder / "names/posterior.nc", hdf5::File::Access::read);
+  EXPECT_EQ(file.shape("/posterior_predictive/aor_mean"), (hdf5::Shape{1, 4096, 1}));
+  for (const char* added : {"aor_mean_", "aor_run", "aor_mean_mean", "aor_mean_run"})
+    EXPECT_EQ(file.shape(std::string("/posterior_predictive/") + added), (hdf5::Shape{1, 4096}));
+}
+
 TEST_F(FinishedStudies, NetcdfProgramsReadTheFile) {
   if (run_command({"ncdump", "-v"}).status == 127) GTEST_SKIP() << "netcdf-bin is not installed";
   const CommandResult header = run_command({"ncdump", "-h", study("one") + "/posterior.nc"});

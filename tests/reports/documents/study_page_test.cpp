@@ -19,7 +19,20 @@ using testing::Not;
 constexpr const char* kResults = R"({
  "study": "heap & <cubes>", "verdict": "undetermined", "headline": "a valley",
  "targets": [{"response": "angle", "value": 10, "uncertainty": 1, "unit": "deg", "source": "s",
-              "reach": {"lowest": 2, "highest": 30}}],
+              "reach": {"lowest": 2, "highest": 30},
+              "posterior_predictive": {
+               "probabilities": [0.025, 0.16, 0.5, 0.84, 0.975],
+               "mean_response": {"quantiles": [8.1, 9.1, 10.2, 11.1, 12.1],
+                "histogram": {"edges": [7, 9, 11, 13], "probability": [0.2, 0.6, 0.2]}},
+               "single_run": {"quantiles": [6.3, 8.2, 10.2, 12.2, 14.3],
+                "histogram": {"edges": [5, 10, 15], "probability": [0.5, 0.5]}}}}],
+ "estimate_history": [
+  {"after": "design", "runs": 13, "parameters": {
+   "a": {"median": 0.07, "interval_68": [0.03, 0.12], "interval_95": [0.02, 0.2]},
+   "b": {"median": 0.3, "interval_68": [0.2, 0.35], "interval_95": [0.1, 0.4]}}},
+  {"after": "confirmation", "runs": 20, "parameters": {
+   "a": {"median": 0.055, "interval_68": [0.03, 0.08], "interval_95": [0.02, 0.1]},
+   "b": {"median": 0.2, "interval_68": [0.15, 0.25], "interval_95": [0.1, 0.3]}}}],
  "parameters": [
   {"name": "a", "keys": ["x.y"], "min": 0.02, "max": 0.2, "unit": "1", "scale": "log",
    "median": 0.055, "interval_95": [0.02, 0.1], "width_ratio": 0.5, "at_min": true, "at_max": false,
@@ -37,7 +50,10 @@ constexpr const char* kResults = R"({
             "fit": {"angle": {"value": 10.1, "uncertainty": 0.9, "unit": "deg"}},
             "simulated": {"angle": {"value": 11.4, "standard_error": 1.2, "unit": "deg"}}},
  "valley": [{"name": "member 1", "parameters": {"a": 0.02, "b": 0.3}}],
- "sensitivity": [{"response": "angle", "parameters": {"a": {"first": 0.4}, "b": {"first": 0.6}}}],
+ "sensitivity": [{"response": "angle", "parameters": {
+   "a": {"first": 0.4, "first_interval_95": [0.31, 0.47], "total": 0.45,
+         "total_interval_95": [0.36, 0.52]},
+   "b": {"first": 0.6}}}],
  "measure_next": [{"response": "height", "uncertainty": 0.01, "unit": "m",
                    "information_bits": 0.38, "longest_direction_left": 0.76,
                    "effort_seconds": 1260}],
@@ -67,6 +83,85 @@ TEST_F(StudyPage, TellsWhatIsKnownAndStandsAlone) {
     EXPECT_THAT(html, HasSubstr(line)) << line;
   for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
     EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+TEST_F(StudyPage, ShowsPredictionsHistoryAndSensitivity) {
+  const std::string html = study_page(file(kResults)).html();
+  for (const char* part :
+       {"Predicted responses",
+        "angle: measured 10.0 ± 1.0 deg; mean response 10.2 deg, 95 % 8.1 to 12.1; single run 10.2 "
+        "deg, 95 % 6.3 to 14.3",
+        "8.2 to 12.2", "Estimate by number of runs",
+        "a: 0.07 after 13 runs, 0.055 after 20 runs, 95 % 0.02 to 0.1", "confirmation",
+        "first-order Sobol index", "angle by a: 0.4 (0.31 to 0.47). angle by b: 0.6.",
+        "total Sobol index", "angle by a: 0.45 (0.36 to 0.52)."})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+}
+
+// Results of earlier versions have none of these.
+TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
+  test::Json j = test::Json::parse(kResults);
+  j["targets"][0].erase("posterior_predictive");
+  j.erase("estimate_history");
+  test::Json& sensitivity = j["sensitivity"][0]["parameters"]["a"];
+  for (const char* key : {"first_interval_95", "total", "total_interval_95"})
+    sensitivity.erase(key);
+  const std::string html = study_page(file(j.dump())).html();
+  for (const char* part : {"Predicted responses", "Estimate by number of runs", "total Sobol"})
+    EXPECT_THAT(html, Not(HasSubstr(part))) << part;
+  EXPECT_THAT(html, HasSubstr("angle by a: 0.4. angle by b: 0.6."));
+  j["estimate_history"] = test::Json::array();
+  EXPECT_THAT(study_page(file(j.dump())).html(), Not(HasSubstr("Estimate by number of runs")));
+}
+
+TEST_F(StudyPage, RefusesDamagedPredictionsHistoryAndIntervals) {
+  const std::string predicted = "/targets/0/posterior_predictive",
+                    round = "/estimate_history/1", a = "/sensitivity/0/parameters/a";
+  const std::vector<std::pair<std::string, std::string>> replacements = {
+      {predicted, "null"},
+      {predicted, "[]"},
+      {predicted + "/mean_response", "3"},
+      {predicted + "/mean_response/quantiles", "[1, 2, 3, 4]"},
+      {predicted + "/mean_response/quantiles", "[1, 2, 3, 4, null]"},
+      {predicted + "/mean_response/quantiles", "[1, 2, 3, 5, 4]"},
+      {predicted + "/mean_response/quantiles", "[1, 2, 3, 4, 1e300]"},
+      {predicted + "/mean_response/quantiles", "\"text\""},
+      {predicted + "/single_run/histogram/edges", "[5, 10]"},
+      {predicted + "/single_run/histogram/edges", "[5, 5, 15]"},
+      {predicted + "/single_run/histogram/edges", "[5, 10, null]"},
+      {predicted + "/single_run/histogram/probability", "[0.5, -0.5]"},
+      {predicted + "/single_run/histogram/probability", "[0.5, null]"},
+      {predicted + "/single_run/histogram/probability", "{}"},
+      {"/targets/0/uncertainty", "null"},
+      {"/estimate_history", "{}"},
+      {"/estimate_history", "null"},
+      {round, "7"},
+      {round + "/after", "7"},
+      {round + "/runs", "-1"},
+      {round + "/runs", "1.5"},
+      {round + "/parameters", "[]"},
+      {round + "/parameters/a/median", "null"},
+      {round + "/parameters/a/median", "\"0.1\""},
+      {round + "/parameters/a/interval_68", "[0.1]"},
+      {round + "/parameters/a/interval_68", "[0.2, 0.1]"},
+      {round + "/parameters/a/interval_95", "[null, 0.1]"},
+      {a + "/first_interval_95", "[0.1, null]"},
+      {a + "/first_interval_95", "[0.1, 0.2, 0.3]"},
+      {a + "/total_interval_95", "\"0.1\""},
+      {a + "/total", "\"0.1\""},
+  };
+  for (const auto& [where, value] : replacements) {
+    test::Json j = test::Json::parse(kResults);
+    j.at(test::Json::json_pointer(where)) = test::Json::parse(value);
+    try {
+      study_page(file(j.dump()));
+      ADD_FAILURE() << where << " = " << value << " was accepted";
+    } catch (const InputError& error) {
+      const std::string said = error.what();
+      EXPECT_EQ(said.find('\n'), said.npos) << said;
+      EXPECT_THAT(said, HasSubstr("expected")) << said;
+    }
+  }
 }
 
 TEST_F(StudyPage, SaysTheVerdictOnce) {
