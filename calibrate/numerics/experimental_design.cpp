@@ -17,12 +17,25 @@ constexpr double edge = 0.05;  // distance of the outermost levels from the face
 // Uniform in 0 ... n - 1; the standard distributions differ between libraries.
 std::size_t below(std::mt19937_64& random, std::size_t n) { return random() % n; }
 
+void shuffle(std::vector<std::size_t>& order, std::mt19937_64& random) {
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[below(random, i)]);
+}
+
+std::size_t next_prime(std::size_t n) {
+  for (std::size_t candidate = n + 1;; ++candidate) {
+    bool prime = true;
+    for (std::size_t divisor = 2; divisor * divisor <= candidate && prime; ++divisor)
+      prime = candidate % divisor != 0;
+    if (prime) return candidate;
+  }
+}
+
 std::vector<VectorXd> latin_hypercube(int count, int dimensions, std::mt19937_64& random) {
   std::vector<VectorXd> points(static_cast<std::size_t>(count), VectorXd(dimensions));
   std::vector<std::size_t> order(points.size());
   for (int k = 0; k < dimensions; ++k) {
     std::iota(order.begin(), order.end(), std::size_t{0});
-    for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[below(random, i)]);
+    shuffle(order, random);
     for (std::size_t i = 0; i < points.size(); ++i)
       points[i][k] = count == 1 ? 0.5 : edge + (1 - 2 * edge) * double(order[i]) / (count - 1);
   }
@@ -68,6 +81,26 @@ VectorXd quasi_random_point(std::uint64_t i, int dimensions) {
     u[k] = x - std::floor(x);
   }
   return u;
+}
+
+Eigen::MatrixXd randomized_halton(int count, int dimensions, std::mt19937_64& random) {
+  constexpr double resolution = 0x1p-50;
+  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(count, dimensions);
+  std::size_t base = 1;
+  for (int k = 0; k < dimensions; ++k) {
+    base = next_prime(base);
+    std::vector<std::size_t> rest(static_cast<std::size_t>(count)), digit(base);
+    std::iota(rest.begin(), rest.end(), std::size_t{0});
+    std::iota(digit.begin(), digit.end(), std::size_t{0});
+    for (double place = 1.0 / double(base); place > resolution; place /= double(base)) {
+      shuffle(digit, random);
+      for (std::size_t i = 0; i < rest.size(); ++i) {
+        points(static_cast<Eigen::Index>(i), k) += place * double(digit[rest[i] % base]);
+        rest[i] /= base;
+      }
+    }
+  }
+  return points;
 }
 
 }  // namespace firn

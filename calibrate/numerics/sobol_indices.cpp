@@ -1,87 +1,76 @@
 #include "calibrate/numerics/sobol_indices.h"
 
-#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "calibrate/numerics/experimental_design.h"
 
 namespace firn {
+namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
+constexpr Index replicates = 8;
+constexpr double student_975 = 2.3646;  // quantile, replicates - 1 degrees of freedom
 
-// First-order and total indices from rows of evaluations, each of which counts `weight` times.
-void estimate(const VectorXd& fa, const VectorXd& fb, const MatrixXd& fab, const VectorXd& weight,
-              SobolIndices& s) {
-  const Index d = fab.cols();
-  const double n = weight.sum();
-  const double mean = 0.5 * (weight.dot(fa) + weight.dot(fb)) / n;
-  const auto squares = [&](const VectorXd& f) {
-    return weight.dot((f.array() - mean).square().matrix()) / n;
-  };
-  s.variance = 0.5 * (squares(fa) + squares(fb));
-  s.first = VectorXd::Zero(d);
-  s.total = VectorXd::Zero(d);
-  if (!(s.variance > 0)) return;
-  for (Index i = 0; i < d; ++i) {
-    const VectorXd change = fab.col(i) - fa;
-    s.first[i] = weight.dot(((fb.array() - mean) * change.array()).matrix()) / n / s.variance;
-    s.total[i] = 0.5 * weight.dot(change.array().square().matrix()) / n / s.variance;
-  }
-}
-
-// The 2.5 % and 97.5 % quantiles of each column.
-Eigen::MatrixX2d intervals(MatrixXd estimates) {
-  Eigen::MatrixX2d ends(estimates.cols(), 2);
-  const auto last = static_cast<double>(estimates.rows() - 1);
-  for (Index i = 0; i < estimates.cols(); ++i) {
-    auto column = estimates.col(i);
-    std::sort(column.begin(), column.end());
-    ends(i, 0) = column[std::lround(0.025 * last)];
-    ends(i, 1) = column[std::lround(0.975 * last)];
-  }
-  return ends;
+// An index, the sum of `parts` over that of `variance` ([replicates] each), and its interval.
+void estimate_index(const VectorXd& parts, const VectorXd& variance, double& index,
+                    Eigen::RowVector2d& interval) {
+  index = parts.sum() / variance.sum();
+  const VectorXd residuals = (parts - index * variance) / variance.mean();
+  const double error =
+      std::sqrt(residuals.squaredNorm() / static_cast<double>((replicates - 1) * replicates));
+  interval << index - student_975 * error, index + student_975 * error;
 }
 
 }  // namespace
 
 SobolIndices sobol_indices(const std::function<double(const VectorXd&)>& f, int parameters,
-                           int samples) {
-  const Index d = parameters, n = samples;
-  VectorXd fa(n), fb(n);
-  Eigen::MatrixXd fab(n, d);  // of a with one coordinate from b
-  for (Index s = 0; s < n; ++s) {
-    const VectorXd both = quasi_random_point(static_cast<std::uint64_t>(s), 2 * parameters);
-    const VectorXd a = both.head(d), b = both.tail(d);
-    fa[s] = f(a);
-    fb[s] = f(b);
-    for (Index i = 0; i < d; ++i) {
-      VectorXd ab = a;
-      ab[i] = b[i];
-      fab(s, i) = f(ab);
+                           int samples, std::uint64_t seed) {
+  const Index d = parameters, n = samples / replicates;
+  MatrixXd fa(n, replicates), fb = fa;
+  std::vector<MatrixXd> fab;  // of a with one coordinate from b: [replicates] of [n, parameters]
+  std::mt19937_64 random(seed);
+  for (Index r = 0; r < replicates; ++r) {
+    const MatrixXd points = randomized_halton(static_cast<int>(n), 2 * parameters, random);
+    fab.emplace_back(n, d);
+    for (Index s = 0; s < n; ++s) {
+      const VectorXd a = points.row(s).head(d).transpose(), b = points.row(s).tail(d).transpose();
+      fa(s, r) = f(a);
+      fb(s, r) = f(b);
+      for (Index i = 0; i < d; ++i) {
+        VectorXd ab = a;
+        ab[i] = b[i];
+        fab.back()(s, i) = f(ab);
+      }
     }
   }
-  SobolIndices indices;
-  estimate(fa, fb, fab, VectorXd::Ones(n), indices);
-  constexpr Index resamples = 200;
-  MatrixXd first(resamples, d), total(resamples, d);
-  std::mt19937_64 random(20101);
-  for (Index r = 0; r < resamples; ++r) {
-    VectorXd weight = VectorXd::Zero(n);
-    for (Index s = 0; s < n; ++s)
-      weight[static_cast<Index>(random() % static_cast<std::uint64_t>(n))] += 1;
-    SobolIndices resampled;
-    estimate(fa, fb, fab, weight, resampled);
-    first.row(r) = resampled.first;
-    total.row(r) = resampled.total;
+  const double mean = 0.5 * (fa.mean() + fb.mean());
+  VectorXd variance(replicates);
+  MatrixXd first(replicates, d), total(replicates, d);
+  for (Index r = 0; r < replicates; ++r) {
+    const VectorXd a = fa.col(r).array() - mean, b = fb.col(r).array() - mean;
+    variance[r] = 0.5 * (a.squaredNorm() + b.squaredNorm()) / static_cast<double>(n);
+    for (Index i = 0; i < d; ++i) {
+      const VectorXd change = fab[static_cast<std::size_t>(r)].col(i) - fa.col(r);
+      first(r, i) = b.dot(change) / static_cast<double>(n);
+      total(r, i) = 0.5 * change.squaredNorm() / static_cast<double>(n);
+    }
   }
-  indices.first_interval = intervals(std::move(first));
-  indices.total_interval = intervals(std::move(total));
-  return indices;
+  SobolIndices s{VectorXd::Zero(d), VectorXd::Zero(d), variance.mean(),
+                 Eigen::MatrixX2d::Zero(d, 2), Eigen::MatrixX2d::Zero(d, 2)};
+  if (!(s.variance > 0)) return s;
+  for (Index i = 0; i < d; ++i) {
+    Eigen::RowVector2d interval;
+    estimate_index(first.col(i), variance, s.first[i], interval);
+    s.first_interval.row(i) = interval;
+    estimate_index(total.col(i), variance, s.total[i], interval);
+    s.total_interval.row(i) = interval;
+  }
+  return s;
 }
 
 }  // namespace firn
