@@ -7,7 +7,7 @@
 namespace firn {
 namespace {
 
-constexpr int predictive_bins = 40;
+constexpr int predictive_bins = 30;
 constexpr double tail = 0.001;  // on each side of a histogram
 constexpr int bisections = 50;
 
@@ -51,7 +51,7 @@ std::optional<PredictiveDistribution> normal_mixture(const std::vector<double>& 
   for (std::size_t i = 0; i < d.quantiles.size(); ++i)
     d.quantiles[i] = mixture.quantile(predictive_probabilities[i], low, high);
   double first = mixture.quantile(tail, low, high), last = mixture.quantile(1 - tail, low, high);
-  // A response that no parameter changes: bins that numbers can still tell apart.
+  // A response that no parameter changes: bins that numbers can still distinguish.
   const double least = std::max(1e-9 * std::max(std::abs(first), std::abs(last)), 1e-200);
   if (last - first < least) {
     first -= least;

@@ -18,9 +18,10 @@ std::vector<Eigen::VectorXd> maximin_latin_hypercube(int count, int dimensions, 
 // generalised golden ratio; Roberts 2018).
 Eigen::VectorXd quasi_random_point(std::uint64_t i, int dimensions);
 
-// `count` points [count, dimensions] of the Halton sequence whose digits are permuted at random, each
-// place of each dimension by its own permutation: every point is uniform in the cube, and the scatter
-// between independent draws is the error of a mean over the points (Owen 2017, arXiv:1706.02808).
+// `count` points [count, dimensions] of the Halton sequence whose digits are permuted at random,
+// each place of each dimension by its own permutation: every point is uniform in the cube, and the
+// scatter between independent draws is the error of a mean over the points (Owen 2017,
+// arXiv:1706.02808).
 Eigen::MatrixXd randomized_halton(int count, int dimensions, std::mt19937_64& random);
 
 }  // namespace firn

@@ -78,8 +78,8 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
       const Prediction p = model.surrogate.best.predict(u[s]);
       values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * deviate(random);
       means[s] = p.mean;
-      runs[s] = p.mean +
-                std::sqrt(p.variance + model.run_variance(u[s], p.mean)) * deviate(random_runs);
+      runs[s] =
+          p.mean + std::sqrt(p.variance + model.run_variance(u[s], p.mean)) * deviate(random_runs);
     }
     const NetcdfAttributes units = {{"units", stored_unit(t.unit)}};
     file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values, units);

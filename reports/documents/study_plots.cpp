@@ -77,20 +77,25 @@ page::Figure prediction_figure(const Json& target, const PredictedDistribution& 
                uncertainty = finite_number(target.at("uncertainty"));
   plots::XyPlot plot;
   plot.x = {words(response), unit, false, {}, {}};
-  plot.y = {"density / largest density", "", false, 0.0, 1.3};
+  plot.y = {"relative density", "", false, 0.0, 1.3};
   constexpr double kAbove = 1.15;  // the densities
-  plot.series = {
-      density_series("mean response", mean), density_series("single run", run),
-      {"measured ± 1 standard uncertainty", {value}, {kAbove}, plots::Style::points, {uncertainty}}};
+  plot.series = {density_series("mean response", mean),
+                 density_series("single run", run),
+                 {"measured ± 1 standard uncertainty",
+                  {value},
+                  {kAbove},
+                  plots::Style::points,
+                  {uncertainty}}};
   plot.vertical = {{value, ""}};
-  const auto told = [&](const PredictedDistribution& d) {
+  const auto summary = [&](const PredictedDistribution& d) {
     return fmt::format("{}{}, 95 % {}", number_text(d.quantiles[2]), unit_suffix(unit),
                        range_text(d.quantiles.front(), d.quantiles.back()));
   };
   return {plots::draw(plot),
-          fmt::format("{} predicted from the posterior samples; 95 % shaded.", words(response)),
+          fmt::format("Prediction of {} from the posterior samples; 95 % shaded.", response),
           fmt::format("{}: measured {}{}; mean response {}; single run {}", response,
-                      measured_text(value, uncertainty), unit_suffix(unit), told(mean), told(run))};
+                      measured_text(value, uncertainty), unit_suffix(unit), summary(mean),
+                      summary(run))};
 }
 
 // Median and intervals of one parameter after each round.
@@ -115,8 +120,7 @@ ParameterHistory history_of(const Json& rounds, const std::string& parameter) {
 }
 
 page::Figure history_figure(const Json& parameter, const ParameterHistory& h) {
-  const std::string name = text(parameter, "name"),
-                    unit = unit_text(parameter.value("unit", "1"));
+  const std::string name = text(parameter, "name"), unit = unit_text(parameter.value("unit", "1"));
   plots::XyPlot plot;
   plot.x = {"runs", "", false, {}, {}, true};
   plot.y = {words(name), unit, parameter.value("scale", "") == "log", {}, {}};
@@ -177,16 +181,12 @@ page::Figure sensitivity_figure(const Json& results, const char* index, const ch
 void predictions_section(const Json& results, page::Page& page) {
   page::Table table;
   table.caption =
-      "Mean response: the model over the posterior samples; single run: with the uncertainty of the "
+      "Mean response: the model over the posterior samples; single run: with the uncertainty of "
+      "the "
       "model and the scatter of a run between seeds";
-  table.columns = {{"response", ""},
-                   {"unit", ""},
-                   {"measured", ""},
-                   {"mean response, median", ""},
-                   {"68 %", ""},
-                   {"95 %", ""},
-                   {"single run, 68 %", ""},
-                   {"95 %", ""}};
+  table.columns = {
+      {"response", ""},   {"unit", ""},       {"measured", ""},         {"median", ""},
+      {"mean, 68 %", ""}, {"mean, 95 %", ""}, {"single run, 68 %", ""}, {"single run, 95 %", ""}};
   std::vector<page::Figure> figures;
   for (const Json& t : results.at("targets")) {
     if (!t.contains("posterior_predictive")) continue;
@@ -195,11 +195,11 @@ void predictions_section(const Json& results, page::Page& page) {
                                 run = predicted_distribution(predicted.at("single_run"));
     figures.push_back(prediction_figure(t, mean, run));
     const std::vector<double>&m = mean.quantiles, &r = run.quantiles;
-    table.rows.push_back({text(t, "response"), unit_text(t.value("unit", "1")),
-                          page::Cell::measured(finite_number(t.at("value")),
-                                               finite_number(t.at("uncertainty"))),
-                          page::Cell(m[2], 4), range_text(m[1], m[3]), range_text(m[0], m[4]),
-                          range_text(r[1], r[3]), range_text(r[0], r[4])});
+    table.rows.push_back(
+        {text(t, "response"), unit_text(t.value("unit", "1")),
+         page::Cell::measured(finite_number(t.at("value")), finite_number(t.at("uncertainty"))),
+         page::Cell(m[2], 4), range_text(m[1], m[3]), range_text(m[0], m[4]),
+         range_text(r[1], r[3]), range_text(r[0], r[4])});
   }
   if (figures.empty()) return;
   page.section("Predicted responses", "predicted").figures(figures).table(table);
@@ -210,24 +210,25 @@ void estimate_history_section(const Json& results, page::Page& page) {
   const Json& rounds = list(results, "estimate_history");
   if (rounds.empty()) return;
   page::Table table;
-  table.caption = "Median and 95 % interval of each parameter after each round of runs";
-  table.columns = {{"after", ""}, {"runs", ""}};
-  for (const Json& round : rounds)
-    table.rows.push_back({text(round, "after"), page::Cell(whole_number(round, "runs"), 9)});
+  table.caption = "Each parameter after each round of runs";
+  table.columns = {{"parameter", ""}, {"unit", ""}, {"after", ""}, {"runs", ""},
+                   {"median", ""},    {"68 %", ""}, {"95 %", ""}};
   std::vector<page::Figure> figures;
   for (const Json& p : results.at("parameters")) {
-    const std::string name = text(p, "name");
-    const ParameterHistory h = history_of(rounds, name);
+    const ParameterHistory h = history_of(rounds, text(p, "name"));
     figures.push_back(history_figure(p, h));
-    table.columns.push_back({name + ", median", p.value("unit", "1")});
-    table.columns.push_back({"95 %", ""});
-    for (std::size_t i = 0; i < table.rows.size(); ++i) {
-      table.rows[i].emplace_back(h.median[i], 4);
-      table.rows[i].emplace_back(range_text(h.low_95[i], h.high_95[i]));
-    }
+    for (std::size_t i = 0; i < rounds.size(); ++i)
+      table.rows.push_back({text(p, "name"), unit_text(p.value("unit", "1")),
+                            text(rounds[i], "after"), page::Cell(h.runs[i], 9),
+                            page::Cell(h.median[i], 4), range_text(h.low_68[i], h.high_68[i]),
+                            range_text(h.low_95[i], h.high_95[i])});
   }
   if (figures.empty()) return;
-  page.section("Estimate by number of runs", "history").figures(figures).table(table);
+  page::Content numbers_of_all;
+  numbers_of_all.table(table);
+  page.section("Estimate by number of runs", "history")
+      .figures(figures)
+      .fold("Numbers of these plots", numbers_of_all);
 }
 
 void add_sensitivity(const Json& results, page::Content& content) {
@@ -240,7 +241,7 @@ void add_sensitivity(const Json& results, page::Content& content) {
         sensitivity_figure(results, "total", "total Sobol index",
                            "The same with its interactions with other parameters.")})
     if (!figure.svg.empty()) figures.push_back(figure);
-  if (!figures.empty()) content.figures(figures);
+  if (!figures.empty()) content.heading("Sensitivity").figures(figures);
 }
 
 }  // namespace firn

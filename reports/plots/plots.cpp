@@ -191,8 +191,8 @@ std::string rules_script(const std::vector<Rule>& vertical, const std::vector<Ru
 
 // Of every stretch of a long line its lowest and highest point, in order, and nothing else.
 Series downsampled(const Series& s) {
-  if (s.x.size() <= kMostPoints || !s.low.empty() || !s.wide_low.empty() || !s.y_error.empty() || !s.x_error.empty() ||
-      s.style == Style::points)
+  if (s.x.size() <= kMostPoints || !s.low.empty() || !s.wide_low.empty() || !s.y_error.empty() ||
+      !s.x_error.empty() || s.style == Style::points)
     return s;
   Series result{s.name, {}, {}, s.style};
   const std::size_t stretches = kMostPoints / 2;
@@ -502,7 +502,7 @@ std::string draw(const BarPlot& plot) {
   const std::size_t n = plot.series.size();
   std::size_t longest = 0;
   for (const std::string& name : plot.categories) longest = std::max(longest, name.size());
-  const bool slanted = longest * plot.categories.size() > 56;
+  const bool slanted = longest * plot.categories.size() > 40;
   Drawing drawing(plot.width, plot.height + (slanted ? static_cast<int>(4 * longest) : 0));
   std::vector<std::string> commands;
   bool any = false;

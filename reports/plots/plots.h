@@ -103,8 +103,8 @@ struct HeatMap {
 };
 std::string draw(const HeatMap& map);
 
-// Values by category. Errors are one standard deviation, low and high the ends of an interval; empty,
-// or as long as the values.
+// Values by category. Errors are one standard deviation, low and high the ends of an interval;
+// empty, or as long as the values.
 struct BarSeries {
   std::string name;
   std::vector<double> values;  // in order of the categories; not finite: none

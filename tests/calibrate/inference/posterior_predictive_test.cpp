@@ -83,8 +83,8 @@ struct LinearResponse {
       point.u = VectorXd::Constant(1, i / (places - 1.0));
       point.results.resize(1);
       for (int k = 0; k < seeds; ++k)
-        point.results[0].push_back(finished(
-            {scalar("y", mean(point.u[0]) + noise(point.u[0]) * normal(random), "mm")}));
+        point.results[0].push_back(
+            finished({scalar("y", mean(point.u[0]) + noise(point.u[0]) * normal(random), "mm")}));
       points.push_back(point);
     }
     knowledge = learn(study, points);

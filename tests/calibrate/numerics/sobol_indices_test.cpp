@@ -113,7 +113,7 @@ TEST(RandomizedHalton, PointsAreUniformAndStratified) {
   EXPECT_GE(points.minCoeff(), 0);
   EXPECT_LT(points.maxCoeff(), 1);
   // Every interval of a base holds as many points: 210 = 2 * 3 * 5 * 7.
-  for (const auto& [k, base] : {std::pair(0, 2), {1, 3}, {2, 5}, {3, 7}})
+  for (const auto& [k, base] : {std::pair(0, 2), std::pair(1, 3), std::pair(2, 5), std::pair(3, 7)})
     for (int cell = 0; cell < base; ++cell) {
       const auto inside = (points.col(k).array() * base).floor() == cell;
       EXPECT_EQ(inside.count(), 210 / base) << base;

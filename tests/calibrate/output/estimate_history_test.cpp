@@ -24,8 +24,7 @@ JobResult noisy_heap(const FakeExperiment::Values& v, std::mt19937_64& random) {
 json study_results(const std::string& text) {
   const Folder folder("history");
   FakeExperiment experiment(noisy_heap);
-  return json::parse(
-      run_study(folder.write("study.toml", text), folder / "out", experiment).json);
+  return json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
 }
 
 TEST(EstimateHistory, EndsInTheAnswer) {
@@ -114,8 +113,8 @@ TEST(EstimateHistory, IsEmptyWithoutAnEstimate) {
 }
 
 TEST(PredictedTargets, AreInTheResults) {
-  const json predicted = study_results(friction_study(noisy_target))["targets"][0]
-                                      ["posterior_predictive"];
+  const json predicted =
+      study_results(friction_study(noisy_target))["targets"][0]["posterior_predictive"];
   EXPECT_EQ(predicted["probabilities"], json::parse("[0.025, 0.16, 0.5, 0.84, 0.975]"));
   for (const char* name : {"mean_response", "single_run"}) {
     const std::vector<double> quantiles = predicted[name]["quantiles"];

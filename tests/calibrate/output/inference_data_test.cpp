@@ -77,8 +77,7 @@ TEST_F(FinishedStudies, HaveAnInferenceDataFile) {
 TEST_F(FinishedStudies, PredictTheTargetsAlikeInBothFiles) {
   const std::string directory = study("one");
   const json results = json::parse(read_text(directory + "/results.json"));
-  const hdf5::File file =
-      hdf5::File::open(directory + "/posterior.nc", hdf5::File::Access::read);
+  const hdf5::File file = hdf5::File::open(directory + "/posterior.nc", hdf5::File::Access::read);
   for (const json& target : results["targets"])
     for (const auto& [key, suffix] :
          {std::pair("mean_response", "_mean"), std::pair("single_run", "_run")}) {
@@ -108,8 +107,7 @@ TEST_F(FinishedStudies, OfTargetsNamedLikeVariablesHaveAnInferenceDataFile) {
                                         "\"aor_mean\"\nvalue = \"20 deg\"\nuncertainty = "
                                         "\"1 deg\"\n")),
             folder / "names", experiment);
-  const hdf5::File file =
-      hdf5::File::open(folder / "names/posterior.nc", hdf5::File::Access::read);
+  const hdf5::File file = hdf5::File::open(folder / "names/posterior.nc", hdf5::File::Access::read);
   EXPECT_EQ(file.shape("/posterior_predictive/aor_mean"), (hdf5::Shape{1, 4096, 1}));
   for (const char* added : {"aor_mean_", "aor_run", "aor_mean_mean", "aor_mean_run"})
     EXPECT_EQ(file.shape(std::string("/posterior_predictive/") + added), (hdf5::Shape{1, 4096}));

@@ -115,8 +115,8 @@ TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
 }
 
 TEST_F(StudyPage, RefusesDamagedPredictionsHistoryAndIntervals) {
-  const std::string predicted = "/targets/0/posterior_predictive",
-                    round = "/estimate_history/1", a = "/sensitivity/0/parameters/a";
+  const std::string predicted = "/targets/0/posterior_predictive", round = "/estimate_history/1",
+                    a = "/sensitivity/0/parameters/a";
   const std::vector<std::pair<std::string, std::string>> replacements = {
       {predicted, "null"},
       {predicted, "[]"},
