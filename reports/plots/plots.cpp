@@ -155,12 +155,13 @@ class Extent {
   double low_ = kNone, high_ = kNone;
 };
 
-// Rows of the legend above a plot: short names stand side by side.
-int key_rows(const std::vector<Series>& series) {
+// Rows of the legend above a plot of these series: short names stand side by side.
+template <class Named>
+int key_rows(const std::vector<Named>& series) {
   constexpr std::size_t kShort = 16;
   int named = 0;
   std::size_t longest = 0;
-  for (const Series& s : series) {
+  for (const Named& s : series) {
     named += s.name.empty() ? 0 : 1;
     longest = std::max(longest, s.name.size());
   }
@@ -503,7 +504,8 @@ std::string draw(const BarPlot& plot) {
   std::size_t longest = 0;
   for (const std::string& name : plot.categories) longest = std::max(longest, name.size());
   const bool slanted = longest * plot.categories.size() > 40;
-  Drawing drawing(plot.width, plot.height + (slanted ? static_cast<int>(4 * longest) : 0));
+  Drawing drawing(plot.width, plot.height + (slanted ? static_cast<int>(4 * longest) : 0) +
+                                  20 * std::max(0, key_rows(plot.series) - 1));
   std::vector<std::string> commands;
   bool any = false;
   const double width = 0.78 / static_cast<double>(std::max<std::size_t>(n, 1));

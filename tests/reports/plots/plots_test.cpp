@@ -69,5 +69,49 @@ TEST(Plots, ValuesThatALogAxisCannotShowAreGaps) {
   EXPECT_THAT(draw(plot), HasSubstr("no finite values"));
 }
 
+// How often a part of a drawing occurs.
+std::size_t occurrences(const std::string& svg, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = svg.find(part, at)) != svg.npos; at += part.size()) ++count;
+  return count;
+}
+
+TEST(Plots, ASeriesHasTwoBands) {
+  XyPlot plot;
+  Series series{"", {1, 2, 3}, {1, 2, 3}};
+  const auto bands = [&] {
+    plot.series = {series};
+    return occurrences(draw(plot), "fill-opacity");
+  };
+  const std::size_t none = bands();
+  series.low = {0.5, 1.5, 2.5}, series.high = {1.5, 2.5, 3.5};
+  EXPECT_EQ(bands(), none + 1);
+  series.wide_low = {0, 1, 2}, series.wide_high = {2, 3, 40};
+  EXPECT_EQ(bands(), none + 2);
+  EXPECT_THAT(texts(draw(plot)), testing::Contains("40"));  // the axis holds both
+  series.wide_high.pop_back();
+  plot.series = {series};
+  EXPECT_THROW(draw(plot), std::logic_error);
+}
+
+TEST(Plots, BarsHaveIntervals) {
+  BarPlot plot;
+  plot.y = {"index", "", false, 0.0, {}};
+  plot.categories = {"angle", "rate"};
+  plot.series = {{"friction", {0.4, 0.6}}};
+  const std::string plain = draw(plot);
+  plot.series[0].low = {0.3, std::nan("")};
+  plot.series[0].high = {1.9, std::nan("")};
+  const std::string with_interval = draw(plot);
+  EXPECT_GT(occurrences(with_interval, "<path"), occurrences(plain, "<path"));
+  EXPECT_THAT(texts(with_interval), testing::Contains("1.8"));
+  EXPECT_THAT(texts(plain), Not(testing::Contains("1.8")));
+  plot.series[0].low = {std::nan(""), std::nan("")};
+  plot.series[0].high = plot.series[0].low;
+  EXPECT_EQ(occurrences(draw(plot), "<path"), occurrences(plain, "<path"));
+  plot.series[0].high.pop_back();
+  EXPECT_THROW(draw(plot), std::logic_error);
+}
+
 }  // namespace
 }  // namespace firn::plots
