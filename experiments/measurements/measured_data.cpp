@@ -14,7 +14,7 @@ namespace firn {
 namespace {
 
 void read_values(const TomlTable& t, MeasuredData& d) {
-  const std::string column = t.string("column"), censored = t.string("at_least", "");
+  const std::string column = t.string("column"), censored = t.string("right_censored", "");
   const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
   if (!d.present) return;
   const std::vector<CsvRow> rows = read_csv_table(d.file);
@@ -23,7 +23,7 @@ void read_values(const TomlTable& t, MeasuredData& d) {
   if (!censored.empty()) marks = find_csv_column(d.file, rows.front(), censored, std::nullopt);
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const bool open = marks && csv_number(d.file, rows[i], *marks) != 0;
-    (open ? d.at_least : d.values).push_back(csv_number(d.file, rows[i], values) / unit.factor);
+    (open ? d.right_censored : d.values).push_back(csv_number(d.file, rows[i], values) / unit.factor);
   }
 }
 
@@ -171,7 +171,7 @@ std::vector<double> peaks(const std::vector<double>& time, const std::vector<dou
 
 MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
   t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
-           "cfc", "threshold", "dead_time", "at_least", "x", "y", "x_unit", "repeat", "align"});
+           "cfc", "threshold", "dead_time", "right_censored", "x", "y", "x_unit", "repeat", "align"});
   MeasuredData d;
   const std::string kind = t.choice("kind", {"values", "classes", "trace", "curve"});
   d.kind = kind == "values"    ? MeasuredData::Kind::values
@@ -191,7 +191,7 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   belongs({"classes", "counts"}, kind == "classes");
   belongs({"unit"}, kind != "classes");
   belongs({"column"}, kind == "values" || kind == "trace");
-  belongs({"at_least"}, kind == "values");
+  belongs({"right_censored"}, kind == "values");
   belongs({"time", "threshold", "dead_time"}, kind == "trace");
   belongs({"cfc"}, kind == "trace" || kind == "curve");
   belongs({"x", "y", "x_unit", "repeat", "align"}, kind == "curve");

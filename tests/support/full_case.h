@@ -77,7 +77,7 @@ position = "0 0 0.5 m"
 mass = "20 g"
 center = "0 0 0.5 m"
 inertia = "1e-5 1e-5 1e-5 kg m^2"
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [0, 0, 1]
 stiffness = "20000 N/m"
@@ -90,10 +90,10 @@ mass = "20 g"
 center = "0 0.001 0.8 m"
 inertia = "1e-5 1e-5 1e-5 kg m^2"
 free_rotation = true
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [1, 0, 0]
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [0, 0, 1]
 

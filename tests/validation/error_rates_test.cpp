@@ -208,7 +208,7 @@ V open_times(Dice& d, int n, Truth truth) {
   data.unit = "s";
   const auto [passed, inside] = watch(truth == Truth::right ? 10 : 25, 25);
   data.values = passed;
-  data.at_least = inside;
+  data.right_censored = inside;
   return distribution_verdict(data, base);
 }
 

@@ -196,7 +196,7 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
     return all;
   };
   if (!d.by_class) d.simulated = sorted(by_run);
-  d.measured_at_least = data.at_least;
+  d.measured_at_least = data.right_censored;
   d.simulated_at_least = sorted(inside);
   if (data.present)
     judge_distribution(by_run, inside, d);

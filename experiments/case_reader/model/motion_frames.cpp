@@ -175,7 +175,7 @@ void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
 
 FreeAxis read_axis(const TomlTable& t) {
   t.allow({"kind", "direction", "stiffness", "spring_reference", "damping", "friction", "lower",
-           "upper", "limit_restitution", "armature", "drives"});
+           "upper", "limit_restitution", "armature", "motors"});
   FreeAxis axis;
   const bool turns = t.choice("kind", {"translation", "rotation"}) == "rotation";
   axis.kind = turns ? FreeAxis::Kind::rotation : FreeAxis::Kind::translation;
@@ -194,21 +194,21 @@ FreeAxis read_axis(const TomlTable& t) {
   axis.stop_restitution = t.number("limit_restitution", 0);
   if (!(axis.stop_restitution >= 0 && axis.stop_restitution < 1))
     t.fail("limit_restitution", "is not between 0 and 1; expected less than 1");
-  // Not filled in where it is left out: few axes have a rotor.
+  // Not filled in where it is left out: few joints have a rotor.
   if (t.has("armature"))
     axis.armature = t.quantity("armature", turns ? dimension::moment_of_inertia : dimension::mass,
                                Sign::non_negative);
-  for (const TomlTable& drive : t.tables("drives")) {
+  for (const TomlTable& drive : t.tables("motors")) {
     axis.drives.push_back(read_drive(drive, axis.kind));
   }
   return axis;
 }
 
 FreeBody read_free_body(const TomlTable& t) {
-  t.allow({"mass", "density", "center", "inertia", "inertia_products", "free_rotation", "axes"});
+  t.allow({"mass", "density", "center", "inertia", "inertia_products", "free_rotation", "joints"});
   FreeBody body;
   body.turns_freely = t.boolean("free_rotation", false);
-  for (const TomlTable& axis : t.tables("axes")) body.axes.push_back(read_axis(axis));
+  for (const TomlTable& axis : t.tables("joints")) body.axes.push_back(read_axis(axis));
   return body;
 }
 

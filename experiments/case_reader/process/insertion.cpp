@@ -145,14 +145,14 @@ void read_particles(const TomlTable& root, Case& c) {
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes) {
   std::vector<Fill> fills;
   for (const TomlTable& t : root.tables("fills")) {
-    t.allow({"shape", "count", "mass", "tag", "tag_by", "region_min", "region_max", "start",
+    t.allow({"shape", "count", "mass", "tag", "tag_mode", "region_min", "region_max", "start",
              "interval", "batch", "velocity", "random_orientation", "stage"});
     Fill fill;
     const Shape& shape = shapes[shape_index(t, "shape", shapes)];
     fill.shape = shape.name;
     fill.count = read_amount(t, shape);
     fill.tag = t.integer("tag", 0, 0);
-    fill.tag_batches = t.choice("tag_by", {"fill", "batch"}, "fill") == "batch";
+    fill.tag_batches = t.choice("tag_mode", {"fill", "batch"}, "fill") == "batch";
     fill.stage = t.has("stage") ? t.string("stage") : "";
     read_region(t, fill.region_min, fill.region_max);
     fill.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
@@ -256,7 +256,7 @@ std::vector<Switch> read_switches(const TomlTable& root, const std::vector<Motio
     s.axis = t.integer("axis", 0, 0);
     const std::optional<FreeBody>& free = frames[static_cast<std::size_t>(s.frame)].free;
     if (!free || s.axis >= static_cast<int>(free->axes.size()))
-      t.fail("motion_frame", "has no such free axis; expected a free one");
+      t.fail("motion_frame", "has no such joint; expected one of a free body");
     const bool turns =
         free->axes[static_cast<std::size_t>(s.axis)].kind == FreeAxis::Kind::rotation;
     const Dimension& way = turns ? dimension::angle : dimension::length;
@@ -274,7 +274,7 @@ std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>
   for (const TomlTable& t : root.tables("inlets")) {
     t.allow({"name", "shape", "position", "orientation", "grid", "spacing", "velocity",
              "position_jitter", "rotation_jitter", "rotation_jitter_axis", "random_orientation",
-             "tag", "tag_by", "start", "interval", "batches", "stage"});
+             "tag", "tag_mode", "start", "interval", "batches", "stage"});
     Source source;
     source.name = fresh_name(t, sources);
     source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
@@ -287,7 +287,7 @@ std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>
     source.turn_axis = chance.axis;
     source.random_orientation = chance.any_orientation;
     source.tag = t.integer("tag", 0, 0);
-    source.tag_batches = t.choice("tag_by", {"inlet", "batch"}, "inlet") == "batch";
+    source.tag_batches = t.choice("tag_mode", {"inlet", "batch"}, "inlet") == "batch";
     source.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
     source.batches = t.integer("batches", 1, 1);
     source.interval = t.quantity("interval", dimension::time, Sign::non_negative, "0 s");

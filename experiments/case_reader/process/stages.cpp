@@ -62,7 +62,7 @@ int axis_of(const TomlTable& t, std::string_view key, const MotionFrame& frame) 
   const int axis = t.integer(key, 0, 0);
   if (!frame.free || axis >= static_cast<int>(frame.free->axes.size())) {
     t.fail(t.has(key) ? key : "motion_frame",
-           fmt::format("motion frame \"{}\" has no free axis {}; expected one of its {}",
+           fmt::format("motion frame \"{}\" has no joint {}; expected one of its {}",
                        frame.name, axis, frame.free ? frame.free->axes.size() : 0));
   }
   return axis;
@@ -123,7 +123,7 @@ Stage::StartedMotion read_started_motion(const TomlTable& t, const Case& c) {
   } else {
     start.frame = frame_index(t, "motion_frame", frames);
     if (free_frame(frames, start.frame) >= 0)
-      t.fail("motion_frame", fmt::format("\"{}\" is a free body or a child of one; expected drives",
+      t.fail("motion_frame", fmt::format("\"{}\" is a free body or a child of one; expected motors",
                                          frames[static_cast<std::size_t>(start.frame)].name));
   }
   start.ends_with_stage = t.boolean("ends_with_stage", false);
@@ -143,7 +143,7 @@ Stage::StartedDrive read_started_drive(const TomlTable& t, const Case& c) {
 
 Stage read_stage(const TomlTable& t, const Case& c) {
   std::vector<std::string_view> keys{
-      "name", "end_when", "max_duration", "min_duration", "remove_boundaries", "motions", "drives"};
+      "name", "end_when", "max_duration", "min_duration", "remove_boundaries", "motions", "motors"};
   for (const Word& w : kWords) keys.insert(keys.end(), w.keys.begin(), w.keys.end());
   t.allow(keys);
   Stage stage;
@@ -171,7 +171,7 @@ Stage read_stage(const TomlTable& t, const Case& c) {
   for (const std::string& name : stage.remove)
     boundary_index(t, "remove_boundaries", name, c.model.boundaries);
   for (const TomlTable& m : t.tables("motions")) stage.motions.push_back(read_started_motion(m, c));
-  for (const TomlTable& d : t.tables("drives")) stage.drives.push_back(read_started_drive(d, c));
+  for (const TomlTable& d : t.tables("motors")) stage.drives.push_back(read_started_drive(d, c));
   return stage;
 }
 

@@ -55,7 +55,7 @@ name = "arm"
 position = "0 0 200 mm"
 [motion_frames.free]
 mass = "20 g"
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "rotation"
 direction = [0, 1, 0]
 stiffness = "0.5 N m/rad"
@@ -99,7 +99,7 @@ position = "-60 0 9.9 mm"
 grid = [3, 1, 1]
 spacing = "40 1 1 mm"
 tag = 1
-tag_by = "batch"
+tag_mode = "batch"
 [[inlets]]
 name = "flying"
 shape = "brick"
@@ -231,7 +231,7 @@ TEST_F(StartTest, RefusesWhatDoesNotFit) {
   EXPECT_THAT(error_of(kMiddle, {{"motion_frames.arm.position", "0 0 201 mm"}}),
               HasSubstr("motion frame \"arm\" is another one in \"" + file +
                         "\": its position differs; expected the same, or another name"));
-  EXPECT_THAT(error_of(kMiddle, {{"motion_frames.arm.free.axes.0.direction", "[1, 0, 0]"}}),
+  EXPECT_THAT(error_of(kMiddle, {{"motion_frames.arm.free.joints.0.direction", "[1, 0, 0]"}}),
               HasSubstr("its set of axes differs"));
   EXPECT_EQ(error_of(kMiddle, {{"shapes.cube.stiffness", "5e4 N/m"}}), "");
   std::ofstream(path("text.h5")) << "no results";

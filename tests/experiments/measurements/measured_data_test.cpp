@@ -81,12 +81,14 @@ TEST_F(MeasuredDataTest, ReadsValuesInTheResponsesUnit) {
 
 TEST_F(MeasuredDataTest, KeepsApartWhatIsOnlyALowerBound) {
   csv("force [kN],open\n0.5,0\n1.25,1\n2,0\n");
-  const Measurement m = read(std::string(kValues) + "at_least = \"open\"\n");
+  const Measurement m = read(std::string(kValues) + "right_censored = \"open\"\n");
   EXPECT_THAT(m.data->values, ElementsAre(500, 2000));
-  EXPECT_THAT(m.data->at_least, ElementsAre(1250));
-  EXPECT_THAT(complaint(std::string(kTrace) + "at_least = \"open\"\n"),
+  EXPECT_THAT(m.data->right_censored, ElementsAre(1250));
+  const Measurement old = read(std::string(kValues) + "at_least = \"open\"\n");  // its first name
+  EXPECT_EQ(old.data->right_censored, m.data->right_censored);
+  EXPECT_THAT(complaint(std::string(kTrace) + "right_censored = \"open\"\n"),
               HasSubstr("does not go with"));
-  EXPECT_THAT(complaint(std::string(kValues) + "at_least = \"shut\"\n"), HasSubstr("shut"));
+  EXPECT_THAT(complaint(std::string(kValues) + "right_censored = \"shut\"\n"), HasSubstr("shut"));
 }
 
 TEST_F(MeasuredDataTest, ReadsCountsByClass) {

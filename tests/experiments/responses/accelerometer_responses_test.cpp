@@ -67,7 +67,7 @@ name = "cup"
 mass = "0.3 kg"
 center = "0 0 0 m"
 inertia = "1e-3 1e-3 1e-3 kg m^2"
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [0, 0, 1]
 stiffness = "3000 N/m"

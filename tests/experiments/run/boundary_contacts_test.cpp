@@ -37,7 +37,7 @@ name = "slide"
 mass = "0.5 kg"
 center = "0 0 0 m"
 inertia = "1e-3 1e-3 1e-3 kg m^2"
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [1, 0, 0]
 damping = "100 N s/m"

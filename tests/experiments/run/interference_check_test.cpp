@@ -111,14 +111,14 @@ TEST(MachineCheck, FollowsWhatAStageStarts) {
 TEST(MachineCheck, TakesFreeFramesWhereTheirDrivesDo) {
   const std::string scene =
       "[[motion_frames]]\nname = \"arm\"\n[motion_frames.free]\nmass = \"20 g\"\n"
-      "[[motion_frames.free.axes]]\nkind = \"rotation\"\ndirection = [0, -1, 0]\n"
-      "upper = \"80 deg\"\n[[motion_frames.free.axes.drives]]\nspeed = \"1 rad/s\"\n"
+      "[[motion_frames.free.joints]]\nkind = \"rotation\"\ndirection = [0, -1, 0]\n"
+      "upper = \"80 deg\"\n[[motion_frames.free.joints.motors]]\nspeed = \"1 rad/s\"\n"
       "to = \"45 deg\"\n" +
       std::string(kCube) + box("bar", "100 10 10", "60 0 0", "motion_frame = \"arm\"") +
       box("mold", "20 20 20", "40 0 90");
   EXPECT_EQ(error_of(scene), "");
   EXPECT_THAT(
-      error_of(scene, {{"motion_frames.arm.free.axes.0.drives.0.to", "70 deg"}}),
+      error_of(scene, {{"motion_frames.arm.free.joints.0.motors.0.to", "70 deg"}}),
       MatchesRegex(".*\"mold\" overlaps boundary \"bar\" with \"arm\" at [56][0-9.]+ deg.*"));
 }
 

@@ -81,7 +81,7 @@ parent = "lift"
 position = "0 0 30 mm"
 [motion_frames.free]
 mass = "20 g"
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [0, 0, 1]
 lower = "0 mm"
@@ -109,7 +109,7 @@ start = "0.1 s"
 batches = 20
 stage = "harvest"
 tag = 10
-tag_by = "batch"
+tag_mode = "batch"
 
 [[limit_switches]]
 name = "full"
@@ -141,7 +141,7 @@ name = "harvest"
 end_when = "switch"
 switch = "full"
 max_duration = "4 s"
-[[stages.drives]]
+[[stages.motors]]
 motion_frame = "plate"
 speed = "1 m/s"
 target = "80 mm"
@@ -360,10 +360,10 @@ steps_per_loading = 6
 name = "ram"
 [motion_frames.free]
 density = "1000 kg/m^3"
-[[motion_frames.free.axes]]
+[[motion_frames.free.joints]]
 kind = "translation"
 direction = [0, 0, 1]
-[[motion_frames.free.axes.drives]]
+[[motion_frames.free.joints.motors]]
 speed = "-0.2 m/s"
 max_load = "30 N"
 [[boundaries]]
@@ -488,8 +488,8 @@ TEST_F(SceneTest, MistakesAreNamed) {
               HasSubstr("unknown motion frame \"plait\"; the nearest known one is \"plate\""));
   EXPECT_THAT(set("motion_frames.plate.parent", "hook"), HasSubstr("unknown motion frame"));
   EXPECT_THAT(set("motion_frames.lift.parent", "plate"), HasSubstr("unknown motion frame"));
-  EXPECT_THAT(set("motion_frames.plate.free.axes.0.lower", "1 mm"), HasSubstr("leaves out 0"));
-  EXPECT_THAT(set("motion_frames.plate.free.axes.0.lower", "1 deg"), HasSubstr("a length"));
+  EXPECT_THAT(set("motion_frames.plate.free.joints.0.lower", "1 mm"), HasSubstr("leaves out 0"));
+  EXPECT_THAT(set("motion_frames.plate.free.joints.0.lower", "1 deg"), HasSubstr("a length"));
   EXPECT_THAT(set("motion_frames.plate.free.density", "1 kg/m^3"),
               HasSubstr("expected one of mass and density"));
   EXPECT_THAT(set("stages.harvest.switch", "empty"), HasSubstr("unknown switch"));
@@ -497,8 +497,8 @@ TEST_F(SceneTest, MistakesAreNamed) {
   EXPECT_THAT(set("stages.harvest.gate", "below"),
               HasSubstr("without end_when = \"passed\"; expected both"));
   EXPECT_THAT(set("stages.drop.mass", "1 kg"), HasSubstr("one of count and mass"));
-  EXPECT_THAT(set("stages.harvest.drives.0.motion_frame", "lift"), HasSubstr("has no free axis 0"));
-  EXPECT_THAT(set("stages.harvest.drives.0.every", "0.1 s"), HasSubstr("shorter than what is"));
+  EXPECT_THAT(set("stages.harvest.motors.0.motion_frame", "lift"), HasSubstr("has no joint 0"));
+  EXPECT_THAT(set("stages.harvest.motors.0.every", "0.1 s"), HasSubstr("shorter than what is"));
   EXPECT_THAT(set("sources.mold.stage", "harvst"),
               HasSubstr("the nearest known one is \"harvest\""));
   EXPECT_THAT(set("sources.mold.interval", "0 s"), HasSubstr("expected the time between them"));

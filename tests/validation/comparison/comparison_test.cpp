@@ -373,7 +373,7 @@ TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
   data.present = true;
   data.unit = "s";
   data.values = {1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3};
-  data.at_least = {5, 5, 5, 5};
+  data.right_censored = {5, 5, 5, 5};
   what.measurement.data = data;
   const Comparison c = result();
   EXPECT_EQ(c.distribution->verdict, ValidationVerdict::consistent);
@@ -382,7 +382,7 @@ TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
   EXPECT_THAT(c.headline, HasSubstr("Kaplan and Meier"));
   // As if the two that pass last had: not the same times.
   what.measurement.data->values = {20, 21, 22, 23};
-  what.measurement.data->at_least = {};
+  what.measurement.data->right_censored = {};
   EXPECT_EQ(result().distribution->verdict, ValidationVerdict::inconsistent);
 }
 
