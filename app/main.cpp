@@ -13,9 +13,11 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/commands/commands.h"
 #include "app/support/exit_status.h"
+#include "app/support/renamed_arguments.h"
 #include "experiments/results/results_guard.h"
 #include "experiments/storage/hdf5_file.h"
 #include "experiments/storage/version.h"
@@ -66,13 +68,20 @@ std::string names_of_subcommands(const CLI::App& app) {
   return names;
 }
 
+void warn_of_old_argument(const RenamedArgument& renamed) {
+  print_lines(stderr,
+              "firn: warning: \"{}\" is now \"{}\"; the old name is read by this version only\n",
+              renamed.old_name, renamed.name);
+}
+
 std::string command_of(const CLI::App& app) {
   const auto chosen = app.get_subcommands();
   return chosen.empty() ? "firn" : chosen[0]->get_name();
 }
 
 // Help and version are no errors; everything else is a mistake in the arguments.
-int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char** argv) {
+int finish_parsing(const CLI::App& app, const CLI::ParseError& e,
+                   const std::vector<std::string>& arguments) {
   if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);
   const auto chosen = app.get_subcommands();
   if (!chosen.empty()) {
@@ -80,11 +89,11 @@ int finish_parsing(const CLI::App& app, const CLI::ParseError& e, int argc, char
         fmt::format("{}; see `firn {} --help`", error_line(e.what()), chosen[0]->get_name()),
         ExitStatus::bad_input);
   }
-  if (argc < 2) {
+  if (arguments.empty()) {
     print_lines(stderr, "{}", app.help());
     return ExitStatus::bad_input;
   }
-  return print_error(fmt::format("{}: no such sub-command; expected one of {}", argv[1],
+  return print_error(fmt::format("{}: no such sub-command; expected one of {}", arguments[0],
                                  names_of_subcommands(app)),
                      ExitStatus::bad_input);
 }
@@ -123,16 +132,18 @@ int main_program(int argc, char** argv) {
   add_report_command(app, status);
   add_verify_command(app, status);
   add_contacts_command(app, status);
-  add_hashes_command(app, status);
+  add_compare_traces_command(app, status);
   add_materials_command(app, status);
   add_check_results_command(app, status);
   guard_results_with("/proc/self/exe");  // also after an update has replaced its file
+  const std::vector<std::string> arguments = current_arguments(
+      std::vector<std::string>(argv + std::min(argc, 1), argv + argc), warn_of_old_argument);
   const auto parse_and_run = [&] {
     try {
-      app.parse(argc, argv);
+      app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
       return status;
     } catch (const CLI::ParseError& e) {
-      return finish_parsing(app, e, argc, argv);
+      return finish_parsing(app, e, arguments);
     } catch (const InputError& e) {
       return print_error(e.what(), ExitStatus::bad_input);
     } catch (const RunError& e) {

@@ -18,7 +18,7 @@ void add_sweep_command(CLI::App& app, int& status);
 void add_validate_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
 void add_contacts_command(CLI::App& app, int& status);
-void add_hashes_command(CLI::App& app, int& status);
+void add_compare_traces_command(CLI::App& app, int& status);
 void add_materials_command(CLI::App& app, int& status);
 void add_new_command(CLI::App& app, int& status);
 void add_view_command(CLI::App& app, int& status);

@@ -321,7 +321,7 @@ void add_contacts_command(CLI::App& app, int& status) {
                    "With --history: a row every N steps; about 200 rows by default")
       ->check(CLI::Range(1, 1000000000))
       ->type_name("N");
-  command->add_option("--top", a->listed, "Without a body: list so many contacts")
+  command->add_option("--limit", a->listed, "Without a body: list so many contacts")
       ->check(CLI::Range(1, 1000000000))
       ->type_name("N")
       ->capture_default_str();

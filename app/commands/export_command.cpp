@@ -136,7 +136,7 @@ void add_export_command(CLI::App& app, int& status) {
       ->type_name("NUMBER")
       ->capture_default_str();
   command->add_flag(
-      "--parts", a->vtk.contact_parts,
+      "--contact-shapes", a->vtk.contact_parts,
       "vtk: instead of the meshes, the convex parts that touch,\nwithout their rounding");
   command->callback([a, &status] { status = export_file(*a); });
 }

@@ -339,7 +339,7 @@ void add_run_command(CLI::App& app, int& status) {
   CLI::Option* trace =
       command
           ->add_option("--trace-hashes", a->trace.file,
-                       "Write a line of hashes of the state each step, for `firn hashes`")
+                       "Write a line of hashes of the state each step, for `firn compare-traces`")
           ->type_name("FILE");
   command->add_option("--trace-every", a->trace.every, "A line only every N steps")
       ->check(CLI::Range(1, 1000000000))

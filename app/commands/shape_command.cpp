@@ -105,7 +105,7 @@ int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefect
   if (!a.united.empty()) {
     if (defects.sound()) return write_union(a, mesh, defects, conflicts);
     throw InputError(
-        fmt::format("{}: {}; expected a mesh without them for --united, see --repaired", a.file,
+        fmt::format("{}: {}; expected a mesh without them for --united, see --repair-to", a.file,
                     defects.sentence()));
   }
   const auto [low, high] = bounding_box(mesh);
@@ -133,7 +133,7 @@ int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefect
     print_lines(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
                 defects_text(defects, conflicts),
                 repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
-                                  : std::string("--repaired FILE.stl writes it repaired"));
+                                  : std::string("--repair-to FILE.stl writes it repaired"));
     return ExitStatus::bad_input;
   }
   write_stl(a.repaired, repair.mesh,
@@ -149,7 +149,7 @@ int print_boundary_mesh(const Arguments& a) {
         "--boundary {}: {} is a mesh file; expected --boundary alone, or a case file (*.toml)",
         a.boundary, a.file));
   if (!a.repaired.empty())
-    throw InputError("--repaired: closes a mesh; expected it without --boundary");
+    throw InputError("--repair-to: closes a mesh; expected it without --boundary");
   if (!a.united.empty())
     throw InputError("--united: unites the shells of a body; expected it without --boundary");
   const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
@@ -211,7 +211,7 @@ int print_mesh(const Arguments& a) {
   if (!defects.sound() || !conflicts.none())
     return print_unsound(a, mesh, defects, conflicts, repair);
   if (!a.repaired.empty())
-    throw InputError(fmt::format("--repaired: {} has nothing to repair", a.file));
+    throw InputError(fmt::format("--repair-to: {} has nothing to repair", a.file));
   if (!a.united.empty())
     throw InputError(
         fmt::format("--united: {} has no shells that overlap, nest or face inwards", a.file));
@@ -317,7 +317,7 @@ void add_shape_command(CLI::App& app, int& status) {
       ->type_name("N")
       ->capture_default_str();
   command
-      ->add_option("--repaired", a->repaired,
+      ->add_option("--repair-to", a->repaired,
                    "Write a mesh that has defects, and can be repaired, without them")
       ->type_name("FILE.stl");
   command

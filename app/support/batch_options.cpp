@@ -51,19 +51,19 @@ void add_batch_options(CLI::App& command, BatchArguments& a, const std::string& 
       ->capture_default_str();
   CLI::Option* store =
       command
-          .add_option("--store", a.store,
+          .add_option("--cache", a.store,
                       "Outcomes shared with other studies, validations and sweeps; by default "
                       "store.db in the parent folder")
           ->type_name("FILE");
-  command.add_flag("--no-store", a.no_store, "Share no outcomes with others")->excludes(store);
+  command.add_flag("--no-cache", a.no_store, "Share no outcomes with others")->excludes(store);
   command.add_flag("--resume", a.resume,
                    "Fail when the folder does not hold this " + what + ". Without it a " + what +
                        " also resumes when its folder has finished runs");
   command
       .add_option("--progress", a.progress,
-                  "On standard error: a bar for people, a JSON object a line for each event, or "
+                  "On standard error: text with a bar, a JSON object a line for each event, or "
                   "nothing")
-      ->check(CLI::IsMember({"people", "json", "none"}))
+      ->check(CLI::IsMember({"text", "json", "none"}))
       ->capture_default_str();
   command.add_flag("--json", a.json, "Print JSON on standard output and nothing else");
 }

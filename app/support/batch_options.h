@@ -9,7 +9,7 @@
 namespace firn {
 
 struct BatchArguments {
-  std::string directory, executor = "local", store, progress = "people";
+  std::string directory, executor = "local", store, progress = "text";
   int jobs = 0;
   bool no_store = false, resume = false, json = false;
 

@@ -82,7 +82,7 @@ BatchFolderOptions folder_options(const BatchOptions& options, const std::string
   o.slurm = slurm;
   o.progress = !options.show_progress  ? ProgressStyle::none
                : options.json_progress ? ProgressStyle::json
-                                       : ProgressStyle::people;
+                                       : ProgressStyle::text;
   o.progress_name = kind;
   o.largest_total = largest_total;
   o.interrupt = options.interrupt;

@@ -52,7 +52,7 @@ struct BatchFolderOptions {
   int jobs = 0;                    // simulations side by side; 0: one per core
   std::string store;               // file of the outcomes that batches share; empty: none
   SlurmSettings slurm;
-  ProgressStyle progress = ProgressStyle::people;
+  ProgressStyle progress = ProgressStyle::text;
   std::string progress_name;  // what plain lines of progress begin with
   int largest_total = 0;      // runs at most
   const std::atomic<bool>* interrupt = nullptr;

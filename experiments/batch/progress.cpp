@@ -100,7 +100,7 @@ void BatchProgress::record(const std::string& knowledge) {
 void BatchProgress::knowledge(const std::string& text, const std::string& json) {
   knowledge_ = text;
   record(json);
-  if (style_ == ProgressStyle::people && !terminal_) print_lines(stderr, "{}\n", text);
+  if (style_ == ProgressStyle::text && !terminal_) print_lines(stderr, "{}\n", text);
   if (style_ == ProgressStyle::json)
     print_lines(stderr, "{{\"event\":\"knowledge\",\"knowledge\":{}}}\n", json);
   if (terminal_) draw(true);
@@ -127,7 +127,7 @@ std::string BatchProgress::line() const {
 void BatchProgress::tick() { draw(false); }
 
 void BatchProgress::draw(bool now) {
-  if (style_ != ProgressStyle::people) return;
+  if (style_ != ProgressStyle::text) return;
   const auto time = Clock::now();
   const auto interval = terminal_ ? Clock::duration(terminal_interval) : plain_interval;
   if (!now && drawn_ && time - last_draw_ < interval) return;

@@ -9,7 +9,7 @@
 
 namespace firn {
 
-enum class ProgressStyle { none, people, json };
+enum class ProgressStyle { none, text, json };
 
 class BatchProgress {
  public:

@@ -23,7 +23,8 @@ void read_values(const TomlTable& t, MeasuredData& d) {
   if (!censored.empty()) marks = find_csv_column(d.file, rows.front(), censored, std::nullopt);
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const bool open = marks && csv_number(d.file, rows[i], *marks) != 0;
-    (open ? d.right_censored : d.values).push_back(csv_number(d.file, rows[i], values) / unit.factor);
+    (open ? d.right_censored : d.values)
+        .push_back(csv_number(d.file, rows[i], values) / unit.factor);
   }
 }
 
@@ -171,7 +172,8 @@ std::vector<double> peaks(const std::vector<double>& time, const std::vector<dou
 
 MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
   t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
-           "cfc", "threshold", "dead_time", "right_censored", "x", "y", "x_unit", "repeat", "align"});
+           "cfc", "threshold", "dead_time", "right_censored", "x", "y", "x_unit", "repeat",
+           "align"});
   MeasuredData d;
   const std::string kind = t.choice("kind", {"values", "classes", "trace", "curve"});
   d.kind = kind == "values"    ? MeasuredData::Kind::values

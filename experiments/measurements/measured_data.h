@@ -23,11 +23,11 @@ struct MeasuredData {
   std::string response;  // that has the same values or counts in a run
   std::string unit;      // of the values: the response's
   std::string source;
-  std::vector<double> values;         // of a trace: its peaks, in order of time
+  std::vector<double> values;          // of a trace: its peaks, in order of time
   std::vector<double> right_censored;  // values that are only known to be larger than this
-  std::vector<std::string> classes;   // in order of the file, with
-  std::vector<double> counts;         // so many each
-  std::vector<double> time, samples;  // of a trace: s, and its filtered samples in `unit`
+  std::vector<std::string> classes;    // in order of the file, with
+  std::vector<double> counts;          // so many each
+  std::vector<double> time, samples;   // of a trace: s, and its filtered samples in `unit`
   // Of a curve: its repeats, each in order of the file, x in `x_unit` and y in `unit`.
   struct Repeat {
     std::vector<double> x, y;

@@ -220,7 +220,7 @@ class _Startable(Generic[R]):
         command = [program(), self.command, str(self.file), "--output", os.fspath(directory),
                    "--progress", "none"]
         command += ["--jobs", str(jobs)] if jobs else []
-        command += ["--store", os.fspath(store)] if store else ["--no-store"]
+        command += ["--cache", os.fspath(store)] if store else ["--no-cache"]
         log = tempfile.TemporaryFile()
         # A separate process group: Ctrl-C reaches it through wait() alone.
         process = subprocess.Popen([*command, *arguments], stdin=subprocess.DEVNULL,

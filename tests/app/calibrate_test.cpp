@@ -18,7 +18,7 @@ TEST(CalibrateCommand, EndsWithFiveLines) {
   const Folder folder;
   folder.write("case.toml", hostile::rich_case);
   folder.write("study.toml", hostile::study_file);
-  const Outcome o = folder.firn({"calibrate", "study.toml", "--no-store", "--progress", "none"});
+  const Outcome o = folder.firn({"calibrate", "study.toml", "--no-cache", "--progress", "none"});
   ASSERT_EQ(o.status, 0) << o.err;
   std::vector<std::string> all;
   std::istringstream text(o.out);
@@ -39,7 +39,7 @@ TEST(CalibrateCommand, EndsWithFiveLines) {
 TEST(CalibrateCommand, StartsProgramsOnlyWhenAllowed) {
   const Folder folder;
   ASSERT_EQ(folder.firn({"new", "plate", "--from", "user-simulator"}).status, 0);
-  const std::vector<std::string> command = {"calibrate", "plate/study.toml", "--no-store",
+  const std::vector<std::string> command = {"calibrate", "plate/study.toml", "--no-cache",
                                             "--progress", "none"};
   const Outcome refused = folder.firn(command);
   EXPECT_EQ(refused.status, 2);

@@ -1,4 +1,4 @@
-// firn contacts and firn hashes, end to end.
+// firn contacts and firn compare-traces, end to end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -191,7 +191,7 @@ TEST_F(ContactsCommand, TracesOfTwoThreadCountsAreEqual) {
                   .status,
               0);
   }
-  const Outcome equal = folder_.firn({"hashes", "trace1", "trace3"});
+  const Outcome equal = folder_.firn({"compare-traces", "trace1", "trace3"});
   EXPECT_EQ(equal.status, 0) << equal.out;
   EXPECT_THAT(equal.out, HasSubstr("equal: "));
 }
@@ -207,15 +207,16 @@ TEST_F(ContactsCommand, TracesTellTheFirstDifference) {
                        "--trace-numbers", "0", "--set", "particles.1.velocity=1e-12 0 0 m/s"})
                 .status,
             0);
-  const Outcome o = folder_.firn({"hashes", "a", "b", "--json"});
+  const Outcome o = folder_.firn({"compare-traces", "a", "b", "--json"});
   EXPECT_EQ(o.status, 1) << o.err;
   const json difference = json::parse(o.out);
   EXPECT_EQ(difference["same_case"], false);
   EXPECT_EQ(difference["first_difference"]["step"], 0);
   EXPECT_THAT(difference["first_difference"]["numbers"][0].get<std::string>(),
               HasSubstr("particle 1: velocity_x 0 against "));
-  EXPECT_THAT(folder_.firn({"hashes", "a", "b"}).out, HasSubstr("first difference at step 0"));
-  expect_one_line(folder_.firn({"hashes", "a", "case.toml"}), "case.toml:1: is no trace");
+  EXPECT_THAT(folder_.firn({"compare-traces", "a", "b"}).out,
+              HasSubstr("first difference at step 0"));
+  expect_one_line(folder_.firn({"compare-traces", "a", "case.toml"}), "case.toml:1: is no trace");
   expect_one_line(
       folder_.firn({"run", "case.toml", "--trace-hashes", "c", "--trace-numbers", "5:3"}),
       "--trace-numbers 5:3");

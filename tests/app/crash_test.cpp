@@ -159,7 +159,7 @@ class CrashTest : public testing::Test {
 
   // Commands with many runs.
   static std::vector<std::string> batch(const std::string& name, const std::string& input) {
-    return {name, input, "-o", "out", "--no-store", "--jobs", "2", "--progress", "none"};
+    return {name, input, "-o", "out", "--no-cache", "--jobs", "2", "--progress", "none"};
   }
   static std::vector<std::vector<std::string>> batches() {
     return {batch("calibrate", "study.toml"), batch("sweep", "sweep.toml"),
@@ -780,7 +780,7 @@ TEST_F(CrashTest, StandardOutputThatCannotBeWrittenIsAFailure) {
            {"measure", "whole.h5"},
            {"report", "whole.h5", "-o", "o.html"},
            {"shape", "case.toml"},
-           {"hashes", "t", "t"},
+           {"compare-traces", "t", "t"},
            {"contacts", "whole.h5", "--time", "2 ms"},
            {"verify", "--list"},
            {"materials", "list"},

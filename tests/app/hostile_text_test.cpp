@@ -197,7 +197,7 @@ class Fields {
     for (const auto& [what, text] : changed_toml(base, texts_)) {
       site_.write(file, text);
       if (site_.run({command, started, "--progress", "none"}, what) == 0)
-        site_.run({command, started, "--progress", "people"}, what);
+        site_.run({command, started, "--progress", "text"}, what);
       fs::remove_all(site_.path() / "runs");
     }
     finish();
@@ -455,7 +455,7 @@ void go_through_everything(const std::string& text, bool pictures) {
       const std::string file = command == std::string("sweep")       ? "sweep.toml"
                                : command == std::string("calibrate") ? "study.toml"
                                                                      : "suite.toml";
-      site.run({command, file, "-o", to + "-" + command, "--progress", "people"}, text);
+      site.run({command, file, "-o", to + "-" + command, "--progress", "text"}, text);
     }
     site.run({"report", to + "-calibrate", "-o", to + "-study.html"}, text);
     site.run({"report", to + "-validate", "-o", to + "-suite.html"}, text);

@@ -39,7 +39,7 @@ std::vector<Reader> other_readers() {
           {"export", "x.h5", {"export", "x.h5", "--to", "csv"}},
           {"resumed", "x.h5", {"run", "--resume", "x.h5"}},
           {"page", "x.h5", {"report", "x.h5"}},
-          {"trace", "x.trace", {"hashes", "x.trace", "x.trace"}},
+          {"trace", "x.trace", {"compare-traces", "x.trace", "x.trace"}},
           {"records", "x.json", {"materials", "import", "x.json"}},
           {"database", "x.db", {"materials", "list", "--database", "x.db"}},
           {"results.json", "results.json", {"report", "results.json"}},

@@ -180,7 +180,7 @@ value = "18 1"
 uncertainty = "4 1"
 )");
   // What no reader of records would take is refused before the work.
-  for (const char* option : {"--author", "--remark", "--scope"}) {
+  for (const char* option : {"--author", "--note", "--scope"}) {
     const Outcome refused = folder.firn({"calibrate", "study.toml", "-o", "refused", "--save",
                                          "small", option, "a=b\x1b[2J", "--database", "m.db"});
     EXPECT_EQ(refused.status, 2);

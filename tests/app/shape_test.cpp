@@ -136,15 +136,15 @@ TEST(ShapeCommand, TellsAndDoesWhatRepairsAMesh) {
   const Outcome told = folder.firn({"shape", "open.stl"});
   EXPECT_EQ(told.status, 2);
   EXPECT_THAT(told.out, HasSubstr("fills holes with 1 facet"));
-  EXPECT_THAT(told.err, HasSubstr("--repaired FILE.stl writes it repaired"));
-  EXPECT_EQ(folder.firn({"shape", "open.stl", "--repaired", "whole.stl"}).status, 0);
+  EXPECT_THAT(told.err, HasSubstr("--repair-to FILE.stl writes it repaired"));
+  EXPECT_EQ(folder.firn({"shape", "open.stl", "--repair-to", "whole.stl"}).status, 0);
   const Outcome whole = folder.firn({"shape", "whole.stl", "--json"});
   ASSERT_EQ(whole.status, 0) << whole.err;
   EXPECT_NEAR(json::parse(whole.out)["volume"], 1e-6, 1e-11);
   EXPECT_EQ(json::parse(whole.out)["repair"]["needed"], false);
   // A lone triangle is beyond repair.
   folder.write("lone.stl", stl({open[0]}));
-  const Outcome lone = folder.firn({"shape", "lone.stl", "--repaired", "none.stl"});
+  const Outcome lone = folder.firn({"shape", "lone.stl", "--repair-to", "none.stl"});
   EXPECT_EQ(lone.status, 2);
   EXPECT_EQ(lines(lone.err), 1U) << lone.err;
   EXPECT_THAT(lone.err, HasSubstr("cannot be repaired: "));

@@ -36,8 +36,8 @@ TEST(Usage, HelpListsEverySubCommand) {
   const Outcome o = Folder().firn({"--help"});
   EXPECT_EQ(o.status, 0);
   EXPECT_EQ(o.err, "");
-  for (const char* name :
-       {"run", "measure", "calibrate", "shape", "export", "contacts", "hashes", "Exit status"}) {
+  for (const char* name : {"run", "measure", "calibrate", "shape", "export", "contacts",
+                           "compare-traces", "Exit status"}) {
     EXPECT_THAT(o.out, HasSubstr(name));
   }
 }
@@ -45,7 +45,7 @@ TEST(Usage, HelpListsEverySubCommand) {
 TEST(Usage, EverySubCommandHasHelp) {
   const Folder folder;
   for (const char* name :
-       {"run", "measure", "calibrate", "shape", "export", "contacts", "hashes"}) {
+       {"run", "measure", "calibrate", "shape", "export", "contacts", "compare-traces"}) {
     const Outcome o = folder.firn({name, "--help"});
     EXPECT_EQ(o.status, 0) << name;
     EXPECT_THAT(o.out, HasSubstr(std::string("firn ") + name)) << name;
@@ -56,8 +56,8 @@ TEST(Usage, CountsAreWholeNumbersInTheirRange) {
   const Folder folder;
   const std::vector<std::vector<std::string>> commands = {
       {"run", "case.toml", "--seed"},        {"run", "case.toml", "--threads"},
-      {"contacts", "case.toml", "--step"},   {"contacts", "case.toml", "--top"},
-      {"contacts", "case.toml", "--every"},  {"hashes", "a", "b", "--top"},
+      {"contacts", "case.toml", "--step"},   {"contacts", "case.toml", "--limit"},
+      {"contacts", "case.toml", "--every"},  {"compare-traces", "a", "b", "--limit"},
       {"calibrate", "study.toml", "--jobs"}, {"shape", "a.stl", "--max-parts"},
       {"export", "run.h5", "--every"},       {"verify", "--jobs"},
   };
@@ -70,6 +70,70 @@ TEST(Usage, CountsAreWholeNumbersInTheirRange) {
       command.pop_back();
     }
   }
+}
+
+// A command with an old name does the same as with the current one, after a warning.
+TEST(Usage, OldNamesAreReadWithAWarning) {
+  const Folder folder;
+  struct Pair {
+    std::vector<std::string> old, now;
+    std::string from, to;
+  };
+  std::vector<Pair> pairs = {
+      {{"hashes", "a", "b"}, {"compare-traces", "a", "b"}, "hashes", "compare-traces"},
+      {{"compare-traces", "a", "b", "--top", "3"},
+       {"compare-traces", "a", "b", "--limit", "3"},
+       "--top",
+       "--limit"},
+      {{"contacts", "a.h5", "--top=3"}, {"contacts", "a.h5", "--limit=3"}, "--top", "--limit"},
+      {{"export", "a.h5", "--to", "vtk", "--parts"},
+       {"export", "a.h5", "--to", "vtk", "--contact-shapes"},
+       "--parts",
+       "--contact-shapes"},
+      {{"shape", "a.stl", "--repaired", "b.stl"},
+       {"shape", "a.stl", "--repair-to", "b.stl"},
+       "--repaired",
+       "--repair-to"},
+      {{"calibrate", "a.toml", "--save", "n", "--remark", "t"},
+       {"calibrate", "a.toml", "--save", "n", "--note", "t"},
+       "--remark",
+       "--note"}};
+  for (const std::string command : {"calibrate", "sweep", "validate"}) {
+    pairs.push_back({{command, "a.toml", "--store", "s.db"},
+                     {command, "a.toml", "--cache", "s.db"},
+                     "--store",
+                     "--cache"});
+    pairs.push_back({{command, "a.toml", "--no-store"},
+                     {command, "a.toml", "--no-cache"},
+                     "--no-store",
+                     "--no-cache"});
+    pairs.push_back({{command, "a.toml", "--progress", "people"},
+                     {command, "a.toml", "--progress", "text"},
+                     "--progress people",
+                     "--progress text"});
+    pairs.push_back({{command, "a.toml", "--progress=people"},
+                     {command, "a.toml", "--progress=text"},
+                     "--progress people",
+                     "--progress text"});
+  }
+  for (const Pair& pair : pairs) {
+    SCOPED_TRACE(pair.old[0] + ' ' + pair.from);
+    const Outcome old = folder.firn(pair.old), now = folder.firn(pair.now);
+    EXPECT_EQ(old.status, now.status);
+    EXPECT_EQ(old.out, now.out);
+    EXPECT_EQ(old.err, "firn: warning: \"" + pair.from + "\" is now \"" + pair.to +
+                           "\"; the old name is read by this version only\n" + now.err);
+    const std::string option = pair.from.substr(0, pair.from.find(' '));
+    if (option != "--progress")
+      EXPECT_THAT(folder.firn({pair.now[0], "--help"}).out, Not(HasSubstr(option + ' ')));
+  }
+}
+
+// The value of an option, and what follows "--", are no names.
+TEST(Usage, OldNamesAreReadAsOptionsOnly) {
+  EXPECT_THAT(Folder().firn({"shape", "--", "--repaired"}).err, Not(HasSubstr("warning")));
+  EXPECT_THAT(Folder().firn({"shape", "hashes"}).err, Not(HasSubstr("warning")));
+  EXPECT_THAT(Folder().firn({"run", "case.toml", "--top", "3"}).err, Not(HasSubstr("warning")));
 }
 
 TEST(Usage, VersionTellsTheCommit) {

@@ -85,7 +85,7 @@ class KillTest : public testing::Test {
   pid_t start(const std::string& directory, const std::function<void()>& prepare = {}) const {
     const std::string err = folder_ / "err", out = folder_ / "out";
     const std::vector<std::string> args = {
-        FIRN_PROGRAM, "calibrate", folder_ / "study.toml", "-o",  folder_ / directory, "--no-store",
+        FIRN_PROGRAM, "calibrate", folder_ / "study.toml", "-o",  folder_ / directory, "--no-cache",
         "--jobs",     "2",         "--progress",           "none"};
     std::vector<char*> argv;
     for (const std::string& a : args) argv.push_back(const_cast<char*>(a.c_str()));

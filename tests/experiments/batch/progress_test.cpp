@@ -58,7 +58,7 @@ TEST(BatchProgress, IsOneJsonObjectALineForPrograms) {
 TEST(BatchProgress, IsALineNowAndThenForPeople) {
   testing::internal::CaptureStderr();
   {
-    BatchProgress progress(ProgressStyle::people, "calibrate", 4, 1);
+    BatchProgress progress(ProgressStyle::text, "calibrate", 4, 1);
     progress.phase("exploring");
     progress.started(run);
     progress.ended(run, {JobStatus::out_of_memory, "over", {}, 60});

@@ -1,4 +1,4 @@
-// firn hashes: where two traces of runs part.
+// firn compare-traces: the first step at which two traces of runs differ.
 #include <fmt/core.h>
 
 #include <memory>
@@ -78,15 +78,15 @@ int compare(const Arguments& a) {
 
 }  // namespace
 
-void add_hashes_command(CLI::App& app, int& status) {
+void add_compare_traces_command(CLI::App& app, int& status) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("hashes", "Find the first step at which two traced runs differ");
+      app.add_subcommand("compare-traces", "Find the first step at which two traced runs differ");
   command->add_option("FIRST", a->first, "Trace of `firn run --trace-hashes`")
       ->required()
       ->type_name("");
   command->add_option("SECOND", a->second, "The other one")->required()->type_name("");
-  command->add_option("--top", a->listed, "List at most so many numbers that differ")
+  command->add_option("--limit", a->listed, "List at most so many numbers that differ")
       ->check(CLI::Range(0, 1000000000))
       ->type_name("N")
       ->capture_default_str();
