@@ -24,7 +24,7 @@ int check(const Arguments& a) {
   }
   guard_results_with("");
   try {
-    results::check_file(hdf5::File::open(a.file, hdf5::File::Access::read));
+    results::check_file(results::open_file(a.file, hdf5::File::Access::read));
   } catch (const hdf5::Error& e) {
     print_lines(stdout, "{}\n", e.what());
     return ExitStatus::bad_input;

@@ -41,7 +41,7 @@ void export_csv(const Recording& recording, const std::string& directory);
 // boundary_loads.pvd: the triangles of the watched boundaries at the end of each interval, in world
 // axes; surface_SHAPE.vtp: each shape as drawn. Values on the triangles, in SI.
 void export_statistics_vtk(const Recording& recording, const std::string& directory);
-// contacts.csv, opposed_loads.csv, boundary_triangles.csv, surface_triangles.csv, energies.csv.
+// contacts.csv, compressive_loads.csv, boundary_maps.csv, particle_maps.csv, energy_spectrum.csv.
 void export_statistics_csv(const Recording& recording, const std::string& directory);
 
 }  // namespace firn

@@ -65,12 +65,14 @@ void export_contacts(const Recording& recording, const std::string& directory) {
   const std::vector<std::string> boundaries = recording.strings("/statistics/boundary_name");
   CsvFile csv(directory, "contacts.csv");
   csv.line(
-      "start [s],duration [s],particle,other,lasts,peak_normal_force [N],peak_time [s],"
+      "start [s],duration [s],body_a,body_b,open_at_end,peak_normal_force [N],peak_time [s],"
       "peak_friction [N],normal_impulse [N s],tangential_impulse [N s],impulse.x [N s],"
-      "impulse.y [N s],impulse.z [N s],approach_normal [m/s],approach_tangential [m/s],normal.x,"
-      "normal.y,normal.z,place.x [m],place.y [m],place.z [m],place_on_body.x [m],"
-      "place_on_body.y [m],place_on_body.z [m],place_on_other.x [m],place_on_other.y [m],"
-      "place_on_other.z [m],dissipated [J]");
+      "impulse.y [N s],impulse.z [N s],impact_velocity_normal [m/s],impact_velocity_tangential "
+      "[m/s],normal.x,"
+      "normal.y,normal.z,position.x [m],position.y [m],position.z [m],position_on_body_a.x [m],"
+      "position_on_body_a.y [m],position_on_body_a.z [m],position_on_body_b.x "
+      "[m],position_on_body_b.y [m],"
+      "position_on_body_b.z [m],dissipated [J]");
   for (const ContactEvent& e : contact_events(recording)) {
     std::string line = fmt::format("{},{},{},{},{}", e.start, e.duration, e.a,
                                    body_name(e.b, recording.particle_count(), boundaries), e.lasts);
@@ -88,8 +90,8 @@ void export_contacts(const Recording& recording, const std::string& directory) {
 void export_opposed(const Recording& recording, const std::vector<OpposedLoad>& loads,
                     const std::string& directory) {
   const std::vector<std::string> boundaries = recording.strings("/statistics/boundary_name");
-  CsvFile csv(directory, "opposed_loads.csv");
-  csv.line("particle,load [N],time [s],by,and_by");
+  CsvFile csv(directory, "compressive_loads.csv");
+  csv.line("particle,load [N],time [s],body_0,body_1");
   const std::size_t particles = recording.particle_count();
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const OpposedLoad& o = loads[i];
@@ -109,7 +111,7 @@ std::string with_units(std::string header, const std::vector<TriangleField>& fie
 
 void export_boundary_triangles(const std::vector<BoundaryLoads>& all,
                                const std::string& directory) {
-  CsvFile csv(directory, "boundary_triangles.csv");
+  CsvFile csv(directory, "boundary_maps.csv");
   csv.line(with_units("boundary,start [s],end [s],triangle,area [m^2]", all[0].fields));
   for (const BoundaryLoads& loads : all) {
     for (std::size_t i = 0; i < loads.end.size(); ++i) {
@@ -126,7 +128,7 @@ void export_boundary_triangles(const std::vector<BoundaryLoads>& all,
 }
 
 void export_surface_triangles(const std::vector<SurfaceLoads>& all, const std::string& directory) {
-  CsvFile csv(directory, "surface_triangles.csv");
+  CsvFile csv(directory, "particle_maps.csv");
   csv.line(with_units("shape,triangle", all[0].fields));
   for (const SurfaceLoads& loads : all) {
     for (std::size_t t = 0; t < loads.mesh.triangles.size(); ++t) {
@@ -139,7 +141,7 @@ void export_surface_triangles(const std::vector<SurfaceLoads>& all, const std::s
 }
 
 void export_energies(const EnergySpectrum& spectrum, const std::string& directory) {
-  CsvFile csv(directory, "energies.csv");
+  CsvFile csv(directory, "energy_spectrum.csv");
   csv.line("pair,from [J],to [J],contacts,dissipated [J]");
   const std::size_t classes = spectrum.lower.size();
   for (std::size_t kind = 0; kind < spectrum.kind.size(); ++kind) {

@@ -35,7 +35,7 @@ void export_particles(const Recording& recording, const std::string& directory) 
   CsvFile csv(directory, "particles.csv");
   const Case c = recording.read_case();
   std::string header =
-      "particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],door_time [s],batch,"
+      "particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],discharge_time [s],batch,"
       "insert_time [s],outlet";
   std::vector<std::vector<double>> gates;
   for (const Gate& gate : c.gates) {

@@ -57,8 +57,8 @@ HealthCause likely_cause(const ContactHealth& h) {
 
 ContactHealth contact_health(const Recording& recording, const Case& c) {
   ContactHealth h;
-  h.largest_overlap = last_finite(recording.series("/health/largest_overlap"));
-  h.late_contacts = last_finite(recording.series("/health/deep_births"));
+  h.largest_overlap = last_finite(recording.series("/diagnostics/largest_overlap"));
+  h.late_contacts = last_finite(recording.series("/diagnostics/late_contacts"));
   const std::string status = recording.status();
   h.stopped = status.starts_with("failed") && status.find("overlaps") != std::string::npos;
   h.particles = static_cast<double>(recording.particle_count());

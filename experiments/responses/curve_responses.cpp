@@ -55,7 +55,7 @@ Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::
   };
   if (what == "coordinate") return {column(what), turns ? "rad" : "m"};
   if (what == "rate") return {column(what), turns ? "rad/s" : "m/s"};
-  if (what == "drive") return {column(what), turns ? "N m" : "N"};
+  if (what == "motor_load") return {column(what), turns ? "N m" : "N"};
   if (what == "force") return {lengths(r.series(group + "force")), "N"};
   const std::vector<double> rate = column("rate"), times = r.frame_times();
   std::vector<double> acceleration(rate.size(), 0);

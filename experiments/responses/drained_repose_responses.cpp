@@ -231,7 +231,7 @@ DrainedHeap drained_heap(const Recording& recording, const Case& c) {
   if (!opening || times.empty()) return heap;
   heap.opened = true;
   heap.particle_size = mean_particle_size(recording, c);
-  heap.settled = recording.stages().back().ended_by == "at rest";
+  heap.settled = recording.stages().back().ended_by == "settled";
   heap.observed = times.back() - *opening;
 
   // The last frame before the door opened (a frame at that very step still counts).

@@ -256,7 +256,7 @@ void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
   if (!frame.free || frame.free->axes.empty()) return;
   const std::size_t axes = frame.free->axes.size();
   const std::vector<double> at = recording.series(group + "coordinate"),
-                            drive = recording.series(group + "drive");
+                            drive = recording.series(group + "motor_load");
   if (at.size() < axes) return;
   const bool turns = frame.free->axes[0].kind == FreeAxis::Kind::rotation;
   out.add(name + "coordinate_end", {at[at.size() - axes]}, turns ? "rad" : "m",

@@ -11,7 +11,7 @@ namespace firn {
 struct BondOutcome {
   std::string name;  // of its table in the case
   int a = 0, b = 0;  // particles
-  std::string mode;  // "whole", "parted" (a body has left), or what broke it: "tension", ...
+  std::string mode;  // "intact", "removed" (a body has left), or what broke it: "tension", ...
   // Of the break; NaN: it is not broken.
   double time = 0;            // s
   double stress = 0;          // Pa

@@ -26,16 +26,16 @@ constexpr EventColumn kEventColumns[] = {
     {"normal_impulse", "N s", [](ContactEvent& e) { return &e.normal_impulse; }},
     {"tangential_impulse", "N s", [](ContactEvent& e) { return &e.tangential_impulse; }},
     {"impulse", "N s", [](ContactEvent& e) { return e.impulse.data(); }, 3},
-    {"approach_normal", "m/s", [](ContactEvent& e) { return &e.approach_normal; }},
-    {"approach_tangential", "m/s", [](ContactEvent& e) { return &e.approach_tangential; }},
+    {"impact_velocity_normal", "m/s", [](ContactEvent& e) { return &e.approach_normal; }},
+    {"impact_velocity_tangential", "m/s", [](ContactEvent& e) { return &e.approach_tangential; }},
     {"normal", "1", [](ContactEvent& e) { return e.normal.data(); }, 3},
-    {"place", "m", [](ContactEvent& e) { return e.place.data(); }, 3},
-    {"place_on_body", "m", [](ContactEvent& e) { return e.place_on_a.data(); }, 3},
-    {"place_on_other", "m", [](ContactEvent& e) { return e.place_on_b.data(); }, 3},
+    {"position", "m", [](ContactEvent& e) { return e.place.data(); }, 3},
+    {"position_on_body_a", "m", [](ContactEvent& e) { return e.place_on_a.data(); }, 3},
+    {"position_on_body_b", "m", [](ContactEvent& e) { return e.place_on_b.data(); }, 3},
     {"dissipated", "J", [](ContactEvent& e) { return &e.dissipated; }},
 };
 // Integer columns of the same table: the bodies, and whether the contact is still open.
-constexpr const char* kEventNumbers[] = {"body", "other", "lasts"};
+constexpr const char* kEventNumbers[] = {"body_a", "body_b", "open_at_end"};
 
 // What a triangle has borne, from its sums, its area (m^2) and the length of the interval (s).
 struct TriangleColumn {
@@ -115,9 +115,9 @@ void append_events(hdf5::File& file, std::vector<ContactEvent> events, std::size
     for (const ContactEvent& e : events) values.push_back(number(e));
     file.open_table(event_path(name)).append(values);
   };
-  append("body", [&](const ContactEvent& e) { return number_of_body(e.a, particles); });
-  append("other", [&](const ContactEvent& e) { return number_of_body(e.b, particles); });
-  append("lasts", [](const ContactEvent& e) { return static_cast<double>(e.lasts); });
+  append("body_a", [&](const ContactEvent& e) { return number_of_body(e.a, particles); });
+  append("body_b", [&](const ContactEvent& e) { return number_of_body(e.b, particles); });
+  append("open_at_end", [](const ContactEvent& e) { return static_cast<double>(e.lasts); });
 }
 
 void append_interval(hdf5::File& file, const Case& c, const LoadInterval& interval) {
@@ -160,12 +160,12 @@ void write_field(hdf5::File& file, const std::string& path, const char* unit,
 void write_opposed(hdf5::File& file, const std::vector<OpposedLoad>& loads) {
   const hdf5::Shape all{loads.size()};
   const std::span<const OpposedLoad> span(loads);
-  write_field(file, "/particles/opposed_load", "N", all, span,
+  write_field(file, "/particles/compressive_load", "N", all, span,
               [](const OpposedLoad& o) { return o.load; });
-  write_field(file, "/particles/opposed_load_time", "s", all, span,
+  write_field(file, "/particles/compressive_load_time", "s", all, span,
               [](const OpposedLoad& o) { return o.load > 0 ? o.time : NAN; });
   for (const std::size_t k : {0, 1}) {
-    write_field(file, fmt::format("/particles/opposed_load_by_{}", k), "1", all, span,
+    write_field(file, fmt::format("/particles/compressive_load_body_{}", k), "1", all, span,
                 [&](const OpposedLoad& o) {
                   return o.load > 0 ? number_of_body(o.by[k], loads.size()) : NAN;
                 });
@@ -191,9 +191,9 @@ void write_sums(hdf5::File& file, const Case& c, const Solver& solver) {
   if (classes == 0) return;
   const hdf5::Shape shape{1 + c.model.boundaries.size(), classes};
   const std::span<const EnergySums> energies(solver.energy_sums());
-  write_field(file, "/statistics/energies/contacts", "1", shape, energies,
+  write_field(file, "/statistics/energy_spectrum/contacts", "1", shape, energies,
               [](const EnergySums& s) { return s.contacts; });
-  write_field(file, "/statistics/energies/dissipated", "J", shape, energies,
+  write_field(file, "/statistics/energy_spectrum/dissipated", "J", shape, energies,
               [](const EnergySums& s) { return s.dissipated; });
 }
 
@@ -229,8 +229,8 @@ void create_statistics(hdf5::File& file, const Case& c) {
   lower.reserve(static_cast<std::size_t>(options.energies.count()));
   for (int k = 0; k < options.energies.count(); ++k)
     lower.push_back(options.energies.lower_bound(k));
-  file.write<double>("/statistics/energies/lower_bound", {lower.size()}, lower);
-  file.set_attribute("/statistics/energies/lower_bound", "unit", std::string("J"));
+  file.write<double>("/statistics/energy_spectrum/lower_bound", {lower.size()}, lower);
+  file.set_attribute("/statistics/energy_spectrum/lower_bound", "unit", std::string("J"));
 }
 
 void truncate_statistics(hdf5::File& file, const Case& c, const StatisticsRows& rows) {
@@ -288,9 +288,9 @@ std::vector<ContactEvent> contact_events(const Recording& recording) {
   if (!recording.contains("/events/start")) return {};
   // A writer that was killed may have left columns of different lengths.
   std::vector<ContactEvent> events;
-  const std::vector<double> body = recording.values("/events/body"),
-                            other = recording.values("/events/other"),
-                            lasts = recording.values("/events/lasts");
+  const std::vector<double> body = recording.values("/events/body_a"),
+                            other = recording.values("/events/body_b"),
+                            lasts = recording.values("/events/open_at_end");
   std::size_t count = std::min({body.size(), other.size(), lasts.size()});
   std::vector<std::vector<double>> columns;
   for (const EventColumn& column : kEventColumns) {
@@ -314,11 +314,11 @@ std::vector<ContactEvent> contact_events(const Recording& recording) {
 }
 
 std::vector<OpposedLoad> opposed_loads(const Recording& recording) {
-  if (!recording.contains("/particles/opposed_load")) return {};
-  const std::vector<double> load = recording.values("/particles/opposed_load"),
-                            time = recording.values("/particles/opposed_load_time"),
-                            first = recording.values("/particles/opposed_load_by_0"),
-                            second = recording.values("/particles/opposed_load_by_1");
+  if (!recording.contains("/particles/compressive_load")) return {};
+  const std::vector<double> load = recording.values("/particles/compressive_load"),
+                            time = recording.values("/particles/compressive_load_time"),
+                            first = recording.values("/particles/compressive_load_body_0"),
+                            second = recording.values("/particles/compressive_load_body_1");
   std::vector<OpposedLoad> loads(std::min({load.size(), time.size(), first.size(), second.size()}));
   const Bodies bodies(recording);
   for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -399,16 +399,17 @@ std::vector<SurfaceLoads> surface_loads(const Recording& recording) {
 }
 
 std::optional<EnergySpectrum> energy_spectrum(const Recording& recording) {
-  if (!recording.contains("/statistics/energies/contacts")) return std::nullopt;
+  if (!recording.contains("/statistics/energy_spectrum/contacts")) return std::nullopt;
   EnergySpectrum spectrum;
-  spectrum.lower = recording.values("/statistics/energies/lower_bound");
+  spectrum.lower = recording.values("/statistics/energy_spectrum/lower_bound");
   spectrum.kind = recording.strings(kNames);
   spectrum.kind.insert(spectrum.kind.begin(), "particles");
-  spectrum.contacts = recording.values("/statistics/energies/contacts");
-  spectrum.dissipated = recording.values("/statistics/energies/dissipated");
+  spectrum.contacts = recording.values("/statistics/energy_spectrum/contacts");
+  spectrum.dissipated = recording.values("/statistics/energy_spectrum/dissipated");
   const std::size_t size = spectrum.lower.size() * spectrum.kind.size();
   if (spectrum.contacts.size() != size || spectrum.dissipated.size() != size)
-    throw InputError(recording.file() + ": /statistics/energies has lists of different lengths");
+    throw InputError(recording.file() +
+                     ": /statistics/energy_spectrum has lists of different lengths");
   return spectrum;
 }
 

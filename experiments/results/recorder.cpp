@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "experiments/results/checkpoint.h"
+#include "experiments/results/results_schema.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -38,7 +39,7 @@ bool may_be_results(const std::string& file) {
 bool has_whole_copy(const std::string& file) {
   if (!has_kept_copy(file)) return false;
   try {
-    const hdf5::File copy = hdf5::File::open(kept_copy(file), hdf5::File::Access::read);
+    const hdf5::File copy = results::open_file(kept_copy(file), hdf5::File::Access::read);
     return copy.text_attribute("/", "status") == "finished" || !read_checkpoints(copy).empty();
   } catch (const hdf5::Error&) {
     return false;
@@ -92,7 +93,7 @@ struct Recorder::Impl {
       : name(held->file()),
         lock(held),
         file(is_new ? hdf5::File::create(name)
-                    : hdf5::File::open(name, hdf5::File::Access::write)) {
+                    : results::open_file(name, hdf5::File::Access::write)) {
     for (const Column& c : columns) {
       tables.push_back(is_new ? file.create_table(c.path, c.row, c.unit) : file.open_table(c.path));
       std::size_t width = 1;

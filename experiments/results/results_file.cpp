@@ -14,6 +14,7 @@
 #include "experiments/results/results_schema.h"
 #include "experiments/storage/hdf5_file.h"
 #include "experiments/system/input_file.h"
+#include "experiments/text/toml_aliases.h"
 
 namespace firn {
 namespace {
@@ -32,7 +33,7 @@ hdf5::File open_results(const std::string& file, const std::string& name) {
     throw InputError(file + ": not a results file; expected HDF5 written by firn run");
   check_in_child(file, name);
   try {
-    return hdf5::File::open(file, hdf5::File::Access::read);
+    return results::open_file(file, hdf5::File::Access::read);
   } catch (const hdf5::Error& e) {
     throw InputError(fmt::format("{}: truncated or damaged results file: {}", file, e.what()));
   }
@@ -40,7 +41,7 @@ hdf5::File open_results(const std::string& file, const std::string& name) {
 
 bool is_series(const std::string& path) {
   for (const char* group :
-       {"/energy/", "/boundaries/", "/motion_frames/", "/boundary_contacts/", "/health/"})
+       {"/energy/", "/boundaries/", "/motion_frames/", "/boundary_contacts/", "/diagnostics/"})
     if (path.starts_with(group)) return true;
   return false;
 }
@@ -200,7 +201,7 @@ std::vector<double> Recording::exit_time() const {
   return impl_->read<double>("/particles/exit_time");
 }
 std::vector<double> Recording::door_time() const {
-  return impl_->read<double>("/particles/door_time");
+  return impl_->read<double>("/particles/discharge_time");
 }
 
 std::vector<double> Recording::insert_time() const {
@@ -211,10 +212,10 @@ std::vector<int> Recording::outlet() const { return impl_->read<int>("/particles
 
 std::vector<double> Recording::gate_time(const std::string& gate) const {
   const std::vector<std::string> names =
-      impl_->guarded([&] { return impl_->file.read_strings("/gates/name"); });
+      impl_->guarded([&] { return impl_->file.read_strings("/sensors/name"); });
   const auto found = std::ranges::find(names, gate);
   if (found == names.end()) throw InputError(fmt::format("{}: has no sensor \"{}\"", file(), gate));
-  const std::vector<double> all = impl_->read<double>("/particles/gate_time");
+  const std::vector<double> all = impl_->read<double>("/particles/sensor_time");
   const auto first =
       all.begin() + (found - names.begin()) * static_cast<std::ptrdiff_t>(particle_count());
   return {first, first + static_cast<std::ptrdiff_t>(particle_count())};
@@ -244,7 +245,7 @@ std::vector<StageRecord> Recording::stages() const {
   return impl_->guarded([&] {
     const hdf5::File& file = impl_->file;
     const std::vector<std::string> name = file.read_strings("/stages/name");
-    const std::vector<std::string> ended_by = file.read_strings("/stages/ended_by");
+    const std::vector<std::string> ended_by = file.read_strings("/stages/end_reason");
     const std::vector<double> start = file.read<double>("/stages/start");
     const std::vector<double> end = file.read<double>("/stages/end");
     std::vector<StageRecord> entered;
@@ -277,7 +278,9 @@ std::vector<Response> Recording::responses() const {
   });
 }
 
-std::vector<double> Recording::series(const std::string& path) const {
+std::vector<double> Recording::series(const std::string& asked) const {
+  const std::string path = results::current_path(asked);
+  if (path != asked) warn_of_old_name(impl_->name, {asked, 0, asked, path, false});
   const auto known = impl_->contents.datasets.find(path);
   if (known != impl_->contents.datasets.end() && !known->second->shape.starts_with("T"))
     throw InputError(fmt::format("{}: {}: is no series over frames", file(), path));
@@ -334,7 +337,7 @@ std::vector<std::string> Recording::strings(const std::string& path) const {
 }
 
 bool Recording::measured() const {
-  return impl_->guarded([&] { return impl_->file.has_attribute("/", "measured"); });
+  return impl_->guarded([&] { return impl_->file.has_attribute("/", "responses_complete"); });
 }
 
 bool Recording::has_checkpoint() const { return !read_checkpoints(impl_->file).empty(); }

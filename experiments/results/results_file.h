@@ -25,7 +25,7 @@ struct Frame {
 struct StageRecord {
   std::string name;
   double start = 0, end = 0;  // s; end is NaN while the stage is under way
-  // "at rest", "empty", "time", "time limit", "end of the case"; none while it is under way.
+  // "settled", "empty", "time", "time limit", "end of the case"; none while it is under way.
   std::string ended_by;
 };
 
@@ -81,7 +81,8 @@ class Recording {
   std::vector<StageRecord> stages() const;
   std::vector<Response> responses() const;  // as stored
   bool measured() const;                    // all responses are stored, not a part of them
-  // Named time series [T] under an HDF5 path, e.g. "/energy/kinetic"; [T, width] row by row.
+  // Named time series [T] under an HDF5 path, e.g. "/energy/kinetic"; [T, width] row by row. Reads
+  // a path of format 1 with a warning.
   std::vector<double> series(const std::string& path) const;
   std::vector<Series> series_list() const;  // all of them, in alphabetical order
   BoundaryFrame boundary(const std::string& name, std::size_t frame) const;

@@ -30,9 +30,10 @@ constexpr Dataset kDatasets[] = {
      "largest contact normal force over every step, not over frames"},
     {"/particles/exit_time", always, "", real, "N", "s", R::non_negative_or_nan, "",
      "when an outlet removed the particle; NaN: never"},
-    {"/particles/door_time", always, "", real, "N", "s", R::non_negative_or_nan, "",
+    {"/particles/discharge_time", always, "", real, "N", "s", R::non_negative_or_nan, "",
      "when the centre of mass was first below the floor's underside (drained angle of repose); "
-     "NaN: never"},
+     "NaN: never",
+     "/particles/door_time"},
     {"/particles/insert_time", newer, "", real, "N", "s", R::finite_or_nan, "",
      "when the particle came; NaN: has not; before 0: in the earlier run that the case "
      "[starts](scenes.md#initial_state) from"},
@@ -40,21 +41,25 @@ constexpr Dataset kDatasets[] = {
      "of its fill or inlet, from 0; -1: placed singly, or has not come"},
     {"/particles/outlet", newer, "", integer, "N", "", R::index_or_none, "O",
      "index into `/outlets/name`; -1: none"},
-    {"/particles/gate_time", together, "/gates/name", real, "G,N", "s", R::non_negative_or_nan, "",
-     "when its centre was first in each sensor of `/gates/name`; NaN: never"},
-    {"/particles/opposed_load", optional, "/statistics/boundary_name", real, "N", "N",
-     R::non_negative, "", "largest load from two sides; 0: none ([statistics.md](statistics.md))"},
-    {"/particles/opposed_load_time", together, "/particles/opposed_load", real, "N", "s",
-     R::non_negative_or_nan, "", "of that load; NaN: none"},
-    {"/particles/opposed_load_by_0", together, "/particles/opposed_load", real, "N", "1",
+    {"/particles/sensor_time", together, "/sensors/name", real, "G,N", "s", R::non_negative_or_nan,
+     "", "when its centre was first in each sensor of `/sensors/name`; NaN: never",
+     "/particles/gate_time"},
+    {"/particles/compressive_load", optional, "/statistics/boundary_name", real, "N", "N",
+     R::non_negative, "", "largest load from two sides; 0: none ([statistics.md](statistics.md))",
+     "/particles/opposed_load"},
+    {"/particles/compressive_load_time", together, "/particles/compressive_load", real, "N", "s",
+     R::non_negative_or_nan, "", "of that load; NaN: none", "/particles/opposed_load_time"},
+    {"/particles/compressive_load_body_0", together, "/particles/compressive_load", real, "N", "1",
      R::body_or_nan, "W",
-     "body on one side: a particle, or -1 - the index of a boundary; NaN: none"},
-    {"/particles/opposed_load_by_1", together, "/particles/opposed_load", real, "N", "1",
-     R::body_or_nan, "W", "body on the other side"},
+     "body on one side: a particle, or -1 - the index of a boundary; NaN: none",
+     "/particles/opposed_load_by_0"},
+    {"/particles/compressive_load_body_1", together, "/particles/compressive_load", real, "N", "1",
+     R::body_or_nan, "W", "body on the other side", "/particles/opposed_load_by_1"},
     {"/shapes/name", always, "", text, "H", "", R::any, "", ""},
     {"/shapes/mass", always, "", real, "H", "kg", R::positive, "", ""},
     {"/shapes/volume", always, "", real, "H", "m^3", R::positive, "", ""},
-    {"/gates/name", optional, "", text, "G", "", R::any, "", "of a case with sensors"},
+    {"/sensors/name", optional, "", text, "G", "", R::any, "", "of a case with sensors",
+     "/gates/name"},
     {"/outlets/name", newer, "", text, "O", "", R::any, "", ""},
     {"/frames/time", always, "", real, "T", "s", R::ascending, "", ""},
     {"/frames/position", always, "", real, "T,N,3", "m", R::vector_or_nan, "",
@@ -83,20 +88,23 @@ constexpr Dataset kDatasets[] = {
      "N m", R::finite, "", "about its origin; mean over the interval"},
     {"/motion_frames/<frame>/reaction_force", optional, "/motion_frames/<frame>/position", real,
      "T,3", "N", R::finite, "",
-     "on a free one by what carries it: bearing, springs, drives and stops; mean over the "
+     "on a free one by what carries it: bearing, springs, motors and joint limits; mean over the "
      "interval"},
     {"/motion_frames/<frame>/reaction_torque", together, "/motion_frames/<frame>/reaction_force",
      real, "T,3", "N m", R::finite, "", "about its origin; mean over the interval"},
-    {"/motion_frames/<frame>/spin", optional, "/motion_frames/<frame>/position", real, "T,3",
-     "rad/s", R::finite, "", "of one that turns freely: against what carries it, world axes"},
+    {"/motion_frames/<frame>/angular_velocity", optional, "/motion_frames/<frame>/position", real,
+     "T,3", "rad/s", R::finite, "", "of one that turns freely: against what carries it, world axes",
+     "/motion_frames/<frame>/spin"},
     {"/motion_frames/<frame>/coordinate", optional, "/motion_frames/<frame>/position", real, "T,A",
-     "SI", R::finite, "", "of each axis of a free one, m or rad"},
+     "SI", R::finite, "", "of each joint of a free one, m or rad"},
     {"/motion_frames/<frame>/rate", together, "/motion_frames/<frame>/coordinate", real, "T,A",
      "SI", R::finite, "", "m/s or rad/s"},
-    {"/motion_frames/<frame>/drive", together, "/motion_frames/<frame>/coordinate", real, "T,A",
-     "SI", R::finite, "", "what the drive gave, N or N m; mean over the interval"},
-    {"/motion_frames/<frame>/stop", together, "/motion_frames/<frame>/coordinate", real, "T,A",
-     "SI", R::finite, "", "what hard stops gave, N or N m; mean over the interval"},
+    {"/motion_frames/<frame>/motor_load", together, "/motion_frames/<frame>/coordinate", real,
+     "T,A", "SI", R::finite, "", "load by the motor, N or N m; mean over the interval",
+     "/motion_frames/<frame>/drive"},
+    {"/motion_frames/<frame>/limit_load", together, "/motion_frames/<frame>/coordinate", real,
+     "T,A", "SI", R::finite, "", "load by the joint limits, N or N m; mean over the interval",
+     "/motion_frames/<frame>/stop"},
     {"/boundary_contacts/<contact>/force", optional, "", real, "T,3", "N", R::finite, "",
      "of a case with [boundary contacts](scenes.md#boundary-contacts): on the first of the two, or "
      "on "
@@ -106,16 +114,18 @@ constexpr Dataset kDatasets[] = {
      "largest sum over its patches within the interval"},
     {"/boundary_contacts/<contact>/dissipated", together, "/boundary_contacts/<contact>/force",
      real, "T", "J", R::finite, "", "by impacts and friction, since the start"},
-    {"/switches/name", optional, "", text, "C", "", R::any, "",
-     "of a case with limit switches: which one changed, in order of time"},
-    {"/switches/time", together, "/switches/name", real, "C", "s", R::ascending, "", ""},
-    {"/switches/closed", together, "/switches/name", integer, "C", "", R::flag, "", ""},
+    {"/limit_switches/name", optional, "", text, "C", "", R::any, "",
+     "of a case with limit switches: which one changed, in order of time", "/switches/name"},
+    {"/limit_switches/time", together, "/limit_switches/name", real, "C", "s", R::ascending, "", "",
+     "/switches/time"},
+    {"/limit_switches/closed", together, "/limit_switches/name", integer, "C", "", R::flag, "", "",
+     "/switches/closed"},
     {"/bonds/name", optional, "", text, "B", "", R::any, "",
      "of a case with [bonds](scenes.md#bonds): name of the table"},
     {"/bonds/a", together, "/bonds/name", integer, "B", "", R::index, "N", "one particle"},
     {"/bonds/b", together, "/bonds/name", integer, "B", "", R::index, "N", "the other"},
     {"/bonds/break_mode", together, "/bonds/name", text, "B", "", R::choice,
-     "whole|tension|bending|shear|torsion|parted", "`parted`: a body has left"},
+     "intact|tension|bending|shear|torsion|removed", "`removed`: a body has left"},
     {"/bonds/break_time", together, "/bonds/name", real, "B", "s", R::non_negative_or_nan, "",
      "NaN: has not broken, here and below"},
     {"/bonds/break_stress", together, "/bonds/name", real, "B", "Pa", R::finite_or_nan, "", ""},
@@ -132,20 +142,24 @@ constexpr Dataset kDatasets[] = {
     {"/events/tangential_impulse", together, "/events/start", real, "E", "N s", R::finite, "", ""},
     {"/events/impulse", together, "/events/start", real, "E,3", "N s", R::finite, "",
      "vector, world"},
-    {"/events/approach_normal", together, "/events/start", real, "E", "m/s", R::finite, "", ""},
-    {"/events/approach_tangential", together, "/events/start", real, "E", "m/s", R::finite, "", ""},
+    {"/events/impact_velocity_normal", together, "/events/start", real, "E", "m/s", R::finite, "",
+     "", "/events/approach_normal"},
+    {"/events/impact_velocity_tangential", together, "/events/start", real, "E", "m/s", R::finite,
+     "", "", "/events/approach_tangential"},
     {"/events/normal", together, "/events/start", real, "E,3", "1", R::finite, "", ""},
-    {"/events/place", together, "/events/start", real, "E,3", "m", R::finite, "", "world"},
-    {"/events/place_on_body", together, "/events/start", real, "E,3", "m", R::finite, "",
-     "axes of the body"},
-    {"/events/place_on_other", together, "/events/start", real, "E,3", "m", R::finite, "",
-     "axes of the other body"},
+    {"/events/position", together, "/events/start", real, "E,3", "m", R::finite, "", "world",
+     "/events/place"},
+    {"/events/position_on_body_a", together, "/events/start", real, "E,3", "m", R::finite, "",
+     "axes of the body", "/events/place_on_body"},
+    {"/events/position_on_body_b", together, "/events/start", real, "E,3", "m", R::finite, "",
+     "axes of the other body", "/events/place_on_other"},
     {"/events/dissipated", together, "/events/start", real, "E", "J", R::finite, "", ""},
-    {"/events/body", together, "/events/start", real, "E", "1", R::index, "N", "a particle"},
-    {"/events/other", together, "/events/start", real, "E", "1", R::body, "W",
-     "a particle, or -1 - the index of a boundary"},
-    {"/events/lasts", together, "/events/start", real, "E", "1", R::flag, "",
-     "1: under way at the end of the run"},
+    {"/events/body_a", together, "/events/start", real, "E", "1", R::index, "N", "a particle",
+     "/events/body"},
+    {"/events/body_b", together, "/events/start", real, "E", "1", R::body, "W",
+     "a particle, or -1 - the index of a boundary", "/events/other"},
+    {"/events/open_at_end", together, "/events/start", real, "E", "1", R::flag, "",
+     "1: under way at the end of the run", "/events/lasts"},
     {"/statistics/boundary_name", optional, "", text, "W", "", R::any, "",
      "boundaries in order of the case; of a case with [statistics](statistics.md)"},
     {"/statistics/intervals/start", optional, "/statistics/boundary_name", real, "I", "s",
@@ -189,12 +203,13 @@ constexpr Dataset kDatasets[] = {
      real, "P", "N s", R::finite, "", ""},
     {"/statistics/shapes/<shape>/peak_normal_force", together,
      "/statistics/shapes/<shape>/contacts", real, "P", "N", R::non_negative, "", ""},
-    {"/statistics/energies/lower_bound", optional, "/statistics/boundary_name", real, "K", "J",
-     R::ascending, "", "of the classes of energy"},
-    {"/statistics/energies/contacts", optional, "/statistics/energies/lower_bound", real, "1+W,K",
-     "1", R::non_negative, "", "that ended, between particles and on each boundary"},
-    {"/statistics/energies/dissipated", together, "/statistics/energies/contacts", real, "1+W,K",
-     "J", R::finite, "", "by them"},
+    {"/statistics/energy_spectrum/lower_bound", optional, "/statistics/boundary_name", real, "K",
+     "J", R::ascending, "", "of the classes of energy", "/statistics/energies/lower_bound"},
+    {"/statistics/energy_spectrum/contacts", optional, "/statistics/energy_spectrum/lower_bound",
+     real, "1+W,K", "1", R::non_negative, "", "that ended, between particles and on each boundary",
+     "/statistics/energies/contacts"},
+    {"/statistics/energy_spectrum/dissipated", together, "/statistics/energy_spectrum/contacts",
+     real, "1+W,K", "J", R::finite, "", "by them", "/statistics/energies/dissipated"},
     {"/energy/kinetic", always, "", real, "T", "J", R::non_negative, "", ""},
     {"/energy/gravitational", newer, "", real, "T", "J", R::finite, "", ""},
     {"/energy/elastic", newer, "", real, "T", "J", R::finite, "", ""},
@@ -204,32 +219,37 @@ constexpr Dataset kDatasets[] = {
     {"/energy/dissipated_friction", newer, "", real, "T", "J", R::finite, "", ""},
     {"/energy/dissipated_bonds", optional, "/bonds/name", real, "T", "J", R::finite, "",
      "by dampers of bonds, and what bonds held when they broke"},
-    {"/energy/dissipated_walls", newer, "", real, "T", "J", R::finite, "",
-     "the part of the first two that was lost against boundaries"},
+    {"/energy/dissipated_boundaries", newer, "", real, "T", "J", R::finite, "",
+     "the part of the first two that was lost against boundaries", "/energy/dissipated_walls"},
     {"/energy/boundary_work", newer, "", real, "T", "J", R::finite, "",
      "done by moving boundaries on particles"},
     {"/energy/removed", newer, "", real, "T", "J", R::finite, "",
      "carried away by removals less that inserted"},
-    {"/health/largest_overlap", newer, "", real, "T", "m", R::non_negative, "",
-     "over all steps so far"},
-    {"/health/overlap_now", newer, "", real, "T", "m", R::finite_or_nan, "",
-     "largest overlap of the contacts that bear a force in this frame; NaN when nothing touches"},
-    {"/health/overlap_p99", newer, "", real, "T", "m", R::finite_or_nan, "",
-     "the one that 99 % of them stay below"},
-    {"/health/overlap_median", newer, "", real, "T", "m", R::finite_or_nan, "", "the median"},
-    {"/health/energy_rise", newer, "", real, "T", "J", R::finite, "",
-     "sum of unexplained rises so far"},
-    {"/health/deep_births", newer, "", real, "T", "1", R::non_negative, "",
-     "contacts first seen already deep, so far"},
-    {"/health/patches", newer, "", real, "T", "1", R::non_negative, "", "contact patches now"},
-    {"/health/points", newer, "", real, "T", "1", R::non_negative, "", "contact points now"},
+    {"/diagnostics/largest_overlap", newer, "", real, "T", "m", R::non_negative, "",
+     "over all steps so far", "/health/largest_overlap"},
+    {"/diagnostics/overlap_now", newer, "", real, "T", "m", R::finite_or_nan, "",
+     "largest overlap of the contacts that bear a force in this frame; NaN when nothing touches",
+     "/health/overlap_now"},
+    {"/diagnostics/overlap_p99", newer, "", real, "T", "m", R::finite_or_nan, "",
+     "the one that 99 % of them stay below", "/health/overlap_p99"},
+    {"/diagnostics/overlap_median", newer, "", real, "T", "m", R::finite_or_nan, "", "the median",
+     "/health/overlap_median"},
+    {"/diagnostics/energy_error", newer, "", real, "T", "J", R::finite, "",
+     "sum of unexplained energy rises so far", "/health/energy_rise"},
+    {"/diagnostics/late_contacts", newer, "", real, "T", "1", R::non_negative, "",
+     "contacts detected with an overlap already, so far", "/health/deep_births"},
+    {"/diagnostics/patches", newer, "", real, "T", "1", R::non_negative, "", "contact patches now",
+     "/health/patches"},
+    {"/diagnostics/points", newer, "", real, "T", "1", R::non_negative, "", "contact points now",
+     "/health/points"},
     {"/stages/name", always, "", text, "S", "", R::any, "", ""},
     {"/stages/start", always, "", real, "S", "", R::non_negative_or_nan, "", "s; NaN: not reached"},
     {"/stages/end", always, "", real, "S", "", R::non_negative_or_nan, "", "s; NaN: not reached"},
-    {"/stages/ended_by", always, "", text, "S", "", R::any, "",
-     "`at rest`, `empty`, `switch \"NAME\"`, `passed \"NAME\"`, `stalled: ...`, `torque`, `time`, "
+    {"/stages/end_reason", always, "", text, "S", "", R::any, "",
+     "`settled`, `empty`, `switch \"NAME\"`, `passed \"NAME\"`, `stalled: ...`, `torque`, `time`, "
      "`time limit` (with `passed`: and how many passed the sensor), `end of the case`, or what "
-     "blocked an inlet; empty: not ended"},
+     "blocked an inlet; empty: not ended",
+     "/stages/ended_by"},
     {"/responses/<response>", optional, "", real, "k", "", R::finite_or_nan, "",
      "what [was measured](responses.md), once the run is finished; NaN: not defined"},
     {"/checkpoint/slot_0", optional, "", byte, "b", "", R::any, "",
@@ -241,6 +261,8 @@ constexpr Dataset kDatasets[] = {
 
 constexpr Attribute kAttributes[] = {
     {"/", "case", always, text, "", R::any, "", "the whole resolved case, TOML"},
+    {"/", "format_version", newer, natural, "", R::positive, "",
+     "number of the format; files without it are of format 1"},
     {"/", "firn_version", always, text, "", R::any, "",
      "written last: a file without it was never begun"},
     {"/", "git_commit", always, text, "", R::any, "", ""},
@@ -250,7 +272,8 @@ constexpr Attribute kAttributes[] = {
     {"/", "timestep", always, real, "", R::positive, "", "s"},
     {"/", "status", always, text, "", R::choice, "running|finished|interrupted|failed", ""},
     {"/", "wall_time", always, real, "", R::non_negative, "", "s, over all sessions"},
-    {"/", "measured", optional, natural, "", R::flag, "", "1 once all responses are there"},
+    {"/", "responses_complete", optional, natural, "", R::flag, "",
+     "1 once all responses are there", "measured"},
     {"/responses/<response>", "unit", always, text, "", R::any, "", ""},
     {"/responses/<response>", "method", always, text, "", R::any, "", ""},
     {"/responses/<response>", "method_version", always, natural, "", R::any, "", ""},
@@ -263,16 +286,25 @@ constexpr Symbol kSymbols[] = {
     {"T", "/frames/time", true, "frames"},
     {"H", "/shapes/name", false, "shapes"},
     {"O", "/outlets/name", false, "outlets"},
-    {"G", "/gates/name", false, "sensors"},
+    {"G", "/sensors/name", false, "sensors"},
     {"S", "/stages/name", false, "stages"},
-    {"C", "/switches/name", false, "changes of switches"},
+    {"C", "/limit_switches/name", false, "changes of limit switches"},
     {"B", "/bonds/name", false, "bonds"},
-    {"A", "/motion_frames/<frame>/coordinate", false, "axes of a free frame"},
+    {"A", "/motion_frames/<frame>/coordinate", false, "joints of a free frame"},
     {"E", "/events/start", true, "contacts"},
     {"W", "/statistics/boundary_name", false, "boundaries"},
     {"I", "/statistics/intervals/start", true, "intervals of loads"},
-    {"K", "/statistics/energies/lower_bound", false, "classes of energy"},
+    {"K", "/statistics/energy_spectrum/lower_bound", false, "classes of energy"},
 };
+struct RenamedText {
+  std::string_view path, first, current;
+};
+constexpr RenamedText kRenamedTexts[] = {
+    {"/bonds/break_mode", "whole", "intact"},
+    {"/bonds/break_mode", "parted", "removed"},
+    {"/stages/end_reason", "at rest", "settled"},
+};
+
 // Of meshes, in each group that has one.
 constexpr std::string_view kMeshSymbols[][2] = {{"V", "vertices"}, {"P", "triangles"}};
 
@@ -300,6 +332,37 @@ struct Pattern {
     return open ? fmt::format("{}{}{}", before, name, after) : std::string(before);
   }
 };
+
+// Names of files of format 1, from the columns `first_name` of the tables above.
+std::string converted_path(const std::string& path, std::string_view Dataset::*from,
+                           std::string_view Dataset::*to) {
+  for (const Dataset& d : kDatasets) {
+    if (d.first_name.empty()) continue;
+    if (const std::optional<std::string> name = Pattern(d.*from).name_in(path))
+      return Pattern(d.*to).with(*name);
+  }
+  return path;
+}
+
+hdf5::Names first_names() {
+  hdf5::Names names;
+  names.stored = [](const std::string& path) {
+    return converted_path(path, &Dataset::path, &Dataset::first_name);
+  };
+  names.current = [](const std::string& path) { return current_path(path); };
+  names.stored_attribute = [](const std::string& path, const std::string& name) {
+    for (const Attribute& a : kAttributes)
+      if (!a.first_name.empty() && a.object == path && a.name == name)
+        return std::string(a.first_name);
+    return name;
+  };
+  names.current_text = [](const std::string& path, const std::string& value) {
+    for (const RenamedText& t : kRenamedTexts)
+      if (t.path == path && t.first == value) return std::string(t.current);
+    return value;
+  };
+  return names;
+}
 
 std::vector<std::string_view> split(std::string_view list, char separator) {
   std::vector<std::string_view> parts;
@@ -521,6 +584,7 @@ class Check {
     find_datasets();
     check_presence();
     check_attributes("/", "/", {});
+    check_format();
     contents_.finished = file_.text_attribute("/", "status") == "finished";
     for (const Found& found : found_) check_kind(found);
     find_lengths();
@@ -534,6 +598,13 @@ class Check {
   }
 
  private:
+  void check_format() const {
+    if (!file_.has_attribute("/", "format_version")) return;
+    if (const auto format = file_.integer_attribute("/", "format_version"); format != kFormat)
+      refuse("/",
+             fmt::format("is of format {}; expected {} or no format_version", format, kFormat));
+  }
+
   struct Found {
     const Dataset* dataset;
     const hdf5::Object* object;
@@ -770,7 +841,7 @@ class Check {
     contents_.frames = frames;
     if (contents_.finished) return;
     for (const auto& [symbol, path] :
-         {std::pair{"E", "/events/body"}, {"I", "/statistics/intervals/end"}}) {
+         {std::pair{"E", "/events/body_a"}, {"I", "/statistics/intervals/end"}}) {
       const auto rows = contents_.rows.find(symbol);
       if (rows == contents_.rows.end()) continue;
       const std::vector<double> values = file_.read_rows(path, 0, rows->second);
@@ -877,6 +948,16 @@ std::optional<std::size_t> Contents::growing_rows(std::string_view path) const {
   return s ? std::optional(rows.find(s->name)->second) : std::nullopt;
 }
 
+std::string current_path(const std::string& path) {
+  return converted_path(path, &Dataset::first_name, &Dataset::path);
+}
+
+hdf5::File open_file(const std::string& path, hdf5::File::Access access) {
+  hdf5::File file = hdf5::File::open(path, access);
+  if (!file.has_attribute("/", "format_version")) file.use_names(first_names());
+  return file;
+}
+
 Contents check_file(const hdf5::File& file) { return Check(file).all(); }
 
 void check_values(const Contents& contents, const std::string& path, std::span<const double> values,
@@ -904,13 +985,14 @@ void check_case(const Contents& contents, const hdf5::File& file, const Case& c)
   expect("B", c.model.bonds.size(), "bonds");
   expect("W", c.model.boundaries.size(), "boundaries");
   expect("G", c.gates.size(), "sensors");
-  if (contents.datasets.contains("/gates/name")) {
-    const std::vector<std::string> names = file.read_strings("/gates/name");
+  if (contents.datasets.contains("/sensors/name")) {
+    const std::vector<std::string> names = file.read_strings("/sensors/name");
     for (std::size_t g = 0; g < names.size(); ++g)
       if (names[g] != c.gates[g].name)
-        refuse("/gates/name", fmt::format("entry {} is \"{}\"; expected \"{}\", as the case in the "
-                                          "file",
-                                          g, names[g], c.gates[g].name));
+        refuse("/sensors/name",
+               fmt::format("entry {} is \"{}\"; expected \"{}\", as the case in the "
+                           "file",
+                           g, names[g], c.gates[g].name));
   }
   for (const Column& column : result_columns(c.model)) {
     const auto shape = contents.shapes.find(column.path);
@@ -943,6 +1025,14 @@ std::string description() {
                        type_word(d.type),
                        d.unit.empty() || d.unit == "1" ? "" : fmt::format(" {}", d.unit),
                        rule_text(d.rule, d.limit), presence_text(d), d.meaning);
+  out += "\n| name | in files of format 1 |\n|---|---|\n";
+  for (const Dataset& d : kDatasets)
+    if (!d.first_name.empty()) out += fmt::format("| `{}` | `{}` |\n", d.path, d.first_name);
+  for (const Attribute& a : kAttributes)
+    if (!a.first_name.empty())
+      out += fmt::format("| `{}` of `{}` | `{}` |\n", a.name, a.object, a.first_name);
+  for (const RenamedText& t : kRenamedTexts)
+    out += fmt::format("| `{}` in `{}` | `{}` |\n", t.current, t.path, t.first);
   return out;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -14,6 +15,10 @@
 #include "experiments/storage/hdf5_file.h"
 
 namespace firn::results {
+
+// Of the files that this version writes: their attribute `format_version`. Files of format 1 lack
+// it and have other names.
+inline constexpr std::uint64_t kFormat = 2;
 
 // Values of numbers are below this in magnitude: their products are finite, too.
 inline constexpr double kLargestNumber = 1e30;
@@ -58,6 +63,7 @@ struct Dataset {
   Rule rule;
   std::string_view limit;  // symbol of an index; texts of a choice, separated by '|'
   std::string_view meaning;
+  std::string_view first_name = {};  // path in files of format 1; empty: the same
 };
 
 struct Attribute {
@@ -68,6 +74,7 @@ struct Attribute {
   Rule rule;
   std::string_view limit;
   std::string_view meaning;
+  std::string_view first_name = {};  // as of a dataset
 };
 
 // A length that several datasets share: that of the dimension in `anchor` that has its name.
@@ -95,6 +102,11 @@ struct Contents {
   // Rows of a dataset that grows which count; those beyond are what a killed writer left.
   std::optional<std::size_t> growing_rows(std::string_view path) const;
 };
+
+// Opens a file under the names of this version, whatever its format. Throws hdf5::Error.
+hdf5::File open_file(const std::string& path, hdf5::File::Access access);
+// The path in this version for one of format 1; `path` itself when it has no other.
+std::string current_path(const std::string& path);
 
 // Throws hdf5::Error, "PATH: what is wrong; what is expected". Reads all values but those that grow
 // with the run. Unknown objects are not looked at beyond their place.

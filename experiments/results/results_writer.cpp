@@ -6,6 +6,7 @@
 
 #include "experiments/analysis/sample_statistics.h"
 #include "experiments/results/contact_statistics_results.h"
+#include "experiments/results/results_schema.h"
 #include "experiments/storage/version.h"
 #include "firn/contact_model.h"
 
@@ -112,10 +113,10 @@ std::vector<Column> result_columns(const Model& model) {
     if (!frame.free) continue;
     columns.push_back({group + "/reaction_force", "N", {3}});
     columns.push_back({group + "/reaction_torque", "N m", {3}});
-    if (frame.free->turns_freely) columns.push_back({group + "/spin", "rad/s", {3}});
+    if (frame.free->turns_freely) columns.push_back({group + "/angular_velocity", "rad/s", {3}});
     if (frame.free->axes.empty()) continue;
     const std::size_t axes = frame.free->axes.size();
-    for (const char* name : {"coordinate", "rate", "drive", "stop"})
+    for (const char* name : {"coordinate", "rate", "motor_load", "limit_load"})
       columns.push_back({group + "/" + name, "SI", {axes}});
   }
   for (const BoundaryContact& contact : model.boundary_contacts) {
@@ -124,16 +125,17 @@ std::vector<Column> result_columns(const Model& model) {
     columns.push_back({group + "/peak_normal_force", "N", {}});
     columns.push_back({group + "/dissipated", "J", {}});
   }
-  for (const char* name : {"kinetic", "gravitational", "elastic", "dissipated", "dissipated_normal",
-                           "dissipated_friction", "dissipated_walls", "boundary_work", "removed"})
+  for (const char* name :
+       {"kinetic", "gravitational", "elastic", "dissipated", "dissipated_normal",
+        "dissipated_friction", "dissipated_boundaries", "boundary_work", "removed"})
     columns.push_back({std::string("/energy/") + name, "J", {}});
   if (!model.bonds.empty()) columns.push_back({"/energy/dissipated_bonds", "J", {}});
-  columns.push_back({"/health/largest_overlap", "m", {}});
+  columns.push_back({"/diagnostics/largest_overlap", "m", {}});
   for (const char* name : {"overlap_now", "overlap_p99", "overlap_median"})
-    columns.push_back({std::string("/health/") + name, "m", {}});
-  columns.push_back({"/health/energy_rise", "J", {}});
-  for (const char* name : {"deep_births", "patches", "points"})
-    columns.push_back({std::string("/health/") + name, "1", {}});
+    columns.push_back({std::string("/diagnostics/") + name, "m", {}});
+  columns.push_back({"/diagnostics/energy_error", "J", {}});
+  for (const char* name : {"late_contacts", "patches", "points"})
+    columns.push_back({std::string("/diagnostics/") + name, "1", {}});
   return columns;
 }
 
@@ -170,6 +172,7 @@ void write_header(hdf5::File& file, const Case& c) {
   const Model& model = c.model;
   file.set_attribute("/", "case", c.resolved);
   file.set_attribute("/", "git_commit", std::string(firn_git_commit()));
+  file.set_attribute("/", "format_version", results::kFormat);
   file.set_attribute("/", "contact_model", static_cast<std::uint64_t>(kContactModel));
   file.set_attribute("/", "seed", c.seed);
   file.set_attribute("/", "timestep", model.timestep);
@@ -202,13 +205,13 @@ void write_header(hdf5::File& file, const Case& c) {
   std::vector<std::string> gates, outlets;
   for (const Gate& gate : c.gates) gates.push_back(gate.name);
   for (const Outlet& outlet : c.outlets) outlets.push_back(outlet.name);
-  if (!gates.empty()) file.write_strings("/gates/name", gates);
+  if (!gates.empty()) file.write_strings("/sensors/name", gates);
   file.write_strings("/outlets/name", outlets);
   write_particles(file, std::vector<double>(id.size(), 0), ParticleEvents(c));
   file.set_attribute("/particles/peak_normal_force", "unit", std::string("N"));
-  for (const char* time : {"exit_time", "door_time", "insert_time"})
+  for (const char* time : {"exit_time", "discharge_time", "insert_time"})
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
-  if (!gates.empty()) file.set_attribute("/particles/gate_time", "unit", std::string("s"));
+  if (!gates.empty()) file.set_attribute("/particles/sensor_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
   write_bonds(file, c, {});
   create_statistics(file, c);
@@ -222,7 +225,7 @@ void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_fo
   const hdf5::Shape all{peak_normal_force.size()};
   file.write<double>("/particles/peak_normal_force", all, peak_normal_force);
   file.write<double>("/particles/exit_time", all, passages.exit_time);
-  file.write<double>("/particles/door_time", all, passages.door_time);
+  file.write<double>("/particles/discharge_time", all, passages.door_time);
   file.write<double>("/particles/insert_time", all, passages.insert_time);
   file.write<int>("/particles/outlet", all, passages.outlet);
   file.write<int>("/particles/batch", all, passages.batch);
@@ -231,7 +234,7 @@ void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_fo
   std::vector<double> gates;
   for (const std::vector<double>& times : passages.gate_time)
     gates.insert(gates.end(), times.begin(), times.end());
-  file.write<double>("/particles/gate_time", {passages.gate_time.size(), all[0]}, gates);
+  file.write<double>("/particles/sensor_time", {passages.gate_time.size(), all[0]}, gates);
 }
 
 ParticleEvents::ParticleEvents(const Case& c) {
@@ -256,12 +259,12 @@ void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchCha
     times.push_back(change.time);
     closed.push_back(static_cast<int>(change.closed));
   }
-  for (const char* old : {"/switches/name", "/switches/time", "/switches/closed"})
+  for (const char* old : {"/limit_switches/name", "/limit_switches/time", "/limit_switches/closed"})
     if (file.contains(old)) file.remove(old);
-  file.write_strings("/switches/name", names);
-  file.write<double>("/switches/time", {times.size()}, times);
-  file.write<int>("/switches/closed", {closed.size()}, closed);
-  file.set_attribute("/switches/time", "unit", std::string("s"));
+  file.write_strings("/limit_switches/name", names);
+  file.write<double>("/limit_switches/time", {times.size()}, times);
+  file.write<int>("/limit_switches/closed", {closed.size()}, closed);
+  file.set_attribute("/limit_switches/time", "unit", std::string("s"));
 }
 
 void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records) {
@@ -314,7 +317,7 @@ void write_stages(hdf5::File& file, const std::vector<Stage>& stages,
   }
   const hdf5::Shape all{stages.size()};
   file.write_strings("/stages/name", name);
-  file.write_strings("/stages/ended_by", ended_by);
+  file.write_strings("/stages/end_reason", ended_by);
   file.write<double>("/stages/start", all, start);
   file.write<double>("/stages/end", all, end);
 }

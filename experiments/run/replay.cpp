@@ -10,6 +10,7 @@
 
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/results_file.h"
+#include "experiments/results/results_schema.h"
 #include "experiments/results/results_writer.h"
 #include "experiments/run/driver.h"
 #include "experiments/storage/hdf5_file.h"
@@ -27,7 +28,7 @@ class FrameProof {
  public:
   FrameProof(const std::string& results_file, const Recording& recording, const Model& model)
       : name_(results_file),
-        file_(hdf5::File::open(results_file, hdf5::File::Access::read)),
+        file_(results::open_file(results_file, hdf5::File::Access::read)),
         columns_(result_columns(model)),
         times_(recording.frame_times()),
         timestep_(model.timestep) {}
@@ -114,7 +115,7 @@ std::unique_ptr<Driver> nearest_start(const std::string& results_file, const Cas
     if (driver->steps() <= options.from_step && driver->steps() > best->steps())
       best = std::move(driver);
   };
-  const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
+  const hdf5::File file = results::open_file(results_file, hdf5::File::Access::read);
   const std::vector<std::uint64_t> kept = kept_states(file);
   for (auto step = kept.rbegin(); step != kept.rend() && best->steps() == 0; ++step) {
     if (*step > options.from_step) continue;

@@ -8,6 +8,7 @@
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/recorder.h"
 #include "experiments/results/results_file.h"
+#include "experiments/results/results_schema.h"
 #include "experiments/results/results_writer.h"
 #include "experiments/run/driver.h"
 #include "experiments/run/interference_check.h"
@@ -27,7 +28,7 @@ std::vector<Response> measure_and_store(const Lock& lock, const Case& c) {
     if (file.contains("/responses")) file.remove("/responses");  // a part, from before a kill
     write_responses(file, responses);
     file.flush();
-    file.set_attribute("/", "measured", std::uint64_t{1});  // all of them are there
+    file.set_attribute("/", "responses_complete", std::uint64_t{1});  // all of them are there
   });
   recorder.close();
   return responses;
@@ -36,8 +37,8 @@ std::vector<Response> measure_and_store(const Lock& lock, const Case& c) {
 // Whether nothing is left to do for a finished run. One that was killed just as it finished may
 // have left its checkpoints, or not been measured.
 bool is_tidy(const std::string& results_file) {
-  const hdf5::File file = hdf5::File::open(results_file, hdf5::File::Access::read);
-  return !has_kept_copy(results_file) && file.has_attribute("/", "measured") &&
+  const hdf5::File file = results::open_file(results_file, hdf5::File::Access::read);
+  return !has_kept_copy(results_file) && file.has_attribute("/", "responses_complete") &&
          file.contains("/responses") && !file.contains("/checkpoint");
 }
 

@@ -180,7 +180,7 @@ std::optional<std::string> StageEvents::ended_by(const Stage& stage, const Solve
     return stage.ends_on(event) && since >= 0 &&
            step >= static_cast<std::uint64_t>(since) + to_steps(case_, hold);
   };
-  if (held(Until::at_rest, state.rest_since, stage.rest_hold)) return "at rest";
+  if (held(Until::at_rest, state.rest_since, stage.rest_hold)) return "settled";
   if (state.stalled)
     return fmt::format("stalled: {}", describe_jam(case_, solver, stage.stall_frame));
   if (state.empty) return "empty";

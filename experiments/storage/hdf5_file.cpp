@@ -567,18 +567,33 @@ void File::close() {
   check(H5Idec_ref(id), "close");
 }
 
+std::string File::stored(const std::string& path) const {
+  return names_.stored ? names_.stored(path) : path;
+}
+
+std::string File::stored(const std::string& path, const std::string& attribute) const {
+  return names_.stored_attribute ? names_.stored_attribute(path, attribute) : attribute;
+}
+
+// The name in use of an object of the file; false: it has none.
+bool File::is_in_use(const std::string& stored_path, std::string& path) const {
+  path = names_.current ? names_.current(stored_path) : stored_path;
+  return stored(path) == stored_path;
+}
+
 bool File::contains(const std::string& path) const {
   silence();
+  const std::string name = stored(path);
   // H5Lexists wants every group on the way to exist.
-  for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
-    if (H5Lexists(file_.id(), path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+  for (std::size_t end = name.find('/', 1);; end = name.find('/', end + 1)) {
+    if (H5Lexists(file_.id(), name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
     if (end == std::string::npos) return true;
   }
 }
 
 void File::remove(const std::string& path) {
   silence();
-  check(H5Ldelete(file_.id(), path.c_str(), H5P_DEFAULT), "remove " + path);
+  check(H5Ldelete(file_.id(), stored(path).c_str(), H5P_DEFAULT), "remove " + path);
 }
 
 std::vector<std::string> File::datasets() const {
@@ -587,20 +602,30 @@ std::vector<std::string> File::datasets() const {
   check(H5Ovisit2(file_.id(), H5_INDEX_NAME, H5_ITER_INC, collect_dataset, &names, H5O_INFO_BASIC),
         "list the datasets");
   for (const std::string& name : names) check_printable(name, "a dataset");
-  std::sort(names.begin(), names.end());
-  return names;
+  std::vector<std::string> in_use;
+  std::string path;
+  for (const std::string& name : names)
+    if (is_in_use(name, path)) in_use.push_back(path);
+  std::sort(in_use.begin(), in_use.end());
+  return in_use;
 }
 
 std::vector<Object> File::objects() const {
   silence();
   Walk walk(file_.id());
+  std::string path;
+  std::erase_if(walk.objects, [&](Object& object) {
+    if (!is_in_use(object.path, path)) return true;
+    object.path = path;
+    return false;
+  });
   std::sort(walk.objects.begin(), walk.objects.end(),
             [](const Object& a, const Object& b) { return a.path < b.path; });
   return std::move(walk.objects);
 }
 
 Stored File::check_storage(const std::string& path) const {
-  const Handle dataset = open_dataset(file_.id(), path);
+  const Handle dataset = open_dataset(file_.id(), stored(path));
   const Storage s = storage_of(dataset.id(), path);
   const Shape shape = shape_of(dataset.id());
   const hsize_t file_size = size_of_file(file_.id());
@@ -630,12 +655,12 @@ Stored File::check_storage(const std::string& path) const {
 }
 
 Shape File::shape(const std::string& path) const {
-  return shape_of(open_dataset(file_.id(), path).id());
+  return shape_of(open_dataset(file_.id(), stored(path)).id());
 }
 
 template <class T>
 std::vector<T> File::read(const std::string& path) const {
-  const Handle dataset = open_dataset(file_.id(), path);
+  const Handle dataset = open_dataset(file_.id(), stored(path));
   check_believable(file_.id(), dataset, path);
   const Shape shape = shape_of(dataset.id());
   std::vector<T> values(product(shape));
@@ -653,7 +678,7 @@ std::vector<T> File::read(const std::string& path) const {
 }
 
 std::vector<std::string> File::read_strings(const std::string& path) const {
-  const Handle dataset = open_dataset(file_.id(), path);
+  const Handle dataset = open_dataset(file_.id(), stored(path));
   const Handle stored = own(H5Dget_type(dataset.id()), "read the type of " + path);
   check_string_class(stored.id(), path);
   const Handle space = own(H5Dget_space(dataset.id()), "read a shape");
@@ -664,13 +689,16 @@ std::vector<std::string> File::read_strings(const std::string& path) const {
   check(H5Dread(dataset.id(), stored.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
         "read " + path);
   read_text(stored.id(), space.id(), text, values);
-  for (const std::string& value : values) check_printable(value, path);
+  for (std::string& value : values) {
+    check_printable(value, path);
+    if (names_.current_text) value = names_.current_text(path, value);
+  }
   return values;
 }
 
 std::vector<double> File::read_rows(const std::string& path, std::size_t first,
                                     std::size_t count) const {
-  const Handle dataset = open_dataset(file_.id(), path);
+  const Handle dataset = open_dataset(file_.id(), stored(path));
   Shape shape = shape_of(dataset.id());
   if (shape.empty() || first + count > shape[0])
     throw Error(fmt::format("{} has no rows {} to {}", path, first, first + count));
@@ -699,12 +727,12 @@ void File::write(const std::string& path, const Shape& shape, std::span<const T>
   const Id type = native_type<T>();
   Handle dataset;
   if (contains(path)) {
-    dataset = open_dataset(file_.id(), path);
+    dataset = open_dataset(file_.id(), stored(path));
     if (shape_of(dataset.id()) != shape) throw Error(path + " has another shape");
   } else {
     const Handle space = dataspace(shape), groups = link_with_groups();
-    dataset = own(H5Dcreate2(file_.id(), path.c_str(), type, space.id(), groups.id(), H5P_DEFAULT,
-                             H5P_DEFAULT),
+    dataset = own(H5Dcreate2(file_.id(), stored(path).c_str(), type, space.id(), groups.id(),
+                             H5P_DEFAULT, H5P_DEFAULT),
                   "create " + path);
   }
   if (values.empty()) return;
@@ -717,11 +745,11 @@ void File::write_strings(const std::string& path, const std::vector<std::string>
   const Handle type = string_type();
   Handle dataset;
   if (contains(path)) {
-    dataset = open_dataset(file_.id(), path);
+    dataset = open_dataset(file_.id(), stored(path));
     if (shape_of(dataset.id()) != Shape{values.size()}) throw Error(path + " has another shape");
   } else {
     const Handle space = dataspace({values.size()}), groups = link_with_groups();
-    dataset = own(H5Dcreate2(file_.id(), path.c_str(), type.id(), space.id(), groups.id(),
+    dataset = own(H5Dcreate2(file_.id(), stored(path).c_str(), type.id(), space.id(), groups.id(),
                              H5P_DEFAULT, H5P_DEFAULT),
                   "create " + path);
   }
@@ -736,7 +764,7 @@ void File::write_bytes(const std::string& path, std::span<const std::byte> bytes
   silence();
   Handle dataset;
   if (contains(path)) {
-    dataset = open_dataset(file_.id(), path);
+    dataset = open_dataset(file_.id(), stored(path));
     const hsize_t extent = std::max(shape_of(dataset.id()).at(0), bytes.size());
     check(H5Dset_extent(dataset.id(), &extent), "resize " + path);
   } else {
@@ -745,8 +773,8 @@ void File::write_bytes(const std::string& path, std::span<const std::byte> bytes
     const Handle layout = own(H5Pcreate(H5P_DATASET_CREATE), "make a property list");
     check(H5Pset_chunk(layout.id(), 1, &chunk), "set the chunks");
     const Handle groups = link_with_groups();
-    dataset = own(H5Dcreate2(file_.id(), path.c_str(), H5T_NATIVE_UINT8, space.id(), groups.id(),
-                             layout.id(), H5P_DEFAULT),
+    dataset = own(H5Dcreate2(file_.id(), stored(path).c_str(), H5T_NATIVE_UINT8, space.id(),
+                             groups.id(), layout.id(), H5P_DEFAULT),
                   "create " + path);
   }
   const Handle selected = select_rows(dataset.id(), 0, bytes.size());
@@ -765,7 +793,7 @@ Table File::create_table(const std::string& path, const Shape& row, const std::s
       own(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), limit.data()),
           "make a dataspace");
   const Handle groups = link_with_groups(), layout = table_layout(row);
-  Handle dataset = own(H5Dcreate2(file_.id(), path.c_str(), H5T_NATIVE_DOUBLE, space.id(),
+  Handle dataset = own(H5Dcreate2(file_.id(), stored(path).c_str(), H5T_NATIVE_DOUBLE, space.id(),
                                   groups.id(), layout.id(), H5P_DEFAULT),
                        "create " + path);
   set_attribute(path, "unit", unit);
@@ -773,7 +801,7 @@ Table File::create_table(const std::string& path, const Shape& row, const std::s
 }
 
 Table File::open_table(const std::string& path) {
-  Handle dataset = open_dataset(file_.id(), path);
+  Handle dataset = open_dataset(file_.id(), stored(path));
   Shape shape = shape_of(dataset.id());
   if (shape.empty()) throw Error(path + " is not a table");
   const std::size_t rows = shape[0];
@@ -783,11 +811,12 @@ Table File::open_table(const std::string& path) {
 
 bool File::has_attribute(const std::string& path, const std::string& name) const {
   silence();
-  return H5Aexists_by_name(file_.id(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+  return H5Aexists_by_name(file_.id(), stored(path).c_str(), stored(path, name).c_str(),
+                           H5P_DEFAULT) > 0;
 }
 
 Attribute File::attribute(const std::string& path, const std::string& name) const {
-  const Handle opened = open_attribute(file_.id(), path, name);
+  const Handle opened = open_attribute(file_.id(), stored(path), stored(path, name));
   const Handle type = own(H5Aget_type(opened.id()), "read the type of " + name);
   const Handle space = own(H5Aget_space(opened.id()), "read a shape");
   Attribute found;
@@ -802,24 +831,25 @@ void File::set_attribute(const std::string& path, const std::string& name,
   silence();
   const Handle type = string_type();
   const char* text = value.c_str();
-  put_attribute(file_.id(), path, name, type.id(), {}, &text);
+  put_attribute(file_.id(), stored(path), stored(path, name), type.id(), {}, &text);
 }
 
 void File::set_attribute(const std::string& path, const std::string& name, double value) {
-  put_attribute(file_.id(), path, name, H5T_NATIVE_DOUBLE, {}, &value);
+  put_attribute(file_.id(), stored(path), stored(path, name), H5T_NATIVE_DOUBLE, {}, &value);
 }
 
 void File::set_attribute(const std::string& path, const std::string& name, std::uint64_t value) {
-  put_attribute(file_.id(), path, name, H5T_NATIVE_UINT64, {}, &value);
+  put_attribute(file_.id(), stored(path), stored(path, name), H5T_NATIVE_UINT64, {}, &value);
 }
 
 void File::set_attribute(const std::string& path, const std::string& name,
                          const std::vector<double>& values) {
-  put_attribute(file_.id(), path, name, H5T_NATIVE_DOUBLE, {values.size()}, values.data());
+  put_attribute(file_.id(), stored(path), stored(path, name), H5T_NATIVE_DOUBLE, {values.size()},
+                values.data());
 }
 
 std::string File::text_attribute(const std::string& path, const std::string& name) const {
-  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle attribute = open_attribute(file_.id(), stored(path), stored(path, name));
   const Handle stored = own(H5Aget_type(attribute.id()), "read the type of " + name);
   check_string_class(stored.id(), "the attribute " + name);
   const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
@@ -834,7 +864,7 @@ std::string File::text_attribute(const std::string& path, const std::string& nam
 }
 
 std::vector<double> File::number_attribute(const std::string& path, const std::string& name) const {
-  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle attribute = open_attribute(file_.id(), stored(path), stored(path, name));
   const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
   const Shape shape = shape_of_space(space.id());
   check_believable(file_.id(), shape, 1, false, name);
@@ -845,7 +875,7 @@ std::vector<double> File::number_attribute(const std::string& path, const std::s
 }
 
 std::uint64_t File::integer_attribute(const std::string& path, const std::string& name) const {
-  const Handle attribute = open_attribute(file_.id(), path, name);
+  const Handle attribute = open_attribute(file_.id(), stored(path), stored(path, name));
   const Handle space = own(H5Aget_space(attribute.id()), "read a shape");
   if (!shape_of_space(space.id()).empty()) throw Error("the attribute " + name + " is a list");
   std::uint64_t value = 0;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -76,6 +77,17 @@ struct Attribute {
   Shape shape;
 };
 
+// Names of a file that differ from those that its users give, because another version wrote it. An
+// empty function changes nothing.
+struct Names {
+  // Path of a dataset or a group: from its name in use to the one in the file, and back.
+  std::function<std::string(const std::string&path)> stored, current;
+  // Name in the file of an attribute of the object at `path`.
+  std::function<std::string(const std::string& path, const std::string& name)> stored_attribute;
+  // The current word for a text of the dataset at `path`.
+  std::function<std::string(const std::string& path, const std::string& text)> current_text;
+};
+
 // A dataset of doubles that grows by rows. What is flushed never moves: rows of 4 KiB or more are
 // one compressed chunk each, written once; smaller ones share plain chunks that are filled in
 // place. So a writer that is killed leaves every flushed row readable.
@@ -98,6 +110,11 @@ class File {
   // A new file; an existing one is replaced.
   static File create(const std::string& path);
   static File open(const std::string& path, Access access);
+
+  // From now on, all functions take and return names in use. `names.stored` must be given with
+  // `names.current`. An object that has a name in use, but is not what that name stands for, is
+  // left out of lists.
+  void use_names(Names names) { names_ = std::move(names); }
 
   void flush();  // throws, too, when a handle that was closed before could not write its data
   void close();  // reports what the destructor would have to swallow
@@ -149,7 +166,11 @@ class File {
 
  private:
   explicit File(Handle file) : file_(std::move(file)) {}
+  std::string stored(const std::string& path) const;
+  std::string stored(const std::string& path, const std::string& attribute) const;
+  bool is_in_use(const std::string& stored_path, std::string& path) const;
   Handle file_;
+  Names names_;
 };
 
 }  // namespace firn::hdf5

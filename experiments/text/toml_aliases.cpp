@@ -131,6 +131,7 @@ constexpr RenamedWord kWords[] = {
     {kCase, "stages[]", "end_when", "at_rest", "settled"},
     {kCase, "inlets[]", "tag_mode", "source", "inlet"},
     {kCase, "measure[]", "kind", "slip", "sliding_onset"},
+    {kCase, "measure[]", "y", "drive", "motor_load"},
     {kMeasurement, "", "status", "printed", "published"},
     {kMeasurement, "", "status", "digitised", "digitized"},
     {kSuite, "comparisons[]", "kind", "claims", "criteria"},

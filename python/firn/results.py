@@ -107,8 +107,8 @@ class Results:
         return table
 
     def stages(self) -> pandas.DataFrame:
-        """One row a stage: name, start, end (s), ended_by."""
-        return require_pandas().DataFrame(self._core.stages(), columns=["name", "start", "end", "ended_by"])
+        """One row a stage: name, start, end (s), end_reason."""
+        return require_pandas().DataFrame(self._core.stages(), columns=["name", "start", "end", "end_reason"])
 
     def series_list(self) -> pandas.DataFrame:
         """One row a series: path, unit, width."""

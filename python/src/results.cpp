@@ -67,7 +67,7 @@ void bind_results(py::module_& m) {
            [](const Results& r) {
              py::list all;
              for (const experiments::Stage& s : r.stages())
-               all.append(py::make_tuple(s.name, s.start, s.end, s.ended_by));
+               all.append(py::make_tuple(s.name, s.start, s.end, s.end_reason));
              return all;
            })
       .def("responses", &Results::responses)
@@ -84,7 +84,12 @@ void bind_results(py::module_& m) {
           [](const Results& r, const std::string& path) -> py::array {
             for (const experiments::Series& s : r.series())
               if (s.path == path && s.width > 1) return table_of(r.series(path), s.width);
-            return array_of(r.series(path));
+            std::vector<double> values = r.series(path);
+            const std::size_t frames = r.times().size();
+            // Under an earlier name, which the list lacks.
+            if (frames > 0 && values.size() > frames)
+              return table_of(std::move(values), values.size() / frames);
+            return array_of(std::move(values));
           },
           py::arg("path"));
 }

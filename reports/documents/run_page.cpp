@@ -194,7 +194,7 @@ void bonds_section(const Recording& recording, page::Page& page) {
   table.columns = {{"bond", ""}, {"between", ""}, {"by", ""}, {"at", "s"}, {"stress", "kPa"}};
   for (const BondOutcome& b : bonds) {
     ++modes[b.mode];
-    if (b.mode == "whole") continue;
+    if (b.mode == "intact") continue;
     table.rows.push_back({b.name, fmt::format("{} and {}", b.a, b.b), b.mode,
                           std::isfinite(b.time) ? Cell(b.time) : Cell(""),
                           std::isfinite(b.stress) ? Cell(1e-3 * b.stress, 3) : Cell("")});
@@ -218,10 +218,10 @@ double last_finite(const std::vector<double>& values) {
 
 // Whether the numbers can be trusted.
 void health_section(const Recording& recording, const Case& c, page::Page& page) {
-  const double overlap = last_finite(recording.series("/health/largest_overlap"));
-  const double rise = last_finite(recording.series("/health/energy_rise"));
+  const double overlap = last_finite(recording.series("/diagnostics/largest_overlap"));
+  const double rise = last_finite(recording.series("/diagnostics/energy_error"));
   const double turned = last_finite(recording.series("/energy/dissipated"));
-  const double late = last_finite(recording.series("/health/deep_births"));
+  const double late = last_finite(recording.series("/diagnostics/late_contacts"));
   page::Content& content = page.section("Health", "health");
   for (const Shape& shape : c.model.shapes) {
     const std::string warning = deviation_warning(shape);

@@ -229,7 +229,7 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
     if (frame.free && recording.contains(group + "/coordinate")) {
       const std::size_t width = frame.free->axes.size();
       const std::vector<double> coordinates = recording.series(group + "/coordinate");
-      const std::vector<double> drives = recording.series(group + "/drive");
+      const std::vector<double> drives = recording.series(group + "/motor_load");
       for (std::size_t k = 0; k < width; ++k) {
         const bool turns = frame.free->axes[k].kind == FreeAxis::Kind::rotation;
         const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";

@@ -225,7 +225,7 @@ BondMode broken_by(const BeamLaw& law, const BeamStress& stress) {
 const char* to_string(BondMode mode) {
   switch (mode) {
     case BondMode::whole:
-      return "whole";
+      return "intact";
     case BondMode::tension:
       return "tension";
     case BondMode::bending:
@@ -235,7 +235,7 @@ const char* to_string(BondMode mode) {
     case BondMode::torsion:
       return "torsion";
     case BondMode::parted:
-      return "parted";
+      return "removed";
   }
   return "unknown";
 }

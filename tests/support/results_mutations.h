@@ -296,9 +296,10 @@ class ResultsMutator {
   }
 
   std::string change_attribute() {
-    const char* const names[] = {"unit",         "status",     "timestep",       "seed",
-                                 "method",       "measured",   "wall_time",      "uncertainty",
-                                 "firn_version", "git_commit", "method_version", "case"};
+    const char* const names[] = {"unit",       "status",         "timestep",
+                                 "seed",       "method",         "responses_complete",
+                                 "wall_time",  "uncertainty",    "firn_version",
+                                 "git_commit", "method_version", "case"};
     const char* const name = names[draw_(std::size(names))];
     const Hid own(H5Oopen(file_, path_.c_str(), H5P_DEFAULT));
     const bool here = H5Aexists(own, name) > 0;
@@ -369,8 +370,8 @@ class ResultsMutator {
     const auto n =
         static_cast<std::size_t>(std::max<hssize_t>(0, H5Sget_simple_extent_npoints(space)));
     const std::string long_text(5000, 'x');
-    const char* const texts[] = {"",    "high",  "\x1b[31m", "a\nb", "\xff\xfe", long_text.c_str(),
-                                 "nan", "whole", "tension",  "../x", nullptr};
+    const char* const texts[] = {"",    "high",   "\x1b[31m", "a\nb", "\xff\xfe", long_text.c_str(),
+                                 "nan", "intact", "tension",  "../x", nullptr};
     std::vector<const char*> values(n, texts[draw_(std::size(texts))]);
     if (n > 0) H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
     return "another text";

@@ -214,7 +214,7 @@ void fill_in_frames(const TomlTable& t, const Model& model, const Earlier& earli
                                      dimension::angular_velocity));
     }
     if (frame.free && frame.free->turns_freely) {
-      const std::vector<double> spin = values("spin");
+      const std::vector<double> spin = values("angular_velocity");
       one.insert("spin", vector_text(Vec3(spin.data()), dimension::angular_velocity));
     }
     frames.push_back(std::move(one));

@@ -142,7 +142,7 @@ void read_curve(const TomlTable& t, const Model& model, double frames_every, Mea
     if (!free || m.axis >= static_cast<int>(free->axes.size()))
       t.fail("axis", "is none of a free motion frame; expected one");
     m.x = t.choice("x", {"time", "coordinate"}, "time");
-    m.y = t.choice("y", {"coordinate", "rate", "acceleration", "drive", "force"});
+    m.y = t.choice("y", {"coordinate", "rate", "acceleration", "motor_load", "force"});
   }
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");

@@ -141,7 +141,7 @@ TEST_F(Curves, AreRefusedInOneLine) {
   };
   EXPECT_THAT(complaint("measure.press.boundary", "nothing"), HasSubstr("nothing"));
   EXPECT_THAT(complaint("measure.press.motion_frame", "cup"), HasSubstr("expected one of them"));
-  EXPECT_THAT(complaint("measure.press.y", "drive"), HasSubstr("drive"));
+  EXPECT_THAT(complaint("measure.press.y", "motor_load"), HasSubstr("motor_load"));
   EXPECT_THAT(complaint("measure.press.points", "1"), HasSubstr("points"));
   EXPECT_THAT(complaint("measure.spring.axis", "1"), HasSubstr("is none of a free motion frame"));
   EXPECT_THAT(complaint("measure.spring.cfc", "1000 Hz"), HasSubstr("needs a sample every"));

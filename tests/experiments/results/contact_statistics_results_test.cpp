@@ -253,14 +253,14 @@ TEST_F(StatisticsFile, IsExported) {
   const auto on_floor = std::ranges::find(events, 13, &ContactEvent::b);
   ASSERT_NE(on_floor, events.end());
   EXPECT_THAT(contacts[1 + (on_floor - events.begin())], HasSubstr(",floor,"));
-  EXPECT_EQ(lines_of(directory_ / "csv" / "opposed_loads.csv").size(), 14u);
+  EXPECT_EQ(lines_of(directory_ / "csv" / "compressive_loads.csv").size(), 14u);
   const BoundaryLoads floor = boundary_loads(recording).at(0);
-  const auto triangles = lines_of(directory_ / "csv" / "boundary_triangles.csv");
+  const auto triangles = lines_of(directory_ / "csv" / "boundary_maps.csv");
   EXPECT_EQ(triangles.size(), 1 + floor.end.size() * floor.area.size());
   EXPECT_THAT(triangles[0], HasSubstr("wear_depth [m]"));
-  EXPECT_EQ(lines_of(directory_ / "csv" / "surface_triangles.csv").size(),
+  EXPECT_EQ(lines_of(directory_ / "csv" / "particle_maps.csv").size(),
             1 + surface_loads(recording).at(0).mesh.triangles.size());
-  EXPECT_EQ(lines_of(directory_ / "csv" / "energies.csv").size(), 1u + 3 * 42);
+  EXPECT_EQ(lines_of(directory_ / "csv" / "energy_spectrum.csv").size(), 1u + 3 * 42);
 
   export_vtk(recording, (directory_ / "vtk").string(), {1000, false});
   EXPECT_EQ(lines_of(directory_ / "vtk" / "boundary_loads.pvd").size(), floor.end.size() + 5);

@@ -97,7 +97,7 @@ TEST_F(ResultsSchema, HasSomethingInEachList) {
   EXPECT_EQ(recording.status(), "finished");
   EXPECT_GT(contact_events(recording).size(), 0u);
   EXPECT_GT(boundary_loads(recording).at(0).end.size(), 2u);
-  EXPECT_GT(recording.strings("/switches/name").size(), 0u);
+  EXPECT_GT(recording.strings("/limit_switches/name").size(), 0u);
   EXPECT_GT(recording.strings("/bonds/name").size(), 0u);
   const std::vector<double> exits = recording.exit_time();
   EXPECT_TRUE(std::ranges::any_of(exits, [](double t) { return t > 0; }));
@@ -108,11 +108,11 @@ TEST_F(ResultsSchema, HasSomethingInEachList) {
 
 TEST_F(ResultsSchema, FindsGateTimesOfHalfLength) {
   const std::string e = error_after(whole(), [](auto& m) {
-    const auto shape = m.shape_of("/particles/gate_time");
-    m.replace("/particles/gate_time", {shape[0], shape[1] / 2}, H5T_NATIVE_DOUBLE);
+    const auto shape = m.shape_of("/particles/sensor_time");
+    m.replace("/particles/sensor_time", {shape[0], shape[1] / 2}, H5T_NATIVE_DOUBLE);
   });
   EXPECT_EQ(e, path("changed.h5") +
-                   ": /particles/gate_time: has the wrong shape, [2, 3]; expected [2, 7], as "
+                   ": /particles/sensor_time: has the wrong shape, [2, 3]; expected [2, 7], as "
                    "/particles/id");
 }
 
@@ -147,7 +147,7 @@ TEST_F(ResultsSchema, NamesTheValueThatCannotBe) {
       {"/particles/exit_time", kInf, "/particles/exit_time: entry 1 is inf; "},
       {"/particles/exit_time", -1, "/particles/exit_time: entry 1 is -1; "},
       {"/particles/insert_time", -kInf, "/particles/insert_time: entry 1 is -inf; "},
-      {"/particles/gate_time", 1e300, "/particles/gate_time: entry [0, 1] is 1e+300; "},
+      {"/particles/sensor_time", 1e300, "/particles/sensor_time: entry [0, 1] is 1e+300; "},
       {"/particles/shape", 2, "/particles/shape: entry 1 is 2; expected 0 ... 1"},
       {"/particles/shape", -1, "/particles/shape: entry 1 is -1; expected 0 ... 1"},
       {"/particles/outlet", 2, "/particles/outlet: entry 1 is 2; expected -1 ... 1"},
@@ -158,8 +158,8 @@ TEST_F(ResultsSchema, NamesTheValueThatCannotBe) {
       {"/frames/time", 1, "/frames/time: entry 2 is 0.00101"},
       {"/statistics/boundaries/panel/triangles", 1e6,
        "/statistics/boundaries/panel/triangles: entry [0, 1] is 1000000; expected 0 ... "},
-      {"/particles/opposed_load_by_1", 99,
-       "/particles/opposed_load_by_1: entry 1 is 99; expected "
+      {"/particles/compressive_load_body_1", 99,
+       "/particles/compressive_load_body_1: entry 1 is 99; expected "
        "-5 ... 6, or NaN"},
       {"/stages/end", -kInf, "/stages/end: entry 1 is -inf; "},
   };
@@ -186,10 +186,10 @@ TEST_F(ResultsSchema, NamesTheValueOfATableWhenItIsRead) {
     return std::string();
   };
   const auto events = [](const Recording& r) { contact_events(r); };
-  EXPECT_THAT(error_reading("/events/body", 7, events),
-              HasSubstr("/events/body: entry 1 is 7; expected 0 ... 6"));
-  EXPECT_THAT(error_reading("/events/other", -6, events),
-              HasSubstr("/events/other: entry 1 is -6; expected -5 ... 6"));
+  EXPECT_THAT(error_reading("/events/body_a", 7, events),
+              HasSubstr("/events/body_a: entry 1 is 7; expected 0 ... 6"));
+  EXPECT_THAT(error_reading("/events/body_b", -6, events),
+              HasSubstr("/events/body_b: entry 1 is -6; expected -5 ... 6"));
   EXPECT_THAT(error_reading("/events/duration", kInf, events), HasSubstr("/events/duration: "));
   const auto frame = [](const Recording& r) { r.frame(0); };
   EXPECT_THAT(error_reading("/frames/position", kInf, frame),
@@ -266,10 +266,10 @@ TEST_F(ResultsSchema, RefusesMoreValuesThanTheFileHolds) {
       m.remove("/events");
       m.remove("/statistics/boundary_name");
       m.remove("/statistics");
-      m.remove("/particles/opposed_load");
-      m.remove("/particles/opposed_load_time");
-      m.remove("/particles/opposed_load_by_0");
-      m.remove("/particles/opposed_load_by_1");
+      m.remove("/particles/compressive_load");
+      m.remove("/particles/compressive_load_time");
+      m.remove("/particles/compressive_load_body_0");
+      m.remove("/particles/compressive_load_body_1");
       m.remove("/responses");
       const hsize_t n = hsize_t{1} << 40, chunk = 1000;
       const test::Hid list(H5Pcreate(H5P_DATASET_CREATE)), space(H5Screate_simple(1, &n, nullptr)),
@@ -318,7 +318,7 @@ TEST_F(ResultsSchema, RefusesAFileOfAnotherCase) {
   EXPECT_THAT(with_case("count = 2", "count = 3"),
               HasSubstr("/particles/id: has 7 entries; expected 8, the particles of the case"));
   EXPECT_THAT(with_case("name = \"high\"", "name = \"top\""),
-              HasSubstr("/gates/name: entry 1 is \"high\"; expected \"top\""));
+              HasSubstr("/sensors/name: entry 1 is \"high\"; expected \"top\""));
 }
 
 // Lengths and numbers of a checkpoint before the solver's own bytes, under a hash that fits.

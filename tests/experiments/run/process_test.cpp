@@ -395,7 +395,7 @@ max_duration = "1.5 s"
   EXPECT_THAT(summary.reason, HasSubstr("against boundary \"anvil\" with "));
   const Recording recording((directory_ / "run.h5").string());
   // The motor gives what it can, and the cube and the weight take it.
-  EXPECT_NEAR(recording.series("/motion_frames/ram/drive").back(), -30, 1e-6);
+  EXPECT_NEAR(recording.series("/motion_frames/ram/motor_load").back(), -30, 1e-6);
   EXPECT_LT(summary.simulated, 0.4);
 }
 

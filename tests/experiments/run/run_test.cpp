@@ -37,7 +37,7 @@ void expect_equal_datasets(const std::string& a, const std::string& b) {
   ASSERT_THAT(second.datasets(), testing::ElementsAreArray(first.datasets()));
   for (const std::string& path : first.datasets()) {
     ASSERT_EQ(first.shape(path), second.shape(path)) << path;
-    if (path.ends_with("/name") || path.ends_with("_name") || path.ends_with("/ended_by")) {
+    if (path.ends_with("/name") || path.ends_with("_name") || path.ends_with("/end_reason")) {
       EXPECT_EQ(first.read_strings(path), second.read_strings(path)) << path;
     } else {
       const std::vector<double> x = first.read<double>(path), y = second.read<double>(path);

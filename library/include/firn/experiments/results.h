@@ -35,7 +35,7 @@ struct Particles {
 struct Stage {
   std::string name;
   double start = 0, end = 0;  // s; end is NaN while the stage is under way
-  std::string ended_by;       // "at rest", "time", ...; empty while it is under way
+  std::string end_reason;     // "settled", "time", ...; empty while it is under way
 };
 
 // A quantity kept with every frame: shape [T, width] row by row.
