@@ -17,8 +17,8 @@ int main(int argc, char** argv) try {
   std::printf("%s, %zu particles, %zu frames\n", results.status().c_str(), results.particle_count(),
               times.size());
   for (const Stage& stage : results.stages())
-    std::printf("stage %s: %.2f s to %.2f s, end: %s\n", stage.name.c_str(), stage.start,
-                stage.end, stage.end_reason.c_str());
+    std::printf("stage %s: %.2f s to %.2f s, end: %s\n", stage.name.c_str(), stage.start, stage.end,
+                stage.end_reason.c_str());
 
   const Particles particles = results.particles();
   for (std::size_t i = 0; i < times.size(); ++i) {

@@ -29,17 +29,17 @@ Json value_json(const ValueComparison& v) {
             {"runs", v.simulation.count},
             {"samples", numbers(v.samples)},
             {"measured", number_json(v.measured)},
-            {"difference", number_json(v.difference)},
-            {"standard_uncertainty", number_json(v.uncertainty)},
+            {"comparison_error", number_json(v.difference)},
+            {"validation_uncertainty", number_json(v.uncertainty)},
             {"expanded_uncertainty", number_json(v.expanded)},
             {"simulated_expanded", number_json(v.simulated_expanded)},
             {"measured_expanded", number_json(v.measured_expanded)},
             {"p_value", number_json(v.p_value)}};
   for (const UncertaintyPart& p : v.parts)
-    j["parts"].push_back({{"name", p.name},
-                          {"value", p.value ? number_json(*p.value) : Json(nullptr)},
-                          {"degrees_of_freedom", number_json(p.freedom)},
-                          {"how", p.how}});
+    j["components"].push_back({{"name", p.name},
+                               {"value", p.value ? number_json(*p.value) : Json(nullptr)},
+                               {"degrees_of_freedom", number_json(p.freedom)},
+                               {"evaluation_method", p.how}});
   j["area_metric"] = v.area ? interval(*v.area) : Json(nullptr);
   return j;
 }
@@ -49,14 +49,14 @@ Json claim_json(const ClaimResult& r) {
           {"relation", fmt::format("{} > {}{}", r.claim.larger,
                                    r.claim.times == 1 ? "" : fmt::format("{:g} x ", r.claim.times),
                                    r.claim.than)},
-          {"because", r.claim.because},
-          {"once_in", r.claim.once_in},
+          {"rationale", r.claim.because},
+          {"observed_once_in", r.claim.once_in},
           {"holds_in", r.holds},
           {"runs", r.runs},
           {"probability_90", interval(r.probability)},
           {"verdict", to_string(r.verdict)},
-          {"larger", numbers(r.larger)},
-          {"than", numbers(r.than)},
+          {"lhs", numbers(r.larger)},
+          {"rhs", numbers(r.than)},
           {"unit", r.unit}};
 }
 
@@ -103,7 +103,7 @@ Json damage_json(const DamageResult& d) {
           {"particles", d.particles},
           {"largest", number_json(d.largest)},
           {"median", number_json(d.median)},
-          {"without_assumption", probability_json(d.free)},
+          {"distribution_free", probability_json(d.free)},
           {"weibull", probability_json(d.weibull)},
           {"loads", numbers(d.loads)}};
 }
@@ -118,8 +118,8 @@ Json softening_json(const SofteningResult& s) {
           {"exponent", number_json(s.exponent)},
           {"exponent_error", number_json(s.exponent_error)},
           {"extrapolated_95", interval(s.extrapolated)},
-          {"times_beyond", number_json(s.reach)},
-          {"word", s.word}};
+          {"extrapolation_factor", number_json(s.reach)},
+          {"interpretation", s.word}};
 }
 
 Json curve_json(const CurveComparison& c) {
@@ -136,8 +136,8 @@ Json curve_json(const CurveComparison& c) {
           {"simulated_error", numbers(c.simulated_error)},
           {"shift", number_json(c.shift)},
           {"range", number_json(c.range)},
-          {"difference", number_json(c.difference)},
-          {"uncertainty", number_json(c.uncertainty)},
+          {"comparison_error", number_json(c.difference)},
+          {"validation_uncertainty", number_json(c.uncertainty)},
           {"expanded_uncertainty", number_json(c.expanded)},
           {"largest", number_json(c.largest)},
           {"at", number_json(c.at)}};
@@ -146,7 +146,7 @@ Json curve_json(const CurveComparison& c) {
 Json choice_json(const ChoiceResult& c) {
   return {{"response", c.response},
           {"unit", c.unit},
-          {"choice", c.choice},
+          {"variant", c.choice},
           {"seeds", c.seeds},
           {"before", number_json(c.before)},
           {"after", number_json(c.after)},
@@ -162,7 +162,7 @@ Json comparison_json(const Comparison& c) {
             {"parameter_set", c.parameter_set},
             {"verdict", to_string(c.verdict)},
             {"headline", c.headline},
-            {"would_decide", c.would_decide},
+            {"recommended_action", c.would_decide},
             {"measurement", c.measurement},
             {"measurement_status", c.measurement_status},
             {"code_to_code", c.code_to_code},
@@ -175,9 +175,9 @@ Json comparison_json(const Comparison& c) {
                                 {"outcome", a.outcome},
                                 {"changes_the_verdict", a.changes}});
   if (c.value) j["value"] = value_json(*c.value);
-  for (const ClaimResult& r : c.claims) j["claims"].push_back(claim_json(r));
+  for (const ClaimResult& r : c.claims) j["criteria"].push_back(claim_json(r));
   if (c.distribution) j["distribution"] = distribution_json(*c.distribution);
-  for (const DamageResult& d : c.damage) j["damage"].push_back(damage_json(d));
+  for (const DamageResult& d : c.damage) j["breakage"].push_back(damage_json(d));
   if (c.strength) {
     const Measurement& m = c.breaking_force;
     j["strength"] = {
@@ -185,8 +185,8 @@ Json comparison_json(const Comparison& c) {
     j["weibull_shape"] = {{"median", c.strength->shape_median},
                           {"interval_95", interval(c.strength->shape_95)}};
   }
-  for (const SofteningResult& s : c.softening) j["softening"].push_back(softening_json(s));
-  for (const ChoiceResult& r : c.choices) j["choices"].push_back(choice_json(r));
+  for (const SofteningResult& s : c.softening) j["stiffness_scaling"].push_back(softening_json(s));
+  for (const ChoiceResult& r : c.choices) j["numerical_variants"].push_back(choice_json(r));
   if (c.curve) j["curve"] = curve_json(*c.curve);
   return j;
 }
@@ -235,7 +235,7 @@ std::string render_table(const Validation& v) {
     for (const AssumptionResult& a : c.assumptions)
       text +=
           fmt::format("    with {}{}: {}\n", a.name, a.changes ? " (it changes)" : "", a.outcome);
-    if (!c.would_decide.empty()) text += fmt::format("    would decide: {}\n", c.would_decide);
+    if (!c.would_decide.empty()) text += fmt::format("    recommended: {}\n", c.would_decide);
     for (const std::string& caveat : c.caveats) text += fmt::format("    note: {}\n", caveat);
   }
   text += '\n';

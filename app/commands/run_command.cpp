@@ -162,12 +162,12 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
                          {"sets", m.sets}});
   }
   document["energy"] = energy_json(s.energy);
-  document["health"] = {{"largest_overlap", s.health.largest_overlap},
-                        {"largest_overlap_relative", relative_overlap(c, s.health)},
-                        {"largest_overlap_particle", s.health.largest_overlap_particle},
-                        {"deep_births", s.health.late_contacts},
-                        {"energy_rise", s.health.energy_rise},
-                        {"warning", warning}};
+  document["diagnostics"] = {{"largest_overlap", s.health.largest_overlap},
+                             {"largest_overlap_relative", relative_overlap(c, s.health)},
+                             {"largest_overlap_particle", s.health.largest_overlap_particle},
+                             {"late_contacts", s.health.late_contacts},
+                             {"energy_error", s.health.energy_rise},
+                             {"warning", warning}};
   document["profile"] = profile_json(s.profile);
   document["firn_version"] = firn_version();
   document["git_commit"] = firn_git_commit();
@@ -180,17 +180,18 @@ void log_summary(const Case& c, const RunSummary& s) {
   if (s.steps == 0) return;  // nothing was simulated: it was finished already
   spdlog::info("{} steps in all; {} of wall time in this session", s.steps, duration_text(s.wall));
   spdlog::info(
-      "health: largest overlap {} mm ({} % of the thickness), {} deep births, "
-      "unexplained energy {} J",
+      "diagnostics: largest overlap {} mm ({} % of the thickness), {} late contacts, "
+      "energy error {} J",
       number_text(s.health.largest_overlap * 1e3, 3),
       number_text(100 * relative_overlap(c, s.health), 2), s.health.late_contacts,
       number_text(s.health.energy_rise, 3));
-  spdlog::info("energy: {} J kinetic, {} J elastic, {} J lost in impacts, {} J in friction{}",
-               number_text(s.energy.kinetic), number_text(s.energy.elastic),
-               number_text(s.energy.dissipated_normal), number_text(s.energy.dissipated_friction),
-               c.model.bonds.empty()
-                   ? ""
-                   : fmt::format(", {} J in bonds", number_text(s.energy.dissipated_bonds)));
+  spdlog::info(
+      "energy: {} J kinetic, {} J elastic, {} J dissipated by restitution, {} J by friction{}",
+      number_text(s.energy.kinetic), number_text(s.energy.elastic),
+      number_text(s.energy.dissipated_normal), number_text(s.energy.dissipated_friction),
+      c.model.bonds.empty()
+          ? ""
+          : fmt::format(", {} J by bonds", number_text(s.energy.dissipated_bonds)));
   spdlog::debug("instructions: {}; time by phase of the step:\n{}", instruction_set(),
                 profile_table(s.profile));
 }

@@ -49,7 +49,7 @@ std::string contact_text(const Model& model, const ContactView& view) {
   text += fmt::format("{:.4g} N along normal {}, at {}\n", c.normal_force, vector_text(c.normal),
                       place_text(c.place));
   text += fmt::format(
-      "  {}: friction {:.4g} N, {} of its cap {:.4g} N; torsion {:.3g} of {:.3g} "
+      "  {}: friction {:.4g} N, {} of its limit {:.4g} N; torsion {:.3g} of {:.3g} "
       "N mm\n",
       state_text(c), c.friction.norm(), percent(view.friction_used()), c.friction_cap,
       1e3 * c.torsion, 1e3 * c.torsion_cap);
@@ -62,7 +62,7 @@ std::string contact_text(const Model& model, const ContactView& view) {
       c.stiffness, c.spots.size());
   for (std::size_t k = 0; k < c.spots.size(); ++k) {
     const ContactSpot& p = c.spots[k];
-    text += fmt::format("    {:>2}  {}  {} {:8.3f} um  share {:.4f}  {:.4g} N{}\n", k,
+    text += fmt::format("    {:>2}  {}  {} {:8.3f} um  fraction {:.4f}  {:.4g} N{}\n", k,
                         place_text(p.position), p.gap > 0 ? "gap    " : "overlap",
                         1e6 * std::abs(p.gap), p.share, p.force, branch_text(c, p));
   }
@@ -75,7 +75,7 @@ std::string head_text(const Case& c, const Instant& now) {
 
 // One line for a list of contacts, seen from a to b.
 std::string line_text(const Model& model, const Contact& c) {
-  return fmt::format("  {:<14} {:<18} {:>10.4g} N  {:>7}  {} of the cap  {:>9.3f} um {:>7.3f} %\n",
+  return fmt::format("  {:<14} {:<18} {:>10.4g} N  {:>7}  {} of limit    {:>9.3f} um {:>7.3f} %\n",
                      body_name(model, c.a), body_name(model, c.b), c.normal_force, state_text(c),
                      percent(c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0),
                      1e6 * c.overlap, 100 * c.overlap / thickness(model, c));
@@ -91,7 +91,7 @@ Json contact_json(const Model& model, const Contact& c) {
   for (const ContactSpot& p : c.spots) {
     points.push_back({{"position", vector_json(p.position)},
                       {"gap", p.gap},
-                      {"share", p.share},
+                      {"stiffness_fraction", p.share},
                       {"force", p.force},
                       {"area", p.area}});
   }
@@ -99,14 +99,14 @@ Json contact_json(const Model& model, const Contact& c) {
           {"neighbour", body_json(model, c.b)},
           {"patch", c.patch},
           {"state", state_text(c)},
-          {"place", vector_json(c.place)},
+          {"position", vector_json(c.place)},
           {"normal", vector_json(c.normal)},
           {"normal_force", c.normal_force},
           {"friction", vector_json(c.friction)},
-          {"friction_cap", c.friction_cap},
-          {"friction_used", c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0},
+          {"friction_limit", c.friction_cap},
+          {"friction_mobilization", c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0},
           {"torsion", c.torsion},
-          {"torsion_cap", c.torsion_cap},
+          {"torsion_limit", c.torsion_cap},
           {"rolling", vector_json(c.rolling)},
           {"force", vector_json(c.force)},
           {"moment", vector_json(c.moment_a)},
@@ -161,8 +161,9 @@ std::string summary_text(const Case& c, const Instant& now) {
       "normal force of a patch: mean {:.4g} N, median {:.4g} N, 99 % below {:.4g} N, largest "
       "{:.4g} N\n",
       s.force_mean, s.force_median, s.force_p99, s.force_largest);
-  text += fmt::format("friction: {} patches slide; {} of the cap is used on average\n", s.sliding,
-                      percent(s.friction_used));
+  text +=
+      fmt::format("friction: {} patches slide; {} of the friction limit is mobilized on average\n",
+                  s.sliding, percent(s.friction_used));
   text += fmt::format("overlap: median {:.4g} um, 99 % below {:.4g} um, largest {:.4g} um\n",
                       1e6 * s.overlap_median, 1e6 * s.overlap_p99, 1e6 * s.overlap_largest);
   text += "most loaded:\n";
@@ -177,7 +178,7 @@ std::string history_text(const std::vector<HistoryRow>& rows) {
       "{:>12} {:>9} {:>7} {:>7} {:>10} {:>10} {:>10} {:>10} {:>7} {:>10} {:>10} {:>11} {:>11} "
       "{:>6} {:>6}\n",
       "time/s", "step", "patches", "sliding", "gap/um", "normal/N", "peak/N", "friction/N",
-      "used/%", "approach", "slip", "work n/uJ", "work f/uJ", "births", "ends");
+      "used/%", "approach", "slip", "work n/uJ", "work f/uJ", "new", "lost");
   for (const HistoryRow& r : rows) {
     text += fmt::format(
         "{:>12.9g} {:>9} {:>7} {:>7} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>7.1f} {:>10.3g} "
@@ -240,10 +241,10 @@ Json summary_json(const Case& c, const Instant& now) {
           {"neighbours", s.neighbours},
           {"pairs", s.pairs},
           {"patches", s.patches},
-          {"near_patches", s.near_patches},
+          {"non_touching_patches", s.near_patches},
           {"points", s.points},
           {"sliding", s.sliding},
-          {"friction_used", s.friction_used},
+          {"friction_mobilization", s.friction_used},
           {"normal_force",
            {{"mean", s.force_mean},
             {"median", s.force_median},
@@ -267,14 +268,14 @@ Json history_json(const Case& c, const std::vector<HistoryRow>& rows,
                      {"normal_force", r.normal_force},
                      {"peak_normal_force", r.peak_normal_force},
                      {"friction", r.friction},
-                     {"friction_used", r.friction_used},
+                     {"friction_mobilization", r.friction_used},
                      {"force", vector_json(r.force)},
                      {"approach", number_json(r.approach)},
                      {"slip", number_json(r.slip)},
                      {"work_normal", r.work_normal},
                      {"work_friction", r.work_friction},
-                     {"births", r.births},
-                     {"ends", r.ends}});
+                     {"new_patches", r.births},
+                     {"lost_patches", r.ends}});
   }
   for (const PatchEvent& e : events) {
     list.push_back({{"time", e.time},

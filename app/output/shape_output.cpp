@@ -109,7 +109,7 @@ Json shape_json(const Shape& s) {
           {"convex_parts", parts},
           {"rounding", s.rounding},
           {"thinnest_part", thinnest_part(s)},
-          {"contact_deviation", s.contact_deviation},
+          {"surface_deviation", s.contact_deviation},
           {"deviation_relative", s.contact_deviation / s.box.minCoeff()},
           {"deviation_reason", s.deviation_reason},
           {"size_for_stiffness", s.size_for_stiffness},

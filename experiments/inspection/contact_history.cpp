@@ -181,8 +181,8 @@ void ContactHistory::note_events(const Solver& solver, const std::vector<PairFor
 void write_history_csv(const std::vector<HistoryRow>& rows, const std::string& file) {
   OutputFile out(file);
   out << "time_s,step,patches,sliding,gap_m,normal_force_N,peak_normal_force_N,friction_N,"
-         "friction_used_1,force_x_N,force_y_N,force_z_N,approach_m_per_s,slip_m_per_s,"
-         "work_normal_J,work_friction_J,births,ends\n";
+         "friction_mobilization_1,force_x_N,force_y_N,force_z_N,approach_m_per_s,slip_m_per_s,"
+         "work_normal_J,work_friction_J,new_patches,lost_patches\n";
   for (const HistoryRow& r : rows) {
     out << fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.time, r.step,
                        r.patches, r.sliding, r.gap, r.normal_force, r.peak_normal_force, r.friction,

@@ -242,7 +242,7 @@ void write_contacts_csv(const Model& model, const std::vector<ContactView>& cont
                         const std::string& file) {
   OutputFile out(file);
   out << "body,neighbour,patch,normal_x,normal_y,normal_z,normal_force_N,friction_N,"
-         "friction_cap_N,sliding,point,x_m,y_m,z_m,gap_m,share,force_N,area_m2\n";
+         "friction_limit_N,sliding,point,x_m,y_m,z_m,gap_m,stiffness_fraction,force_N,area_m2\n";
   for (const ContactView& view : contacts) {
     const Contact& c = view.contact;
     for (std::size_t k = 0; k < c.spots.size(); ++k) {

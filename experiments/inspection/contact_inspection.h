@@ -148,8 +148,8 @@ void write_contacts_csv(const Model& model, const std::vector<ContactView>& cont
                         const std::string& file);
 // The points as vertices of a VTK file (.vtp), world axes, m, with what belongs to each:
 // force (N, the normal force on the first body), friction (N, of its patch, on the first body), and
-// the numbers normal_force, overlap (m; below 0: gap), share, friction_used, sliding, body,
-// neighbour and patch.
+// the numbers normal_force, overlap (m; below 0: gap), stiffness_fraction, friction_mobilization,
+// sliding, body, neighbour and patch.
 void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::string& file);
 void write_history_csv(const std::vector<HistoryRow>& rows, const std::string& file);
 

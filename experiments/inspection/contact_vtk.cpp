@@ -31,8 +31,9 @@ void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::str
   const std::pair<const char*, Value> scalars[] = {
       {"normal_force", [](const ContactView&, const ContactSpot& p) { return p.force; }},
       {"overlap", [](const ContactView&, const ContactSpot& p) { return -p.gap; }},
-      {"share", [](const ContactView&, const ContactSpot& p) { return p.share; }},
-      {"friction_used", [](const ContactView& v, const ContactSpot&) { return v.friction_used(); }},
+      {"stiffness_fraction", [](const ContactView&, const ContactSpot& p) { return p.share; }},
+      {"friction_mobilization",
+       [](const ContactView& v, const ContactSpot&) { return v.friction_used(); }},
       {"sliding", [](const ContactView& v, const ContactSpot&) { return v.contact.sliding; }},
       {"body", [](const ContactView& v, const ContactSpot&) { return v.contact.a; }},
       {"neighbour", [](const ContactView& v, const ContactSpot&) { return v.contact.b; }},

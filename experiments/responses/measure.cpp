@@ -38,7 +38,8 @@ void add_overlaps(const Recording& recording, const Case& c, std::vector<Respons
     return sum / count / edge;
   };
   const char* const method = "part of the thickness; mean over the frames of the last stage";
-  const double median = mean_of("/diagnostics/overlap_median"), most = mean_of("/diagnostics/overlap_p99");
+  const double median = mean_of("/diagnostics/overlap_median"),
+               most = mean_of("/diagnostics/overlap_p99");
   if (!std::isfinite(median)) return;  // nothing ever touched
   out.push_back({"contact_overlap_median", {median}, {}, "1", method, 1});
   out.push_back({"contact_overlap_p99", {most}, {}, "1", method, 1});

@@ -116,8 +116,8 @@ Contents check_file(const hdf5::File& file);
 void check_values(const Contents& contents, const std::string& path, std::span<const double> values,
                   std::size_t first);
 
-// That the file belongs to the case: as many particles, shapes, gates, outlets, bonds, boundaries,
-// and rows of the same size. Throws hdf5::Error.
+// That the file belongs to the case: as many particles, shapes, sensors, outlets, bonds,
+// boundaries, and rows of the same size. Throws hdf5::Error.
 void check_case(const Contents& contents, const hdf5::File& file, const Case& c);
 
 // All of it in Markdown, for docs/results.md.

@@ -323,14 +323,6 @@ const auto kToFirst = [](const Rename& r) { return std::pair(r.name, r.old_name)
 std::span<const RenamedKey> renamed_keys() { return kKeys; }
 std::span<const RenamedWord> renamed_words() { return kWords; }
 
-std::string current_word(TomlFormat format, std::string_view table, std::string_view key,
-                         const std::string& word) {
-  for (const RenamedWord& w : kWords)
-    if (w.format == format && w.table == table && w.key == key && w.old_word == word)
-      return std::string(w.word);
-  return word;
-}
-
 void use_current_names(TomlFormat format, toml::table& root,
                        const std::function<void(const OldNameUse&)>& report) {
   modernize(root, all_of(format), "", report);

@@ -31,9 +31,6 @@ struct RenamedWord {
 };
 std::span<const RenamedKey> renamed_keys();
 std::span<const RenamedWord> renamed_words();
-// The current word for one of a renamed key's values; `word` itself when it has no other.
-std::string current_word(TomlFormat format, std::string_view table, std::string_view key,
-                         const std::string& word);
 
 // One use of an old name.
 struct OldNameUse {

@@ -138,18 +138,18 @@ class ValidationResults(_Folder):
         self._require("validation", "comparisons")
 
     def comparisons(self) -> pandas.DataFrame:
-        """One row a comparison: verdict, and simulated, measured, difference where it compares
+        """One row a comparison: verdict, and simulated, measured, comparison_error where it compares
         values."""
         rows = []
         for c in self.answer["comparisons"]:
             value = c.get("value", {})
             rows.append((c["name"], c["title"], c["kind"], c["experiment"], c["parameter_set"],
                          c["verdict"], value.get("simulated"), value.get("measured"),
-                         value.get("difference"), value.get("expanded_uncertainty"),
+                         value.get("comparison_error", value.get("difference")), value.get("expanded_uncertainty"),
                          value.get("unit"), c["headline"]))
         return require_pandas().DataFrame(rows, columns=[
             "name", "title", "kind", "experiment", "parameter_set", "verdict", "simulated",
-            "measured", "difference", "expanded_uncertainty", "unit", "headline"])
+            "measured", "comparison_error", "expanded_uncertainty", "unit", "headline"])
 
     def runs(self) -> pandas.DataFrame:
         """One row a run: experiment, key, parameter_set, seed, status, ..."""

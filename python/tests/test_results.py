@@ -57,6 +57,8 @@ def test_series(results):
     for path, row in listed.iterrows():
         values = results.series(path)
         assert values.shape == ((32,) if row["width"] == 1 else (32, row["width"]))
+    # A path of files of format 1.
+    assert (results.series("/health/patches") == results.series("/diagnostics/patches")).all()
     kinetic = results.series("/energy/kinetic")
     speed = (results.frame(10).velocity ** 2).sum(axis=1)
     assert kinetic[10] >= 0.5 * 916.7 * 8e-6 * speed.sum() * (1 - 1e-9)  # and rotation

@@ -25,8 +25,8 @@ std::string share_range(const Json& ends) {
 void value_content(const Sets& sets, page::Content& content) {
   plots::IntervalPlot plot;
   page::Table table;
-  table.caption = "What the difference is uncertain by: one standard deviation each";
-  table.columns = {{"parameters", ""}, {"part", ""}, {"uncertainty", ""}, {"from", ""}};
+  table.caption = "Components of the validation uncertainty: one standard deviation each";
+  table.columns = {{"parameters", ""}, {"component", ""}, {"uncertainty", ""}, {"from", ""}};
   bool experiment_drawn = false;
   std::string seen;
   plot.names = {"experiment", "simulation"};
@@ -36,21 +36,21 @@ void value_content(const Sets& sets, page::Content& content) {
     const std::string unit = text(v, "unit");
     plot.x = {"mean with 95 % interval", unit, false, {}, {}};
     double of_experiment = 0;
-    for (const Json& part : v.at("parts")) {
+    for (const Json& part : v.at("components")) {
       const bool is_experiment = text(part, "name") == "experiment";
       if (is_experiment) of_experiment = number(part, "value");
       if (is_experiment && experiment_drawn) continue;
       table.rows.push_back(
           {is_experiment ? "all" : text(*c, "parameter_set"), text(part, "name"),
            part.at("value").is_null() ? Cell("not looked at") : Cell(number(part, "value"), 2),
-           is_experiment ? "see above" : text(part, "how")});
+           is_experiment ? "see above" : text(part, "evaluation_method")});
     }
     const double measured = number(v, "measured"), simulated = number(v, "simulated");
     // Results of earlier versions have standard uncertainties alone.
     const auto expanded = [&](const char* key, double standard) {
       return v.contains(key) ? number(v, key) : 2 * standard;
     };
-    const double all = number(v, "standard_uncertainty");
+    const double all = number(v, "validation_uncertainty");
     const double experiment = expanded("measured_expanded", of_experiment);
     const double own = expanded(
         "simulated_expanded", std::sqrt(std::max(0.0, all * all - of_experiment * of_experiment)));
@@ -81,11 +81,11 @@ void claims_content(const Sets& sets, page::Content& content) {
                    {"holds in", ""}, {"probability", ""}, {"verdict", ""}};
   page::Table meaning;
   meaning.caption = "What the statements are taken to mean";
-  meaning.columns = {{"", ""}, {"statement", ""}, {"relation", ""}, {"because", ""}};
+  meaning.columns = {{"", ""}, {"statement", ""}, {"relation", ""}, {"rationale", ""}};
   std::string seen;
   for (std::size_t s = 0; s < sets.size(); ++s) {
     plot.names.push_back(text(*sets[s], "parameter_set"));
-    for (const Json& claim : sets[s]->at("claims")) {
+    for (const Json& claim : sets[s]->at("criteria")) {
       const std::string statement = text(claim, "statement");
       if (!row_of.contains(statement)) {
         row_of[statement] = plot.rows.size();
@@ -93,7 +93,7 @@ void claims_content(const Sets& sets, page::Content& content) {
         const std::string label = fmt::format("statement {}", plot.rows.size() + 1);
         plot.rows.push_back({label, std::vector<std::optional<plots::Interval>>(sets.size())});
         meaning.rows.push_back({Cell(static_cast<double>(plot.rows.size())), statement,
-                                text(claim, "relation"), text(claim, "because")});
+                                text(claim, "relation"), text(claim, "rationale")});
       }
       const Json& p = claim.at("probability_90");
       const int holds = whole_number(claim, "holds_in"), runs = whole_number(claim, "runs");
@@ -221,7 +221,7 @@ void curve_content(const Sets& sets, page::Content& content) {
             (v.at("measured").empty()
                  ? ": simulation alone. "
                  : fmt::format(": {} % of the range. ",
-                               page::number_text(100 * number(v, "difference"), 2)));
+                               page::number_text(100 * number(v, "comparison_error"), 2)));
   }
   if (!plot.series.empty())
     content.figure({plots::draw(plot), "Means, with 95 % bands of the means.", seen});
@@ -235,24 +235,24 @@ void choices_content(const Sets& sets, page::Content& content) {
   plot.names = {""};
   page::Table table;
   table.caption = "Means over the seeds that both have";
-  table.columns = {{"response", ""}, {"choice", ""},  {"before", ""}, {"with it", ""},
+  table.columns = {{"response", ""}, {"variant", ""}, {"before", ""}, {"with it", ""},
                    {"unit", ""},     {"change", "%"}, {"seeds", ""}};
   std::string seen;
   for (const Json* c : sets) {
-    if (!c->contains("choices")) continue;
-    for (const Json& r : c->at("choices")) {
+    if (!c->contains("numerical_variants")) continue;
+    for (const Json& r : c->at("numerical_variants")) {
       const double before = number(r, "before"), after = number(r, "after");
       const double percent = 100 / std::abs(before);
       const double change = (after - before) * percent, error = number(r, "error") * percent;
-      table.rows.push_back({text(r, "response"), text(r, "choice"), Cell(before), Cell(after),
+      table.rows.push_back({text(r, "response"), text(r, "variant"), Cell(before), Cell(after),
                             text(r, "unit"),
                             std::isfinite(error) ? Cell::measured(change, error) : Cell(change, 3),
                             Cell(number(r, "seeds"), 3)});
       if (!std::isfinite(change)) continue;
       const double reach = std::isfinite(error) ? 2 * error : 0;
-      plot.rows.push_back({fmt::format("{}: {}", text(r, "choice"), text(r, "response")),
+      plot.rows.push_back({fmt::format("{}: {}", text(r, "variant"), text(r, "response")),
                            {plots::Interval{change - reach, change + reach, change}}});
-      seen += fmt::format("{} with {}: {} %. ", text(r, "response"), text(r, "choice"),
+      seen += fmt::format("{} with {}: {} %. ", text(r, "response"), text(r, "variant"),
                           page::measured_text(change, error));
     }
   }
@@ -273,8 +273,8 @@ void damage_content(const Sets& sets, page::Content& content) {
                    {"one of a run's, if Weibull", ""}};
   std::map<std::string, plots::CdfPlot> by_load;
   for (const Json* c : sets) {
-    if (!c->contains("damage")) continue;
-    for (const Json& d : c->at("damage")) {
+    if (!c->contains("breakage")) continue;
+    for (const Json& d : c->at("breakage")) {
       const std::string response = text(d, "response");
       plots::CdfPlot& plot = by_load[response];
       plot.x = {response == "opposed_loads"        ? "largest load from two sides on a particle"
@@ -289,7 +289,7 @@ void damage_content(const Sets& sets, page::Content& content) {
       if (plot.vertical.empty() && c->contains("strength"))
         plot.vertical = {{number(c->at("strength"), "minimum"), "weakest test"},
                          {number(c->at("strength"), "maximum"), "strongest test"}};
-      const Json& free = d.at("without_assumption");
+      const Json& free = d.at("distribution_free");
       const Json& weibull = d.at("weibull");
       table.rows.push_back({text(*c, "parameter_set"), response, Cell(number(d, "largest"), 4),
                             Cell(number(d, "median"), 3), share_range(free.at("each")),
@@ -317,8 +317,8 @@ void softening_content(const Sets& sets, page::Content& content) {
                    {"what to make of it", ""}};
   std::vector<page::Figure> figures;
   for (const Json* c : sets) {
-    if (!c->contains("softening")) continue;
-    for (const Json& s : c->at("softening")) {
+    if (!c->contains("stiffness_scaling")) continue;
+    for (const Json& s : c->at("stiffness_scaling")) {
       plots::XyPlot plot;
       plot.x = {"Young's modulus", "GPa", true, {}, {}};
       plot.y = {text(s, "response"), text(s, "unit"), true, {}, {}};
@@ -341,7 +341,7 @@ void softening_content(const Sets& sets, page::Content& content) {
            std::isnan(low) ? std::string("not known")
                            : fmt::format("{} to {} {}", page::number_text(low, 3),
                                          page::number_text(high, 3), text(s, "unit")),
-           series.x.empty() ? Cell("") : Cell(series.x.back(), 3), text(s, "word")});
+           series.x.empty() ? Cell("") : Cell(series.x.back(), 3), text(s, "interpretation")});
     }
   }
   if (!figures.empty()) content.figures(figures);
@@ -353,14 +353,12 @@ void softening_content(const Sets& sets, page::Content& content) {
 Badge badge_of(const std::string& verdict) {
   if (verdict == "consistent") return {Mark::good, verdict};
   if (verdict == "inconsistent") return {Mark::bad, verdict};
-  if (verdict == "not enough data to say") return {Mark::caution, verdict};
+  if (verdict == "inconclusive") return {Mark::caution, verdict};
   return {Mark::neutral, verdict};
 }
 
 void add_comparison(const Sets& sets, page::Content& content) {
-  // Results of earlier versions have the words of earlier suites.
-  const std::string kind =
-      current_word(TomlFormat::suite, "comparisons[]", "kind", text(*sets.front(), "kind"));
+  const std::string kind = text(*sets.front(), "kind");
   if (kind == "value") value_content(sets, content);
   if (kind == "curve") curve_content(sets, content);
   if (kind == "criteria") claims_content(sets, content);

@@ -239,11 +239,11 @@ void health_section(const Recording& recording, const Case& c, page::Page& page)
             "rises of energy that nothing explains add up to {} % of what was "
             "dissipated; repeat the run with a smaller time step to check whether they matter",
             page::number_text(100 * rise / turned, 3)));
-  content.facts({{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
-                 {"unexplained energy",
-                  fmt::format("{} J, compared with {} J dissipated", page::number_text(rise, 3),
-                              page::number_text(turned, 3))},
-                 {"contacts first seen deep", page::number_text(late, 9)}});
+  content.facts(
+      {{"largest overlap", fmt::format("{} mm", page::number_text(1e3 * overlap, 3))},
+       {"energy error", fmt::format("{} J, compared with {} J dissipated",
+                                    page::number_text(rise, 3), page::number_text(turned, 3))},
+       {"late contacts", page::number_text(late, 9)}});
 }
 
 void case_section(const Recording& recording, const Case& c, page::Page& page) {

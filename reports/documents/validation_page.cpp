@@ -53,8 +53,8 @@ void comparison_section(const Sets& sets, ValidationReplays* replays, page::Page
                    {"simulated", text(first, "experiment")}});
   for (const Json* c : sets) {
     std::string line = fmt::format("{}: {}", text(*c, "parameter_set"), text(*c, "headline"));
-    if (!text(*c, "would_decide").empty())
-      line += fmt::format(". Would decide: {}", text(*c, "would_decide"));
+    if (!text(*c, "recommended_action").empty())
+      line += fmt::format(". Recommended: {}", text(*c, "recommended_action"));
     content.note(badge_of(text(*c, "verdict")), line);
   }
   add_comparison(sets, content);
@@ -76,7 +76,7 @@ std::vector<Sets> grouped(const Json& results) {
 // Where several statements make up a verdict, how many of them hold.
 Cell verdict_cell(const Json& comparison) {
   Cell cell(badge_of(text(comparison, "verdict")));
-  const Json claims = comparison.value("claims", Json::array());
+  const Json claims = comparison.value("criteria", Json::array());
   const auto hold = std::ranges::count_if(
       claims, [](const Json& claim) { return text(claim, "verdict") == "consistent"; });
   if (claims.size() > 1) cell.text = fmt::format("{} of {} hold", hold, claims.size());
@@ -89,12 +89,9 @@ void validation_summary(const Json& results, const std::vector<Sets>& groups, pa
   for (const Json& c : results.at("comparisons"))
     if (!c.value("code_to_code", false)) ++count[text(c, "verdict")];
   std::vector<page::Card> cards;
-  for (const char* verdict : {"consistent", "inconsistent", "not enough data to say",
-                              "not independent", "not comparable"})
-    cards.push_back({verdict == std::string_view("not enough data to say") ? "open" : verdict,
-                     std::to_string(count[verdict]),
-                     "",
-                     {badge_of(verdict).mark, " "}});
+  for (const char* verdict :
+       {"consistent", "inconsistent", "inconclusive", "not independent", "not comparable"})
+    cards.push_back({verdict, std::to_string(count[verdict]), "", {badge_of(verdict).mark, " "}});
   page.top().cards(cards);
   if (!text(results, "note").empty()) page.top().paragraph(text(results, "note"));
   page::Table table;
@@ -158,8 +155,10 @@ void method_section(page::Page& page) {
   page.section("How verdicts are reached", "method")
       .paragraph(
           "A value is inconsistent when simulation and experiment differ by more than twice the "
-          "standard uncertainty of their difference, made up of seeds, time step, stiffness, input "
-          "parameters and the experiment (ASME V&V 20). It is open when that uncertainty is larger "
+          "standard uncertainty of their difference, made up of run-to-run variability, time step, "
+          "stiffness, input "
+          "parameters and the experiment (ASME V&V 20). It is inconclusive when that uncertainty "
+          "is larger "
           "than the difference that would matter.")
       .paragraph(
           "A statement in words is taken as a relation that holds in a run or not. It is "

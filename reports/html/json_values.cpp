@@ -8,6 +8,7 @@
 
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/text/json_aliases.h"
 #include "experiments/text/json_reader.h"
 #include "firn/math.h"
 
@@ -102,9 +103,12 @@ const Json& list(const Json& j, const char* key) {
 }
 
 Json read_results_json(const std::string& file) {
-  return parse_ordered_json(read_input_file(file, "the results.json of a study or a validation",
-                                            input_limits::json_bytes),
-                            file);
+  Json document =
+      parse_ordered_json(read_input_file(file, "the results.json of a study or a validation",
+                                         input_limits::json_bytes),
+                         file);
+  use_current_json_names(document);
+  return document;
 }
 
 page::Page page_from(const std::string& file, const std::function<page::Page()>& build) {

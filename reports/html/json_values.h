@@ -34,7 +34,7 @@ std::vector<double> finite_numbers(const Json& j, std::size_t count);
 std::vector<double> ascending_numbers(const Json& j, std::size_t count);
 const Json& list(const Json& j, const char* key);
 
-// A results.json file of at most the limit of input_limits.h.
+// A results.json file of at most the limit of input_limits.h, in current names.
 Json read_results_json(const std::string& file);
 // What `build` makes of the document. What the document lacks is an InputError that names the file.
 page::Page page_from(const std::string& file, const std::function<page::Page()>& build);

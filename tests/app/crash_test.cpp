@@ -177,7 +177,8 @@ class CrashTest : public testing::Test {
       if (entry.path().extension() != ".h5" || has_kept_copy(file)) continue;
       try {
         const hdf5::File results = hdf5::File::open(file, hdf5::File::Access::read);
-        if (results.has_attribute("/", "responses_complete")) files[file] = fs::last_write_time(file);
+        if (results.has_attribute("/", "responses_complete"))
+          files[file] = fs::last_write_time(file);
       } catch (const hdf5::Error&) {
         // Under way when it was stopped.
       }

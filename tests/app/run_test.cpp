@@ -29,7 +29,7 @@ TEST(RunCommand, TwoBoxesEndToEnd) {
   EXPECT_EQ(result["results_file"], "runs/two-boxes-seed7.h5");
   EXPECT_EQ(result["particles"], 2);
   EXPECT_NEAR(result["simulated"], 0.03, 1e-4);
-  EXPECT_GT(result["health"]["largest_overlap"], 0.0);
+  EXPECT_GT(result["diagnostics"]["largest_overlap"], 0.0);
   EXPECT_THAT(o.err, HasSubstr("cube: box, 20.00 x 20.00 x 20.00 mm, 7.33 g"));
   EXPECT_THAT(o.err, HasSubstr("time step"));
 
@@ -75,11 +75,11 @@ TEST(RunCommand, NamesTheLikelyCauseOfDeepOverlapsAtItsEnd) {
   EXPECT_EQ(soft.status, 0) << soft.err;
   EXPECT_EQ(lines(soft.err), 1U) << soft.err;
   EXPECT_THAT(soft.err, HasSubstr("likely cause: the stiffness"));
-  const std::string told = nlohmann::json::parse(soft.out)["health"]["warning"];
+  const std::string told = nlohmann::json::parse(soft.out)["diagnostics"]["warning"];
   EXPECT_THAT(told, HasSubstr("likely cause: the stiffness"));
   const Outcome good = run("case.duration=\"50 ms\"");
   EXPECT_EQ(good.err, "");
-  EXPECT_EQ(nlohmann::json::parse(good.out)["health"]["warning"], "");
+  EXPECT_EQ(nlohmann::json::parse(good.out)["diagnostics"]["warning"], "");
 }
 
 TEST(RunCommand, EarlierResultsAreKept) {

@@ -124,8 +124,9 @@ TEST(Usage, OldNamesAreReadWithAWarning) {
     EXPECT_EQ(old.err, "firn: warning: \"" + pair.from + "\" is now \"" + pair.to +
                            "\"; the old name is read by this version only\n" + now.err);
     const std::string option = pair.from.substr(0, pair.from.find(' '));
-    if (option != "--progress")
+    if (option != "--progress") {
       EXPECT_THAT(folder.firn({pair.now[0], "--help"}).out, Not(HasSubstr(option + ' ')));
+    }
   }
 }
 

@@ -108,29 +108,29 @@ TEST(ValidateCommand, JudgesAndGoesOnWithoutSimulatingAgain) {
   const json& value = result["comparisons"][0];
   // The variant doubles the mass, and what it changes is taken for uncertainty: as much as is
   // measured could hide in that.
-  EXPECT_EQ(value["verdict"], "not enough data to say");
-  EXPECT_EQ(value["value"]["parts"][5]["name"], "heavier");
-  EXPECT_NEAR(value["value"]["parts"][5]["value"], 2 * 916.7 * 8e-6, 1e-5);
+  EXPECT_EQ(value["verdict"], "inconclusive");
+  EXPECT_EQ(value["value"]["components"][5]["name"], "heavier");
+  EXPECT_NEAR(value["value"]["components"][5]["value"], 2 * 916.7 * 8e-6, 1e-5);
   EXPECT_NEAR(value["value"]["simulated"], 2 * 916.7 * 8e-6, 1e-5);
   EXPECT_EQ(value["value"]["runs"], 6);
   EXPECT_NEAR(value["value"]["measured"], 0.0147, 1e-12);
-  EXPECT_EQ(value["value"]["parts"][1]["name"], "time step");
-  EXPECT_NEAR(value["value"]["parts"][1]["value"], 0, 1e-12);
+  EXPECT_EQ(value["value"]["components"][1]["name"], "time step");
+  EXPECT_NEAR(value["value"]["components"][1]["value"], 0, 1e-12);
   EXPECT_TRUE(value["value"]["area_metric"].is_array());
   const json& printed = result["comparisons"][1];
   EXPECT_EQ(printed["parameter_set"], "printed");
-  EXPECT_EQ(printed["value"]["parts"][2]["value"], value["value"]["parts"][2]["value"]);
+  EXPECT_EQ(printed["value"]["components"][2]["value"], value["value"]["components"][2]["value"]);
   const json& seen = result["comparisons"][2];
   EXPECT_EQ(seen["verdict"], "inconsistent");
-  EXPECT_EQ(seen["claims"][0]["verdict"], "consistent");
-  EXPECT_EQ(seen["claims"][1]["holds_in"], 0);
-  const json& soft = result["comparisons"][4]["softening"][0];
+  EXPECT_EQ(seen["criteria"][0]["verdict"], "consistent");
+  EXPECT_EQ(seen["criteria"][1]["holds_in"], 0);
+  const json& soft = result["comparisons"][4]["stiffness_scaling"][0];
   EXPECT_EQ(soft["modulus"], json({1e6, 2e6, 4e6}));
   EXPECT_GT(soft["exponent"], 0.2);
   EXPECT_LT(soft["exponent"], 0.8);
-  const json& choices = result["comparisons"][5]["choices"];
+  const json& choices = result["comparisons"][5]["numerical_variants"];
   ASSERT_EQ(choices.size(), 4u);  // time step, two stiffnesses, the variant
-  EXPECT_EQ(choices[3]["choice"], "heavier");
+  EXPECT_EQ(choices[3]["variant"], "heavier");
   EXPECT_EQ(choices[3]["seeds"], 2);
   EXPECT_NEAR(choices[3]["after"], 2 * choices[3]["before"].get<double>(), 1e-12);
   EXPECT_EQ(result["experiments"][0]["runs"].size(), 17u);
@@ -174,7 +174,7 @@ TEST(ValidateCommand, RunsAnExperimentWithSomeSetsOnly) {
   ASSERT_EQ(result["comparisons"].size(), 4u);
   for (const json& c : result["comparisons"]) EXPECT_EQ(c["parameter_set"], "printed");
   // Numerics are looked at with the set that there is.
-  EXPECT_TRUE(result["comparisons"][0]["value"]["parts"][1]["value"].is_number());
+  EXPECT_TRUE(result["comparisons"][0]["value"]["components"][1]["value"].is_number());
   EXPECT_EQ(result["experiments"][0]["runs"].size(), 11u);
 }
 
@@ -200,7 +200,7 @@ TEST(ValidateCommand, KnowsTheValuesOfARecordThatTheCaseHas) {
     EXPECT_EQ(o.status, 0) << o.err;
     return json::parse(o.out)["comparisons"][0]["verdict"].get<std::string>();
   };
-  EXPECT_EQ(verdict(""), "not enough data to say");
+  EXPECT_EQ(verdict(""), "inconclusive");
   EXPECT_EQ(verdict("set = { \"interactions.ice-ice.static_friction\" = 0.17, "
                     "\"interactions.ice-plastic.static_friction\" = 0.329 }\n"),
             "not independent");

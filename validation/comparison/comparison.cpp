@@ -117,13 +117,13 @@ const char* to_string(ValidationVerdict verdict) {
     case ValidationVerdict::inconsistent:
       return "inconsistent";
     case ValidationVerdict::not_enough_data:
-      return "not enough data to say";
+      return "inconclusive";
     case ValidationVerdict::not_independent:
       return "not independent";
     case ValidationVerdict::not_comparable:
       return "not comparable";
     case ValidationVerdict::information:
-      return "information";
+      return "not judged";
   }
   return "";
 }

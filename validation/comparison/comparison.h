@@ -66,7 +66,9 @@ struct ComparisonRuns {
 
 // One part of the uncertainty of a difference, one standard deviation.
 struct UncertaintyPart {
-  std::string name;  // "seeds", "time step", "stiffness", "input", "experiment", or a variant's
+  // "run-to-run variability", "time step", "stiffness", "input parameters", "experiment", or a
+  // variant's
+  std::string name;
   std::optional<double> value;  // nothing: not looked at
   std::string how;
   double freedom = std::numeric_limits<double>::infinity();  // that it was estimated with

@@ -62,9 +62,12 @@ UncertaintyPart assumed_part(const ComparisonRuns::Other& other, const RunGroup&
   return p;
 }
 
+constexpr const char* kRunVariability = "run-to-run variability";
+constexpr const char* kInputParameters = "input parameters";
+
 UncertaintyPart seeds_part(const SampleStatistics& f) {
-  if (f.count < 2) return {"seeds", std::nullopt, "one run gives no scatter"};
-  return {"seeds", f.error(),
+  if (f.count < 2) return {kRunVariability, std::nullopt, "one run gives no scatter"};
+  return {kRunVariability, f.error(),
           fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
           static_cast<double>(f.count - 1)};
 }
@@ -73,13 +76,13 @@ UncertaintyPart seeds_part(const SampleStatistics& f) {
 UncertaintyPart input_part(const ComparisonRuns& e, const SampleStatistics& draws,
                            const SampleStatistics& base) {
   if (e.input == nullptr)
-    return {"input", std::nullopt,
+    return {kInputParameters, std::nullopt,
             e.material == nullptr ? "the parameters come without an uncertainty"
                                   : "not sampled from the material's family"};
-  if (draws.count < 2) return {"input", std::nullopt, "fewer than two draws finished"};
+  if (draws.count < 2) return {kInputParameters, std::nullopt, "fewer than two draws finished"};
   const double seeds = base.count < 2 ? 0 : base.deviation * base.deviation;
   const double variance = std::max(0.0, draws.deviation * draws.deviation - seeds);
-  return {"input", std::sqrt(variance),
+  return {kInputParameters, std::sqrt(variance),
           fmt::format("standard deviation {:.3g} over {} draws from the family, of which seeds "
                       "explain {:.3g}",
                       draws.deviation, draws.count, std::sqrt(seeds)),
@@ -106,8 +109,8 @@ void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noi
   if (base.count > 1)
     seeds = noise.add({base.deviation * base.deviation, base.count - 1.0}, 1.0 / base.count);
   for (const UncertaintyPart& p : v.parts) {
-    if (!p.value || p.name == "seeds" || p.name == "experiment") continue;
-    if (p.name != "input") {
+    if (!p.value || p.name == kRunVariability || p.name == "experiment") continue;
+    if (p.name != kInputParameters) {
       noise.add({*p.value * *p.value, p.freedom});
       continue;
     }
@@ -123,11 +126,12 @@ const UncertaintyPart& largest_part(const ValueComparison& v) {
 
 std::string value_remedy(const ValueComparison& v) {
   for (const UncertaintyPart& p : v.parts)
-    if (p.name == "seeds" && !p.value) return "more than one run";
+    if (p.name == kRunVariability && !p.value) return "more than one run";
   const std::string& largest = largest_part(v).name;
-  if (largest == "seeds") return "more runs with other seeds: their scatter is the largest part";
+  if (largest == kRunVariability)
+    return "more runs with other seeds: their scatter is the largest part";
   if (largest == "experiment") return "more repeats of the experiment, each value given";
-  if (largest == "input")
+  if (largest == kInputParameters)
     return "parameters that are better known: a further bench test in their calibration";
   if (largest == "time step") return "a finer time step: it is the largest part";
   return fmt::format("finer numerics: \"{}\" is the largest part", largest);
@@ -212,7 +216,8 @@ void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Compari
   v.difference = v.simulation.mean - v.measured;
   for (const UncertaintyPart& p : v.parts) {
     v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
-    if (!p.value && p.name != "seeds") c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));
+    if (!p.value && p.name != kRunVariability)
+      c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));
   }
   Noise simulation, experiment, both;
   add_simulation(v, draws, simulation);

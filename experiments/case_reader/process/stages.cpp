@@ -62,8 +62,8 @@ int axis_of(const TomlTable& t, std::string_view key, const MotionFrame& frame) 
   const int axis = t.integer(key, 0, 0);
   if (!frame.free || axis >= static_cast<int>(frame.free->axes.size())) {
     t.fail(t.has(key) ? key : "motion_frame",
-           fmt::format("motion frame \"{}\" has no joint {}; expected one of its {}",
-                       frame.name, axis, frame.free ? frame.free->axes.size() : 0));
+           fmt::format("motion frame \"{}\" has no joint {}; expected one of its {}", frame.name,
+                       axis, frame.free ? frame.free->axes.size() : 0));
   }
   return axis;
 }

@@ -175,7 +175,8 @@ TEST_F(StartTest, GoesOnAsTheEarlierRunDid) {
     EXPECT_LT(series("/motion_frames/top/angular_velocity", 3, i), 1e-9);
   }
   EXPECT_TRUE(landed);
-  EXPECT_LT(whole.series("/motion_frames/top/angular_velocity").at(3 * 29 + 1), -1.0);  // it does turn
+  EXPECT_LT(whole.series("/motion_frames/top/angular_velocity").at(3 * 29 + 1),
+            -1.0);  // it does turn
 }
 
 TEST_F(StartTest, KeepsWhoParticlesAreAndSinceWhenTheyAreThere) {

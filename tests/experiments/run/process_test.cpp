@@ -503,7 +503,7 @@ TEST_F(SceneTest, MistakesAreNamed) {
               HasSubstr("the nearest known one is \"harvest\""));
   EXPECT_THAT(set("sources.mold.interval", "0 s"), HasSubstr("expected the time between them"));
   EXPECT_THAT(set("tags.0.stage", "dropp"), HasSubstr("unknown stage"));
-  EXPECT_THAT(set("switches.full.motion_frame", "lift"), HasSubstr("expected a free one"));
+  EXPECT_THAT(set("switches.full.motion_frame", "lift"), HasSubstr("expected one of a free body"));
   EXPECT_THAT(set("gates.below.region_min", "0 0 0 m"), HasSubstr("either region_min"));
   // A motion of its own on a free frame.
   EXPECT_THAT(set("boundaries.plate.motions",

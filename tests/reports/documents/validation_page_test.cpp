@@ -5,7 +5,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <regex>
 
+#include "experiments/text/json_aliases.h"
 #include "tests/reports/damaged_json.h"
 #include "tests/support/results_folder.h"
 #include "validation/validate.h"
@@ -118,6 +120,55 @@ TEST_F(ValidationPage, HoldsEveryKindAndStandsAlone) {
   // Nothing is fetched: no address but the name of SVG's namespace.
   for (const char* link : {"src=\"http", "href=\"http", "url(http", "@import"})
     EXPECT_THAT(html, Not(HasSubstr(link)));
+}
+
+// The document with the names of earlier versions; children first, as their paths are current.
+test::Json with_old_names(test::Json document) {
+  const auto at = [&](std::string_view path, const auto& apply) {
+    const auto step = [&](const auto& self, test::Json& node, std::string_view rest) -> void {
+      if (rest.empty()) return apply(node);
+      const std::size_t end = std::min(rest.find('.'), rest.size());
+      std::string key(rest.substr(0, end));
+      const std::string_view below = rest.substr(std::min(end + 1, rest.size()));
+      const bool is_list = key.ends_with("[]");
+      if (is_list) key.resize(key.size() - 2);
+      if (!node.contains(key)) return;
+      if (!is_list) return self(self, node[key], below);
+      for (test::Json& element : node[key]) self(self, element, below);
+    };
+    step(step, document, path);
+  };
+  for (const RenamedJsonWord& w : renamed_json_words())
+    at(w.path, [&](test::Json& object) {
+      const std::string key(w.key);
+      if (object.contains(key) && object[key] == std::string(w.word))
+        object[key] = std::string(w.old_word);
+    });
+  for (std::size_t i = renamed_json_keys().size(); i-- > 0;) {
+    const RenamedJsonKey& k = renamed_json_keys()[i];
+    at(k.path, [&](test::Json& object) {
+      const std::string name(k.name);
+      if (!object.contains(name)) return;
+      object[std::string(k.old_name)] = object[name];
+      object.erase(name);
+    });
+  }
+  return document;
+}
+
+TEST_F(ValidationPage, IsTheSameFromAnEarlierFile) {
+  const test::Json now = test::Json::parse(render_json(example()));
+  const test::Json old = with_old_names(now);
+  const std::string text = old.dump();
+  for (const char* name : {"\"would_decide\"", "\"parts\"", "\"how\"", "\"claims\"", "\"larger\"",
+                           "\"without_assumption\"", "\"softening\"", "\"word\"", "\"choice\""})
+    EXPECT_THAT(text, HasSubstr(name));
+  // Plots are numbered through all pages of a process.
+  const auto page_from_text = [&](const std::string& results) {
+    return std::regex_replace(validation_page(file(results)).html(), std::regex("plot[0-9]+-"),
+                              "plot-");
+  };
+  EXPECT_EQ(page_from_text(text), page_from_text(now.dump()));
 }
 
 TEST_F(ValidationPage, SaysOnceWhatHoldsOfSeveralParameterSets) {

@@ -1,0 +1,103 @@
+#include "experiments/text/json_aliases.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace firn {
+namespace {
+
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr std::string_view kValidation = "validation";
+
+constexpr RenamedJsonKey kRenamedJsonKeys[] = {
+    {kValidation, "comparisons[]", "would_decide", "recommended_action"},
+    {kValidation, "comparisons[]", "claims", "criteria"},
+    {kValidation, "comparisons[]", "damage", "breakage"},
+    {kValidation, "comparisons[]", "softening", "stiffness_scaling"},
+    {kValidation, "comparisons[]", "choices", "numerical_variants"},
+    {kValidation, "comparisons[].value", "difference", "comparison_error"},
+    {kValidation, "comparisons[].value", "standard_uncertainty", "validation_uncertainty"},
+    {kValidation, "comparisons[].value", "parts", "components"},
+    {kValidation, "comparisons[].value.components[]", "how", "evaluation_method"},
+    {kValidation, "comparisons[].criteria[]", "larger", "lhs"},
+    {kValidation, "comparisons[].criteria[]", "than", "rhs"},
+    {kValidation, "comparisons[].criteria[]", "because", "rationale"},
+    {kValidation, "comparisons[].criteria[]", "once_in", "observed_once_in"},
+    {kValidation, "comparisons[].curve", "difference", "comparison_error"},
+    {kValidation, "comparisons[].curve", "uncertainty", "validation_uncertainty"},
+    {kValidation, "comparisons[].breakage[]", "without_assumption", "distribution_free"},
+    {kValidation, "comparisons[].stiffness_scaling[]", "times_beyond", "extrapolation_factor"},
+    {kValidation, "comparisons[].stiffness_scaling[]", "word", "interpretation"},
+    {kValidation, "comparisons[].numerical_variants[]", "choice", "variant"},
+};
+
+constexpr RenamedJsonWord kRenamedJsonWords[] = {
+    {kValidation, "comparisons[]", "kind", "claims", "criteria"},
+    {kValidation, "comparisons[]", "kind", "damage", "breakage"},
+    {kValidation, "comparisons[]", "kind", "softening", "stiffness_scaling"},
+    {kValidation, "comparisons[]", "kind", "choices", "numerical_variants"},
+    {kValidation, "comparisons[]", "verdict", "not enough data to say", "inconclusive"},
+    {kValidation, "comparisons[]", "verdict", "information", "not judged"},
+    {kValidation, "comparisons[].criteria[]", "verdict", "not enough data to say", "inconclusive"},
+    {kValidation, "comparisons[].distribution", "verdict", "not enough data to say",
+     "inconclusive"},
+    {kValidation, "comparisons[].distribution", "verdict", "information", "not judged"},
+    {kValidation, "comparisons[].value.components[]", "name", "seeds", "run-to-run variability"},
+    {kValidation, "comparisons[].value.components[]", "name", "input", "input parameters"},
+};
+
+// Calls `apply` for each object at a path.
+template <class Apply>
+void for_objects_at(OrderedJson& node, std::string_view path, const Apply& apply) {
+  if (!node.is_object()) return;
+  if (path.empty()) {
+    apply(node);
+    return;
+  }
+  const std::size_t end = std::min(path.find('.'), path.size());
+  std::string_view key = path.substr(0, end);
+  const std::string_view rest = path.substr(std::min(end + 1, path.size()));
+  const bool is_list = key.ends_with("[]");
+  if (is_list) key.remove_suffix(2);
+  const auto found = node.find(std::string(key));
+  if (found == node.end()) return;
+  if (!is_list) {
+    for_objects_at(*found, rest, apply);
+  } else if (found->is_array()) {
+    for (OrderedJson& element : *found) for_objects_at(element, rest, apply);
+  }
+}
+
+void rename_json_key(OrderedJson& object, const std::string& from, const std::string& to) {
+  if (!object.contains(from) || object.contains(to)) return;
+  OrderedJson renamed = OrderedJson::object();
+  for (auto& [key, value] : object.items()) renamed[key == from ? to : key] = std::move(value);
+  object = std::move(renamed);
+}
+
+}  // namespace
+
+std::span<const RenamedJsonKey> renamed_json_keys() { return kRenamedJsonKeys; }
+std::span<const RenamedJsonWord> renamed_json_words() { return kRenamedJsonWords; }
+
+void use_current_json_names(OrderedJson& document) {
+  if (!document.is_object() || !document.contains("kind") || !document["kind"].is_string()) return;
+  const std::string kind = document["kind"].get<std::string>();
+  for (const RenamedJsonKey& k : kRenamedJsonKeys)
+    if (k.kind == kind)
+      for_objects_at(document, k.path, [&](OrderedJson& object) {
+        rename_json_key(object, std::string(k.old_name), std::string(k.name));
+      });
+  for (const RenamedJsonWord& w : kRenamedJsonWords)
+    if (w.kind == kind)
+      for_objects_at(document, w.path, [&](OrderedJson& object) {
+        const auto found = object.find(std::string(w.key));
+        if (found != object.end() && found->is_string() &&
+            found->get_ref<const std::string&>() == w.old_word)
+          *found = std::string(w.word);
+      });
+}
+
+}  // namespace firn
