@@ -87,7 +87,7 @@ Json parameters_json(const Study& study, const Answer& a) {
       j["median"] = m.median;
       j["interval_68"] = {m.low_68, m.high_68};
       j["interval_95"] = {m.low, m.high};
-      j["width_ratio"] = m.width_ratio;
+      j["posterior_to_prior_sd"] = m.width_ratio;
       j["at_min"] = m.at_min;
       j["at_max"] = m.at_max;
     }
@@ -218,7 +218,7 @@ Json advice_json(const Answer& a) {
   for (const Advice& m : a.advice) {
     Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
               {"uncertainty", m.uncertainty},      {"unit", m.unit},
-              {"information_bits", m.information}, {"longest_direction_left", m.longest_left}};
+              {"information_bits", m.information}, {"remaining_extent", m.longest_left}};
     if (m.effort > 0) j["effort_seconds"] = m.effort;
     all.push_back(j);
   }
@@ -260,8 +260,8 @@ std::string render_json(const Study& study, const Answer& a) {
                       {"file", "posterior.csv"}};
   j["estimate_history"] = history_json(study, a);
   j["combinations"] = combinations_json(study, a);
-  j["valley"] = Json::array();
-  for (const CheckedSet& set : a.valley) j["valley"].push_back(checked_json(study, set));
+  j["ridge"] = Json::array();
+  for (const CheckedSet& set : a.valley) j["ridge"].push_back(checked_json(study, set));
   j["compare"] = Json::array();
   for (const CheckedSet& set : a.compare) j["compare"].push_back(checked_json(study, set));
   j["sensitivity"] = sensitivity_json(study, a);

@@ -9,7 +9,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr std::string_view kValidation = "validation";
+constexpr std::string_view kValidation = "validation", kStudyResults = "study";
 
 constexpr RenamedJsonKey kRenamedJsonKeys[] = {
     {kValidation, "comparisons[]", "would_decide", "recommended_action"},
@@ -31,6 +31,10 @@ constexpr RenamedJsonKey kRenamedJsonKeys[] = {
     {kValidation, "comparisons[].stiffness_scaling[]", "times_beyond", "extrapolation_factor"},
     {kValidation, "comparisons[].stiffness_scaling[]", "word", "interpretation"},
     {kValidation, "comparisons[].numerical_variants[]", "choice", "variant"},
+
+    {kStudyResults, "", "valley", "ridge"},
+    {kStudyResults, "parameters[]", "width_ratio", "posterior_to_prior_sd"},
+    {kStudyResults, "measure_next[]", "longest_direction_left", "remaining_extent"},
 };
 
 constexpr RenamedJsonWord kRenamedJsonWords[] = {
@@ -70,6 +74,14 @@ void for_objects_at(OrderedJson& node, std::string_view path, const Apply& apply
   }
 }
 
+// "kind" of the document; results of studies have none.
+std::string kind_of(const OrderedJson& document) {
+  if (!document.is_object()) return "";
+  const auto kind = document.find("kind");
+  if (kind == document.end()) return document.contains("study") ? std::string(kStudyResults) : "";
+  return kind->is_string() ? kind->get<std::string>() : "";
+}
+
 void rename_json_key(OrderedJson& object, const std::string& from, const std::string& to) {
   if (!object.contains(from) || object.contains(to)) return;
   OrderedJson renamed = OrderedJson::object();
@@ -83,8 +95,7 @@ std::span<const RenamedJsonKey> renamed_json_keys() { return kRenamedJsonKeys; }
 std::span<const RenamedJsonWord> renamed_json_words() { return kRenamedJsonWords; }
 
 void use_current_json_names(OrderedJson& document) {
-  if (!document.is_object() || !document.contains("kind") || !document["kind"].is_string()) return;
-  const std::string kind = document["kind"].get<std::string>();
+  const std::string kind = kind_of(document);
   for (const RenamedJsonKey& k : kRenamedJsonKeys)
     if (k.kind == kind)
       for_objects_at(document, k.path, [&](OrderedJson& object) {

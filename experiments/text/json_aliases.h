@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// A key of the objects at a path, in documents of a kind (their key "kind").
+// A key of the objects at a path, in documents of a kind: "validation" or "study".
 struct RenamedJsonKey {
   std::string_view kind;
   std::string_view path;  // in current names: "comparisons[].value"; empty: the document

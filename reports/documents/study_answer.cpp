@@ -80,7 +80,7 @@ std::string next(const Json& j) {
   std::string text = best.value("response", std::string("?"));
   if (best.value("repeats_a_target", false)) text += ", once more";
   text += fmt::format(": {} bits", number_text(value_of(best.at("information_bits")), 2));
-  if (const double left = value_of(best.value("longest_direction_left", Json())); !std::isnan(left))
+  if (const double left = value_of(best.value("remaining_extent", Json())); !std::isnan(left))
     text +=
         fmt::format("; the least known direction shrinks to {:.0f} % of its length", 100 * left);
   return text;

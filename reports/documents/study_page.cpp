@@ -136,13 +136,14 @@ void study_parameters_section(const Json& results, page::Page& page) {
     if (p.value("at_min", false)) remark = "its lower bound limits it";
     if (p.value("at_max", false))
       remark += std::string(remark.empty() ? "" : "; ") + "its upper bound limits it";
-    table.rows.push_back({text(p, "name"), unit_of(p),
-                          fmt::format("{} to {}", page::number_text(number(p, "min"), 3),
-                                      page::number_text(number(p, "max"), 3)),
-                          is_fitted(p) ? Cell(number(p, "median"), 4) : Cell(""),
-                          is_fitted(p) ? interval_text(p.at("interval_95")) : "",
-                          is_fitted(p) ? Cell(100 * number(p, "width_ratio"), 3) : Cell(""), remark,
-                          keys});
+    table.rows.push_back(
+        {text(p, "name"), unit_of(p),
+         fmt::format("{} to {}", page::number_text(number(p, "min"), 3),
+                     page::number_text(number(p, "max"), 3)),
+         is_fitted(p) ? Cell(number(p, "median"), 4) : Cell(""),
+         is_fitted(p) ? interval_text(p.at("interval_95")) : "",
+         is_fitted(p) ? Cell(100 * number(p, "posterior_to_prior_sd"), 3) : Cell(""), remark,
+         keys});
     if (p.contains("profile") && p.at("profile").is_object()) figures.push_back(profile_figure(p));
   }
   content.table(table);
@@ -188,8 +189,8 @@ void add_map(const Json& results, page::Content& content) {
   if (results.contains("compare"))
     for (const Json& set : results.at("compare")) compare.push_back(&set);
   add("answer", answer);
-  if (results.contains("valley"))
-    for (const Json& set : results.at("valley")) valley.push_back(&set);
+  if (results.contains("ridge"))
+    for (const Json& set : results.at("ridge")) valley.push_back(&set);
   add("equally good", valley);
   add("compared", compare);
   content.figure({plots::draw(plot), "Parameter sets that were looked at closely.",
@@ -230,7 +231,7 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
   }
   if (results.contains("answer") && results.at("answer").is_object())
     add_set(results.at("answer"), results, table);
-  for (const char* list : {"valley", "compare"})
+  for (const char* list : {"ridge", "compare"})
     if (results.contains(list))
       for (const Json& set : results.at(list)) add_set(set, results, table);
   content.table(table);
@@ -259,8 +260,7 @@ void knowledge_section(const Json& results, page::Page& page) {
       table.rows.push_back(
           {text(m, "response"),
            fmt::format("± {} {}", page::number_text(number(m, "uncertainty"), 2), unit_of(m)),
-           Cell(number(m, "information_bits"), 3),
-           Cell(100 * number(m, "longest_direction_left"), 3),
+           Cell(number(m, "information_bits"), 3), Cell(100 * number(m, "remaining_extent"), 3),
            m.contains("effort_seconds") ? Cell(number(m, "effort_seconds") / 60, 3) : Cell("-")});
     content.table(table);
   }

@@ -53,10 +53,10 @@ TEST(Calibrate, RecoversParametersThatTheDataDetermine) {
     const json& p = j["parameters"][i];
     EXPECT_LT(p["interval_95"][0], truth[i]);
     EXPECT_GT(p["interval_95"][1], truth[i]);
-    EXPECT_LT(p["width_ratio"], 0.3);
+    EXPECT_LT(p["posterior_to_prior_sd"], 0.3);
     EXPECT_FALSE(p["at_min"].get<bool>() || p["at_max"].get<bool>());
   }
-  EXPECT_TRUE(j["valley"].empty());
+  EXPECT_TRUE(j["ridge"].empty());
   for (const json& c : j["combinations"]) EXPECT_TRUE(c["identified"].get<bool>());
   // Only fresh runs are reported, and they agree.
   EXPECT_EQ(j["answer"]["runs"]["finished"], 5);
@@ -84,10 +84,10 @@ TEST(Calibrate, OneAngleDeterminesOneCombinationOfTwoFrictions) {
   EXPECT_GT(sd, 0.05);  // the measurement alone: 0.05 / norm = 0.14
   EXPECT_LT(sd, 0.6);
   // Members of the valley are far apart and truly give the target.
-  ASSERT_EQ(j["valley"].size(), 5u);
-  const auto mu1 = [&](std::size_t i) { return j["valley"][i]["parameters"]["mu1"].get<double>(); };
+  ASSERT_EQ(j["ridge"].size(), 5u);
+  const auto mu1 = [&](std::size_t i) { return j["ridge"][i]["parameters"]["mu1"].get<double>(); };
   EXPECT_GT(mu1(4) / mu1(0), 4);
-  for (const json& member : j["valley"])
+  for (const json& member : j["ridge"])
     EXPECT_NEAR(
         zhou({{"a.mu1", member["parameters"]["mu1"]}, {"a.mu2", member["parameters"]["mu2"]}}), 10,
         1.2);
@@ -105,7 +105,7 @@ TEST(Calibrate, APriorOnOneFrictionDeterminesTheOther) {
   const double mu1 = std::pow(10.0 / 35 / std::pow(0.1, 0.22), 1 / 0.27);
   EXPECT_LT(j["parameters"][0]["interval_95"][0], mu1);
   EXPECT_GT(j["parameters"][0]["interval_95"][1], mu1);
-  EXPECT_LT(j["parameters"][0]["width_ratio"], 0.5);
+  EXPECT_LT(j["parameters"][0]["posterior_to_prior_sd"], 0.5);
 }
 
 TEST(Calibrate, SaysSoWhenTheTargetIsOutOfReach) {

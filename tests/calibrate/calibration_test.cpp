@@ -107,10 +107,10 @@ TEST(Advice, RanksTheTestThatCutsTheValleyFirst) {
   const json& next = j["measure_next"];
   ASSERT_EQ(next.size(), 3u);
   EXPECT_EQ(next[0]["response"], "slide.slide_angle");
-  EXPECT_LT(next[0]["longest_direction_left"], 0.5);
+  EXPECT_LT(next[0]["remaining_extent"], 0.5);
   EXPECT_EQ(next[2]["response"], "slide.bounce");  // knows nothing of friction
   EXPECT_LT(next[2]["information_bits"], 0.05);
-  EXPECT_GT(next[2]["longest_direction_left"], 0.97);
+  EXPECT_GT(next[2]["remaining_extent"], 0.97);
 }
 
 TEST(Advice, EffortCounts) {
@@ -141,7 +141,7 @@ TEST(Advice, OfAGaussianInClosedForm) {
       json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
   // 1024 samples tell s^2 to 6 % or so, and so the bits to 0.02.
   EXPECT_NEAR(j["measure_next"][0]["information_bits"], 0.5 * std::log2(2.0), 0.06);
-  EXPECT_NEAR(j["measure_next"][0]["longest_direction_left"], std::sqrt(0.5), 0.02);
+  EXPECT_NEAR(j["measure_next"][0]["remaining_extent"], std::sqrt(0.5), 0.02);
 }
 
 TEST(Numerics, AStepThatMattersIsNamed) {

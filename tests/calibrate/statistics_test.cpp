@@ -351,7 +351,7 @@ TEST(Outliers, AreFoundByOtherSeedsReportedAndLeftOut) {
       const json& p = o.j["parameters"][name[0] - 'a'];
       EXPECT_LT(p["interval_95"][0], 0.5) << o.summary.table;
       EXPECT_GT(p["interval_95"][1], 0.5) << o.summary.table;
-      EXPECT_LT(p["width_ratio"], 0.5);
+      EXPECT_LT(p["posterior_to_prior_sd"], 0.5);
     }
     for (const json& outlier : o.j["outliers"]) EXPECT_EQ(outlier["value"], absurd);
     EXPECT_GE(o.j["outliers"].size(), 1u);

@@ -158,7 +158,7 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
       mean += ideal.weight[s] * ideal.u[s][static_cast<Index>(i)];
     for (std::size_t s = 0; s < ideal.u.size(); ++s)
       square += ideal.weight[s] * std::pow(ideal.u[s][static_cast<Index>(i)] - mean, 2);
-    t.log_width += std::log(q["width_ratio"].get<double>() / std::sqrt(12 * square));
+    t.log_width += std::log(q["posterior_to_prior_sd"].get<double>() / std::sqrt(12 * square));
     t.intervals += q["interval_95"][0] <= truth[i] && truth[i] <= q["interval_95"][1];
     ++t.parameters;
   }
