@@ -222,8 +222,8 @@ double integrated_way(double a, double b, double mu, double speed, double angle,
 }
 
 // The way (m) of the centre of a plate of edges `a` and `b` (m) until it has come to rest, flat on
-// z = 0, so that friction at its foot does not shift the load. Speed in m/s at an angle (rad) to its
-// first edge, spin in rad/s.
+// z = 0, so that friction at its foot does not shift the load. Speed in m/s at an angle (rad) to
+// its first edge, spin in rad/s.
 double simulated_way(double a, double b, double mu, double speed, double angle, double spin) {
   constexpr double stiffness = 1e6, rounding = 1e-5, mass = 0.1;
   const Shape plate = make_box({a, b, 1e-3}, scenes::ice_options(mass, stiffness, rounding));
