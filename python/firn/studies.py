@@ -98,6 +98,36 @@ class StudyResults(_Folder):
             "response", "value", "uncertainty", "unit", "source", "lowest", "highest"
         ]).set_index("response")
 
+    def predictions(self) -> pandas.DataFrame:
+        """One row a target: measured value and uncertainty; quantiles of the mean response and of a
+        single run as the posterior predicts them, columns (kind, probability).
+
+        Empty for a study of a version that did not predict."""
+        rows: dict[tuple[str, str | float], list[float]] = {}
+        index: list[str] = []
+        for t in self.answer.get("targets", []):
+            predicted = t.get("posterior_predictive")
+            if not predicted:
+                continue
+            index.append(t["response"])
+            rows.setdefault(("measured", "value"), []).append(t["value"])
+            rows.setdefault(("measured", "uncertainty"), []).append(t["uncertainty"])
+            for kind in ("mean_response", "single_run"):
+                for p, x in zip(predicted["probabilities"], predicted[kind]["quantiles"]):
+                    rows.setdefault((kind, p), []).append(x)
+        return require_pandas().DataFrame(rows, index=index)
+
+    def history(self) -> pandas.DataFrame:
+        """One row a round of runs and parameter: the estimate after it, with the number of runs,
+        median, low_68, high_68, low_95, high_95.
+
+        Empty for a study of a version that kept no history."""
+        rows = [(h["after"], h["runs"], name, p["median"], *p["interval_68"], *p["interval_95"])
+                for h in self.answer.get("estimate_history", [])
+                for name, p in h["parameters"].items()]
+        return require_pandas().DataFrame(rows, columns=[
+            "after", "runs", "name", "median", "low_68", "high_68", "low_95", "high_95"])
+
     def runs(self) -> pandas.DataFrame:
         """One row a run, as runs.csv."""
         return self._csv("runs.csv")

@@ -67,6 +67,26 @@ def test_study(case_file):
     assert (study.runs()["status"] == "finished").all()
     assert study.posterior()["weight"].sum() == pytest.approx(1)
     assert study.verdict and study.headline
+    predicted = study.predictions().loc["present_mass"]
+    assert predicted["measured", "value"] == 0.0144
+    for kind in ("mean_response", "single_run"):
+        assert list(predicted[kind]) == sorted(predicted[kind])
+        assert predicted[kind, 0.025] <= 0.0144 <= predicted[kind, 0.975]
+    history = study.history()
+    assert history["runs"].is_monotonic_increasing
+    last = history.iloc[-1]
+    assert last["low_95"] <= last["low_68"] <= last["median"] <= last["high_68"] <= last["high_95"]
+    assert [last["low_95"], last["median"], last["high_95"]] == list(
+        study.parameters().loc["density", ["low", "median", "high"]])
+
+
+def test_results_of_earlier_versions_have_no_predictions(case_file):
+    folder = case_file.parent / "old"
+    folder.mkdir()
+    (folder / "results.json").write_text(
+        '{"study": "old", "verdict": "calibrated", "targets": [{"response": "mass"}]}')
+    study = firn.StudyResults(folder)
+    assert study.predictions().empty and study.history().empty
 
 
 def test_interrupted_study_continues(case_file):
