@@ -72,7 +72,7 @@ std::vector<ResponseColumn> varying_responses(const BatchState& state) {
   std::vector<ResponseColumn> names;
   for (const auto& [name, different] : values)
     if (different.size() > 1) names.push_back(name);
-  std::ranges::stable_partition(names, [&](const ResponseColumn& r) {
+  std::stable_partition(names.begin(), names.end(), [&](const ResponseColumn& r) {
     return std::ranges::find(state.targets, r.name, &FittedTarget::response) != state.targets.end();
   });
   return names;

@@ -374,11 +374,11 @@ std::vector<Check> open_floor_impacts(int count) {
   const Boundary uncut = sheet({.kind = ThinWall::Kind::box, .thickness = 2e-3, .size = 0.5});
   std::vector<Check> checks;
   for (const Body& body : bodies) {
-    for (const auto& [name, outline] : kOpenFloors) {
+    for (const OpenFloorFamily& family : kOpenFloors) {
       Largest rebound, spin;
       for (int i = 0; i < count; ++i) {
         Random random(5200 + i);
-        const OpenFloor floor(outline, 0.4, 8 + i % 17, 90 + i);
+        const OpenFloor floor(family.outline, 0.4, 8 + i % 17, 90 + i);
         const Quat turn = body.near_flat ? about(Vec3::UnitX(), random.uniform(-3, 3)) *
                                                about(Vec3::UnitY(), random.uniform(-3, 3)) *
                                                about(Vec3::UnitZ(), random.uniform(0, 360))
@@ -389,14 +389,15 @@ std::vector<Check> open_floor_impacts(int count) {
         try {
           got = impact(body.shape, floor.boundary(), restitution, place, turn, time);
         } catch (const RunError& error) {
-          throw RunError(fmt::format("{} on: {}, member {}: {}", body.name, name, i, error.what()));
+          throw RunError(
+              fmt::format("{} on: {}, member {}: {}", body.name, family.name, i, error.what()));
         }
         rebound.add((got.velocity - wanted.velocity).norm(), i);
         spin.add((got.spin - wanted.spin).norm() * body.shape.bounding_radius, i);
       }
       const auto add = [&](const char* what, const Largest& largest) {
         checks.push_back({.what = fmt::format("{} of {} {} on: {} (member {})", what, count,
-                                              body.name, name, largest.where),
+                                              body.name, family.name, largest.where),
                           .measured = largest.value,
                           .expected = 0.002,
                           .bound = Bound::at_most,
