@@ -135,6 +135,8 @@ class FacetMaker {
       next.erase(it);
     }
     if (!next.empty() || loop.size() < 3) return std::nullopt;  // a hole
+    // A triangle is convex, also one that is narrower than the tolerance.
+    if (triangles.size() == 1) return loop;
     return straightened(loop, planes_[group_of_[triangles[0]]].normal);
   }
 
@@ -313,6 +315,15 @@ class FacetMaker {
   std::vector<Plane> planes_;             // of groups
 };
 
+// m, the least height of a triangle.
+double least_height(const TriangleMesh& mesh, std::size_t triangle) {
+  const std::array<int, 3>& t = mesh.triangles[triangle];
+  double longest = 0;
+  for (int k = 0; k < 3; ++k)
+    longest = std::max(longest, (mesh.vertices[t[(k + 1) % 3]] - mesh.vertices[t[k]]).norm());
+  return area_normal(mesh, triangle).norm() / longest;
+}
+
 ConvexPart prism(const TriangleMesh& mesh, const Facet& facet, const std::vector<FacetSide>& sides,
                  double thickness) {
   const Vec3& n = facet.normal;
@@ -340,8 +351,18 @@ std::vector<ConvexPart> boundary_parts(const TriangleMesh& mesh, double thicknes
   }
   FacetMaker maker(mesh);
   std::vector<ConvexPart> parts;
-  for (const Facet& facet : maker.make())
-    parts.push_back(prism(mesh, facet, *maker.sides_of(facet.triangles), thickness));
+  for (const Facet& facet : maker.make()) {
+    try {
+      parts.push_back(prism(mesh, facet, maker.sides_of(facet.triangles).value(), thickness));
+    } catch (const InputError& error) {
+      const std::size_t first = static_cast<std::size_t>(facet.triangles[0]);
+      const Vec3& at = mesh.vertices[mesh.triangles[first][0]];
+      throw InputError(fmt::format(
+          "triangle {} at ({:.4g}, {:.4g}, {:.4g}) m, {:.2g} m wide, makes no wall with its "
+          "neighbors: {}",
+          first + 1, at.x(), at.y(), at.z(), least_height(mesh, first), error.what()));
+    }
+  }
   return parts;
 }
 

@@ -131,6 +131,46 @@ TEST(BoundaryMesh, FlatMeshesWithHolesAreFewConvexParts) {
   }
 }
 
+// A sliver between two triangles, however thin and however it leans, is a part or joined to a
+// neighbor, or the mesh is refused in one line that names the triangle.
+TEST(BoundaryMesh, SliversLeaveTheOtherTrianglesAsTheyAre) {
+  scenes::Random random(41);
+  int accepted = 0;
+  for (int member = 0; member < 2000; ++member) {
+    const bool is_flat = member % 4 == 0;
+    const auto height = [&] { return is_flat ? 0.0 : random.uniform(-0.4, 0.4); };
+    const double left = height(), right = height(), width = std::pow(10, random.uniform(-13, -2));
+    const double lean = is_flat ? 0 : random.uniform(-1.5, 1.5);
+    TriangleMesh mesh = two_triangles(left, 0);
+    mesh.vertices[3] = {width * std::cos(lean), random.uniform(0.1, 0.9), width * std::sin(lean)};
+    mesh.vertices.emplace_back(1, 0.5, right);
+    mesh.triangles.push_back({3, 0, 4});
+    mesh.triangles.push_back({1, 3, 4});
+    std::vector<ConvexPart> parts;
+    try {
+      parts = boundary_parts(mesh, 0.1);
+    } catch (const InputError& refused) {
+      EXPECT_EQ(std::string(refused.what()).find('\n'), std::string::npos);
+      EXPECT_NE(std::string(refused.what()).find("triangle"), std::string::npos) << refused.what();
+      continue;
+    }
+    ++accepted;
+    double all = 0;
+    for (const ConvexPart& part : parts) {
+      ASSERT_GE(part.vertex_count, 4) << "member " << member;
+      const double its = volume(part);
+      ASSERT_TRUE(std::isfinite(its)) << "member " << member;
+      all += its;
+    }
+    if (is_flat) {
+      EXPECT_NEAR(all, 0.1, 1e-6) << "member " << member << ", width " << width;
+    } else {
+      EXPECT_GT(all, 0.05) << "member " << member << ", width " << width;
+    }
+  }
+  EXPECT_GT(accepted, 1000);
+}
+
 TEST(BoundaryMesh, SideWithDifferentNeighborsIsNoSideOfOnePart) {
   // A flat square of two triangles; beyond one half of its side y = 1 a flap rises, beyond the
   // other half one falls.
