@@ -131,8 +131,47 @@ bool is_same_flat(const Manifold& c, const Manifold& d, double tolerance) {
          is_same_plane(c.feature_b.face, d.feature_b.face, tolerance);
 }
 
+// Moves the mean of the points to `centroid` by weights that change linearly with the place. Below
+// this part of the extent, hull and faces have the same centroid but for rounding.
+void move_centroid(Region& r, const PlanePoint& centroid, double extent) {
+  constexpr double kSameCentroid = 1e-9, kLeastWeight = 0.05;
+  double sum = 0, u = 0, v = 0;
+  for (int i = 0; i < r.count; ++i) {
+    sum += r.points[i].weight;
+    u += r.points[i].weight * r.points[i].at.u;
+    v += r.points[i].weight * r.points[i].at.v;
+  }
+  u /= sum;
+  v /= sum;
+  if (std::hypot(centroid.u - u, centroid.v - v) <= kSameCentroid * extent) return;
+  double uu = 0, uv = 0, vv = 0;
+  for (int i = 0; i < r.count; ++i) {
+    const double du = r.points[i].at.u - u, dv = r.points[i].at.v - v, w = r.points[i].weight / sum;
+    uu += w * du * du;
+    uv += w * du * dv;
+    vv += w * dv * dv;
+  }
+  const double determinant = uu * vv - uv * uv;
+  if (!(determinant > 0)) return;
+  const double du = centroid.u - u, dv = centroid.v - v;
+  double slope_u = (vv * du - uv * dv) / determinant, slope_v = (uu * dv - uv * du) / determinant;
+  double least = 1;
+  for (int i = 0; i < r.count; ++i) {
+    least =
+        std::min(least, 1 + slope_u * (r.points[i].at.u - u) + slope_v * (r.points[i].at.v - v));
+  }
+  if (least < kLeastWeight) {  // no weight is negative
+    slope_u *= (1 - kLeastWeight) / (1 - least);
+    slope_v *= (1 - kLeastWeight) / (1 - least);
+  }
+  for (int i = 0; i < r.count; ++i) {
+    r.points[i].weight *= 1 + slope_u * (r.points[i].at.u - u) + slope_v * (r.points[i].at.v - v);
+  }
+}
+
 // Corners of the convex hull of the outlines of such contacts, weighed as one face: cuts have no
-// effect on it. Nothing if it has no area.
+// effect on it. Their mean is the centroid of the faces, also where these are not convex together.
+// Nothing if it has no area.
 void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
                   std::vector<ManifoldPoint>& out) {
   out.clear();
@@ -152,6 +191,16 @@ void hull_of_flat(const PatchInput& in, std::span<const int> contacts,
   for (const int c : hull) region.add(places[c], 0, 0);
   compute_polygon_weights(region);
   if (!(region.area > std::pow(kEdgeWidth * extent, 2))) return;
+  double area = 0;
+  PlanePoint centroid{0, 0};
+  for (const int i : contacts) {
+    const Manifold& m = in.contacts[i].manifold;
+    const PlanePoint at = frame.flat(m.centroid);
+    area += m.area;
+    centroid.u += m.area * at.u;
+    centroid.v += m.area * at.v;
+  }
+  move_centroid(region, {centroid.u / area, centroid.v / area}, extent);
   for (std::size_t i = 0; i < hull.size(); ++i)
     out.push_back({points[hull[i]]->position, points[hull[i]]->gap, region.points[i].weight});
 }
