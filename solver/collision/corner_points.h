@@ -32,8 +32,8 @@ struct CornerSurface {
 };
 
 // Adds to the region the vertices of a part that are in the shell of a surface, are none of `own`,
-// lean over no seam, and for which is_over(place) is true: a part that stands deep and tilted in a
-// surface is held wherever it is in. `is_a`: the part is A.
+// lean over no seam, and for which is_over(place, height) is true: a part that stands deep and
+// tilted in a surface is held wherever it is in. `is_a`: the part is A.
 template <class IsOver>
 void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint16_t> own,
                  const CornerSurface& surface, double shell, const IsOver& is_over, Region& r) {
@@ -45,7 +45,7 @@ void add_corners(const ProjectedPart& view, bool is_a, std::span<const std::uint
     const double corner = view.height(i), other = surface.plane.height(at);
     const double gap = (is_a ? other - corner : corner - other) - radii;
     if (!(gap < shell) || std::ranges::find(own, i) != own.end() ||
-        leaning_seams(part, outward, i) != 0 || !is_over(at))
+        leaning_seams(part, outward, i) != 0 || !is_over(at, corner))
       continue;
     r.add(at, is_a ? corner : other, is_a ? other : corner);
     const double width = swept_width(part.radius, -gap, r.size);

@@ -321,11 +321,19 @@ WholeRegion region_on_plane(const ProjectedPart& a, const ContactFeature& featur
   return out;
 }
 
-// The vertices of a feature of a part.
-std::span<const std::uint16_t> vertices_of_feature(const ConvexPart& part,
-                                                   const ContactFeature& feature) {
-  if (feature.face) return loop_of(part, *feature.face);
-  return {feature.ends, feature.kind == ContactFeature::Kind::edge ? 2u : 1u};
+// True when a vertex of the part at this place and height (m) lies on the feature: in the plane of
+// the face, on the line of the edge, or on the vertex.
+bool is_on_feature(const ProjectedPart& view, const ContactFeature& feature, const PlanePoint& at,
+                   double height) {
+  const double tolerance = kNoGap * view.part.bounding_radius;
+  if (feature.face)
+    return std::abs(height - HeightGradient(view, *feature.face).height(at)) <= tolerance;
+  const PlanePoint from = view.flat(feature.ends[0]);
+  const double du = at.u - from.u, dv = at.v - from.v;
+  if (feature.kind == ContactFeature::Kind::vertex) return std::hypot(du, dv) <= tolerance;
+  const PlanePoint to = view.flat(feature.ends[1]);
+  const double length = std::hypot(to.u - from.u, to.v - from.v);
+  return std::abs((to.u - from.u) * dv - (to.v - from.v) * du) <= tolerance * length;
 }
 
 WholeRegion whole_region(const ProjectedPart& a, const ProjectedPart& b, const Manifold& m,
@@ -448,23 +456,25 @@ void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_
   }
   const std::size_t own = static_cast<std::size_t>(region.count);
   if (!b) {
-    add_corners(
-        view_a, true, vertices_of_feature(a, m.feature_a), {HeightGradient(-offset), radius_b},
-        shell, [](const PlanePoint&) { return true; }, region);
+    const auto is_over = [&](const PlanePoint& at, double height) {
+      return !is_on_feature(view_a, m.feature_a, at, height);
+    };
+    add_corners(view_a, true, {}, {HeightGradient(-offset), radius_b}, shell, is_over, region);
   } else {
     const ProjectedPart view_b(*b, frame, b_in_a);
     const auto add_over = [&](const ProjectedPart& corners, const ContactFeature& feature,
                               const ProjectedPart& face_view, const ContactFeature& other,
                               const FlatSurface* surface, bool is_a) {
       if (!other.face) return;
-      const auto is_over = [&](const PlanePoint& at) {
+      const auto is_over = [&](const PlanePoint& at, double height) {
+        if (is_on_feature(corners, feature, at, height)) return false;
         Box around = kEmptyBox;
         around.extend(at);
         return std::ranges::any_of(
             outlines(face_view, *other.face, surface, is_a, &around),
             [&](const std::vector<PlanePoint>& polygon) { return contains(polygon, at); });
       };
-      add_corners(corners, is_a, vertices_of_feature(corners.part, feature),
+      add_corners(corners, is_a, {},
                   {HeightGradient(face_view, *other.face), face_view.part.radius}, shell, is_over,
                   region);
     };

@@ -209,14 +209,14 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
   }
   const int own = region.count;
   if (on_b.face) {
-    const auto is_over = [&](const PlanePoint& p) {
+    const auto is_over = [&](const PlanePoint& p, double) {
       return is_over_face(view_b, *on_b.face, true, p);
     };
     add_corners(view_a, true, vertices_of(a, on_a, found, carriers_a),
                 {HeightGradient(view_b, *on_b.face), b.radius}, shell, is_over, region);
   }
   if (on_a.face) {
-    const auto is_over = [&](const PlanePoint& p) {
+    const auto is_over = [&](const PlanePoint& p, double) {
       return is_over_face(view_a, *on_a.face, false, p);
     };
     add_corners(view_b, false, vertices_of(b, on_b, found, carriers_b),
@@ -297,7 +297,7 @@ void collide_plane(const ConvexPart& a, const Vec3& n, double offset, double she
   if (loop_count == 2) compute_segment_weights(region, a.radius, a.radius);
   add_corners(
       view, true, {loop, static_cast<std::size_t>(loop_count)}, {HeightGradient(-offset), 0}, shell,
-      [](const PlanePoint&) { return true; }, region);
+      [](const PlanePoint&, double) { return true; }, region);
   emit_region(region, frame, a.radius, 0, shell, flat && region.count == loop_count, out);
   if (loop_count > 0) out.feature_a = feature;
 }
