@@ -13,6 +13,18 @@
 namespace firn {
 namespace {
 
+// A number of a column in the unit of the data.
+double number_in_unit(const MeasuredData& d, const CsvRow& row, const CsvColumn& column,
+                      double factor) {
+  const double value = csv_number(d.file, row, column) / factor;
+  if (!std::isfinite(value))
+    throw InputError(
+        fmt::format("{}:{}: {}: is \"{}\"; expected a number that is finite in the "
+                    "unit of the measurement",
+                    d.file, row.line, column.name, row.fields[column.index]));
+  return value;
+}
+
 void read_values(const TomlTable& t, MeasuredData& d) {
   const std::string column = t.string("column"), censored = t.string("right_censored", "");
   const Unit unit = t.at("unit", [&] { return parse_unit(d.unit); });
@@ -23,8 +35,7 @@ void read_values(const TomlTable& t, MeasuredData& d) {
   if (!censored.empty()) marks = find_csv_column(d.file, rows.front(), censored, std::nullopt);
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const bool open = marks && csv_number(d.file, rows[i], *marks) != 0;
-    (open ? d.right_censored : d.values)
-        .push_back(csv_number(d.file, rows[i], values) / unit.factor);
+    (open ? d.right_censored : d.values).push_back(number_in_unit(d, rows[i], values, unit.factor));
   }
 }
 
@@ -77,7 +88,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
   double interval = 0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     d.time.push_back(csv_number(d.file, rows[i], time));
-    d.samples.push_back(csv_number(d.file, rows[i], signal) / unit.factor);
+    d.samples.push_back(number_in_unit(d, rows[i], signal, unit.factor));
     if (i == 1) continue;
     const double step = d.time[i - 1] - d.time[i - 2];
     if (!(step > 0))
@@ -128,8 +139,8 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
     const std::string mark = marks ? rows[i].fields[marks->index] : "";
     if (d.repeats.empty() || mark != before) d.repeats.emplace_back();
     before = mark;
-    d.repeats.back().x.push_back(csv_number(d.file, rows[i], xs) / x_unit.factor);
-    d.repeats.back().y.push_back(csv_number(d.file, rows[i], ys) / unit.factor);
+    d.repeats.back().x.push_back(number_in_unit(d, rows[i], xs, x_unit.factor));
+    d.repeats.back().y.push_back(number_in_unit(d, rows[i], ys, unit.factor));
   }
   for (MeasuredData::Repeat& r : d.repeats) {
     if (r.x.size() < 3)
@@ -207,6 +218,12 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
     throw InputError(
         fmt::format("{}: holds no value; expected one at least{}", d.file,
                     d.kind == MeasuredData::Kind::trace ? " above the threshold" : ""));
+  // A filter adds samples.
+  const auto are_finite = [](const std::vector<double>& numbers) {
+    return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
+  };
+  if (!are_finite(d.values) || !are_finite(d.samples))
+    throw InputError(fmt::format("{}: its values are too large to be filtered", d.file));
   return d;
 }
 

@@ -142,7 +142,7 @@ double csv_number(const std::string& file, const CsvRow& row, const CsvColumn& c
   const char *first = text.data() + text.starts_with('+'), *last = text.data() + text.size();
   double value = 0;
   const auto [end, error] = std::from_chars(first, last, value);
-  if (text.empty() || error != std::errc() || end != last || !std::isfinite(value))
+  if (text.empty() || error != std::errc() || end != last || !std::isfinite(value * column.unit))
     throw InputError(fmt::format("{}:{}: {}: is \"{}\"; expected a finite number, with a point",
                                  file, row.line, column.name, text));
   return value * column.unit;

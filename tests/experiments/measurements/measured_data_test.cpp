@@ -151,6 +151,12 @@ TEST_F(MeasuredDataTest, PeaksAreOneAStretch) {
 TEST_F(MeasuredDataTest, MistakesHaveTheirPlace) {
   csv("force [N]\n1\nmany\n");
   EXPECT_THAT(complaint(kValues), HasSubstr("a.csv:3: force: is \"many\""));
+  csv("force [kN]\n1\n1e306\n");
+  EXPECT_THAT(complaint(kValues), HasSubstr("a.csv:3: force: is \"1e306\""));
+  csv("force [N]\n1\n-1e307\n");
+  std::string in_millinewton = kValues;
+  in_millinewton.replace(in_millinewton.find("\"N\""), 3, "\"mN\"");
+  EXPECT_THAT(complaint(in_millinewton), HasSubstr("finite in the unit of the measurement"));
   csv("force [mm]\n1\n");
   EXPECT_THAT(complaint(kValues), HasSubstr("a.csv:1: force: is in \"mm\""));
   csv("weight [N]\n1\n");
