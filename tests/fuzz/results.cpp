@@ -1,7 +1,12 @@
 // Results files with damage anywhere: every reader of them, as `firn measure` and `firn export` use
 // them. An input is a list of edits to the file of a small run. Not covered: going on from a
 // damaged file, which writes to it.
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -10,6 +15,7 @@
 #include "experiments/export/export.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
+#include "experiments/storage/hdf5_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {
@@ -142,12 +148,31 @@ std::string damaged(const Whole& whole, std::string_view edits) {
   return bytes;
 }
 
+// True when a child that only lists the objects of the file does not end as it should. HDF5 1.10
+// crashes on some damaged files; the program lets a child read first, for the same reason.
+bool breaks_hdf5(const std::string& file) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGALRM, SIG_DFL);
+    alarm(10);
+    if (!std::freopen("/dev/null", "w", stderr)) _exit(0);
+    try {
+      hdf5::File::open(file, hdf5::File::Access::read).objects();
+    } catch (const std::exception&) {
+    }
+    _exit(0);
+  }
+  int status = 0;
+  return child < 0 || waitpid(child, &status, 0) != child || status != 0;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::Folder folder;
   static const Whole whole(folder);
   const std::string file = folder.put("results.h5", damaged(whole, fuzz::text_of(data, size)));
+  if (breaks_hdf5(file)) return 0;
   fuzz::accepts([&] {
     const Recording recording(file);
     read_all(recording, folder.path("exported"));
