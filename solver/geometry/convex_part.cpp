@@ -160,8 +160,11 @@ void drop_repeats(std::vector<int>& loop) {
 }
 
 // Moves a point to where its planes meet, in the least-squares sense: cutting edge after edge
-// leaves rounding errors that this removes.
-Vec3 sharpen(const Vec3& point, const std::vector<int>& planes, const std::vector<HalfSpace>& all) {
+// leaves rounding errors that this removes. The point lies within the tolerance of its planes. It
+// does not move by more than that along any axis: planes that are nearly parallel do not determine
+// its place along them.
+Vec3 sharpen(const Vec3& point, const std::vector<int>& planes, const std::vector<HalfSpace>& all,
+             double tolerance) {
   Mat3 squares = Mat3::Zero();
   Vec3 residual = Vec3::Zero();
   for (const int i : planes) {
@@ -173,8 +176,9 @@ Vec3 sharpen(const Vec3& point, const std::vector<int>& planes, const std::vecto
   Vec3 result = point;
   for (int k = 0; k < 3; ++k) {
     const Vec3 axis = axes.eigenvectors().col(k);
-    // Planes that are nearly parallel say nothing of the point's place along them.
-    if (axes.eigenvalues()(k) > 1e-12) result += axis.dot(residual) / axes.eigenvalues()(k) * axis;
+    if (!(axes.eigenvalues()(k) > 1e-12)) continue;
+    const double way = axis.dot(residual) / axes.eigenvalues()(k);
+    if (std::abs(way) <= tolerance) result += way * axis;
   }
   return result;
 }
@@ -210,7 +214,8 @@ Corners corners_of(const Polyhedron& solid, const std::vector<HalfSpace>& half_s
     for (auto& i : facet.loop) {
       if (number[i] < 0) {
         number[i] = static_cast<int>(result.points.size());
-        result.points.push_back(sharpen(solid.points()[i], planes[i], half_spaces));
+        result.points.push_back(
+            sharpen(solid.points()[i], planes[i], half_spaces, solid.tolerance()));
       }
       i = number[i];
     }

@@ -192,6 +192,44 @@ TEST(ConvexHull, EveryPointIsInsideAndOnItsFacets) {
   }
 }
 
+// Points on an ellipsoid or on a piece of a ring, some of them in pairs that nearly coincide.
+TEST(ConvexHull, HoldsPointsThatNearlyCoincide) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  const auto uniform = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto vector = [&] {
+    const double x = normal(random), y = normal(random);
+    return Vec3(x, y, normal(random));
+  };
+  for (int round = 0; round < 1000; ++round) {
+    SCOPED_TRACE(round);
+    const Vec3 axes(uniform(0.1, 1), uniform(0.1, 1), uniform(0.1, 1));
+    const double from = uniform(0, 2 * M_PI), span = uniform(0.2, 1.5);
+    std::vector<Vec3> points;
+    for (int i = 0; i < 8 + round % 200; ++i) {
+      const double a = from + uniform(0, span), b = uniform(0, 2 * M_PI);
+      const double r = 0.7 + 0.3 * std::cos(b);
+      const Vec3 on_ring(r * std::cos(a), r * std::sin(a), 0.3 * std::sin(b));
+      const Vec3 p = round % 2 ? on_ring : vector().normalized().cwiseProduct(axes);
+      points.push_back(p);
+      const double near = std::pow(10, -uniform(1, 8));
+      if (i % 3 == 0) points.push_back(p + near * vector());
+    }
+    const auto hull = convex_hull(points);
+    const auto part = convex_part(hull, 0);
+    double outside = 0, bent = 0;
+    for (const auto& h : hull) {
+      for (const Vec3& p : points) outside = std::max(outside, h.normal.dot(p) - h.offset);
+      for (int i = 0; i < part.vertex_count; ++i)
+        bent = std::max(bent, h.normal.dot(part.vertex(i)) - h.offset);
+    }
+    EXPECT_LE(outside, 5e-6);
+    EXPECT_LE(bent, 1e-7);
+  }
+}
+
 TEST(ConvexHull, TetrahedronComesBackAsItsOwnCorners) {
   const std::vector<Vec3> corners = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 5}};
   const auto part = convex_part(convex_hull(corners), 0);
