@@ -4,6 +4,8 @@
 // in turn; the rule that ends with the fewest pieces wins.
 #include "solver/shapes/convex_decomposition.h"
 
+#include <meshoptimizer.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -35,7 +37,8 @@ struct Facet {
 
 struct Piece {
   std::vector<Facet> boundary;
-  std::vector<HalfSpace> cuts;    // planes that the piece lies below
+  std::vector<HalfSpace> path;    // cuts that lead from the solid to the piece; it lies below all
+  std::vector<HalfSpace> cuts;    // those that the piece reaches
   std::vector<HalfSpace> planes;  // of the hull; internal: on a cut
   std::vector<Vec3> corners;      // of the hull
   std::vector<Vec3> inner;        // corners within the solid, where three cuts meet
@@ -92,32 +95,33 @@ std::vector<Facet> sorted_facets(const TriangleMesh& mesh) {
   return facets;
 }
 
-// Fewer facets of nearly the same surface: corners within a cell of a lattice move to one of them.
-// The surface stays closed.
-std::vector<Facet> coarser(const std::vector<Facet>& facets, double cell, const Vec3& origin) {
-  std::map<std::array<int, 3>, std::vector<Vec3>> cells;
-  const auto key = [&](const Vec3& p) {
-    std::array<int, 3> k;
-    for (int i = 0; i < 3; ++i) k[i] = static_cast<int>(std::floor((p(i) - origin(i)) / cell));
-    return k;
-  };
+// About `most` facets of nearly the same surface, by collapsed edges. The surface stays closed, and
+// its corners are corners of the mesh.
+std::vector<Facet> simplified(const std::vector<Facet>& facets, std::size_t most, double size,
+                              const Vec3& origin) {
+  const auto less = [](const Vec3& a, const Vec3& b) { return before(a, b); };
+  std::map<Vec3, unsigned, decltype(less)> known(less);
+  std::vector<Vec3> corners;
+  std::vector<float> scaled;  // meshoptimizer takes single precision
+  std::vector<unsigned> indices;
   for (const auto& f : facets) {
-    for (const Vec3& p : f.corners) cells[key(p)].push_back(p);
+    for (const Vec3& p : f.corners) {
+      const auto [at, added] = known.emplace(p, static_cast<unsigned>(corners.size()));
+      indices.push_back(at->second);
+      if (!added) continue;
+      corners.push_back(p);
+      for (int k = 0; k < 3; ++k) scaled.push_back(static_cast<float>((p(k) - origin(k)) / size));
+    }
   }
-  std::map<std::array<int, 3>, Vec3> representative;
-  for (const auto& [k, points] : cells) {
-    Vec3 mean = Vec3::Zero();
-    for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
-    representative[k] =
-        *std::min_element(points.begin(), points.end(), [&mean](const Vec3& a, const Vec3& b) {
-          return (a - mean).squaredNorm() < (b - mean).squaredNorm();
-        });
-  }
+  constexpr float kAnyError = 1;  // of the size
+  std::vector<unsigned> kept(indices.size());
+  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), scaled.data(),
+                               corners.size(), 3 * sizeof(float), 3 * most, kAnyError));
   std::vector<Facet> result;
-  for (Facet f : facets) {
-    for (Vec3& p : f.corners) p = representative[key(p)];
+  for (std::size_t i = 0; i + 2 < kept.size(); i += 3) {
+    Facet f{{corners[kept[i]], corners[kept[i + 1]], corners[kept[i + 2]]}, Vec3::Zero()};
     const Vec3 n = (f.corners[1] - f.corners[0]).cross(f.corners[2] - f.corners[0]);
-    if (n.norm() <= 1e-9 * cell * cell) continue;
+    if (n.norm() <= 1e-12 * size * size) continue;
     f.normal = n.normalized();
     result.push_back(f);
   }
@@ -174,9 +178,12 @@ class Decomposer {
     std::array<Piece, 2> sides;
     clip(piece.boundary, cut, sides[0].boundary, sides[1].boundary);
     for (int i = 0; i < 2; ++i) {
+      const HalfSpace below = i == 0 ? HalfSpace{cut.normal, cut.offset, false}
+                                     : HalfSpace{-cut.normal, -cut.offset, false};
+      sides[i].path = piece.path;
+      sides[i].path.push_back(below);
       sides[i].cuts = piece.cuts;
-      sides[i].cuts.push_back(i == 0 ? HalfSpace{cut.normal, cut.offset, false}
-                                     : HalfSpace{-cut.normal, -cut.offset, false});
+      sides[i].cuts.push_back(below);
       double lowest = 0;
       for (const auto& f : sides[i].boundary) {
         for (const Vec3& p : f.corners) {
@@ -193,18 +200,27 @@ class Decomposer {
     return sides;
   }
 
-  // One side of several cuts, measured. False when nothing solid is left.
-  bool carve(Piece& piece, const std::vector<HalfSpace>& cuts) const {
-    for (const auto& cut : cuts) {
-      std::vector<Facet> below, above;
-      std::vector<Vec3> inner_below, inner_above;
-      clip(piece.boundary, cut, below, above);
-      add_inner(piece, cut, inner_below, inner_above);
-      piece.boundary = std::move(below);
-      piece.inner = std::move(inner_below);
-      piece.cuts.push_back(cut);
+  // Repeats on `piece` the tree of cuts that led to `leaves`, from `depth` cuts on. A cut that
+  // would leave a side empty, flat or too thin is left out; the cuts of the larger side follow.
+  void repeat_cuts(Piece piece, const std::vector<const Piece*>& leaves, std::size_t depth,
+                   std::vector<Piece>& result) const {
+    if (leaves.size() == 1) {
+      result.push_back(std::move(piece));
+      return;
     }
-    return measure(piece);
+    const HalfSpace cut = leaves[0]->path[depth];
+    std::array<std::vector<const Piece*>, 2> parts;
+    std::array<double, 2> volumes{};
+    for (const Piece* leaf : leaves) {
+      const int side = leaf->path[depth].normal == cut.normal ? 0 : 1;
+      parts[side].push_back(leaf);
+      volumes[side] += leaf->volume;
+    }
+    if (auto sides = split(piece, cut)) {
+      for (int i = 0; i < 2; ++i) repeat_cuts(std::move((*sides)[i]), parts[i], depth + 1, result);
+    } else {
+      repeat_cuts(std::move(piece), parts[volumes[1] > volumes[0]], depth + 1, result);
+    }
   }
 
   // Corners of the hull; of very many those that keep it within a tenth of the tolerance, and all
@@ -341,7 +357,7 @@ class Decomposer {
     piece.outer_area = 0;
     for (const int i : hull->corners) piece.corners.push_back(points[i]);
     piece.surplus = hull->volume - piece.volume;
-    // Cuts that the piece does not reach bound nothing.
+    // Cuts that the piece does not reach do not bound it.
     std::erase_if(piece.cuts, [&](const HalfSpace& cut) {
       return std::all_of(piece.corners.begin(), piece.corners.end(), [&](const Vec3& p) {
         return cut.normal.dot(p) < cut.offset - 1e-6 * size_;
@@ -851,8 +867,8 @@ Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& option
     pieces.push_back(std::move(whole));
   } else {
     Piece plan = whole;
-    for (double cell = 0.01 * size; plan.boundary.size() > kPlanTriangles; cell *= 1.2) {
-      plan.boundary = coarser(whole.boundary, cell, lower);
+    if (plan.boundary.size() > kPlanTriangles) {
+      plan.boundary = simplified(whole.boundary, kPlanTriangles, size, lower);
     }
     const bool exact = plan.boundary.size() == whole.boundary.size();
     decomposer.measure(plan);
@@ -885,11 +901,9 @@ Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& option
     if (exact) {
       pieces = std::move(best.merged);
     } else {
-      for (const auto& leaf : best.tree) {
-        Piece piece;
-        piece.boundary = whole.boundary;
-        if (decomposer.carve(piece, leaf.cuts)) pieces.push_back(std::move(piece));
-      }
+      std::vector<const Piece*> leaves;
+      for (const auto& leaf : best.tree) leaves.push_back(&leaf);
+      decomposer.repeat_cuts(whole, leaves, 0, pieces);
       pieces = decomposer.merge(std::move(pieces));
     }
     for (auto& p : pieces) p.final = false;
