@@ -104,7 +104,7 @@ Json photo_json(const HeapPhotoResult& result) {
                         {"angle", slope.lines.robust_angle},
                         {"least_squares_angle", slope.lines.least_squares_angle},
                         {"roughness_uncertainty", slope.lines.robust_uncertainty},
-                        {"covered_fraction", slope.lines.covered},
+                        {"window_coverage", slope.lines.covered},
                         {"threshold", slope.threshold},
                         {"contrast", slope.contrast},
                         {"threshold_shift", slope.threshold_shift}});

@@ -15,6 +15,7 @@
 #include "experiments/system/input_limits.h"
 #include "experiments/system/temporary_folder.h"
 #include "experiments/system/terminal.h"
+#include "experiments/text/response_aliases.h"
 
 namespace firn {
 namespace {
@@ -131,7 +132,8 @@ std::map<std::string, Replayed> replay(const MaterialRecord& r, const Anchor& an
     const auto now = simulate(r, anchor, simulated, recorded.seed, options.threads);
     for (const MaterialResponse& response : recorded.responses) {
       entry(response.name).recorded.push_back(response.value);
-      const auto again = std::ranges::find(now, response.name, &Response::name);
+      const auto again =
+          std::ranges::find(now, current_response_name(response.name), &Response::name);
       if (again != now.end() && again->value.size() == 1)
         entry(response.name).now.push_back(again->value[0]);
     }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "experiments/text/response_aliases.h"
+#include "experiments/text/toml_aliases.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -55,7 +57,9 @@ Requirement parse_requirement(const std::string& text) {
   const bool or_equal = sign + 1 < text.size() && text[sign + 1] == '=';
   Requirement r;
   r.text = text;
-  r.response = trimmed(text.substr(0, sign));
+  const std::string name = trimmed(text.substr(0, sign));
+  r.response = current_response_name(name);
+  if (r.response != name) warn_of_old_name("--require", {text, 0, name, r.response, false});
   if (text[sign] == '<') {
     r.relation = or_equal ? Requirement::Relation::at_most : Requirement::Relation::below;
   } else {

@@ -90,8 +90,7 @@ enum class Simulates { cases, function };
 void read_experiments(const TomlTable& root, const TomlTable& head, Study& study,
                       Simulates simulates, Programs programs) {
   if (simulates == Simulates::function) {
-    study.experiments.push_back(
-        {"", "the simulator", {}, std::vector<bool>(study.parameters.size(), true)});
+    study.experiments.push_back({"", "", {}, std::vector<bool>(study.parameters.size(), true)});
     return;
   }
   const std::vector<TomlTable> tables = root.tables("experiments");
@@ -128,9 +127,17 @@ std::size_t named_experiment(const TomlTable& t, const Study& study) {
                      wanted));
 }
 
-ResponseId response_id(const TomlTable& t, const Study& study, const std::string& name) {
+ResponseId response_id(std::size_t experiment, const Study& study, const std::string& name) {
+  return {experiment, name,
+          study.experiments.size() == 1 ? name : study.experiments[experiment].name + "." + name};
+}
+
+// The response that a table names.
+ResponseId response_id(const TomlTable& t, const Study& study) {
   const std::size_t e = named_experiment(t, study);
-  return {e, name, study.experiments.size() == 1 ? name : study.experiments[e].name + "." + name};
+  const std::string name = t.string("response");
+  return response_id(e, study,
+                     study.experiments[e].is_case() ? current_response(t, "response", name) : name);
 }
 
 double read_effort(const TomlTable& t) {
@@ -148,7 +155,9 @@ std::string source_of(const Measurement& m) {
 Target measured_target(const TomlTable& t, const Study& study) {
   t.allow({"measurement", "response", "experiment", "effort"});
   const auto file = std::filesystem::path(study.source).parent_path() / t.string("measurement");
-  const Measurement m = read_measurement(file.lexically_normal().string());
+  Measurement m = read_measurement(file.lexically_normal().string());
+  const std::size_t e = named_experiment(t, study);
+  if (study.experiments[e].is_case()) use_current_responses(m);
   if (m.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value to fit to");
   if (!(m.believed_uncertainty() > 0))
@@ -158,7 +167,7 @@ Target measured_target(const TomlTable& t, const Study& study) {
                     "[reading] with the uncertainty of the instrument (its resolution / sqrt(12))",
                     m.file));
   // Another response may stand for the same measurement: another estimator of the same thing.
-  return {response_id(t, study, t.string("response", m.response)),
+  return {t.has("response") ? response_id(t, study) : response_id(e, study, m.response),
           m.value,
           m.believed_uncertainty(),
           m.unit,
@@ -179,8 +188,9 @@ Target stated_target(const TomlTable& t, const Study& study) {
     t.fail("uncertainty",
            fmt::format("{} is not above 0; expected one standard deviation of the measured value",
                        uncertainty.value));
-  return {response_id(t, study, t.string("response")), value.value,           uncertainty.value,
-          value.unit.empty() ? "1" : value.unit,       "stated in the study", read_effort(t)};
+  return {response_id(t, study), value.value,
+          uncertainty.value,     value.unit.empty() ? "1" : value.unit,
+          "stated in the study", read_effort(t)};
 }
 
 // What a list of bench tests says of measuring this response.
@@ -204,7 +214,7 @@ void take_from_list(const TomlTable& t, const std::vector<BenchTest>& list, Obse
 Observed read_observed(const TomlTable& t, const Study& study, const std::vector<BenchTest>& list) {
   t.allow({"response", "experiment", "uncertainty", "effort", "bench_test"});
   Observed o;
-  o.response = response_id(t, study, t.string("response"));
+  o.response = response_id(t, study);
   if (t.has("bench_test")) {
     if (t.has("uncertainty") || t.has("effort"))
       t.fail("bench_test",

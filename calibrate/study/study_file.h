@@ -20,12 +20,17 @@ namespace firn {
 // One of the simulations that a parameter set is judged by.
 struct Experiment {
   std::string name;                         // empty: the study's only one, not named
-  std::string case_file;                    // path, resolved against the study's folder
+  std::string case_file;                    // resolved against the study's folder; empty: no case
   std::vector<Override> set;                // case keys held at other values than the file's
   std::vector<bool> takes;                  // [parameters], which of them its case is given
   std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
+  // Whether Firn computes its responses, which then have the names of docs/responses.md.
+  bool is_case() const { return !case_file.empty(); }
   // Where its responses come from, for messages.
-  const std::string& source() const { return program ? program->responses : case_file; }
+  std::string source() const {
+    if (program) return program->responses;
+    return is_case() ? case_file : "the simulator";
+  }
 };
 
 // A response of one of the experiments.

@@ -10,6 +10,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/toml_document.h"
+#include "experiments/text/toml_names.h"
 
 namespace firn {
 namespace {
@@ -42,7 +43,7 @@ UnitValue above_zero(const TomlTable& t, std::string_view key) {
 BenchResponse read_response(const TomlTable& t, const fs::path& folder) {
   t.allow({"name", "measurement", "standard_deviation", "systematic_uncertainty", "rationale"});
   BenchResponse r;
-  r.name = words(t, "name");
+  r.name = current_response(t, "name", words(t, "name"));
   r.measurement = existing_file(t, "measurement", folder);
   const UnitValue scatter = above_zero(t, "standard_deviation");
   r.standard_deviation = scatter.value;

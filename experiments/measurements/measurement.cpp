@@ -12,6 +12,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/number_text.h"
+#include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_document.h"
 
 namespace firn {
@@ -269,6 +270,20 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
 Measurement read_measurement(const std::string& file) {
   return read_measurement_text(
       read_input_file(file, "a measurement file", input_limits::toml_bytes), file);
+}
+
+void use_current_responses(Measurement& m) {
+  const auto use_current = [&](const std::string& key, std::string& text) {
+    const std::string current = current_response_name(text);
+    if (current != text) warn_of_old_name(m.file, {key, 0, text, current, false});
+    text = current;
+  };
+  use_current("response", m.response);
+  if (m.data) use_current("data.response", m.data->response);
+  for (std::size_t i = 0; i < m.claims.size(); ++i) {
+    use_current(fmt::format("criteria.{}.lhs", i), m.claims[i].larger);
+    use_current(fmt::format("criteria.{}.rhs", i), m.claims[i].than);
+  }
 }
 
 double expected_range(int n) {

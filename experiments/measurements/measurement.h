@@ -73,6 +73,10 @@ UnitValue parse_unit_value(const std::string& text);
 Measurement read_measurement(const std::string& file);
 Measurement read_measurement_text(const std::string& text, const std::string& source);
 
+// Replaces earlier names of responses by current ones, with a warning. For measurements that are
+// compared with a case; other simulators have responses with names of the user.
+void use_current_responses(Measurement& measurement);
+
 // Mean width of the range of n values drawn from a normal distribution, in standard deviations (d2
 // of control charts; 2.704 for n = 7). n >= 2.
 double expected_range(int n);

@@ -44,12 +44,12 @@ void add_opposed(const Recording& recording, std::vector<Response>& out) {
   for (std::size_t i = 0; i < all.size(); ++i)
     if (std::isfinite(inserted[i])) loads.push_back(all[i].load);
   if (loads.empty()) return;
-  add(out, "largest_opposed_load", *std::ranges::max_element(loads), "N",
+  add(out, "largest_compressive_load", *std::ranges::max_element(loads), "N",
       "largest load from two sides on any particle over every step");
   std::ranges::sort(loads);
-  add(out, "opposed_load_median", loads[(loads.size() - 1) / 2], "N",
+  add(out, "compressive_load_median", loads[(loads.size() - 1) / 2], "N",
       "median over the particles that came of the largest load from two sides on each");
-  out.push_back({"opposed_loads",
+  out.push_back({"compressive_loads",
                  loads,
                  {},
                  "N",

@@ -63,21 +63,23 @@ void add_angles(std::vector<Response>& out, const DrainedHeap& heap,
             left_outline.robust_uncertainty, right_outline.robust_uncertainty,
             "Theil-Sen line through the outline seen from the front", 1);
   const std::string coverage = "part of the fit window's floor with particles above it";
-  add(out, "covered_fraction_left", left.covered, 0, "1", coverage);
-  add(out, "covered_fraction_right", right.covered, 0, "1", coverage);
+  add(out, "window_coverage_left", left.covered, 0, "1", coverage);
+  add(out, "window_coverage_right", right.covered, 0, "1", coverage);
 }
 
-void add_wall_rise(std::vector<Response>& out, const DrainedHeap& heap,
-                   const std::vector<PlacedMesh>& surface_particles) {
+void add_wall_height_excess(std::vector<Response>& out, const DrainedHeap& heap,
+                            const std::vector<PlacedMesh>& surface_particles) {
   const double d = heap.particle_size;
   if (heap.setup.box.y() < 4 * d) return;  // no middle apart from the walls
-  const MeanHeight left = wall_rise(surface_particles, ledge_of(heap.setup, Side::left, d), d);
-  const MeanHeight right = wall_rise(surface_particles, ledge_of(heap.setup, Side::right, d), d);
+  const MeanHeight left =
+      wall_height_excess(surface_particles, ledge_of(heap.setup, Side::left, d), d);
+  const MeanHeight right =
+      wall_height_excess(surface_particles, ledge_of(heap.setup, Side::right, d), d);
   const std::string method =
       "mesh surface within a particle size of the front and back walls less that in the middle";
-  add(out, "wall_rise_left", left.value, left.uncertainty, "m", method);
-  add(out, "wall_rise_right", right.value, right.uncertainty, "m", method);
-  add(out, "wall_rise", (left.value + right.value) / 2,
+  add(out, "wall_height_excess_left", left.value, left.uncertainty, "m", method);
+  add(out, "wall_height_excess_right", right.value, right.uncertainty, "m", method);
+  add(out, "wall_height_excess", (left.value + right.value) / 2,
       std::hypot(left.uncertainty, right.uncertainty) / 2, "m", method + ", mean of both sides");
 }
 
@@ -157,7 +159,7 @@ std::vector<Response> drained_repose_responses(const DrainedHeap& heap) {
   if (!heap.opened) return out;
   const std::vector<PlacedMesh> surface_particles = meshes(standing_of(heap.remaining, heap, true));
   add_angles(out, heap, surface_particles);
-  add_wall_rise(out, heap, surface_particles);
+  add_wall_height_excess(out, heap, surface_particles);
   add_remaining(out, heap);
   add_discharge(out, heap);
   add_fill(out, heap);

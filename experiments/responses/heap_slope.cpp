@@ -231,8 +231,8 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledg
   return result;
 }
 
-MeanHeight wall_rise(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
-                     double particle_size) {
+MeanHeight wall_height_excess(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                              double particle_size) {
   const double d = particle_size, depth = ledge.y_max - ledge.y_min;
   if (depth < 4 * d) {
     throw InputError(fmt::format(

@@ -76,8 +76,8 @@ struct MeanHeight {
 // How much higher the heap stands against the two walls along the ledge than in the middle between
 // them, over the window: mean height of two strips one particle size wide at the walls, less that
 // of two such strips in the middle. Throws InputError when the box is not deep enough for them.
-MeanHeight wall_rise(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
-                     double particle_size);
+MeanHeight wall_height_excess(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                              double particle_size);
 
 // Of a patch of surface; the uncertainty from tiles of one particle size, as many as fit.
 MeanHeight mean_height(const Eigen::ArrayXXd& height, const PlanGrid& grid, double particle_size);

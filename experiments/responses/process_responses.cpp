@@ -48,7 +48,7 @@ Grouped grouped(const std::vector<int>& keys, const std::vector<double>& values)
 // Older particles before younger ones: of the pairs that came at different times and of which it is
 // known who passed first, those where the older did less those where the younger did, as a share.
 // Particles that have not passed will pass later than those that have.
-double fifo_index(const std::vector<double>& inserted, const std::vector<double>& passed) {
+double order_index(const std::vector<double>& inserted, const std::vector<double>& passed) {
   double older_first = 0, younger_first = 0;
   const auto later = [](double a, double b) { return std::isnan(a) ? !std::isnan(b) : a > b; };
   for (std::size_t i = 0; i < passed.size(); ++i)
@@ -63,11 +63,11 @@ double fifo_index(const std::vector<double>& inserted, const std::vector<double>
 // How far the first half of those that passed is made up by batch as all that came: 1 less the
 // share that would have to be exchanged.
 struct FirstHalf {
-  double evenness = 0;
+  double similarity = 0;
   double at_random = 0, by_age = 0;  // what it would be drawn at random, and in strict order of age
 };
 
-double evenness(const std::map<int, double>& all, const std::map<int, double>& part) {
+double similarity(const std::map<int, double>& all, const std::map<int, double>& part) {
   double n = 0, m = 0, exchanged = 0;
   for (const auto& [batch, count] : all) n += count;
   for (const auto& [batch, count] : part) m += count;
@@ -79,7 +79,7 @@ double evenness(const std::map<int, double>& all, const std::map<int, double>& p
 }
 
 // Expectation for `drawn` of all, without replacement: the counts are hypergeometric.
-double evenness_at_random(const std::map<int, double>& all, double drawn) {
+double similarity_at_random(const std::map<int, double>& all, double drawn) {
   double n = 0, exchanged = 0;
   for (const auto& [batch, count] : all) n += count;
   const auto choose = [](double from, double k) {
@@ -111,8 +111,8 @@ FirstHalf first_half(const std::vector<int>& batch, const std::vector<double>& p
     oldest[b] = std::min(left, count);
     left -= oldest[b];
   }
-  return {evenness(all, part), evenness_at_random(all, static_cast<double>(order.size())),
-          evenness(all, oldest)};
+  return {similarity(all, part), similarity_at_random(all, static_cast<double>(order.size())),
+          similarity(all, oldest)};
 }
 
 // Slope of the mass that has passed over time, between a fifth and four fifths of all passages:
@@ -136,14 +136,14 @@ void add_flow(std::vector<std::pair<double, double>> passages, const std::string
 }
 
 // Of those that have not passed: until they left, or the run ended.
-std::vector<double> waiting_times(const Recording& recording, const std::vector<double>& passed) {
+std::vector<double> censored_times(const Recording& recording, const std::vector<double>& passed) {
   const std::vector<double> came = recording.insert_time(), left = recording.exit_time();
   const double end = recording.frame_times().empty() ? 0 : recording.frame_times().back();
-  std::vector<double> waiting;
+  std::vector<double> censored;
   for (std::size_t i = 0; i < passed.size(); ++i)
     if (std::isnan(passed[i]) && !std::isnan(came[i]))
-      waiting.push_back((std::isnan(left[i]) ? end : left[i]) - came[i]);
-  return waiting;
+      censored.push_back((std::isnan(left[i]) ? end : left[i]) - came[i]);
+  return censored;
 }
 
 // Of each column of each rule, in the order of the case: how many that carry its tag have passed. A
@@ -207,23 +207,23 @@ void add_gate(const Recording& recording, const Gate& gate, const std::vector<Ta
   out.add(
       name + "residence_times", residence, "s",
       "from insertion to the sensor, one value a particle that came; undefined: not passed yet");
-  if (const std::vector<double> waiting = waiting_times(recording, passed); !waiting.empty())
-    out.add(name + "waiting_times", waiting, "s",
+  if (const std::vector<double> censored = censored_times(recording, passed); !censored.empty())
+    out.add(name + "censored_times", censored, "s",
             "of those that have not passed: from insertion to the end of the run, or until they "
             "left by an outlet");
-  out.add(name + "fifo_index", {fifo_index(came, through)}, "1",
+  out.add(name + "order_index", {order_index(came, through)}, "1",
           "1: the older always first, 0: no order by age, -1: the younger always first");
   const FirstHalf half = first_half(batches, through);
   out.add(
-      name + "first_half_evenness", {half.evenness}, "1",
+      name + "first_half_similarity", {half.similarity}, "1",
       "1 less the share of the first half through that would have to be exchanged to be made up "
       "by batch as all that came");
-  out.add(name + "first_half_evenness_at_random", {half.at_random}, "1",
+  out.add(name + "first_half_similarity_at_random", {half.at_random}, "1",
           "its expectation for as many particles drawn at random");
   if (half.at_random > half.by_age)
-    out.add(name + "first_half_mixing",
-            {(half.evenness - half.by_age) / (half.at_random - half.by_age)}, "1",
-            "evenness of the first half: 1 as drawn at random, 0 as in strict order of age");
+    out.add(name + "mixing_index",
+            {(half.similarity - half.by_age) / (half.at_random - half.by_age)}, "1",
+            "similarity of the first half: 1 as drawn at random, 0 as in strict order of age");
 }
 
 void add_loads(const Recording& recording, const std::vector<double>& inserted, Out& out) {
@@ -263,7 +263,7 @@ void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
           "of its first axis in the last frame");
   double most = 0;
   for (std::size_t i = 0; i < drive.size(); i += axes) most = std::max(most, std::abs(drive[i]));
-  out.add(name + "largest_drive", {most}, turns ? "N m" : "N",
+  out.add(name + "largest_motor_load", {most}, turns ? "N m" : "N",
           "of its first axis; largest mean over an output frame");
 }
 

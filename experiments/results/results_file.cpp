@@ -14,6 +14,7 @@
 #include "experiments/results/results_schema.h"
 #include "experiments/storage/hdf5_file.h"
 #include "experiments/system/input_file.h"
+#include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_aliases.h"
 
 namespace firn {
@@ -263,7 +264,7 @@ std::vector<Response> Recording::responses() const {
       const std::string group = "/responses/";
       if (!path.starts_with(group)) continue;
       Response response;
-      response.name = path.substr(group.size());
+      response.name = current_response_name(path.substr(group.size()));
       response.value = file.read<double>(path);
       response.uncertainty = file.number_attribute(path, "uncertainty");
       if (std::all_of(response.uncertainty.begin(), response.uncertainty.end(),
@@ -274,6 +275,7 @@ std::vector<Response> Recording::responses() const {
       response.method_version = static_cast<int>(file.integer_attribute(path, "method_version"));
       responses.push_back(std::move(response));
     }
+    std::ranges::sort(responses, {}, &Response::name);
     return responses;
   });
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "experiments/system/terminal.h"
+#include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_messages.h"
 
 namespace firn {
@@ -330,6 +331,17 @@ void use_current_names(TomlFormat format, toml::table& root,
 
 namespace {
 
+// Responses that a study names, those of the user's programs included: the identity alone uses
+// them.
+void use_first_responses(toml::table& root) {
+  for (const std::string_view list : {"targets", "observe"})
+    if (toml::array* tables = root[list].as_array())
+      for (toml::node& element : *tables)
+        if (toml::table* table = element.as_table())
+          if (toml::value<std::string>* text = (*table)["response"].as_string())
+            *text = first_response_name(text->get());
+}
+
 // Paths into cases that a study gives.
 void use_first_paths(toml::table& table) {
   std::vector<std::pair<std::string, std::string>> moved;
@@ -358,7 +370,10 @@ void use_first_paths(toml::table& table) {
 }  // namespace
 
 void use_first_names(TomlFormat format, toml::table& root) {
-  if (format == TomlFormat::study) use_first_paths(root);
+  if (format == TomlFormat::study) {
+    use_first_paths(root);
+    use_first_responses(root);
+  }
   if (format == TomlFormat::case_file)
     if (toml::array* records = root["material_records"].as_array())
       for (toml::node& record : *records)

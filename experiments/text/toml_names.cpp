@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "experiments/text/response_aliases.h"
+
 namespace firn {
 
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
@@ -22,6 +24,19 @@ std::string current_case_key(const TomlTable& table, std::string_view key,
   const std::string current = current_case_path(path);
   if (current != path) warn_of_old_name(table.place(), {std::string(key), 0, path, current, false});
   return current;
+}
+
+std::string current_response(const TomlTable& table, std::string_view key,
+                             const std::string& text) {
+  const std::string current = current_response_name(text);
+  if (current != text) warn_of_old_name(table.place(), {std::string(key), 0, text, current, false});
+  return current;
+}
+
+std::vector<std::string> current_responses(const TomlTable& table, std::string_view key) {
+  std::vector<std::string> texts = table.strings(key);
+  for (std::string& text : texts) text = current_response(table, key, text);
+  return texts;
 }
 
 std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table) {

@@ -17,6 +17,12 @@ int index_of(const TomlTable& table, std::string_view key, const std::string& na
 // A path into a case that a table gives, in current names; warns of an old one.
 std::string current_case_key(const TomlTable& table, std::string_view key, const std::string& path);
 
+// A response of a case that a table gives, or an operand with one, in current names; warns of an
+// old one.
+std::string current_response(const TomlTable& table, std::string_view key, const std::string& text);
+// The list of such a key; empty when it is missing.
+std::vector<std::string> current_responses(const TomlTable& table, std::string_view key);
+
 // The table `set` of a file about cases: paths in current names and values as TOML text, as
 // TomlDocument::apply() takes them. Empty when it is missing.
 std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table);

@@ -5,6 +5,8 @@
 
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
+#include "experiments/text/response_aliases.h"
+#include "experiments/text/toml_aliases.h"
 #include "firn/experiments/run.h"
 #include "library/experiments/case_facade.h"
 #include "library/experiments/convert_response.h"
@@ -100,7 +102,14 @@ RunResult public_result(RunSummary summary, const std::string& results_file) {
 
 }  // namespace
 
-const Response& RunResult::response(const std::string& name) const {
+std::string current_response_name(const std::string& name) {
+  std::string current = firn::current_response_name(name);
+  if (current != name) warn_of_old_name("response", {name, 0, name, current, false});
+  return current;
+}
+
+const Response& RunResult::response(const std::string& asked) const {
+  const std::string name = current_response_name(asked);
   const auto found = std::ranges::find(responses, name, &Response::name);
   if (found == responses.end())
     throw RunError(fmt::format("{}: has no response \"{}\"", results_file, name));

@@ -127,9 +127,9 @@ def calibrate(simulator: Simulator, parameters: Sequence[Parameter], targets: Se
 
 
 def _named(responses: dict[str, _core.Response], name: str) -> tuple[float, str]:
-    if name not in responses:
+    response = responses.get(_core.current_response_name(name))
+    if response is None:
         raise _core.InputError(f"the case has no response {name!r}; it has {', '.join(sorted(responses))}")
-    response = responses[name]
     return (response.value if len(response.values) == 1 else math.nan), response.unit
 
 

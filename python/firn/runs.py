@@ -47,7 +47,7 @@ class Run:
         return {r.name: r for r in self._core.responses}
 
     def __getitem__(self, name: str) -> _core.Response:
-        return self.responses[name]
+        return self.responses[_core.current_response_name(name)]
 
     @property
     def simulated(self) -> float:

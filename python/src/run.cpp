@@ -186,6 +186,7 @@ void bind_run(py::module_& m) {
       .def_property_readonly("largest_overlap",
                              [](const RunResult& r) { return r.health.largest_overlap; });
 
+  m.def("current_response_name", &experiments::current_response_name, py::arg("name"));
   m.def(
       "run",
       [](const experiments::Case& c, const std::string& results_file, int threads,

@@ -24,6 +24,7 @@ def test_run_gives_responses_and_the_bits_of_the_program(case_file, case, tmp_pa
     assert run["present_count"].value == 2 and run["present_mass"].unit == "kg"
     with pytest.raises(KeyError):
         run["weather"]
+    assert firn._core.current_response_name("low_fifo_index") == "low_order_index"
     subprocess.run([firn.program(), "run", case_file, "-o", tmp_path / "there.h5", "-q"],
                    check=True, stdout=subprocess.DEVNULL)
     assert frames_of(tmp_path / "here.h5") == frames_of(tmp_path / "there.h5")

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "experiments/text/response_aliases.h"
 #include "reports/plots/plots.h"
 
 namespace firn {
@@ -275,9 +276,9 @@ void damage_content(const Sets& sets, page::Content& content) {
   for (const Json* c : sets) {
     if (!c->contains("breakage")) continue;
     for (const Json& d : c->at("breakage")) {
-      const std::string response = text(d, "response");
+      const std::string response = current_response_name(text(d, "response"));
       plots::CdfPlot& plot = by_load[response];
-      plot.x = {response == "opposed_loads"        ? "largest load from two sides on a particle"
+      plot.x = {response == "compressive_loads"    ? "largest load from two sides on a particle"
                 : response == "peak_normal_forces" ? "largest contact force on a particle"
                                                    : response,
                 "N",

@@ -45,10 +45,10 @@ double uncertainty(const Response& r) {
 constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
                                 "slide_angle",     "tip_angle",  "restitution"};
 constexpr std::array kOthers = {
-    "arched",         "discharge_time",       "_time_to_count", "bonds_broken_count",
-    "_mass_flow",     "_residence_time",      "_load_peak",     "_contact_force_peak",
-    "heap_count",     "remaining_count",      "_largest_drive", "peak_normal_force",
-    "discharge_rate", "largest_opposed_load", "bulk_density",   "present_count"};
+    "arched",         "discharge_time",           "_time_to_count",      "bonds_broken_count",
+    "_mass_flow",     "_residence_time",          "_load_peak",          "_contact_force_peak",
+    "heap_count",     "remaining_count",          "_largest_motor_load", "peak_normal_force",
+    "discharge_rate", "largest_compressive_load", "bulk_density",        "present_count"};
 
 std::vector<std::string> telling_names(const Case& c) {
   std::vector<std::string> names(kAngles.begin(), kAngles.end());

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "experiments/results/bond_results.h"
 #include "experiments/results/contact_statistics_results.h"
@@ -73,6 +74,13 @@ TEST_F(FirstFormat, HasTheSameContents) {
   for (std::size_t i = 0; i < now.series_list().size(); ++i)
     EXPECT_EQ(old.series_list()[i].path, now.series_list()[i].path);
   EXPECT_EQ(old.measured(), now.measured());
+  const auto sorted_names = [](const Recording& recording) {
+    std::set<std::string> names;
+    for (const Response& r : recording.responses()) names.insert(r.name);
+    return names;
+  };
+  EXPECT_EQ(sorted_names(old), sorted_names(now));
+  EXPECT_TRUE(sorted_names(old).contains("largest_compressive_load"));
   ASSERT_EQ(old.stages().size(), now.stages().size());
   for (std::size_t i = 0; i < now.stages().size(); ++i)
     EXPECT_EQ(old.stages()[i].ended_by, now.stages()[i].ended_by);

@@ -140,6 +140,10 @@ TEST(RunCommand, RequirementsDecideTheStatus) {
   const Outcome unknown = folder.firn({"measure", "a.h5", "--require", "angle_of_rest<=3"});
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.err, HasSubstr("angle_of_rest: no such response"));
+
+  const Outcome old = folder.firn({"measure", "a.h5", "--require", "covered_fraction_left<=2"});
+  EXPECT_EQ(old.status, 0) << old.err;
+  EXPECT_THAT(old.err, HasSubstr("\"covered_fraction_left\" is now \"window_coverage_left\""));
 }
 
 TEST(RunCommand, InterruptedRunIsSavedAndGoesOn) {

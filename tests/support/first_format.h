@@ -8,12 +8,18 @@
 #include <vector>
 
 #include "experiments/results/results_schema.h"
+#include "experiments/text/response_aliases.h"
 #include "tests/support/results_mutations.h"
 
 namespace firn::test {
 
 // The path in format 1; empty: it has no other name there.
 inline std::string first_path(std::string_view path) {
+  const std::string_view responses = "/responses/";
+  if (path.starts_with(responses)) {
+    const std::string name(path.substr(responses.size())), first = first_response_name(name);
+    return first == name ? "" : std::string(responses) + first;
+  }
   for (const results::Dataset& d : results::datasets()) {
     if (d.first_name.empty()) continue;
     const std::size_t open = d.path.find('<');

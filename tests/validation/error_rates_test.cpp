@@ -201,7 +201,7 @@ V open_times(Dice& d, int n, Truth truth) {
   const RunGroup base = runs_of(5, RunGroup::Purpose::base, [&] {
     const auto [passed, inside] = watch(10, 15);
     return std::vector<Response>{{"a_residence_times", passed, {}, "s", "", 1},
-                                 {"a_waiting_times", inside, {}, "s", "", 1}};
+                                 {"a_censored_times", inside, {}, "s", "", 1}};
   });
   MeasuredData data;
   data.response = "a_residence_times";

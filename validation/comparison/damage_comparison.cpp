@@ -17,7 +17,7 @@ std::vector<std::vector<double>> loads_by_run(const RunGroup& base, const std::s
     if (found == run->responses.end())
       throw InputError(
           fmt::format("\"{}\" is no response of the case; expected loads, one value a "
-                      "particle, such as \"opposed_loads\"",
+                      "particle, such as \"compressive_loads\"",
                       response));
     runs.push_back(defined(found->value));
   }

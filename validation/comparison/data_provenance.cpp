@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "experiments/responses/response_expression.h"
+#include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_document.h"
 
 namespace firn {
@@ -87,7 +88,11 @@ DataIdentity identity_of(const Measurement& m, const std::vector<std::string>& o
 }
 
 DataIdentity identity_of(const UsedMeasurement& used) {
-  return {used.experiment, {without_experiment(used.response)}, true, used.value, used.uncertainty,
+  return {used.experiment,
+          {current_response_name(without_experiment(used.response))},
+          true,
+          used.value,
+          used.uncertainty,
           used.unit};
 }
 

@@ -117,10 +117,10 @@ void add_counts(const std::vector<const Response*>& runs, DistributionResult& d)
 
 // The companion of residence times: how long what has not passed has been inside.
 std::vector<double> still_inside(const JobResult& run, const std::string& response) {
-  constexpr std::string_view times = "_residence_times", waiting = "_waiting_times";
+  constexpr std::string_view times = "_residence_times", censored = "_censored_times";
   if (!response.ends_with(times)) return {};
   const std::string name =
-      response.substr(0, response.size() - times.size()) + std::string(waiting);
+      response.substr(0, response.size() - times.size()) + std::string(censored);
   const auto found = std::ranges::find(run.responses, name, &Response::name);
   return found == run.responses.end() ? std::vector<double>{} : found->value;
 }

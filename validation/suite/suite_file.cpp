@@ -28,6 +28,12 @@ std::string relative_to(const Suite& suite, const std::string& file) {
   return (fs::path(suite.source).parent_path() / file).lexically_normal().string();
 }
 
+Measurement measurement_of_case(const TomlTable& t, const Suite& suite) {
+  Measurement m = read_measurement(relative_to(suite, t.string("measurement")));
+  use_current_responses(m);
+  return m;
+}
+
 ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   t.allow({"name", "note", "material", "set", "samples"});
   ParameterSet p;
@@ -163,7 +169,7 @@ Chosen read_chosen(const TomlTable& t, const Suite& suite) {
   Chosen c;
   c.what = t.string("what");
   if (c.what.empty()) t.fail("what", "is empty; expected what was chosen, in words");
-  c.with = read_measurement(relative_to(suite, t.string("measurement")));
+  c.with = measurement_of_case(t, suite);
   c.experiments = t.strings("experiments");
   for (const std::string& name : c.experiments)
     if (std::ranges::find(suite.experiments, name, &SuiteExperiment::name) ==
@@ -186,7 +192,7 @@ ComparisonKind read_kind(const TomlTable& t) {
 void read_value(const TomlTable& t, SuiteComparison& c) {
   if (c.measurement.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
-  c.responses = {t.string("response", c.measurement.response)};
+  c.responses = {current_response(t, "response", t.string("response", c.measurement.response))};
   c.made_to_match = t.string("calibrated_by_design", "");
   if (!t.has("tolerance")) return;
   const std::string text = t.string("tolerance");
@@ -199,9 +205,9 @@ void read_value(const TomlTable& t, SuiteComparison& c) {
 }
 
 void read_operands(const TomlTable& t, SuiteComparison& c) {
-  c.responses = t.strings("responses");
+  c.responses = current_responses(t, "responses");
   if (c.responses.empty())
-    t.fail("responses", "is missing; expected names of responses, such as [\"opposed_loads\"]");
+    t.fail("responses", "is missing; expected names of responses, such as [\"compressive_loads\"]");
   for (const std::string& text : c.responses) t.at("responses", [&] { parse_operand(text); });
 }
 
@@ -236,8 +242,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   belongs("expected_outcome", damage);
   belongs("real_modulus", c.kind == ComparisonKind::softening);
   belongs("measurement", measures(c.kind));
-  if (measures(c.kind))
-    c.measurement = read_measurement(relative_to(suite, t.string("measurement")));
+  if (measures(c.kind)) c.measurement = measurement_of_case(t, suite);
   switch (c.kind) {
     case ComparisonKind::value:
       read_value(t, c);

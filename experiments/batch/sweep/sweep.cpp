@@ -195,7 +195,7 @@ Sweep read_sweep(const std::string& file) {
                                   s.case_file));
   s.set = read_case_overrides(head);
   s.materials = head.strings("materials");
-  s.responses = head.strings("responses");
+  s.responses = current_responses(head, "responses");
   for (const std::string& name : s.responses) head.at("responses", [&] { parse_operand(name); });
   const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);
   if (seeds > static_cast<int>(most_runs))

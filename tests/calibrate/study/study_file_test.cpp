@@ -62,6 +62,33 @@ TEST(StudyFile, TakesTheTargetFromAMeasurement) {
   EXPECT_DOUBLE_EQ(s.targets[0].uncertainty, 1.5 * std::sqrt(3));  // 3 / sqrt(4), widened
 }
 
+TEST(StudyFile, TakesEarlierNamesOfResponsesOfCases) {
+  const Folder folder("old-responses");
+  folder.write("index.toml",
+               "name = \"index\"\nresponse = \"low_fifo_index\"\nstatus = \"measured\"\n"
+               "source = \"here\"\nvalues = [\"1\", \"2\"]\n");
+  const std::string text = replaced(target, "aor", "wall_rise") +
+                           "[[targets]]\nmeasurement = \"index.toml\"\n[[observe]]\nresponse = "
+                           "\"opposed_load_median\"\n";
+  testing::internal::CaptureStderr();
+  const Study s = read_study(folder.write("study.toml", friction_study(text)));
+  const std::string warnings = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(s.targets.at(0).response.name, "wall_height_excess");
+  EXPECT_EQ(s.targets.at(1).response.name, "low_order_index");
+  EXPECT_EQ(s.observed.at(0).response.name, "compressive_load_median");
+  EXPECT_THAT(warnings, HasSubstr("\"wall_rise\" is now \"wall_height_excess\""));
+  EXPECT_THAT(warnings, HasSubstr("index.toml: response: \"low_fifo_index\" is now"));
+
+  // A function or program of the user has the user's names.
+  const std::string function =
+      "[study]\nname = \"s\"\n[budget]\nruns = 20\n[[parameters]]\nname = \"p\"\nkeys = [\"p\"]\n"
+      "min = 0\nmax = 1\n";
+  EXPECT_EQ(read_function_study(function + replaced(target, "aor", "wall_rise"), "f")
+                .targets.at(0)
+                .response.name,
+            "wall_rise");
+}
+
 TEST(StudyFile, AScatterOfFewRepeatsIsItselfUncertain) {
   const Folder folder("repeats");
   const auto uncertainty = [&](const std::string& more) {

@@ -79,13 +79,14 @@ TEST_F(DrainedReposeResponses, AnglesOfBothSidesAndTheirMean) {
 
 TEST_F(DrainedReposeResponses, PlaneRampsStandNoHigherAtTheWalls) {
   const auto r = measured();
-  for (const char* name : {"wall_rise", "wall_rise_left", "wall_rise_right"})
+  for (const char* name :
+       {"wall_height_excess", "wall_height_excess_left", "wall_height_excess_right"})
     EXPECT_NEAR(value(r, name), 0, 1e-9) << name;
 }
 
 TEST_F(DrainedReposeResponses, AShallowBoxHasNoMiddleToCompareWith) {
   heap.setup.box.y() = 3.9 * kCubeSize;
-  EXPECT_THROW(find(measured(), "wall_rise"), std::runtime_error);
+  EXPECT_THROW(find(measured(), "wall_height_excess"), std::runtime_error);
 }
 
 TEST_F(DrainedReposeResponses, FloatersAreNoPartOfTheSurface) {

@@ -204,7 +204,7 @@ Ledge right_ledge() { return ledge_of(drained_box(), Side::right, kCubeSize); }
 TEST(WallRise, APlaneHasNoneHoweverItLeans) {
   for (double across : {0.0, 6.0}) {
     const TriangleMesh mesh = ramp(std::tan(10 * kRadians), 0, 30e-3, std::tan(across * kRadians));
-    EXPECT_NEAR(wall_rise({{&mesh, {}}}, right_ledge(), kCubeSize).value, 0, 1e-9);
+    EXPECT_NEAR(wall_height_excess({{&mesh, {}}}, right_ledge(), kCubeSize).value, 0, 1e-9);
   }
 }
 
@@ -216,16 +216,17 @@ TEST(WallRise, AHeapThatStandsHigherAtTheWallsHasTheDifference) {
   TriangleMesh other = bench;
   for (Vec3& v : other.vertices) v.y() -= 114.85e-3;
   const MeanHeight both =
-      wall_rise({{&bed, {}}, {&bench, {}}, {&other, {}}}, right_ledge(), kCubeSize);
+      wall_height_excess({{&bed, {}}, {&bench, {}}, {&other, {}}}, right_ledge(), kCubeSize);
   EXPECT_NEAR(both.value, 5e-3, 1e-6);
   EXPECT_NEAR(both.uncertainty, 0, 1e-6);
-  EXPECT_NEAR(wall_rise({{&bed, {}}, {&bench, {}}}, right_ledge(), kCubeSize).value, 2.5e-3, 1e-6);
+  EXPECT_NEAR(wall_height_excess({{&bed, {}}, {&bench, {}}}, right_ledge(), kCubeSize).value,
+              2.5e-3, 1e-6);
 }
 
 TEST(WallRise, AShallowBoxIsRefused) {
   Ledge ledge = right_ledge();
   ledge.y_max = ledge.y_min + 3 * kCubeSize;
-  EXPECT_THROW(wall_rise({}, ledge, kCubeSize), InputError);
+  EXPECT_THROW(wall_height_excess({}, ledge, kCubeSize), InputError);
 }
 
 // Rough heaps that stand as high at the walls as in the middle: no bias, and an uncertainty that is
@@ -237,7 +238,7 @@ TEST(WallRiseLong, RoughHeapsHaveNoneWithinTheirUncertainty) {
   for (int k = 0; k < kHeaps; ++k) {
     const auto bodies =
         synthetic::ledge_heap(cube, kCubeSize, 1, 10, 30e-3, static_cast<std::uint64_t>(1000 + k));
-    const MeanHeight rise = wall_rise(bodies, right_ledge(), kCubeSize);
+    const MeanHeight rise = wall_height_excess(bodies, right_ledge(), kCubeSize);
     sum += rise.value;
     squares += rise.value * rise.value;
     stated += rise.uncertainty * rise.uncertainty;

@@ -232,7 +232,7 @@ TEST_F(StatisticsFile, SumsAreThoseOfTheContacts) {
   EXPECT_GT(responses.at("wear_depth_on_floor"), 0);
   EXPECT_GT(responses.at("wear_volume_on_floor"), 0);
   EXPECT_GT(responses.at("peak_stress_on_floor"), 0);
-  EXPECT_GE(responses.at("largest_opposed_load"), responses.at("opposed_load_median"));
+  EXPECT_GE(responses.at("largest_compressive_load"), responses.at("compressive_load_median"));
 }
 
 std::vector<std::string> lines_of(const fs::path& file) {

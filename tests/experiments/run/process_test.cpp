@@ -223,13 +223,13 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   const auto response = [&](const char* name) {
     return std::ranges::find(summary.responses, name, &Response::name)->value;
   };
-  EXPECT_EQ(response("below_fifo_index"), std::vector<double>{1});
+  EXPECT_EQ(response("below_order_index"), std::vector<double>{1});
   EXPECT_EQ(response("below_count_by_tag"), (std::vector<double>{1, 1, 1}));
   // Nothing lay in the fourth column.
   EXPECT_EQ(response("below_count_by_column"), (std::vector<double>{1, 1, 1, 0}));
-  EXPECT_NEAR(response("below_first_half_evenness").at(0), 2.0 / 3, 1e-12);
+  EXPECT_NEAR(response("below_first_half_similarity").at(0), 2.0 / 3, 1e-12);
   // Two of three that came singly: by whatever order, a third would have to be exchanged.
-  EXPECT_NEAR(response("below_first_half_evenness_at_random").at(0), 2.0 / 3, 1e-12);
+  EXPECT_NEAR(response("below_first_half_similarity_at_random").at(0), 2.0 / 3, 1e-12);
   EXPECT_EQ(response("below_residence_times").size(), 3u);
   EXPECT_NEAR(response("below_residence_times").at(1), passed[1] - inserted[1], 1e-12);
   EXPECT_NEAR(response("drop_time_to_count").at(0), stages[1].end - stages[1].start, 1e-12);

@@ -61,7 +61,7 @@ Validation example() {
   v.suite.comparisons = {
       {"h", "Height", "", K::value, 0, number, {"height"}, {}, true, 0},
       {"w", "Words", "", K::claims, 0, words, {}, {}, true, 0},
-      {"d", "Damage", "", K::damage, 0, strength, {"opposed_loads"}, {}, true, 0},
+      {"d", "Damage", "", K::damage, 0, strength, {"compressive_loads"}, {}, true, 0},
       {"s", "Stiffness", "", K::softening, 0, {}, {"height"}, {}, true, 9.2e9},
       {"c", "Choices", "", K::choices, 0, {}, {"height"}, {}, true, 0}};
   for (std::size_t p = 0; p < 2; ++p) {
@@ -69,7 +69,7 @@ Validation example() {
     for (int i = 0; i < 3; ++i)
       base.results.push_back(finished({{"height", {1 + 0.1 * i}, {}, "m", "", 1},
                                        {"counts", {5.0 + i, 6}, {}, "1", "", 1},
-                                       {"opposed_loads", {100, 900.0 + i}, {}, "N", "", 1}}));
+                                       {"compressive_loads", {100, 900.0 + i}, {}, "N", "", 1}}));
     v.groups.push_back(base);
   }
   RunGroup stiff{0, 0, RunGroup::Purpose::stiffness, 1e8, {1}, {"k4"}, {}};

@@ -365,7 +365,7 @@ TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
   RunGroup base = group(RunGroup::Purpose::base, {1, 2, 3, 4, 5, 6});
   for (JobResult& r : base.results) {
     r.responses.push_back(response("bin_residence_times", {1, 2, 3, NAN}, "s"));
-    r.responses.push_back(response("bin_waiting_times", {40}, "s"));
+    r.responses.push_back(response("bin_censored_times", {40}, "s"));
   }
   evidence.base = &base;
   MeasuredData data;

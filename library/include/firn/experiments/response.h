@@ -14,4 +14,7 @@ struct Response {
   std::string method;               // the estimator in words
 };
 
+// The current name for an earlier one, of which it warns on standard error; any other name stays.
+std::string current_response_name(const std::string& name);
+
 }  // namespace firn::experiments

@@ -42,7 +42,7 @@ struct RunResult {
   Health health;
   std::string results_file;
 
-  // Throws RunError for a name that is not among the responses.
+  // Takes current_response_name(name). Throws RunError for one that is not among the responses.
   const Response& response(const std::string& name) const;
 };
 
