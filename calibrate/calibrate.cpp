@@ -81,16 +81,16 @@ const char* to_string(StudyVerdict verdict) {
   switch (verdict) {
     case StudyVerdict::calibrated:
       return "calibrated";
-    case StudyVerdict::undetermined:
-      return "undetermined";
+    case StudyVerdict::not_identifiable:
+      return "not identifiable";
     case StudyVerdict::unconfirmed:
       return "unconfirmed";
-    case StudyVerdict::out_of_reach:
-      return "out of reach";
+    case StudyVerdict::infeasible:
+      return "infeasible";
     case StudyVerdict::prior_conflict:
       return "prior conflict";
-    case StudyVerdict::searched:
-      return "searched";
+    case StudyVerdict::direct_search_only:
+      return "direct search only";
     case StudyVerdict::too_few_runs:
       return "too few runs";
     case StudyVerdict::interrupted:

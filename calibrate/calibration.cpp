@@ -443,7 +443,7 @@ void Calibration::choose_answer() {
 void Calibration::decide_whether_determined() {
   const bool all_identified = std::all_of(a_.combinations.begin(), a_.combinations.end(),
                                           [](const Combination& c) { return c.identified; });
-  a_.verdict = all_identified ? StudyVerdict::calibrated : StudyVerdict::undetermined;
+  a_.verdict = all_identified ? StudyVerdict::calibrated : StudyVerdict::not_identifiable;
   if (all_identified) a_.valley.clear();
   if (all_identified || !a_.valley.empty()) return;
   const Misfit misfit(study_, *a_.knowledge);
@@ -475,7 +475,7 @@ void Calibration::describe_knowledge() {
   judge_fit();
   if (!a_.goodness->acceptable()) {
     const bool by_priors = a_.without_priors && a_.without_priors->acceptable();
-    a_.verdict = by_priors ? StudyVerdict::prior_conflict : StudyVerdict::out_of_reach;
+    a_.verdict = by_priors ? StudyVerdict::prior_conflict : StudyVerdict::infeasible;
   } else if (!agrees(a_.best)) {
     a_.verdict = StudyVerdict::unconfirmed;
   }
@@ -587,7 +587,7 @@ std::string Calibration::misfit_text() const {
                                    study_.targets[k].response.label, study_.targets[k].value,
                                    study_.targets[k].unit, r.lowest, r.highest));
   if (!missed.empty())
-    return fmt::format("target out of reach of the ranges: {}", fmt::join(missed, "; "));
+    return fmt::format("infeasible within the ranges: {}", fmt::join(missed, "; "));
   const Goodness& g = *a_.goodness;
   const auto farthest = std::max_element(
       g.z.begin(), g.z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
@@ -660,9 +660,9 @@ Answer Calibration::finish() {
     case StudyVerdict::calibrated:
       a_.headline = fmt::format("calibrated: {}", parameter_text(study_, a_.best.values));
       break;
-    case StudyVerdict::undetermined:
+    case StudyVerdict::not_identifiable:
       a_.headline = fmt::format(
-          "the targets are met along a valley of equally good parameters; one member: {}",
+          "the targets are met along a ridge of equally good parameters; one member: {}",
           parameter_text(study_, a_.best.values));
       break;
     case StudyVerdict::unconfirmed:
@@ -670,7 +670,7 @@ Answer Calibration::finish() {
           "not confirmed: fresh runs at {} {}", parameter_text(study_, a_.best.values),
           a_.best.cut_short > 0 ? "were cut short by a limit" : "do not meet the targets");
       break;
-    case StudyVerdict::out_of_reach:
+    case StudyVerdict::infeasible:
       a_.headline = misfit_text();
       break;
     case StudyVerdict::prior_conflict:
@@ -684,7 +684,7 @@ Answer Calibration::finish() {
     case StudyVerdict::too_few_runs:
       a_.headline = "too few runs finished to fit anything" + failure_text();
       break;
-    case StudyVerdict::searched:
+    case StudyVerdict::direct_search_only:
     case StudyVerdict::interrupted:
       break;
   }

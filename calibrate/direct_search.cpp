@@ -27,7 +27,7 @@ double distance(const Study& study, const Point& point) {
 
 Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& progress) {
   Answer a;
-  a.verdict = StudyVerdict::searched;
+  a.verdict = StudyVerdict::direct_search_only;
   std::vector<Point> compared;
   for (const CompareSet& set : study.compare)
     if (study.budget.compare_runs > 0)

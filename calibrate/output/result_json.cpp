@@ -34,7 +34,7 @@ Json checked_json(const Study& study, const CheckedSet& set) {
         {"uncertainty", std::sqrt(set.predicted[k].variance)},
         {"unit", study.targets[k].unit}};
   if (set.denser) {
-    j["posterior_denser_than_here"] = *set.denser;
+    j["hpd_level"] = *set.denser;
     j["inside_95_region"] = *set.denser <= 0.95;
   }
   if (!set.run()) return j;
@@ -58,12 +58,12 @@ Json model_json(const ResponseModel& m) {
   return {{"response", m.response.label},
           {"unit", m.unit},
           {"surrogate", m.surrogate.best.form().describe()},
-          {"departure_sd", m.surrogate.best.departure_sd()},
+          {"discrepancy_sd", m.surrogate.best.departure_sd()},
           {"lengths", lengths},
           {"cross_check", m.surrogate.other.form().describe()},
           {"points", m.samples.size()},
           {"largest_leave_one_out_z", m.largest_leave_one_out_z},
-          {"explains_its_runs", m.explains_its_runs()},
+          {"passes_cross_validation", m.explains_its_runs()},
           {"seed_noise",
            {{"sd", m.noise.sd},
             {"relative", m.noise.relative},
@@ -113,11 +113,11 @@ Json combinations_json(const Study& study, const Answer& a) {
       terms.push_back({{"parameter", study.parameters[i].name},
                        {"of", study.parameters[i].logarithmic ? "logarithm" : "value"},
                        {"coefficient", c.coefficients[static_cast<Eigen::Index>(i)]}});
-    Json j = {{"identified", c.identified},
+    Json j = {{"identifiable", c.identified},
               {"terms", terms},
               {"value", c.identified ? number_json(c.value) : nullptr},
               {"uncertainty", c.identified ? number_json(c.uncertainty()) : nullptr},
-              {"uncertainty_near_the_answer", c.identified ? number_json(c.sd) : nullptr},
+              {"uncertainty_near_estimate", c.identified ? number_json(c.sd) : nullptr},
               {"spread_over_posterior", c.spread},
               {"singular_value", c.singular_value}};
     if (c.identified) j["split"] = split_json(c.split);
@@ -146,8 +146,8 @@ Json targets_json(const Study& study, const Answer& a) {
                     {"bracketed", a.reach[k].bracketed},
                     {"reachable", a.reach[k].reachable}};
     if (k < a.split.size()) {
-      j["uncertainty_at_answer"] = split_json(a.split[k]);
-      j["other_surrogate_at_answer"] = a.cross_check[k];
+      j["uncertainty_at_estimate"] = split_json(a.split[k]);
+      j["other_surrogate_at_estimate"] = a.cross_check[k];
     }
     if (k < a.predictive.size() && a.predictive[k])
       j["posterior_predictive"] = {
@@ -165,7 +165,7 @@ Json goodness_json(const Study& study, const Goodness& g) {
             {"probability", g.probability},
             {"acceptable", g.acceptable()}};
   for (std::size_t k = 0; k < g.z.size(); ++k)
-    j["standardised_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
+    j["standardized_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
   return j;
 }
 
@@ -250,7 +250,7 @@ std::string render_json(const Study& study, const Answer& a) {
                              {"seed", a.points[o.point].seeds[o.seed]},
                              {"value", o.value},
                              {"median_of_other_seeds", o.others}});
-  if (!a.best.values.empty()) j["answer"] = checked_json(study, a.best);
+  if (!a.best.values.empty()) j["estimate"] = checked_json(study, a.best);
   if (a.goodness) j["goodness_of_fit"] = goodness_json(study, *a.goodness);
   if (a.without_priors)
     j["goodness_of_fit_without_priors"] = goodness_json(study, *a.without_priors);
@@ -270,8 +270,8 @@ std::string render_json(const Study& study, const Answer& a) {
   if (a.direct)
     j["direct_search"] = {{"search", to_string(study.direct)},
                           {"evaluations", a.direct->evaluations},
-                          {"claimed_distance", number_json(a.direct->claimed)},
-                          {"fresh_distance", number_json(a.direct->fresh)}};
+                          {"best_observed_distance", number_json(a.direct->claimed)},
+                          {"confirmed_distance", number_json(a.direct->fresh)}};
   if (a.budget_runs > 0)
     j["budget"] = {{"runs", a.budget_runs},
                    {"reused", a.reused},

@@ -312,7 +312,8 @@ MaterialFamily material_family(const Study& study, const Answer& answer,
 MaterialRecord material_record(const Study& study, const Answer& answer,
                                const std::vector<JournalRun>& runs, Executor& executor,
                                const std::string& directory, const MaterialLabel& label) {
-  if (answer.verdict != StudyVerdict::calibrated && answer.verdict != StudyVerdict::undetermined)
+  if (answer.verdict != StudyVerdict::calibrated &&
+      answer.verdict != StudyVerdict::not_identifiable)
     throw InputError(
         fmt::format("material {}: not saved, because the study is {}: {}; expected an answer that "
                     "was confirmed",

@@ -20,7 +20,7 @@ MaterialFamily material_family(const Study& study, const Answer& answer,
                                const std::vector<JournalRun>& runs, Executor& executor);
 
 // The whole record. `directory` holds runs.csv already. Throws InputError when the answer is none
-// to keep: not confirmed, out of reach, too few runs.
+// to keep: unconfirmed, infeasible, too few runs.
 MaterialRecord material_record(const Study& study, const Answer& answer,
                                const std::vector<JournalRun>& runs, Executor& executor,
                                const std::string& directory, const MaterialLabel& label);

@@ -16,6 +16,7 @@
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/csv_reader.h"
+#include "experiments/text/json_aliases.h"
 #include "experiments/text/json_reader.h"
 #include "experiments/text/vector_json.h"
 
@@ -44,10 +45,12 @@ struct FinishedStudy {
 FinishedStudy read_finished(const std::string& folder) {
   const std::filesystem::path path(folder);
   const std::string results = (path / "results.json").string();
-  const nlohmann::json document =
-      parse_json(read_input_file(results, "the results of a study (results.json in its folder)",
-                                 input_limits::json_bytes),
-                 results);
+  ordered_json current = parse_ordered_json(
+      read_input_file(results, "the results of a study (results.json in its folder)",
+                      input_limits::json_bytes),
+      results);
+  use_current_json_names(current);
+  const nlohmann::json document = current;
   const JsonReader reader(document, results);
   FinishedStudy s;
   s.name = reader.string("study");
@@ -77,8 +80,8 @@ FinishedStudy read_finished(const std::string& folder) {
     if (interval.size() != 2) p.fail("interval_95 has no two ends");
     c.low = interval[0];
     c.high = interval[1];
-    if (reader.has("answer") && reader.at("answer").has("parameters"))
-      if (const auto value = reader.at("answer").at("parameters").optional_number(c.name))
+    if (reader.has("estimate") && reader.at("estimate").has("parameters"))
+      if (const auto value = reader.at("estimate").at("parameters").optional_number(c.name))
         c.answer = *value;
     s.columns.push_back(std::move(c));
   }
@@ -241,8 +244,9 @@ std::string comparison_json(const StudyComparison& c) {
                     {"only_a", c.only_a},
                     {"only_b", c.only_b}};
   const auto side = [](const ParameterComparison::Side& s) {
-    return ordered_json{
-        {"answer", number_json(s.answer)}, {"interval_95", {s.low, s.high}}, {"median", s.median}};
+    return ordered_json{{"estimate", number_json(s.answer)},
+                        {"interval_95", {s.low, s.high}},
+                        {"median", s.median}};
   };
   for (const ParameterComparison& p : c.parameters)
     j["parameters"].push_back({{"name", p.name},

@@ -4,14 +4,14 @@
 namespace firn {
 
 enum class StudyVerdict {
-  calibrated,      // every parameter is determined by the data
-  undetermined,    // the target is met by a family of parameter sets; the answer is the family
-  unconfirmed,     // the fit met the target, fresh runs at its answer did not
-  out_of_reach,    // simulated where they come nearest, the targets are not met together
-  prior_conflict,  // the targets can be met, but not by parameters that the priors allow
-  searched,        // the best that a direct search met; nothing is known of what else would do
-  too_few_runs,    // so many runs failed or arched that nothing could be fitted
-  interrupted      // stopped by the user; the same command resumes
+  calibrated,          // every parameter is identifiable
+  not_identifiable,    // the targets are met along a ridge of parameter sets
+  unconfirmed,         // the fit met the targets, fresh runs at the estimate did not
+  infeasible,          // runs at the nearest parameters do not meet all targets together
+  prior_conflict,      // the targets can be met, but not by parameters that the priors allow
+  direct_search_only,  // the best set of a direct search, without a model of the responses
+  too_few_runs,        // so many runs failed or arched that nothing could be fitted
+  interrupted          // stopped by the user; the same command resumes
 };
 const char* to_string(StudyVerdict verdict);
 

@@ -33,6 +33,21 @@ constexpr RenamedJsonKey kRenamedJsonKeys[] = {
     {kValidation, "comparisons[].numerical_variants[]", "choice", "variant"},
 
     {kStudyResults, "", "valley", "ridge"},
+    {kStudyResults, "", "answer", "estimate"},
+    {kStudyResults, "estimate", "posterior_denser_than_here", "hpd_level"},
+    {kStudyResults, "ridge[]", "posterior_denser_than_here", "hpd_level"},
+    {kStudyResults, "compare[]", "posterior_denser_than_here", "hpd_level"},
+    {kStudyResults, "targets[]", "uncertainty_at_answer", "uncertainty_at_estimate"},
+    {kStudyResults, "targets[]", "other_surrogate_at_answer", "other_surrogate_at_estimate"},
+    {kStudyResults, "combinations[]", "identified", "identifiable"},
+    {kStudyResults, "combinations[]", "uncertainty_near_the_answer", "uncertainty_near_estimate"},
+    {kStudyResults, "goodness_of_fit", "standardised_residuals", "standardized_residuals"},
+    {kStudyResults, "goodness_of_fit_without_priors", "standardised_residuals",
+     "standardized_residuals"},
+    {kStudyResults, "models[]", "departure_sd", "discrepancy_sd"},
+    {kStudyResults, "models[]", "explains_its_runs", "passes_cross_validation"},
+    {kStudyResults, "direct_search", "claimed_distance", "best_observed_distance"},
+    {kStudyResults, "direct_search", "fresh_distance", "confirmed_distance"},
     {kStudyResults, "parameters[]", "width_ratio", "posterior_to_prior_sd"},
     {kStudyResults, "measure_next[]", "longest_direction_left", "remaining_extent"},
 };
@@ -50,6 +65,10 @@ constexpr RenamedJsonWord kRenamedJsonWords[] = {
     {kValidation, "comparisons[].distribution", "verdict", "information", "not judged"},
     {kValidation, "comparisons[].value.components[]", "name", "seeds", "run-to-run variability"},
     {kValidation, "comparisons[].value.components[]", "name", "input", "input parameters"},
+
+    {kStudyResults, "", "verdict", "undetermined", "not identifiable"},
+    {kStudyResults, "", "verdict", "out of reach", "infeasible"},
+    {kStudyResults, "", "verdict", "searched", "direct search only"},
 };
 
 // Calls `apply` for each object at a path.

@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "experiments/results/results_file.h"
+#include "experiments/text/json_aliases.h"
 #include "firn/experiments/results.h"
 #include "library/experiments/convert_response.h"
 
@@ -75,6 +78,13 @@ std::vector<Series> Results::series() const {
 
 std::vector<double> Results::series(const std::string& path) const {
   return impl_->recording.series(path);
+}
+
+std::string current_results_json(const std::string& text) {
+  nlohmann::ordered_json document = nlohmann::ordered_json::parse(text, nullptr, false);
+  if (document.is_discarded()) return text;
+  use_current_json_names(document);
+  return document.dump();
 }
 
 }  // namespace firn::experiments

@@ -52,7 +52,7 @@ class Calibration:
 
     @property
     def verdict(self) -> str:
-        """"calibrated", "undetermined" (a valley of equal answers), "unconfirmed", ..."""
+        """"calibrated", "not identifiable" (a ridge of equal responses), "unconfirmed", ..."""
         return self._core.verdict
 
     @property

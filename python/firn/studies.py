@@ -43,8 +43,9 @@ class _Folder:
         self.directory = pathlib.Path(directory)
         file = self.directory / "results.json"
         try:
-            #: Everything, as the program wrote it to results.json.
-            self.answer: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+            #: Everything that the program wrote to results.json, with the names of this version.
+            self.answer: dict[str, Any] = json.loads(
+                _core.current_results_json(file.read_text(encoding="utf-8")))
         except OSError as error:
             raise _core.InputError(f"{file}: cannot be read ({error.strerror}); expected the "
                                    "folder of a finished batch") from error
@@ -79,7 +80,7 @@ class StudyResults(_Folder):
 
     def parameters(self) -> pandas.DataFrame:
         """One row a parameter: min, max, unit, scale, best, median, low, high (95 %)."""
-        best = (self.answer.get("answer") or {}).get("parameters", {})
+        best = (self.answer.get("estimate") or {}).get("parameters", {})
         rows = []
         for p in self.answer.get("parameters", []):
             low, high = p.get("interval_95", (None, None))
@@ -175,8 +176,8 @@ class ValidationResults(_Folder):
             value = c.get("value", {})
             rows.append((c["name"], c["title"], c["kind"], c["experiment"], c["parameter_set"],
                          c["verdict"], value.get("simulated"), value.get("measured"),
-                         value.get("comparison_error", value.get("difference")), value.get("expanded_uncertainty"),
-                         value.get("unit"), c["headline"]))
+                         value.get("comparison_error"), value.get("expanded_uncertainty"), value.get("unit"),
+                         c["headline"]))
         return require_pandas().DataFrame(rows, columns=[
             "name", "title", "kind", "experiment", "parameter_set", "verdict", "simulated",
             "measured", "comparison_error", "expanded_uncertainty", "unit", "headline"])

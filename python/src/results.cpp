@@ -92,6 +92,7 @@ void bind_results(py::module_& m) {
             return array_of(std::move(values));
           },
           py::arg("path"));
+  m.def("current_results_json", &experiments::current_results_json, py::arg("text"));
 }
 
 }  // namespace firn::python

@@ -89,6 +89,21 @@ def test_results_of_earlier_versions_have_no_predictions(case_file):
     assert study.predictions().empty and study.history().empty
 
 
+def test_results_of_earlier_versions_have_the_names_of_this_one(case_file):
+    folder = case_file.parent / "old"
+    folder.mkdir()
+    (folder / "results.json").write_text(
+        '{"study": "old", "verdict": "out of reach", "answer": {"parameters": {"mu": 0.1}}, "parameters": [{'
+        '"name": "mu", "min": 0, "max": 1, "unit": "1", "scale": "linear"}]}')
+    study = firn.StudyResults(folder)
+    assert study.verdict == "infeasible" and study.parameters().loc["mu", "best"] == 0.1
+    (folder / "results.json").write_text(
+        '{"kind": "validation", "comparisons": [{"name": "n", "title": "t", "kind": "value", "experiment": "e", '
+        '"parameter_set": "p", "verdict": "information", "headline": "h", "value": {"difference": 2.5}}]}')
+    comparison = firn.ValidationResults(folder).comparisons().iloc[0]
+    assert comparison["comparison_error"] == 2.5 and comparison["verdict"] == "not judged"
+
+
 def test_interrupted_study_continues(case_file):
     folder = case_file.parent
     (folder / "study.toml").write_text(STUDY)

@@ -24,7 +24,7 @@ std::string unit_suffix_of(const Json& value) { return unit_suffix(value.value("
 
 // "ice_ice = 0.24 (95 %: 0.17 to 0.3)"
 std::string recommended(const Json& j) {
-  const Json& values = j.at("answer").at("parameters");
+  const Json& values = j.at("estimate").at("parameters");
   std::vector<std::string> parts;
   for (const Json& p : j.value("parameters", Json::array())) {
     const std::string name = p.at("name");
@@ -43,7 +43,7 @@ std::string recommended(const Json& j) {
 std::string determined(const Json& j) {
   std::vector<std::string> known, unknown;
   for (const Json& c : j.value("combinations", Json::array())) {
-    if (c.value("identified", false))
+    if (c.value("identifiable", false))
       known.push_back(
           fmt::format("{} = {}", combination_text(c),
                       measured_text(value_of(c.at("value")), value_of(c.at("uncertainty")))));
@@ -103,7 +103,7 @@ std::string combination_text(const Json& c) {
 }
 
 std::vector<page::Fact> study_answer(const Json& results) {
-  if (!results.contains("answer") || !results.at("answer").is_object()) return {};
+  if (!results.contains("estimate") || !results.at("estimate").is_object()) return {};
   return {{"Recommended", recommended(results)},
           {"Determined", determined(results)},
           {"Compared", compared(results)},

@@ -27,7 +27,7 @@ using page::words;
 
 Badge verdict_badge(const std::string& verdict) {
   if (verdict == "calibrated") return {Mark::good, verdict};
-  if (verdict == "out of reach" || verdict == "too few runs") return {Mark::bad, verdict};
+  if (verdict == "infeasible" || verdict == "too few runs") return {Mark::bad, verdict};
   return {Mark::caution, verdict};
 }
 
@@ -57,12 +57,12 @@ bool is_fitted(const Json& parameter) { return parameter.contains("interval_95")
 
 // The answer, as every other place of the page and the command have it; without one the median.
 void study_summary(const Json& results, page::Page& page) {
-  const bool answered = results.contains("answer") && results.at("answer").is_object();
+  const bool answered = results.contains("estimate") && results.at("estimate").is_object();
   std::vector<page::Card> cards;
   for (const Json& p : results.at("parameters")) {
     if (!answered && !is_fitted(p)) continue;
     const std::string name = text(p, "name");
-    const double value = answered ? number(results.at("answer").at("parameters"), name.c_str())
+    const double value = answered ? number(results.at("estimate").at("parameters"), name.c_str())
                                   : number(p, "median");
     const std::string unit = unit_of(p);
     cards.push_back({words(name) + (answered ? "" : ", median"),
@@ -87,9 +87,9 @@ void targets_section(const Json& results, page::Page& page) {
   for (const Json& t : results.at("targets")) {
     std::string fitted;
     const std::string response = text(t, "response");
-    if (results.contains("answer") && results.at("answer").contains("simulated") &&
-        results.at("answer").at("simulated").contains(response)) {
-      const Json& s = results.at("answer").at("simulated").at(response);
+    if (results.contains("estimate") && results.at("estimate").contains("simulated") &&
+        results.at("estimate").at("simulated").contains(response)) {
+      const Json& s = results.at("estimate").at("simulated").at(response);
       fitted = with_unit(number(s, "value"), number(s, "standard_error"), t);
     }
     std::string reach;
@@ -153,7 +153,7 @@ void study_parameters_section(const Json& results, page::Page& page) {
   combinations.caption = "What the data determine, and what they do not";
   combinations.columns = {{"combination", ""}, {"value", ""}, {"", ""}};
   for (const Json& c : results.at("combinations")) {
-    const bool identified = c.value("identified", false);
+    const bool identified = c.value("identifiable", false);
     combinations.rows.push_back(
         {combination_text(c),
          identified ? page::measured_text(number(c, "value"), number(c, "uncertainty"))
@@ -184,8 +184,8 @@ void add_map(const Json& results, page::Content& content) {
     if (!sets.empty()) plot.series.push_back(series);
   };
   std::vector<const Json*> answer, valley, compare;
-  if (results.contains("answer") && results.at("answer").is_object())
-    answer.push_back(&results.at("answer"));
+  if (results.contains("estimate") && results.at("estimate").is_object())
+    answer.push_back(&results.at("estimate"));
   if (results.contains("compare"))
     for (const Json& set : results.at("compare")) compare.push_back(&set);
   add("answer", answer);
@@ -229,8 +229,8 @@ void sets_section(const Json& results, const fs::path& folder, page::Page& page)
     table.columns.push_back({text(t, "response") + ", model", unit_of(t)});
     table.columns.push_back({text(t, "response") + ", simulated", unit_of(t)});
   }
-  if (results.contains("answer") && results.at("answer").is_object())
-    add_set(results.at("answer"), results, table);
+  if (results.contains("estimate") && results.at("estimate").is_object())
+    add_set(results.at("estimate"), results, table);
   for (const char* list : {"ridge", "compare"})
     if (results.contains(list))
       for (const Json& set : results.at(list)) add_set(set, results, table);

@@ -57,10 +57,10 @@ TEST(Calibrate, RecoversParametersThatTheDataDetermine) {
     EXPECT_FALSE(p["at_min"].get<bool>() || p["at_max"].get<bool>());
   }
   EXPECT_TRUE(j["ridge"].empty());
-  for (const json& c : j["combinations"]) EXPECT_TRUE(c["identified"].get<bool>());
+  for (const json& c : j["combinations"]) EXPECT_TRUE(c["identifiable"].get<bool>());
   // Only fresh runs are reported, and they agree.
-  EXPECT_EQ(j["answer"]["runs"]["finished"], 5);
-  EXPECT_NEAR(j["answer"]["simulated"]["aor"]["value"].get<double>(), 10, 1.1);
+  EXPECT_EQ(j["estimate"]["runs"]["finished"], 5);
+  EXPECT_NEAR(j["estimate"]["simulated"]["aor"]["value"].get<double>(), 10, 1.1);
 }
 
 TEST(Calibrate, OneAngleDeterminesOneCombinationOfTwoFrictions) {
@@ -68,11 +68,11 @@ TEST(Calibrate, OneAngleDeterminesOneCombinationOfTwoFrictions) {
   FakeExperiment experiment(noisy_zhou);
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
-  EXPECT_EQ(s.verdict, StudyVerdict::undetermined);
+  EXPECT_EQ(s.verdict, StudyVerdict::not_identifiable);
   const json j = json::parse(s.json);
   const json &determined = j["combinations"][0], &open = j["combinations"][1];
-  EXPECT_TRUE(determined["identified"].get<bool>());
-  EXPECT_FALSE(open["identified"].get<bool>());
+  EXPECT_TRUE(determined["identifiable"].get<bool>());
+  EXPECT_FALSE(open["identifiable"].get<bool>());
   EXPECT_TRUE(open["uncertainty"].is_null());  // not zero: the data say nothing there
   // 0.27 ln mu1 + 0.22 ln mu2 = ln(10 / 35), at unit length of the coefficients.
   const double norm = std::hypot(0.27, 0.22), sd = determined["uncertainty"].get<double>();
@@ -116,10 +116,10 @@ TEST(Calibrate, SaysSoWhenTheTargetIsOutOfReach) {
   std::string text = friction_study(angle_target);
   text.replace(text.find("10 deg"), 6, "2.5 deg");
   const StudySummary s = run_study(folder.write("study.toml", text), folder / "out", experiment);
-  EXPECT_EQ(s.verdict, StudyVerdict::out_of_reach);
-  EXPECT_THAT(s.headline, HasSubstr("target out of reach of the ranges: aor = 2.5 deg"));
+  EXPECT_EQ(s.verdict, StudyVerdict::infeasible);
+  EXPECT_THAT(s.headline, HasSubstr("infeasible within the ranges: aor = 2.5 deg"));
   EXPECT_EQ(experiment.runs, 3 + 8 * 2 + 3 * 2 + 5);  // the nearest parameters are simulated first
-  EXPECT_GE(json::parse(s.json)["answer"]["simulated"]["aor"]["value"], 8);
+  EXPECT_GE(json::parse(s.json)["estimate"]["simulated"]["aor"]["value"], 8);
   EXPECT_FALSE(json::parse(s.json)["targets"][0]["reach"]["reachable"].get<bool>());
 }
 
@@ -135,7 +135,7 @@ TEST(Calibrate, TargetsThatContradictEachOtherAreOutOfReachTogether) {
                                                 "[[targets]]\nresponse = \"twice\"\n"
                                                 "value = \"14 deg\"\nuncertainty = \"0.5 deg\"\n")),
       folder / "out", experiment);
-  EXPECT_EQ(s.verdict, StudyVerdict::out_of_reach);
+  EXPECT_EQ(s.verdict, StudyVerdict::infeasible);
   EXPECT_THAT(s.headline, HasSubstr("no parameters within the ranges meet all targets at once"));
 }
 
@@ -159,7 +159,7 @@ TEST(Calibrate, FailedAndArchedRunsAreCountedAndKeptOutOfTheFit) {
   EXPECT_EQ(j["runs"]["failed"], failures);
   EXPECT_GT(failures, 0);
   // The answer keeps away from where the flow stops: the experiment's did not.
-  EXPECT_LT(j["answer"]["parameters"]["mu1"], 0.15);
+  EXPECT_LT(j["estimate"]["parameters"]["mu1"], 0.15);
   EXPECT_THAT(read_text(folder / "out/runs.csv"), HasSubstr("a value is not finite"));
 }
 
@@ -184,7 +184,7 @@ TEST(Calibrate, AnAnswerThatFreshRunsContradictIsNotConfirmed) {
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
   EXPECT_EQ(s.verdict, StudyVerdict::unconfirmed);
-  EXPECT_GT(json::parse(s.json)["answer"]["simulated"]["aor"]["value"], 13);
+  EXPECT_GT(json::parse(s.json)["estimate"]["simulated"]["aor"]["value"], 13);
 }
 
 TEST(Calibrate, ResponsesThatAreNotNumbersStayOutOfTheFit) {
@@ -196,7 +196,7 @@ TEST(Calibrate, ResponsesThatAreNotNumbersStayOutOfTheFit) {
   });
   const StudySummary s = run_study(folder.write("study.toml", friction_study(angle_target)),
                                    folder / "out", experiment);
-  EXPECT_EQ(s.verdict, StudyVerdict::undetermined);
+  EXPECT_EQ(s.verdict, StudyVerdict::not_identifiable);
   // At the centre, seeds 1 and 3 remain: one degree of freedom. Elsewhere one seed of two. The five
   // fresh seeds of the confirmation give four more.
   EXPECT_EQ(json::parse(s.json)["models"][0]["seed_noise"]["degrees_of_freedom"], 1 + 4);
@@ -407,7 +407,7 @@ TEST(CalibrateLong, IntervalsCoverTheTruth) {
     // Along its own direction: coefficients are estimated too, so judge at the middle of the
     // valley.
     const double a = c["terms"][0]["coefficient"], b = c["terms"][1]["coefficient"];
-    const double mu2 = j["answer"]["parameters"]["mu2"];
+    const double mu2 = j["estimate"]["parameters"]["mu2"];
     const double mu1 = std::exp((truth * norm - 0.22 * std::log(mu2)) / 0.27);
     squares += std::pow((a * std::log(mu1) + b * std::log(mu2) - c["value"].get<double>()) /
                             c["uncertainty"].get<double>(),

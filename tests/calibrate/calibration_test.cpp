@@ -267,7 +267,7 @@ TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
                            "center_replicates = 3\ndesign_points = 20\nruns_per_point = 2\n")),
         folder / "out", experiment);
     const bool told = s.table.find("DOES NOT EXPLAIN ITS OWN RUNS") != std::string::npos;
-    EXPECT_EQ(told, !json::parse(s.json)["models"][0]["explains_its_runs"].get<bool>());
+    EXPECT_EQ(told, !json::parse(s.json)["models"][0]["passes_cross_validation"].get<bool>());
     return !told;
   };
   EXPECT_TRUE(explains(0));
@@ -288,7 +288,7 @@ TEST(Refinement, AValleyThatBendsIsToldFromAStraightOne) {
       folder / "out", experiment);
   EXPECT_THAT(s.table, HasSubstr("bend away from it"));
   const json c = json::parse(s.json)["combinations"][0];
-  EXPECT_GT(c["spread_over_posterior"], 3 * c["uncertainty_near_the_answer"].get<double>());
+  EXPECT_GT(c["spread_over_posterior"], 3 * c["uncertainty_near_estimate"].get<double>());
   EXPECT_GE(c["uncertainty"], c["spread_over_posterior"]);
 }
 
@@ -332,12 +332,12 @@ TEST(Direct, FindsTheTargetAndConfessesItsLuck) {
         run_study(folder.write("study.toml", friction_study(target + "[direct]\nsearch = \"" +
                                                             search + "\"\nevaluations = 40\n")),
                   folder / "out", experiment);
-    EXPECT_EQ(s.verdict, StudyVerdict::searched);
+    EXPECT_EQ(s.verdict, StudyVerdict::direct_search_only);
     EXPECT_EQ(s.exit_status(), 0);
     const json j = json::parse(s.json);
     EXPECT_LE(j["direct_search"]["evaluations"], 40);
-    EXPECT_NEAR(heap({{"a.mu1", j["answer"]["parameters"]["mu1"]},
-                      {"a.mu2", j["answer"]["parameters"]["mu2"]}}),
+    EXPECT_NEAR(heap({{"a.mu1", j["estimate"]["parameters"]["mu1"]},
+                      {"a.mu2", j["estimate"]["parameters"]["mu2"]}}),
                 10, 2.5)
         << search;
     // Journalled: asked again, it replays.

@@ -71,7 +71,7 @@ double fan(int k, int count, double a, double b) {
   return 10 + 8 * (std::cos(angle) * a + std::sin(angle) * b);
 }
 
-// The shares of studies of `count` targets that are called out of reach, each measured with an
+// The shares of studies of `count` targets that are called infeasible, each measured with an
 // error of its own and `shift` on top, in standard deviations.
 double share_rejected(int count, int studies, const std::function<double(int)>& shift) {
   int rejected = 0;
@@ -88,7 +88,7 @@ double share_rejected(int count, int studies, const std::function<double(int)>& 
             t.push_back(fan(k, count, v.at("a"), v.at("b")) + 0.3 * normal(noise));
           return t;
         });
-    rejected += o.summary.verdict == StudyVerdict::out_of_reach ||
+    rejected += o.summary.verdict == StudyVerdict::infeasible ||
                 o.summary.verdict == StudyVerdict::unconfirmed;
   }
   return static_cast<double>(rejected) / studies;
@@ -104,12 +104,12 @@ Outcome below_the_minimum(double target, int seed) {
 
 TEST(Misfit, OutOfReachIsSaidOnlyOfWhatWasSimulated) {
   const Outcome near = below_the_minimum(5.149, 280197);
-  EXPECT_NE(near.summary.verdict, StudyVerdict::out_of_reach) << near.summary.table;
+  EXPECT_NE(near.summary.verdict, StudyVerdict::infeasible) << near.summary.table;
   // Far below: said, and simulated there.
   const Outcome far = below_the_minimum(0.5, 1);
-  EXPECT_EQ(far.summary.verdict, StudyVerdict::out_of_reach) << far.summary.table;
-  EXPECT_THAT(far.summary.headline, HasSubstr("out of reach of the ranges: t0 = 0.5"));
-  const json& nearest = far.j["answer"];
+  EXPECT_EQ(far.summary.verdict, StudyVerdict::infeasible) << far.summary.table;
+  EXPECT_THAT(far.summary.headline, HasSubstr("infeasible within the ranges: t0 = 0.5"));
+  const json& nearest = far.j["estimate"];
   EXPECT_LT(nearest["parameters"]["a"], 0.05);
   EXPECT_LT(nearest["parameters"]["b"], 0.1);
   EXPECT_GE(nearest["runs"]["finished"], 3);
@@ -119,7 +119,7 @@ TEST(MisfitLong, ATargetUnderTheMinimumByItsErrorIsWithinReach) {
   int wrong = 0;
   for (int s = 0; s < 40; ++s)
     wrong += below_the_minimum(5 - 0.8 * (1.2 + 0.6 * s / 39), 1 + 1000 * s).summary.verdict ==
-             StudyVerdict::out_of_reach;
+             StudyVerdict::infeasible;
   EXPECT_LE(wrong, 1);
 }
 
@@ -141,7 +141,7 @@ TEST(Misfit, ResidualsOfOppositeSignsThatAreEachSmallAreTooMuchTogether) {
           t.push_back(fan(k, 8, v.at("a"), v.at("b")) + 0.2 * normal(random));
         return t;
       });
-  EXPECT_EQ(o.summary.verdict, StudyVerdict::out_of_reach) << o.summary.table;
+  EXPECT_EQ(o.summary.verdict, StudyVerdict::infeasible) << o.summary.table;
   EXPECT_THAT(o.summary.headline, HasSubstr("meet all targets at once: chi-square"));
   EXPECT_NEAR(o.j["goodness_of_fit"]["degrees_of_freedom"].get<double>(), 6, 0.3);
 }
@@ -258,7 +258,7 @@ TEST(Parameters, ANarrowRangeFarFromZeroIsCalibrated) {
                                 return std::vector{v.at("a") - 1000 + 0.02 * normal(random)};
                               });
   EXPECT_EQ(o.summary.verdict, StudyVerdict::calibrated) << o.summary.table;
-  EXPECT_NEAR(o.j["answer"]["parameters"]["a"].get<double>(), 1001.37, 0.05);
+  EXPECT_NEAR(o.j["estimate"]["parameters"]["a"].get<double>(), 1001.37, 0.05);
   EXPECT_THAT(o.summary.headline, HasSubstr("a = 1001.3"));
 }
 
@@ -404,12 +404,12 @@ TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
           return std::vector{response(v.at("a"), v.at("b")) + 0.2 * normal(noise)};
         });
     const json& c = o.j["combinations"][0];
-    if (!c["identified"].get<bool>()) continue;
+    if (!c["identifiable"].get<bool>()) continue;
     const double truth = c["terms"][0]["coefficient"].get<double>() * a +
                          c["terms"][1]["coefficient"].get<double>() * b;
     const bool told = o.summary.table.find("bend away from it") != std::string::npos;
     off += !told && std::abs(truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
-    EXPECT_GE(c["uncertainty"], c["uncertainty_near_the_answer"]);
+    EXPECT_GE(c["uncertainty"], c["uncertainty_near_estimate"]);
   }
   EXPECT_EQ(off, 0);
 }
@@ -450,7 +450,7 @@ TEST(Reuse, LargerBudgetsOtherRangesAndMoreTargetsGoOnFromWhatWasRun) {
   // The same again, in another folder: nothing is new, and the answer is the same.
   const json again = stored.run("again", study_text(unit_square, both, 60, 1), simulated);
   EXPECT_EQ(simulated, 0);
-  EXPECT_EQ(again["answer"], larger["answer"]);
+  EXPECT_EQ(again["estimate"], larger["estimate"]);
   // Going on in the folder of a study changes nothing either.
   EXPECT_EQ(stored.run("sixty", study_text(unit_square, both, 60, 1), simulated), larger);
   EXPECT_EQ(simulated, 0);

@@ -128,18 +128,18 @@ json solve(const CoveredProblem& p, const Values& truth, const std::vector<doubl
 
 struct Tally {
   int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, intervals = 0, parameters = 0;
-  int out_of_reach = 0, unconfirmed = 0, confirmed_values = 0, combinations = 0, far_off = 0;
+  int infeasible = 0, unconfirmed = 0, confirmed_values = 0, combinations = 0, far_off = 0;
   double log_width = 0, confirmed_z2 = 0;
 };
 
 void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values& truth,
                  const std::vector<double>& target, const json& j, Tally& t) {
   ++t.studies;
-  t.out_of_reach += j["verdict"] == "out of reach";
+  t.infeasible += j["verdict"] == "infeasible";
   t.unconfirmed += j["verdict"] == "unconfirmed";
   const json& compared = j["compare"][0];
-  if (!compared.contains("posterior_denser_than_here")) return;
-  const double denser = compared["posterior_denser_than_here"];
+  if (!compared.contains("hpd_level")) return;
+  const double denser = compared["hpd_level"];
   t.region_95 += denser <= 0.95;
   t.region_68 += denser <= 0.68;
   const auto exact = [&](const VectorXd& u) {
@@ -163,7 +163,7 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
     ++t.parameters;
   }
   for (const json& c : j["combinations"]) {
-    if (!c["identified"]) continue;
+    if (!c["identifiable"]) continue;
     double at_truth = 0;
     for (std::size_t i = 0; i < truth.size(); ++i)
       at_truth += c["terms"][i]["coefficient"].get<double>() *
@@ -171,12 +171,12 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
     ++t.combinations;
     t.far_off += std::abs(at_truth - c["value"].get<double>()) > 2 * c["uncertainty"].get<double>();
   }
-  if (!j.contains("answer")) return;
+  if (!j.contains("estimate")) return;
   Values answer;
   for (std::size_t i = 0; i < truth.size(); ++i)
-    answer.push_back(j["answer"]["parameters"]["p" + std::to_string(i)]);
+    answer.push_back(j["estimate"]["parameters"]["p" + std::to_string(i)]);
   for (const CoveredResponse& r : p.responses) {
-    const json& o = j["answer"]["simulated"][r.name];
+    const json& o = j["estimate"]["simulated"][r.name];
     if (o["value"].is_null() || !(o["standard_error"].get<double>() > 0)) continue;
     t.confirmed_z2 += std::pow(
         (o["value"].get<double>() - r.mean(answer)) / o["standard_error"].get<double>(), 2);
@@ -207,7 +207,7 @@ void print_row(const std::string& name, const Tally& t) {
              t.studies, share(t.region_95, t.studies), share(t.ideal_95, t.studies),
              share(t.region_68, t.studies), share(t.intervals, t.parameters),
              std::exp(t.log_width / std::max(1, t.parameters)), t.far_off, t.combinations,
-             t.out_of_reach, t.unconfirmed,
+             t.infeasible, t.unconfirmed,
              std::sqrt(t.confirmed_z2 / std::max(1, t.confirmed_values)));
   std::fflush(stdout);
 }
@@ -215,7 +215,7 @@ void print_row(const std::string& name, const Tally& t) {
 void add(Tally& sum, const Tally& t) {
   for (int Tally::*n :
        {&Tally::studies, &Tally::region_95, &Tally::region_68, &Tally::ideal_95, &Tally::intervals,
-        &Tally::parameters, &Tally::out_of_reach, &Tally::unconfirmed, &Tally::confirmed_values,
+        &Tally::parameters, &Tally::infeasible, &Tally::unconfirmed, &Tally::confirmed_values,
         &Tally::combinations, &Tally::far_off})
     sum.*n += t.*n;
   sum.log_width += t.log_width;
@@ -251,7 +251,7 @@ int main(int argc, char** argv) {
     const std::vector<CoveredProblem> problems = read_problems(file);
     fmt::print(
         "| problem, truth | studies | 95 % region | of the ideal | 68 % region | 95 % intervals | "
-        "width over ideal | determined off by > 2u | out of reach | not confirmed | confirmed "
+        "width over ideal | determined off by > 2u | infeasible | unconfirmed | confirmed "
         "error over stated |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
     Tally all;
     for (int i = from; i < static_cast<int>(problems.size()) && i <= to; ++i) {

@@ -43,7 +43,7 @@ json solve(const Problem& problem, const std::vector<double>& target, int runs, 
 
 std::vector<double> answer_of(const Problem& problem, const json& j) {
   std::map<std::string, double> by_key;
-  for (const auto& [name, value] : j["answer"]["parameters"].items()) by_key[name] = value;
+  for (const auto& [name, value] : j["estimate"]["parameters"].items()) by_key[name] = value;
   return problem.values(by_key);
 }
 
@@ -77,18 +77,18 @@ void coverage(const std::vector<Problem>& problems, int studies, int runs) {
       const std::vector<double> target = measured(problem, s);
       const json j = solve(problem, target, runs, s);
       // A measurement by chance beyond what the ranges can give has no region to be in.
-      if (!j.contains("answer") || j["verdict"] == "out of reach") continue;
+      if (!j.contains("estimate") || j["verdict"] == "infeasible") continue;
       ++count;
       const json& truth = j["compare"][0];
       inside += truth["inside_95_region"].get<bool>();
-      denser += truth["posterior_denser_than_here"].get<double>();
+      denser += truth["hpd_level"].get<double>();
       for (std::size_t i = 0; i < problem.parameters.size(); ++i, ++intervals) {
         const json& v = j["parameters"][i]["interval_95"];
         interval += v[0] <= problem.truth[i] && problem.truth[i] <= v[1];
       }
       const std::vector<double> answer = answer_of(problem, j);
       for (const ProofResponse& r : problem.responses) {
-        const json& o = j["answer"]["simulated"][r.name];
+        const json& o = j["estimate"]["simulated"][r.name];
         if (o["value"].is_null()) continue;  // all of them failed
         const double error = o["value"].get<double>() - r.value(answer);
         z2 += std::pow(error / o["standard_error"].get<double>(), 2);
@@ -158,7 +158,7 @@ void searches(const std::vector<Problem>& problems, int studies, int runs) {
             problem, target, runs, s,
             fmt::format("[direct]\nsearch = \"{}\"\nevaluations = {}\n", search, (runs - 3) / 2));
         direct[search].push_back(problem.distance(answer_of(problem, d), target));
-        believed[search].push_back(d["direct_search"]["claimed_distance"]);
+        believed[search].push_back(d["direct_search"]["best_observed_distance"]);
       }
     }
     fmt::print("| {} | {:.2f} | {:.2f}", problem.name, median(engine), median(chance));

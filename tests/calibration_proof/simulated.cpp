@@ -231,13 +231,13 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   v.failed = j["runs"]["failed"];
   v.wall = j["wall_seconds"];
   const json& truth = j["compare"][0];
-  if (!truth.contains("posterior_denser_than_here")) return v;
-  v.denser = truth["posterior_denser_than_here"];
+  if (!truth.contains("hpd_level")) return v;
+  v.denser = truth["hpd_level"];
   for (std::size_t i = 0; i < v.truth.size(); ++i) {
     const json& interval = j["parameters"][i]["interval_95"];
     v.intervals += interval[0] <= v.truth[i] && v.truth[i] <= interval[1];
   }
-  if (!j["combinations"].empty() && j["combinations"][0]["identified"]) {
+  if (!j["combinations"].empty() && j["combinations"][0]["identifiable"]) {
     const json& c = j["combinations"][0];
     double at_truth = 0;
     for (std::size_t i = 0; i < v.truth.size(); ++i)
@@ -246,13 +246,14 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
     v.combination_z = off / c["uncertainty"].get<double>();
     v.strayed_z = off / c["spread_over_posterior"].get<double>();
   }
-  if (problem_.fresh == 0 || !j.contains("answer") || !j["answer"].contains("simulated")) return v;
+  if (problem_.fresh == 0 || !j.contains("estimate") || !j["estimate"].contains("simulated"))
+    return v;
   Values answer;
   for (const SimulatedProblem::Unknown& p : problem_.unknowns)
-    answer.push_back(j["answer"]["parameters"][p.name]);
+    answer.push_back(j["estimate"]["parameters"][p.name]);
   const auto runs = runs_at(answer, own + fresh_seeds, problem_.fresh);
   for (const SimulatedProblem::Measured& m : problem_.measured) {
-    const json& stated = j["answer"]["simulated"][m.response];
+    const json& stated = j["estimate"]["simulated"][m.response];
     const Sample fresh = sample(values_of(runs, m.response));
     if (fresh.count < 2 || stated["value"].is_null()) continue;
     const double variance =

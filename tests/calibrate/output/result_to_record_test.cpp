@@ -122,10 +122,9 @@ TEST(StudyMaterial, AnAnswerThatIsNoneIsNotSaved) {
   });
   const StudySummary s =
       run_and_save(folder.write("study.toml", study_text()), folder / "out", experiment);
-  EXPECT_EQ(s.verdict, StudyVerdict::out_of_reach);
+  EXPECT_EQ(s.verdict, StudyVerdict::infeasible);
   EXPECT_FALSE(s.record);
-  EXPECT_THAT(s.not_saved,
-              HasSubstr("material mine: not saved, because the study is out of reach"));
+  EXPECT_THAT(s.not_saved, HasSubstr("material mine: not saved, because the study is infeasible"));
 }
 
 TEST(StudyMaterial, OtherKeysAreRefusedBeforeAnyRun) {

@@ -185,7 +185,7 @@ TEST(StudyWithConstraints, KeepsThemInDesignPosteriorAndAnswer) {
       folder / "out", experiment);
   EXPECT_GT(runs, 20);
   const json j = json::parse(s.json);
-  const json values = j["answer"]["parameters"];
+  const json values = j["estimate"]["parameters"];
   EXPECT_GE(values["mu1"].get<double>(), 0.5 * values["mu2"].get<double>() - 1e-12);
   EXPECT_LT(values["mu1"].get<double>(), 0.65 * values["mu2"].get<double>()) << s.table;
   EXPECT_EQ(j["constraints"][0], "mu1 >= 0.5 mu2");
@@ -286,8 +286,8 @@ TEST(StudyWithIntegers, RunsWholeNumbers) {
   text.replace(text.find(range), range.size(), "min = 1\nmax = 12\ninteger = true\n");
   const json j =
       json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
-  EXPECT_EQ(j["answer"]["parameters"]["mu1"], 5.0);
-  EXPECT_NEAR(j["answer"]["parameters"]["mu2"].get<double>(), 0.2, 0.02);
+  EXPECT_EQ(j["estimate"]["parameters"]["mu1"], 5.0);
+  EXPECT_NEAR(j["estimate"]["parameters"]["mu2"].get<double>(), 0.2, 0.02);
 }
 
 TEST(StudyWithPriors, MistakesHaveAPlace) {

@@ -127,7 +127,7 @@ TEST_F(UserProgramTest, FindsItsParametersAndRepeatsNothing) {
   other.jobs = 1;
   json again = json::parse(calibrate(other).json), first = j;
   EXPECT_EQ(again["parameters"], first["parameters"]);
-  EXPECT_EQ(again["answer"], first["answer"]);
+  EXPECT_EQ(again["estimate"], first["estimate"]);
   EXPECT_EQ(count(), 2 * runs);
 }
 

@@ -53,7 +53,7 @@ TEST(RunStore, ASecondStudyFindsTheRunsOfTheFirst) {
           .json);
   EXPECT_EQ(first.runs, 30);
   EXPECT_EQ(second.runs, 0);
-  EXPECT_EQ(a["answer"], b["answer"]);
+  EXPECT_EQ(a["estimate"], b["estimate"]);
   EXPECT_EQ(b["runs"]["finished"], 30);
   // The second one is whole without the store and without the first.
   std::filesystem::remove(folder / "store.db");
@@ -172,7 +172,7 @@ TEST(Limits, RunsCutShortAreCountedKeptOutOfTheFitAndGoneOnWithUnderAHigherLimit
   // In the end as if there had never been a limit.
   FakeExperiment unlimited(power_law);
   const json whole = json::parse(run_with_store(study, folder / "whole", "", unlimited).json);
-  EXPECT_EQ(raised["answer"], whole["answer"]);
+  EXPECT_EQ(raised["estimate"], whole["estimate"]);
 }
 
 // The fast half of the runs has a higher response: what a limit would make of the answer if the

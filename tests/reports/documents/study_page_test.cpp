@@ -166,9 +166,9 @@ TEST_F(StudyPage, RefusesDamagedPredictionsHistoryAndIntervals) {
 
 TEST_F(StudyPage, SaysTheVerdictOnce) {
   std::string text = kResults;
-  text.replace(text.find("a valley"), 8, "undetermined: b is 0.2 +- 0.1");
+  text.replace(text.find("a valley"), 8, "not identifiable: b is 0.2 +- 0.1");
   const std::string html = study_page(file(text)).html();
-  EXPECT_THAT(html, HasSubstr("undetermined</span> b is 0.2 ± 0.1<"));
+  EXPECT_THAT(html, HasSubstr("not identifiable</span> b is 0.2 ± 0.1<"));
 }
 
 TEST_F(StudyPage, RefusesWhatIsNoResult) {

@@ -69,7 +69,7 @@ struct Estimate {
 };
 
 struct Result {
-  // "calibrated", "undetermined" (a valley of equal answers), "unconfirmed", "out of reach",
+  // "calibrated", "not identifiable" (a ridge of equal responses), "unconfirmed", "infeasible",
   // "prior conflict", "too few runs", "interrupted"
   std::string verdict;
   std::string headline;             // one sentence

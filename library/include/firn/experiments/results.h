@@ -77,4 +77,8 @@ class Results {
   std::shared_ptr<const Impl> impl_;
 };
 
+// The text of a results.json file with the keys and words of this version for those of earlier
+// ones. Text that is not JSON stays as it is.
+std::string current_results_json(const std::string& text);
+
 }  // namespace firn::experiments
