@@ -64,9 +64,10 @@ class Runner {
       const MaterialChoice choice = parse_material_choice(p.material);
       records_.emplace_back(database->find(choice.name, choice.version).record);
       p.material = records_.back()->reference();  // the version that is there now
-      if (p.samples > 0 && !records_.back()->family)
-        throw InputError(fmt::format("{}: samples: {} has no family to draw from; expected none",
-                                     suite_.source, p.material));
+      if (p.samples > 0 && !records_.back()->ensemble)
+        throw InputError(
+            fmt::format("{}: samples: {} has no posterior ensemble to draw from; expected none",
+                        suite_.source, p.material));
     }
   }
 

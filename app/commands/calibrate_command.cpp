@@ -102,7 +102,7 @@ std::unique_ptr<MaterialDatabase> open_database(const Arguments& a, StudyOptions
   for (const std::string& text : a.scope) options.save.scope.push_back(parse_scope(text));
   for (const std::string& text : a.scope) require_printable("--scope", text);
   require_printable("--author", options.save.author);
-  require_printable("--note", options.save.remark);
+  require_printable("--note", options.save.note);
   auto database = std::make_unique<MaterialDatabase>(material_database_file(a.database),
                                                      MaterialDatabase::Access::write);
   database->require_free(options.save.name);
@@ -200,7 +200,7 @@ void add_calibrate_command(CLI::App& app, int& status) {
       ->needs(save_option)
       ->allow_extra_args(false)
       ->type_name("NAME=TEXT");
-  command->add_option("--note", options->save.remark, "What else is to be known of it")
+  command->add_option("--note", options->save.note, "What else is to be known of it")
       ->needs(save_option)
       ->type_name("TEXT");
   command->add_option("--database", a->database, "File of material records; docs/materials.md")

@@ -248,7 +248,8 @@ void add_materials_command(CLI::App& app, int& status) {
   CLI::Option* replay = verify_command->add_flag(
       "--replay", a->replay, "Simulate again what the records rest on, and compare");
   verify_command
-      ->add_option("--runs", a->replay_options.runs, "At most N runs of each anchor and experiment")
+      ->add_option("--runs", a->replay_options.runs,
+                   "At most N runs of each reference set and experiment")
       ->needs(replay)
       ->check(CLI::PositiveNumber)
       ->type_name("N");

@@ -323,9 +323,10 @@ void add_run_command(CLI::App& app, int& status) {
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   command
-      ->add_option("--material", a->materials.records,
-                   "Values of a material record over those of the case: NAME[@VERSION],\n"
-                   "with #3 a sample of its family (may be repeated; --set goes before it)")
+      ->add_option(
+          "--material", a->materials.records,
+          "Values of a material record over those of the case: NAME[@VERSION],\n"
+          "with #3 a sample of its posterior ensemble (may be repeated; --set goes before it)")
       ->type_name("NAME")
       ->allow_extra_args(false);
   command

@@ -29,14 +29,14 @@ void line(std::string& out, fmt::format_string<Args...> format, Args&&... args) 
   out += fmt::format(format, std::forward<Args>(args)...) + "\n";
 }
 
-void tell_values(std::string& out, const MaterialRecord& r) {
+void append_values(std::string& out, const MaterialRecord& r) {
   if (!r.parameters.empty()) out += "\nvalues for cases\n";
   for (const MaterialParameter& p : r.parameters) {
     std::string known;
     if (p.interval_95) known += fmt::format(" (95 %: {})", range_text(*p.interval_95, p.unit));
     line(out, "  {:<26} {}{}", p.name, value_text(p.value, p.uncertainty, p.unit), known);
     for (const std::string& key : p.keys) line(out, "  {:<26} -> {}", "", key);
-    if (!p.remark.empty()) line(out, "  {:<26} {}", "", p.remark);
+    if (!p.note.empty()) line(out, "  {:<26} {}", "", p.note);
   }
   if (!r.properties.empty()) out += "\nknown besides (no case takes it)\n";
   for (const MaterialProperty& p : r.properties) {
@@ -48,10 +48,10 @@ void tell_values(std::string& out, const MaterialRecord& r) {
   }
 }
 
-// Mean over the runs of an anchor, response by response.
-std::string simulated_text(const Anchor& a) {
+// Mean over the runs of a reference set, response by response.
+std::string simulated_text(const ReferenceSet& a) {
   std::map<std::string, std::pair<std::string, std::vector<double>>> all;  // unit and values
-  for (const AnchorRun& run : a.runs) {
+  for (const ReferenceRun& run : a.runs) {
     for (const MaterialResponse& r : run.responses) {
       auto& [unit, values] = all[run.experiment.empty() ? r.name : run.experiment + ": " + r.name];
       unit = r.unit;
@@ -73,11 +73,11 @@ std::string simulated_text(const Anchor& a) {
   return text;
 }
 
-void tell_combinations(std::string& out, const MaterialFamily& f) {
-  for (const FamilyCombination& c : f.combinations) {
+void append_combinations(std::string& out, const PosteriorEnsemble& f) {
+  for (const EnsembleCombination& c : f.combinations) {
     std::string sum;
     for (std::size_t i = 0; i < f.axes.size(); ++i) {
-      const FamilyAxis& a = f.axes[i];
+      const EnsembleAxis& a = f.axes[i];
       const double factor = c.coefficients[i];
       sum += fmt::format("{}{:.2f} {}",
                          sum.empty()  ? factor < 0 ? "-" : ""
@@ -86,29 +86,29 @@ void tell_combinations(std::string& out, const MaterialFamily& f) {
                          std::abs(factor),
                          a.scale == Scale::logarithmic ? "ln(" + a.parameter + ")" : a.parameter);
     }
-    if (!c.identified) {
-      line(out, "  {:<26} {}", "not determined", sum);
+    if (!c.identifiable) {
+      line(out, "  {:<26} {}", "not identifiable", sum);
       continue;
     }
-    line(out, "  {:<26} {} = {}", "determined", sum,
+    line(out, "  {:<26} {} = {}", "identifiable", sum,
          c.uncertainty ? measured_text(c.value, *c.uncertainty) : number_text(c.value, 3));
   }
 }
 
-void tell_family(std::string& out, const MaterialRecord& r) {
-  if (!r.family) return;
-  const MaterialFamily& f = *r.family;
-  line(out, "\nfamily: {}; sample with #1, #2, ...",
-       f.points.empty() ? "Gaussian, cut at the bounds"
-                        : fmt::format("{} points of the posterior", f.points.size()));
+void append_ensemble(std::string& out, const MaterialRecord& r) {
+  if (!r.ensemble) return;
+  const PosteriorEnsemble& f = *r.ensemble;
+  line(out, "\nposterior ensemble: {}; sample with #1, #2, ...",
+       f.samples.empty() ? "Gaussian, cut at the bounds"
+                         : fmt::format("{} samples of the posterior", f.samples.size()));
   for (std::size_t i = 0; i < f.axes.size(); ++i) {
-    const FamilyAxis& a = f.axes[i];
+    const EnsembleAxis& a = f.axes[i];
     line(out, "  {:<26} from {} to {}; {} {}", a.parameter, a.bounds.low, a.bounds.high,
          a.scale == Scale::logarithmic ? "logarithm" : "value",
          measured_text(a.mean, std::sqrt(f.covariance[i][i])));
   }
-  tell_combinations(out, f);
-  for (const Anchor& a : f.anchors) {
+  append_combinations(out, f);
+  for (const ReferenceSet& a : f.reference_sets) {
     std::string values;
     for (std::size_t i = 0; i < f.axes.size(); ++i)
       values += fmt::format("{}{} {:.4g}", i == 0 ? "" : ", ", f.axes[i].parameter, a.values[i]);
@@ -121,7 +121,7 @@ void tell_family(std::string& out, const MaterialRecord& r) {
   }
 }
 
-void tell_provenance(std::string& out, const StoredRecord& s) {
+void append_provenance(std::string& out, const StoredRecord& s) {
   const MaterialRecord& r = s.record;
   const Provenance& p = r.provenance;
   out += "\nwhere it comes from\n";
@@ -205,7 +205,7 @@ std::string records_table(const std::vector<StoredRecord>& records) {
     const MaterialRecord& r = s.record;
     line(out, "{:<{}}  {:<{}}  {:<10}  {:<7}  {:<6}  {}", r.reference(), width,
          comma_list(r.materials), materials, to_string(r.kind), s.shipped ? "shipped" : "own",
-         r.family               ? "family"
+         r.ensemble             ? "ensemble"
          : r.parameters.empty() ? "facts"
                                 : "values",
          r.title);
@@ -224,10 +224,10 @@ Json records_json(const std::vector<StoredRecord>& records) {
                    {"kind", to_string(r.kind)},
                    {"parameters", r.parameters.size()},
                    {"properties", r.properties.size()},
-                   {"family", r.family.has_value()},
+                   {"posterior_ensemble", r.ensemble.has_value()},
                    {"author", r.provenance.author},
                    {"date", r.provenance.date},
-                   {"remark", r.remark},
+                   {"note", r.note},
                    {"shipped", s.shipped},
                    {"sha256", s.sha256}});
   }
@@ -240,12 +240,12 @@ std::string record_text(const StoredRecord& stored) {
   line(out, "{}: {}", r.reference(), r.title);
   line(out, "{}{}; about {}", to_string(r.kind), stored.shipped ? ", ships with Firn" : "",
        comma_list(r.materials));
-  tell_values(out, r);
-  tell_family(out, r);
+  append_values(out, r);
+  append_ensemble(out, r);
   out += "\nholds for\n";
   for (const ScopeLimit& s : r.scope) line(out, "  {:<26} {}", s.name, s.statement);
-  tell_provenance(out, stored);
-  if (!r.remark.empty()) line(out, "\nremark\n  {}", r.remark);
+  append_provenance(out, stored);
+  if (!r.note.empty()) line(out, "\nnote\n  {}", r.note);
   return out;
 }
 

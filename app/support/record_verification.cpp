@@ -38,14 +38,14 @@ RecordCheck check_file(const std::string& record, const RawData& data) {
   return check;
 }
 
-std::vector<Override> overrides_of(const MaterialRecord& r, const Anchor& anchor,
+std::vector<Override> overrides_of(const MaterialRecord& r, const ReferenceSet& reference,
                                    const SimulatedCase& simulated, std::uint64_t seed) {
   std::vector<Override> overrides = {{"case.seed", std::to_string(seed)}};
-  for (std::size_t i = 0; i < anchor.values.size(); ++i) {
-    const MaterialParameter& p = r.parameters[r.index(r.family->axes[i].parameter)];
+  for (std::size_t i = 0; i < reference.values.size(); ++i) {
+    const MaterialParameter& p = r.parameters[r.index(r.ensemble->axes[i].parameter)];
     if (std::ranges::find(simulated.parameters, p.name) == simulated.parameters.end()) continue;
     for (const std::string& key : p.keys)
-      overrides.emplace_back(key, toml_value(anchor.values[i], p.unit));
+      overrides.emplace_back(key, toml_value(reference.values[i], p.unit));
   }
   return overrides;
 }
@@ -62,7 +62,7 @@ double student_99(std::size_t degrees_of_freedom) {
   return value;
 }
 
-// One response over the runs of an anchor.
+// One response over the runs of a reference set.
 struct Replayed {
   std::vector<double> recorded;  // of the runs that were repeated
   std::vector<double> all;       // of every recorded run
@@ -97,15 +97,15 @@ void judge(const Replayed& r, bool same_program, RecordCheck& check) {
   }
 }
 
-std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
+std::vector<Response> simulate(const MaterialRecord& r, const ReferenceSet& reference,
                                const SimulatedCase& simulated, std::uint64_t seed, int threads) {
   const TemporaryFolder scratch("replay");
   const Case c = read_case_text(simulated.text, r.reference() + ": case", ".",
-                                overrides_of(r, anchor, simulated, seed), {}, OldNames::accept);
+                                overrides_of(r, reference, simulated, seed), {}, OldNames::accept);
   RunOptions options;
   options.results_file = scratch.file("run.h5");
   options.threads = threads;
-  print_lines(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), anchor.name,
+  print_lines(stderr, "simulating {} #{}{}{} with seed {}\n", r.reference(), reference.name,
               simulated.experiment.empty() ? "" : ", ", simulated.experiment, seed);
   const RunSummary summary = run(c, options);
   if (summary.status != RunStatus::finished)
@@ -115,12 +115,12 @@ std::vector<Response> simulate(const MaterialRecord& r, const Anchor& anchor,
 }
 
 // By response, behind the name of its experiment where it has one.
-std::map<std::string, Replayed> replay(const MaterialRecord& r, const Anchor& anchor,
+std::map<std::string, Replayed> replay(const MaterialRecord& r, const ReferenceSet& reference,
                                        const SimulatedCase& simulated,
                                        const RecordReplayOptions& options) {
   std::map<std::string, Replayed> all;
   int repeated = 0;
-  for (const AnchorRun& recorded : anchor.runs) {
+  for (const ReferenceRun& recorded : reference.runs) {
     if (recorded.experiment != simulated.experiment) continue;
     const auto entry = [&](const std::string& name) -> Replayed& {
       return all[simulated.experiment.empty() ? name : simulated.experiment + ": " + name];
@@ -129,7 +129,7 @@ std::map<std::string, Replayed> replay(const MaterialRecord& r, const Anchor& an
       entry(response.name).all.push_back(response.value);
     if (options.runs > 0 && repeated == options.runs) continue;
     ++repeated;
-    const auto now = simulate(r, anchor, simulated, recorded.seed, options.threads);
+    const auto now = simulate(r, reference, simulated, recorded.seed, options.threads);
     for (const MaterialResponse& response : recorded.responses) {
       entry(response.name).recorded.push_back(response.value);
       const auto again =
@@ -163,14 +163,14 @@ std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
 std::vector<RecordCheck> replay_record(const StoredRecord& stored,
                                        const RecordReplayOptions& options) {
   const MaterialRecord& r = stored.record;
-  if (!r.family || r.provenance.cases.empty())
+  if (!r.ensemble || r.provenance.cases.empty())
     return {{r.reference(), "replay", Finding::unknown, "rests on no simulation"}};
   const bool same_program = r.provenance.program == firn_program();
   std::vector<RecordCheck> checks;
-  for (const Anchor& anchor : r.family->anchors) {
+  for (const ReferenceSet& reference : r.ensemble->reference_sets) {
     for (const SimulatedCase& simulated : r.provenance.cases) {
-      for (const auto& [response, replayed] : replay(r, anchor, simulated, options)) {
-        RecordCheck check{r.reference(), fmt::format("replay of #{}: {}", anchor.name, response),
+      for (const auto& [response, replayed] : replay(r, reference, simulated, options)) {
+        RecordCheck check{r.reference(), fmt::format("replay of #{}: {}", reference.name, response),
                           Finding::holds, ""};
         judge(replayed, same_program, check);
         checks.push_back(check);

@@ -23,12 +23,12 @@ std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
 
 struct RecordReplayOptions {
   int threads = 1;
-  int runs = 0;  // at most, of each anchor in each experiment; 0: all
+  int runs = 0;  // at most, of each reference set in each experiment; 0: all
 };
 
-// Simulates the anchors of a record again with the recorded seeds. With the same program (equal
-// firn_program()), responses are the same bits; with another one, the mean of each is that of
-// the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation
+// Simulates the reference sets of a record again with the recorded seeds. With the same program
+// (equal firn_program()), responses are the same bits; with another one, the mean of each is that
+// of the recorded runs within their scatter (two-sided, 99 %). Throws RunError when a simulation
 // fails.
 std::vector<RecordCheck> replay_record(const StoredRecord& stored,
                                        const RecordReplayOptions& options);

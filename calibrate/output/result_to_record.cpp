@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Index;
 
-constexpr int kept_points = 256;
+constexpr int kept_samples = 256;
 
 double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
 
@@ -56,14 +56,14 @@ std::vector<MaterialResponse> responses_of(const Study& study, const JournalRun&
   return responses;
 }
 
-Anchor anchor_of(const Study& study, const CheckedSet& set, const std::string& name,
-                 const std::vector<JournalRun>& runs, Executor& executor) {
-  Anchor anchor{name, set.values, {}, {}};
+ReferenceSet reference_set_of(const Study& study, const CheckedSet& set, const std::string& name,
+                              const std::vector<JournalRun>& runs, Executor& executor) {
+  ReferenceSet reference{name, set.values, {}, {}};
   for (std::size_t k = 0; k < set.predicted.size(); ++k)
-    anchor.predicted.push_back({study.targets[k].response.label, set.predicted[k].mean,
-                                std::sqrt(set.predicted[k].variance),
-                                stored_unit(study.targets[k].unit)});
-  if (!set.run()) return anchor;
+    reference.predicted.push_back({study.targets[k].response.label, set.predicted[k].mean,
+                                   std::sqrt(set.predicted[k].variance),
+                                   stored_unit(study.targets[k].unit)});
+  if (!set.run()) return reference;
   for (const JournalRun& run : runs) {
     const Experiment* experiment = experiment_of(study, run);
     if (experiment == nullptr || run.status != to_string(JobStatus::finished)) continue;
@@ -71,58 +71,58 @@ Anchor anchor_of(const Study& study, const CheckedSet& set, const std::string& n
     const auto overrides = overrides_of(study, *experiment, set.values, run.label.seed);
     const std::string text = executor.resolve(experiment->case_file, overrides, {});
     if (run_key(case_identity(text), run.program) != run.key) continue;
-    anchor.runs.push_back({run.label.experiment, run.label.seed, responses_of(study, run)});
+    reference.runs.push_back({run.label.experiment, run.label.seed, responses_of(study, run)});
   }
-  std::ranges::sort(anchor.runs, {},
-                    [](const AnchorRun& run) { return std::pair(run.experiment, run.seed); });
-  return anchor;
+  std::ranges::sort(reference.runs, {},
+                    [](const ReferenceRun& run) { return std::pair(run.experiment, run.seed); });
+  return reference;
 }
 
 // Every k-th part of the weight, along the direction in which the posterior stretches farthest.
-std::vector<FamilyPoint> thinned(const Study& study, const Posterior& posterior) {
+std::vector<EnsembleSample> thinned(const Study& study, const Posterior& posterior) {
   std::vector<std::size_t> order(posterior.u.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {},
                            [&](std::size_t s) { return posterior.longest.dot(posterior.u[s]); });
-  std::vector<FamilyPoint> points;
+  std::vector<EnsembleSample> samples;
   double sum = 0;
   int taken = 0;
   for (const std::size_t s : order) {
     sum += posterior.weight[s];
     int times = 0;
-    for (; taken < kept_points && sum > (taken + 0.5) / kept_points; ++taken) ++times;
+    for (; taken < kept_samples && sum > (taken + 0.5) / kept_samples; ++taken) ++times;
     if (times == 0) continue;
-    FamilyPoint point;
+    EnsembleSample sample;
     for (std::size_t i = 0; i < study.parameters.size(); ++i) {
       const Parameter& p = study.parameters[i];
-      point.values.push_back(rounded(p, p.from_unit(posterior.u[s][static_cast<Index>(i)])));
+      sample.values.push_back(rounded(p, p.from_unit(posterior.u[s][static_cast<Index>(i)])));
     }
-    point.weight = static_cast<double>(times) / kept_points;
-    points.push_back(point);
+    sample.weight = static_cast<double>(times) / kept_samples;
+    samples.push_back(sample);
   }
-  return points;
+  return samples;
 }
 
 // Means and covariance of the scaled coordinates.
-void fill_moments(const Study& study, const Posterior& posterior, MaterialFamily& family) {
+void fill_moments(const Study& study, const Posterior& posterior, PosteriorEnsemble& ensemble) {
   const std::size_t d = study.parameters.size();
   const auto coordinate = [&](std::size_t s, std::size_t i) {
     const Parameter& p = study.parameters[i];
     return scaled(p, p.min) + posterior.u[s][static_cast<Index>(i)] * p.width();
   };
   std::vector<double> mean(d, 0);
-  family.covariance.assign(d, std::vector<double>(d, 0));
+  ensemble.covariance.assign(d, std::vector<double>(d, 0));
   for (std::size_t s = 0; s < posterior.u.size(); ++s)
     for (std::size_t i = 0; i < d; ++i) mean[i] += posterior.weight[s] * coordinate(s, i);
   for (std::size_t s = 0; s < posterior.u.size(); ++s)
     for (std::size_t i = 0; i < d; ++i)
       for (std::size_t j = 0; j <= i; ++j)
-        family.covariance[i][j] +=
+        ensemble.covariance[i][j] +=
             posterior.weight[s] * (coordinate(s, i) - mean[i]) * (coordinate(s, j) - mean[j]);
   for (std::size_t i = 0; i < d; ++i) {
-    for (std::size_t j = 0; j < i; ++j) family.covariance[j][i] = family.covariance[i][j];
+    for (std::size_t j = 0; j < i; ++j) ensemble.covariance[j][i] = ensemble.covariance[i][j];
     const Parameter& p = study.parameters[i];
-    family.axes.push_back(
+    ensemble.axes.push_back(
         {p.name, p.logarithmic ? Scale::logarithmic : Scale::linear, {p.min, p.max}, mean[i]});
   }
 }
@@ -251,13 +251,16 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
 }
 
 // Each experiment at these values, with the first seed that was run there.
-std::vector<SimulatedCase> cases_of(const Study& study, const Anchor& anchor, Executor& executor) {
+std::vector<SimulatedCase> cases_of(const Study& study, const ReferenceSet& reference,
+                                    Executor& executor) {
   std::vector<SimulatedCase> cases;
   for (const Experiment& e : study.experiments) {
-    const auto run = std::ranges::find(anchor.runs, e.name, &AnchorRun::experiment);
-    const std::uint64_t seed = run == anchor.runs.end() ? study.seed : run->seed;
+    const auto run = std::ranges::find(reference.runs, e.name, &ReferenceRun::experiment);
+    const std::uint64_t seed = run == reference.runs.end() ? study.seed : run->seed;
     SimulatedCase c{
-        e.name, {}, executor.resolve(e.case_file, overrides_of(study, e, anchor.values, seed), {})};
+        e.name,
+        {},
+        executor.resolve(e.case_file, overrides_of(study, e, reference.values, seed), {})};
     for (std::size_t i = 0; i < study.parameters.size(); ++i)
       if (e.takes[i]) c.parameters.push_back(study.parameters[i].name);
     cases.push_back(c);
@@ -288,25 +291,25 @@ void require_material(const Study& study) {
                     study.source, comma_list(materials)));
 }
 
-MaterialFamily material_family(const Study& study, const Answer& answer,
-                               const std::vector<JournalRun>& runs, Executor& executor) {
-  MaterialFamily family;
-  fill_moments(study, *answer.posterior, family);
-  family.points = thinned(study, *answer.posterior);
+PosteriorEnsemble posterior_ensemble(const Study& study, const Answer& answer,
+                                     const std::vector<JournalRun>& runs, Executor& executor) {
+  PosteriorEnsemble ensemble;
+  fill_moments(study, *answer.posterior, ensemble);
+  ensemble.samples = thinned(study, *answer.posterior);
   for (const Combination& c : answer.combinations) {
-    FamilyCombination kept;
+    EnsembleCombination kept;
     kept.coefficients.assign(c.coefficients.begin(), c.coefficients.end());
-    kept.identified = c.identified;
+    kept.identifiable = c.identified;
     if (c.identified) {
       kept.value = c.value;
       if (std::isfinite(c.uncertainty())) kept.uncertainty = c.uncertainty();
     }
-    family.combinations.push_back(kept);
+    ensemble.combinations.push_back(kept);
   }
-  family.anchors.push_back(anchor_of(study, answer.best, "answer", runs, executor));
+  ensemble.reference_sets.push_back(reference_set_of(study, answer.best, "answer", runs, executor));
   for (const CheckedSet& member : answer.valley)
-    family.anchors.push_back(anchor_of(study, member, member.name, runs, executor));
-  return family;
+    ensemble.reference_sets.push_back(reference_set_of(study, member, member.name, runs, executor));
+  return ensemble;
 }
 
 MaterialRecord material_record(const Study& study, const Answer& answer,
@@ -331,13 +334,13 @@ MaterialRecord material_record(const Study& study, const Answer& answer,
                                  standard_deviation(p, *answer.posterior, i),
                                  Interval{m.low, m.high}, ""});
   }
-  record.family = material_family(study, answer, runs, executor);
+  record.ensemble = posterior_ensemble(study, answer, runs, executor);
   record.provenance = provenance_of(study, runs, directory);
   record.provenance.author = label.author;
-  record.provenance.cases = cases_of(study, record.family->anchors.front(), executor);
+  record.provenance.cases = cases_of(study, record.ensemble->reference_sets.front(), executor);
   record.scope = scope_of(study, record.provenance.cases);
   record.scope.insert(record.scope.end(), label.scope.begin(), label.scope.end());
-  record.remark = answer.headline + (label.remark.empty() ? "" : ". " + label.remark);
+  record.note = answer.headline + (label.note.empty() ? "" : ". " + label.note);
   return record;
 }
 

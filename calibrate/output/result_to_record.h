@@ -13,11 +13,11 @@ namespace firn {
 // Throws InputError when the parameters of a study are none of a material, or of more than two.
 void require_material(const Study& study);
 
-// The family that the answer's posterior describes: its moments, its points thinned to some hundred
-// of equal weight, the combinations that the data determine, and the parameter sets looked at
-// closely. `runs` are those that the answer rests on.
-MaterialFamily material_family(const Study& study, const Answer& answer,
-                               const std::vector<JournalRun>& runs, Executor& executor);
+// The ensemble that the answer's posterior describes: its moments, its samples thinned to some
+// hundred of equal weight, the combinations that the data determine, and the parameter sets looked
+// at closely. `runs` are those that the answer rests on.
+PosteriorEnsemble posterior_ensemble(const Study& study, const Answer& answer,
+                                     const std::vector<JournalRun>& runs, Executor& executor);
 
 // The whole record. `directory` holds runs.csv already. Throws InputError when the answer is none
 // to keep: unconfirmed, infeasible, too few runs.

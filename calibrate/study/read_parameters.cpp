@@ -245,7 +245,7 @@ Prior read_material_prior(const TomlTable& t, const Study& study) {
   struct Row {
     UnitMoment moment;
     double sd = 0;                    // of the coordinate
-    std::optional<std::size_t> axis;  // of the family
+    std::optional<std::size_t> axis;  // of the ensemble
   };
   std::vector<Row> rows;
   for (const MaterialParameter& m : record.parameters) {
@@ -259,13 +259,13 @@ Prior read_material_prior(const TomlTable& t, const Study& study) {
     Row row;
     double mean = m.value;
     bool logarithmic = false;
-    if (record.family)
-      for (std::size_t k = 0; k < record.family->axes.size(); ++k)
-        if (const FamilyAxis& axis = record.family->axes[k]; axis.parameter == m.name) {
+    if (record.ensemble)
+      for (std::size_t k = 0; k < record.ensemble->axes.size(); ++k)
+        if (const EnsembleAxis& axis = record.ensemble->axes[k]; axis.parameter == m.name) {
           row.axis = k;
           mean = axis.mean;
           logarithmic = axis.scale == Scale::logarithmic;
-          row.sd = std::sqrt(record.family->covariance[k][k]);
+          row.sd = std::sqrt(record.ensemble->covariance[k][k]);
         }
     if (!row.axis) row.sd = m.uncertainty.value_or(0);
     if (!(row.sd > 0)) continue;
@@ -287,7 +287,7 @@ Prior read_material_prior(const TomlTable& t, const Study& study) {
       const Row &a = rows[static_cast<std::size_t>(i)], &b = rows[static_cast<std::size_t>(j)];
       prior.mean[i] = a.moment.mean;
       const double coordinates = i == j             ? a.sd * a.sd
-                                 : a.axis && b.axis ? record.family->covariance[*a.axis][*b.axis]
+                                 : a.axis && b.axis ? record.ensemble->covariance[*a.axis][*b.axis]
                                                     : 0;
       prior.covariance(i, j) = coordinates * a.moment.slope * b.moment.slope;
     }

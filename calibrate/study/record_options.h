@@ -10,7 +10,7 @@ namespace firn {
 
 struct MaterialLabel {
   std::string name;  // empty: no record is wanted
-  std::string author, remark;
+  std::string author, note;
   std::vector<ScopeLimit> scope;  // in addition to what follows from the case
 };
 

@@ -186,7 +186,7 @@ inline double middle_edge(const Shape& shape) {
 // What a material record brought into a case.
 struct AppliedMaterial {
   std::string record;     // "ice-plastic@2"
-  std::string selection;  // "sample 3", "anchor \"answer\""; empty: its values as they stand
+  std::string selection;  // "sample 3", "reference set \"answer\""; empty: its values as they stand
   std::string sha256;     // of the record
   std::vector<std::string> sets;    // case keys
   std::vector<std::string> kept;    // keys of it for which the case, or --set, says otherwise

@@ -159,8 +159,8 @@ class Application {
     });
     MaterialChoice chosen = choice;
     if (t.has("sample")) chosen.sample = static_cast<std::uint64_t>(t.integer64("sample", 1));
-    if (t.has("reference_set")) chosen.anchor = t.string("reference_set");
-    if (chosen.sample && !chosen.anchor.empty())
+    if (t.has("reference_set")) chosen.reference_set = t.string("reference_set");
+    if (chosen.sample && !chosen.reference_set.empty())
       t.fail("reference_set", "is given together with a sample; expected one of them");
     if (t.has("applied_keys")) {
       applied_.push_back(applied_before(t, chosen));
@@ -206,7 +206,7 @@ class Application {
   static void note(const TomlTable& t, const AppliedMaterial& a, const MaterialChoice& choice) {
     t.set("record", a.record);
     if (choice.sample) t.set("sample", static_cast<std::int64_t>(*choice.sample));
-    if (!choice.anchor.empty()) t.set("reference_set", choice.anchor);
+    if (!choice.reference_set.empty()) t.set("reference_set", choice.reference_set);
     t.set("sha256", a.sha256);
     toml::array sets;
     for (const std::string& key : a.sets) sets.push_back(key);

@@ -7,6 +7,7 @@
 #include "experiments/storage/sha256.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/text/json_aliases.h"
 #include "experiments/text/json_reader.h"
 
 namespace firn {
@@ -15,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* format_name = "firn material records";
-constexpr int format_version = 1;
+constexpr int format_version = 2;  // 1: other names of keys (json_aliases.h)
 
 // ---- Writing ----
 
@@ -41,7 +42,7 @@ Json parameter_json(const MaterialParameter& p) {
   Json j = {{"name", p.name}, {"keys", p.keys}, {"value", p.value}, {"unit", p.unit}};
   put(j, "uncertainty", p.uncertainty);
   put(j, "interval_95", p.interval_95);
-  put(j, "remark", p.remark);
+  put(j, "note", p.note);
   return j;
 }
 
@@ -63,10 +64,10 @@ Json response_json(const MaterialResponse& r) {
   return j;
 }
 
-Json anchor_json(const Anchor& a) {
+Json reference_set_json(const ReferenceSet& a) {
   Json j = {{"name", a.name}, {"values", a.values}};
   put_all(j, "predicted", a.predicted, response_json);
-  put_all(j, "runs", a.runs, [](const AnchorRun& run) {
+  put_all(j, "runs", a.runs, [](const ReferenceRun& run) {
     Json r = Json::object();
     put(r, "experiment", run.experiment);
     r["seed"] = run.seed;
@@ -76,9 +77,9 @@ Json anchor_json(const Anchor& a) {
   return j;
 }
 
-Json family_json(const MaterialFamily& f) {
+Json ensemble_json(const PosteriorEnsemble& f) {
   Json j = Json::object();
-  put_all(j, "axes", f.axes, [](const FamilyAxis& a) {
+  put_all(j, "axes", f.axes, [](const EnsembleAxis& a) {
     return Json{{"parameter", a.parameter},
                 {"scale", a.scale == Scale::logarithmic ? "log" : "linear"},
                 {"min", a.bounds.low},
@@ -86,16 +87,16 @@ Json family_json(const MaterialFamily& f) {
                 {"mean", a.mean}};
   });
   j["covariance"] = f.covariance;
-  put_all(j, "combinations", f.combinations, [](const FamilyCombination& c) {
-    Json one = {{"coefficients", c.coefficients}, {"identified", c.identified}};
-    if (c.identified) one["value"] = c.value;
+  put_all(j, "combinations", f.combinations, [](const EnsembleCombination& c) {
+    Json one = {{"coefficients", c.coefficients}, {"identifiable", c.identifiable}};
+    if (c.identifiable) one["value"] = c.value;
     put(one, "uncertainty", c.uncertainty);
     return one;
   });
-  put_all(j, "points", f.points, [](const FamilyPoint& p) {
+  put_all(j, "samples", f.samples, [](const EnsembleSample& p) {
     return Json{{"values", p.values}, {"weight", p.weight}};
   });
-  put_all(j, "anchors", f.anchors, anchor_json);
+  put_all(j, "reference_sets", f.reference_sets, reference_set_json);
   return j;
 }
 
@@ -192,14 +193,14 @@ std::optional<Interval> read_interval(const JsonReader& j, std::string_view key)
 std::uint64_t read_seed(const JsonReader& j) { return j.whole_number(); }
 
 MaterialParameter read_parameter(const JsonReader& j) {
-  j.allow({"name", "keys", "value", "unit", "uncertainty", "interval_95", "remark"});
+  j.allow({"name", "keys", "value", "unit", "uncertainty", "interval_95", "note"});
   return {j.string("name"),
           j.strings("keys"),
           j.number("value"),
           j.string("unit"),
           j.optional_number("uncertainty"),
           read_interval(j, "interval_95"),
-          j.string_or_empty("remark")};
+          j.string_or_empty("note")};
 }
 
 MaterialProperty read_property(const JsonReader& j) {
@@ -225,17 +226,17 @@ MaterialResponse read_response(const JsonReader& j) {
   return {j.string("name"), j.number("value"), j.optional_number("uncertainty"), j.string("unit")};
 }
 
-Anchor read_anchor(const JsonReader& j) {
+ReferenceSet read_reference_set(const JsonReader& j) {
   j.allow({"name", "values", "predicted", "runs"});
   return {j.string("name"), j.numbers("values"), read_all(j, "predicted", read_response),
           read_all(j, "runs", [](const JsonReader& run) {
             run.allow({"experiment", "seed", "responses"});
-            return AnchorRun{run.string_or_empty("experiment"), read_seed(run.at("seed")),
-                             read_all(run, "responses", read_response)};
+            return ReferenceRun{run.string_or_empty("experiment"), read_seed(run.at("seed")),
+                                read_all(run, "responses", read_response)};
           })};
 }
 
-FamilyAxis read_axis(const JsonReader& j) {
+EnsembleAxis read_axis(const JsonReader& j) {
   j.allow({"parameter", "scale", "min", "max", "mean"});
   const std::string scale = j.string("scale");
   if (scale != "log" && scale != "linear")
@@ -246,27 +247,27 @@ FamilyAxis read_axis(const JsonReader& j) {
           j.number("mean")};
 }
 
-FamilyCombination read_combination(const JsonReader& j) {
-  j.allow({"coefficients", "identified", "value", "uncertainty"});
-  FamilyCombination c;
+EnsembleCombination read_combination(const JsonReader& j) {
+  j.allow({"coefficients", "identifiable", "value", "uncertainty"});
+  EnsembleCombination c;
   c.coefficients = j.numbers("coefficients");
-  c.identified = j.boolean("identified");
-  if (c.identified) c.value = j.number("value");
+  c.identifiable = j.boolean("identifiable");
+  if (c.identifiable) c.value = j.number("value");
   c.uncertainty = j.optional_number("uncertainty");
   return c;
 }
 
-MaterialFamily read_family(const JsonReader& j) {
-  j.allow({"axes", "covariance", "combinations", "points", "anchors"});
-  MaterialFamily f;
+PosteriorEnsemble read_ensemble(const JsonReader& j) {
+  j.allow({"axes", "covariance", "combinations", "samples", "reference_sets"});
+  PosteriorEnsemble f;
   f.axes = read_all(j, "axes", read_axis);
   f.covariance = read_all(j, "covariance", [](const JsonReader& row) { return row.numbers(); });
   f.combinations = read_all(j, "combinations", read_combination);
-  f.points = read_all(j, "points", [](const JsonReader& p) {
+  f.samples = read_all(j, "samples", [](const JsonReader& p) {
     p.allow({"values", "weight"});
-    return FamilyPoint{p.numbers("values"), p.number("weight")};
+    return EnsembleSample{p.numbers("values"), p.number("weight")};
   });
-  f.anchors = read_all(j, "anchors", read_anchor);
+  f.reference_sets = read_all(j, "reference_sets", read_reference_set);
   return f;
 }
 
@@ -316,7 +317,7 @@ RecordKind read_kind(const JsonReader& j) {
   const std::string kind = j.string("kind");
   std::vector<std::string> known;
   for (const RecordKind k :
-       {RecordKind::printed, RecordKind::measured, RecordKind::calibrated, RecordKind::assumed}) {
+       {RecordKind::published, RecordKind::measured, RecordKind::calibrated, RecordKind::assumed}) {
     if (kind == to_string(k)) return k;
     known.emplace_back(to_string(k));
   }
@@ -325,7 +326,7 @@ RecordKind read_kind(const JsonReader& j) {
 
 ReadRecord read_record(const JsonReader& j, const std::string& source) {
   j.allow({"name", "version", "supersedes", "title", "materials", "kind", "parameters",
-           "properties", "family", "scope", "provenance", "remark", "sha256"});
+           "properties", "posterior_ensemble", "scope", "provenance", "note", "sha256"});
   MaterialRecord r;
   r.name = j.string("name");
   if (j.has("version")) r.version = static_cast<int>(j.integer("version", 1, 1000000000));
@@ -335,14 +336,14 @@ ReadRecord read_record(const JsonReader& j, const std::string& source) {
   r.kind = read_kind(j);
   r.parameters = read_all(j, "parameters", read_parameter);
   r.properties = read_all(j, "properties", read_property);
-  if (j.has("family")) r.family = read_family(j.at("family"));
+  if (j.has("posterior_ensemble")) r.ensemble = read_ensemble(j.at("posterior_ensemble"));
   r.scope = read_all(j, "scope", [](const JsonReader& s) {
     s.allow({"name", "statement"});
     return ScopeLimit{s.string("name"), s.string("statement")};
   });
   j.at("provenance");
   r.provenance = read_provenance(j.at("provenance"));
-  r.remark = j.string_or_empty("remark");
+  r.note = j.string_or_empty("note");
   try {
     check(r);
   } catch (const InputError& e) {
@@ -363,18 +364,20 @@ Json to_json(const MaterialRecord& r) {
   j["kind"] = to_string(r.kind);
   put_all(j, "parameters", r.parameters, parameter_json);
   put_all(j, "properties", r.properties, property_json);
-  if (r.family) j["family"] = family_json(*r.family);
+  if (r.ensemble) j["posterior_ensemble"] = ensemble_json(*r.ensemble);
   put_all(j, "scope", r.scope, [](const ScopeLimit& s) {
     return Json{{"name", s.name}, {"statement", s.statement}};
   });
   j["provenance"] = provenance_json(r.provenance);
-  put(j, "remark", r.remark);
+  put(j, "note", r.note);
   return j;
 }
 
 std::string canonical_text(const MaterialRecord& record) {
+  Json json = to_json(record);
+  use_first_record_names(json);
   std::string text;
-  write(text, to_json(record), false, 0);
+  write(text, json, false, 0);
   return text;
 }
 
@@ -399,15 +402,17 @@ std::string export_text(const std::vector<MaterialRecord>& records) {
 }
 
 std::vector<ReadRecord> read_records_text(std::string_view text, const std::string& source) {
-  const nlohmann::json parsed = parse_json(text, source);
+  nlohmann::json parsed = parse_json(text, source);
+  if (parsed.is_object() && parsed.value("format_version", nlohmann::json()) == 1 &&
+      parsed.contains("records"))
+    for (nlohmann::json& record : parsed["records"]) use_current_record_names(record);
   const JsonReader document(parsed, source);
   document.allow({"format", "format_version", "records"});
   if (const std::string format = document.string("format"); format != format_name)
     document.at("format").fail(fmt::format("is \"{}\"; expected \"{}\"", format, format_name));
-  if (const auto version = document.integer("format_version", 1, 1000000);
-      version != format_version)
+  if (const auto version = document.integer("format_version", 1, 1000000); version > format_version)
     document.at("format_version")
-        .fail(fmt::format("is {}, of a newer Firn; this one reads {}; expected another Firn",
+        .fail(fmt::format("is {}, of a newer Firn; this one reads up to {}; expected another Firn",
                           version, format_version));
   document.at("records");
   return read_all(document, "records", [&](const JsonReader& j) { return read_record(j, source); });
@@ -419,7 +424,8 @@ std::vector<ReadRecord> read_records_file(const std::string& file) {
 }
 
 MaterialRecord read_canonical(std::string_view text, const std::string& source) {
-  const nlohmann::json parsed = parse_json(text, source);
+  nlohmann::json parsed = parse_json(text, source);
+  use_current_record_names(parsed);
   return read_record(JsonReader(parsed, source), source).record;
 }
 

@@ -14,14 +14,15 @@ namespace firn {
 // Everything but the hash, in the order in which people read it.
 nlohmann::ordered_json to_json(const MaterialRecord& record);
 
-// The content as one line of JSON with sorted keys, no spaces and the shortest numbers that read
-// back to the same bits (as Python's json.dumps(x, sort_keys=True, separators=(",", ":"),
-// ensure_ascii=False) spells them), and the SHA-256 of that line: the record's identity.
+// The content in the names of format 1, as one line of JSON with sorted keys, no spaces and the
+// shortest numbers that read back to the same bits (as Python's json.dumps(x, sort_keys=True,
+// separators=(",", ":"), ensure_ascii=False) spells them), and the SHA-256 of that line: the
+// record's identity.
 std::string canonical_text(const MaterialRecord& record);
 std::string record_hash(const MaterialRecord& record);
 
-// {"format": "firn material records", "format_version": 1, "records": [...]}, each record with its
-// hash as "sha256".
+// {"format": "firn material records", "format_version": 2, "records": [...]}, each record with its
+// hash as "sha256". Format 1 has other names for some keys; it is read as well.
 std::string export_text(const std::vector<MaterialRecord>& records);
 
 struct ReadRecord {

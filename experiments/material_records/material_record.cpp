@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "experiments/material_records/material_names.h"
+#include "experiments/text/toml_aliases.h"
 #include "firn/contact_model.h"
 
 namespace firn {
@@ -54,17 +55,17 @@ std::pair<double, double> normal_pair(std::uint64_t counter) {
   return {r * std::cos(angle), r * std::sin(angle)};
 }
 
-std::vector<double> draw_point(const MaterialFamily& f, std::uint64_t k) {
+std::vector<double> draw_point(const PosteriorEnsemble& f, std::uint64_t k) {
   // k times the golden ratio modulo 1, in 64-bit fixed point: exact for every k.
   const double place = static_cast<double>((k * 0x9e3779b97f4a7c15u) >> 11) * 0x1p-53;
   double sum = 0;
-  for (const FamilyPoint& p : f.points)
+  for (const EnsembleSample& p : f.samples)
     if ((sum += p.weight) > place) return p.values;
-  return f.points.back().values;
+  return f.samples.back().values;
 }
 
 std::vector<double> draw_gaussian(const MaterialRecord& record, std::uint64_t k) {
-  const MaterialFamily& f = *record.family;
+  const PosteriorEnsemble& f = *record.ensemble;
   const auto n = static_cast<Eigen::Index>(f.axes.size());
   Eigen::MatrixXd covariance(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
@@ -81,30 +82,31 @@ std::vector<double> draw_gaussian(const MaterialRecord& record, std::uint64_t k)
     std::vector<double> values;
     bool inside = true;
     for (std::size_t i = 0; i < f.axes.size(); ++i) {
-      const FamilyAxis& axis = f.axes[i];
+      const EnsembleAxis& axis = f.axes[i];
       const double scaled = axis.mean + departure[static_cast<Eigen::Index>(i)];
       values.push_back(axis.scale == Scale::logarithmic ? std::exp(scaled) : scaled);
       inside = inside && values[i] >= axis.bounds.low && values[i] <= axis.bounds.high;
     }
     if (inside) return values;
   }
-  throw InputError(fmt::format(
-      "material {}: its Gaussian hardly reaches into the bounds of its family; expected "
-      "stored points",
-      record.reference()));
+  throw InputError(
+      fmt::format("material {}: its Gaussian hardly reaches into the bounds of its ensemble; "
+                  "expected stored samples",
+                  record.reference()));
 }
 
-std::vector<double> family_values(const MaterialRecord& record, const MaterialChoice& choice) {
-  const MaterialFamily& f = *record.family;
+std::vector<double> ensemble_values(const MaterialRecord& record, const MaterialChoice& choice) {
+  const PosteriorEnsemble& f = *record.ensemble;
   if (choice.sample)
-    return f.points.empty() ? draw_gaussian(record, *choice.sample) : draw_point(f, *choice.sample);
+    return f.samples.empty() ? draw_gaussian(record, *choice.sample)
+                             : draw_point(f, *choice.sample);
   std::vector<std::string> names;
-  for (const Anchor& a : f.anchors) {
-    if (a.name == choice.anchor) return a.values;
+  for (const ReferenceSet& a : f.reference_sets) {
+    if (a.name == choice.reference_set) return a.values;
     names.push_back(fmt::format("\"{}\"", a.name));
   }
-  throw InputError(fmt::format("material {}: has no anchor \"{}\"; expected {}", record.reference(),
-                               choice.anchor,
+  throw InputError(fmt::format("material {}: has no reference set \"{}\"; expected {}",
+                               record.reference(), choice.reference_set,
                                names.empty() ? "a sample" : "one of " + comma_list(names)));
 }
 
@@ -112,8 +114,8 @@ std::vector<double> family_values(const MaterialRecord& record, const MaterialCh
 
 const char* to_string(RecordKind kind) {
   switch (kind) {
-    case RecordKind::printed:
-      return "printed";
+    case RecordKind::published:
+      return "published";
     case RecordKind::measured:
       return "measured";
     case RecordKind::calibrated:
@@ -163,7 +165,7 @@ std::string toml_value(double value, const std::string& unit) {
 
 std::string MaterialChoice::selection() const {
   if (sample) return fmt::format("sample {}", *sample);
-  return anchor.empty() ? "" : fmt::format("anchor \"{}\"", anchor);
+  return reference_set.empty() ? "" : fmt::format("reference set \"{}\"", reference_set);
 }
 
 MaterialChoice parse_material_choice(const std::string& text) {
@@ -187,7 +189,7 @@ MaterialChoice parse_material_choice(const std::string& text) {
     else if (rest.empty() || rest.find_first_not_of("0123456789") == rest.npos)
       throw bad();
     else
-      choice.anchor = rest;
+      choice.reference_set = rest;
   }
   const std::size_t at = record.find('@');
   choice.name = record.substr(0, at);
@@ -199,15 +201,16 @@ MaterialChoice parse_material_choice(const std::string& text) {
 std::vector<double> chosen_values(const MaterialRecord& record, const MaterialChoice& choice) {
   std::vector<double> values;
   for (const MaterialParameter& p : record.parameters) values.push_back(p.value);
-  if (!choice.sample && choice.anchor.empty()) return values;
-  if (!record.family)
-    throw InputError(fmt::format(
-        "material {}: holds single values and no family, so that nothing can be sampled from it; "
-        "expected it without #",
-        record.reference()));
-  const std::vector<double> drawn = family_values(record, choice);
+  if (!choice.sample && choice.reference_set.empty()) return values;
+  if (!record.ensemble)
+    throw InputError(
+        fmt::format("material {}: holds single values and no posterior ensemble, so that nothing "
+                    "can be sampled from it; "
+                    "expected it without #",
+                    record.reference()));
+  const std::vector<double> drawn = ensemble_values(record, choice);
   for (std::size_t i = 0; i < drawn.size(); ++i)
-    values[record.index(record.family->axes[i].parameter)] = drawn[i];
+    values[record.index(record.ensemble->axes[i].parameter)] = drawn[i];
   return values;
 }
 

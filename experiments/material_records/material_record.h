@@ -12,7 +12,7 @@
 namespace firn {
 
 enum class RecordKind {
-  printed,     // as a publication prints it
+  published,   // as a publication prints it
   measured,    // by the author, raw data kept
   calibrated,  // by a study of this program
   assumed      // chosen, for the reason that provenance.source gives
@@ -31,7 +31,7 @@ struct MaterialParameter {
   std::string unit;                     // as its source spells it; "1" for a bare number
   std::optional<double> uncertainty;    // one standard deviation, same unit
   std::optional<Interval> interval_95;  // same unit
-  std::string remark;
+  std::string note;
 };
 
 // What is known besides, for which cases have no key: a strength, a range, a sentence.
@@ -52,25 +52,25 @@ struct MaterialResponse {
   std::string unit;
 };
 
-// One simulation with an anchor's values.
-struct AnchorRun {
+// One simulation with the values of a reference set.
+struct ReferenceRun {
   std::string experiment;  // of the study; empty: its only one
   std::uint64_t seed = 0;
   std::vector<MaterialResponse> responses;
 };
 
-// A parameter set of the family that a study looked at closely. Verified when it has runs.
-struct Anchor {
+// A parameter set of the ensemble that a study reports. Verified when it has runs.
+struct ReferenceSet {
   std::string name;
-  std::vector<double> values;  // in order of MaterialFamily::axes
+  std::vector<double> values;  // in order of PosteriorEnsemble::axes
   std::vector<MaterialResponse> predicted;
-  std::vector<AnchorRun> runs;
+  std::vector<ReferenceRun> runs;
 };
 
 enum class Scale { linear, logarithmic };
 
-// One direction of the family: a parameter of the record, in the coordinate in which it scatters.
-struct FamilyAxis {
+// One axis of the ensemble: a parameter of the record, in the coordinate in which it scatters.
+struct EnsembleAxis {
   std::string parameter;
   Scale scale = Scale::linear;
   Interval bounds;  // of the value; nothing is drawn beyond
@@ -78,25 +78,25 @@ struct FamilyAxis {
 };
 
 // sum of coefficient * (value or its natural logarithm) = value +- uncertainty
-struct FamilyCombination {
+struct EnsembleCombination {
   std::vector<double> coefficients;  // in order of the axes
-  bool identified = false;           // by the data; else nothing but the range limits it
+  bool identifiable = false;         // by the data; else the range alone limits it
   double value = 0;
   std::optional<double> uncertainty;
 };
 
-struct FamilyPoint {
+struct EnsembleSample {
   std::vector<double> values;  // in order of the axes
   double weight = 0;           // all together: 1
 };
 
 // All parameter sets that agree with the measurements, not one of them.
-struct MaterialFamily {
-  std::vector<FamilyAxis> axes;
-  std::vector<std::vector<double>> covariance;  // of the scaled coordinates
-  std::vector<FamilyCombination> combinations;  // strongest first
-  std::vector<FamilyPoint> points;              // of the posterior, along its longest direction
-  std::vector<Anchor> anchors;
+struct PosteriorEnsemble {
+  std::vector<EnsembleAxis> axes;
+  std::vector<std::vector<double>> covariance;    // of the scaled coordinates
+  std::vector<EnsembleCombination> combinations;  // strongest first
+  std::vector<EnsembleSample> samples;            // of the posterior, along its longest direction
+  std::vector<ReferenceSet> reference_sets;
 };
 
 // Where the values hold: "shape", "stiffness", "contact speed", "temperature", ...
@@ -124,7 +124,7 @@ struct RawData {
   std::string sha256;  // of its bytes
 };
 
-// The complete case of one of a study's experiments, as simulated at the first anchor.
+// The complete case of one of a study's experiments, as simulated at the first reference set.
 struct SimulatedCase {
   std::string experiment;               // empty: the study's only one
   std::vector<std::string> parameters;  // of the record, that this case takes
@@ -154,13 +154,13 @@ struct MaterialRecord {
   std::string supersedes;  // hash of the version before; empty: none
   std::string title;
   std::vector<std::string> materials;  // one, or a pair
-  RecordKind kind = RecordKind::printed;
+  RecordKind kind = RecordKind::published;
   std::vector<MaterialParameter> parameters;
   std::vector<MaterialProperty> properties;
-  std::optional<MaterialFamily> family;
+  std::optional<PosteriorEnsemble> ensemble;
   std::vector<ScopeLimit> scope;
   Provenance provenance;
-  std::string remark;  // what is assumed, contradictory or missing
+  std::string note;  // what is assumed, contradictory or missing
 
   std::string reference() const;                     // "ice-plastic@2"
   std::size_t index(const std::string& name) const;  // of a parameter; there must be one
@@ -183,20 +183,21 @@ MaterialKey parse_material_key(const std::string& path);
 // A value as a case file spells it: `0.1`, `"0.01 GPa"`.
 std::string toml_value(double value, const std::string& unit);
 
-// "NAME", "NAME@VERSION", each with "#3" (a sample) or "#valley end" (an anchor) behind.
+// "NAME", "NAME@VERSION", each with "#3" (a sample) or "#member 1" (a reference set) behind.
 struct MaterialChoice {
   std::string name;
   int version = 0;                      // 0: the newest
   std::optional<std::uint64_t> sample;  // from 1
-  std::string anchor;
-  std::string selection() const;  // "sample 3", "anchor \"valley end\"", ""
+  std::string reference_set;
+  std::string selection() const;  // "sample 3", "reference set \"member 1\"", ""
 };
 MaterialChoice parse_material_choice(const std::string& text);
 
-// Values of all parameters, in order: the point values, an anchor's, or the k-th draw from the
-// family. Draws depend on nothing but the record and k. With stored points, k walks them by the
-// golden ratio: the first few draws already spread over the family. Without, they are draws from
-// the Gaussian, cut at the bounds. Throws InputError where there is no family or no such anchor.
+// Values of all parameters, in order: the point values, those of a reference set, or the k-th draw
+// from the ensemble. Draws depend on nothing but the record and k. With stored samples, k walks
+// them by the golden ratio: the first few draws already spread over the ensemble. Without, they are
+// draws from the Gaussian, cut at the bounds. Throws InputError where there is no ensemble or no
+// such reference set.
 std::vector<double> chosen_values(const MaterialRecord& record, const MaterialChoice& choice);
 
 // One line about the record `reference`, calibrated with `contact_model`; empty: this build has the

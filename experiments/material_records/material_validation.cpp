@@ -114,14 +114,14 @@ void check_responses(const std::string& field, const std::vector<MaterialRespons
   }
 }
 
-void check_family(const MaterialRecord& r) {
-  const MaterialFamily& f = *r.family;
+void check_ensemble(const MaterialRecord& r) {
+  const PosteriorEnsemble& f = *r.ensemble;
   const std::size_t n = f.axes.size();
-  if (n == 0) refuse("family.axes", "are none; expected the parameters that vary");
+  if (n == 0) refuse("posterior_ensemble.axes", "are none; expected the parameters that vary");
   std::set<std::string> names;
   for (std::size_t i = 0; i < n; ++i) {
-    const FamilyAxis& axis = f.axes[i];
-    const std::string field = fmt::format("family.axes.{}", i);
+    const EnsembleAxis& axis = f.axes[i];
+    const std::string field = fmt::format("posterior_ensemble.axes.{}", i);
     if (std::ranges::find(r.parameters, axis.parameter, &MaterialParameter::name) ==
         r.parameters.end())
       refuse(field + ".parameter",
@@ -144,24 +144,24 @@ void check_family(const MaterialRecord& r) {
                fmt::format("is {}; expected a value within the bounds {} to {}", values[i],
                            f.axes[i].bounds.low, f.axes[i].bounds.high));
   };
-  check_covariance("family.covariance", f.covariance, n);
+  check_covariance("posterior_ensemble.covariance", f.covariance, n);
   for (std::size_t i = 0; i < f.combinations.size(); ++i)
     if (f.combinations[i].coefficients.size() != n)
-      refuse(fmt::format("family.combinations.{}.coefficients", i),
+      refuse(fmt::format("posterior_ensemble.combinations.{}.coefficients", i),
              fmt::format("are {}; expected {}", f.combinations[i].coefficients.size(), n));
   double sum = 0;
-  for (std::size_t i = 0; i < f.points.size(); ++i) {
-    const std::string field = fmt::format("family.points.{}", i);
-    check_values(field + ".values", f.points[i].values);
-    if (!(f.points[i].weight > 0))
-      refuse(field + ".weight", fmt::format("is {}; expected more than 0", f.points[i].weight));
-    sum += f.points[i].weight;
+  for (std::size_t i = 0; i < f.samples.size(); ++i) {
+    const std::string field = fmt::format("posterior_ensemble.samples.{}", i);
+    check_values(field + ".values", f.samples[i].values);
+    if (!(f.samples[i].weight > 0))
+      refuse(field + ".weight", fmt::format("is {}; expected more than 0", f.samples[i].weight));
+    sum += f.samples[i].weight;
   }
-  if (!f.points.empty() && std::abs(sum - 1) > 1e-6)
-    refuse("family.points", fmt::format("weigh {} together; expected 1", sum));
-  for (std::size_t i = 0; i < f.anchors.size(); ++i) {
-    const Anchor& a = f.anchors[i];
-    const std::string field = fmt::format("family.anchors.{}", i);
+  if (!f.samples.empty() && std::abs(sum - 1) > 1e-6)
+    refuse("posterior_ensemble.samples", fmt::format("weigh {} together; expected 1", sum));
+  for (std::size_t i = 0; i < f.reference_sets.size(); ++i) {
+    const ReferenceSet& a = f.reference_sets[i];
+    const std::string field = fmt::format("posterior_ensemble.reference_sets.{}", i);
     require_text(field + ".name", a.name, "a name");
     if (std::ranges::all_of(a.name, [](unsigned char c) { return c < 128 && std::isdigit(c); }))
       refuse(field + ".name", "is a number, like a sample's; expected a word");
@@ -280,7 +280,7 @@ void check(const MaterialRecord& r) {
   }
   for (std::size_t i = 0; i < r.properties.size(); ++i)
     check_property(fmt::format("properties.{}", i), r.properties[i]);
-  if (r.family) check_family(r);
+  if (r.ensemble) check_ensemble(r);
   for (std::size_t i = 0; i < r.scope.size(); ++i) {
     require_text(fmt::format("scope.{}.name", i), r.scope[i].name, "what the limit is of");
     require_text(fmt::format("scope.{}.statement", i), r.scope[i].statement, "where it holds");

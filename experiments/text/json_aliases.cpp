@@ -9,7 +9,8 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr std::string_view kValidation = "validation", kStudyResults = "study";
+constexpr std::string_view kValidation = "validation", kStudyResults = "study",
+                           kMaterialRecord = "material record";
 
 constexpr RenamedJsonKey kRenamedJsonKeys[] = {
     {kValidation, "comparisons[]", "would_decide", "recommended_action"},
@@ -48,6 +49,13 @@ constexpr RenamedJsonKey kRenamedJsonKeys[] = {
     {kStudyResults, "models[]", "explains_its_runs", "passes_cross_validation"},
     {kStudyResults, "direct_search", "claimed_distance", "best_observed_distance"},
     {kStudyResults, "direct_search", "fresh_distance", "confirmed_distance"},
+
+    {kMaterialRecord, "", "family", "posterior_ensemble"},
+    {kMaterialRecord, "", "remark", "note"},
+    {kMaterialRecord, "parameters[]", "remark", "note"},
+    {kMaterialRecord, "posterior_ensemble", "points", "samples"},
+    {kMaterialRecord, "posterior_ensemble", "anchors", "reference_sets"},
+    {kMaterialRecord, "posterior_ensemble.combinations[]", "identified", "identifiable"},
     {kStudyResults, "parameters[]", "width_ratio", "posterior_to_prior_sd"},
     {kStudyResults, "measure_next[]", "longest_direction_left", "remaining_extent"},
 };
@@ -69,11 +77,13 @@ constexpr RenamedJsonWord kRenamedJsonWords[] = {
     {kStudyResults, "", "verdict", "undetermined", "not identifiable"},
     {kStudyResults, "", "verdict", "out of reach", "infeasible"},
     {kStudyResults, "", "verdict", "searched", "direct search only"},
+
+    {kMaterialRecord, "", "kind", "printed", "published"},
 };
 
 // Calls `apply` for each object at a path.
-template <class Apply>
-void for_objects_at(OrderedJson& node, std::string_view path, const Apply& apply) {
+template <class Json, class Apply>
+void for_objects_at(Json& node, std::string_view path, const Apply& apply) {
   if (!node.is_object()) return;
   if (path.empty()) {
     apply(node);
@@ -89,7 +99,7 @@ void for_objects_at(OrderedJson& node, std::string_view path, const Apply& apply
   if (!is_list) {
     for_objects_at(*found, rest, apply);
   } else if (found->is_array()) {
-    for (OrderedJson& element : *found) for_objects_at(element, rest, apply);
+    for (Json& element : *found) for_objects_at(element, rest, apply);
   }
 }
 
@@ -101,11 +111,34 @@ std::string kind_of(const OrderedJson& document) {
   return kind->is_string() ? kind->get<std::string>() : "";
 }
 
-void rename_json_key(OrderedJson& object, const std::string& from, const std::string& to) {
+template <class Json>
+void rename_json_key(Json& object, const std::string& from, const std::string& to) {
   if (!object.contains(from) || object.contains(to)) return;
-  OrderedJson renamed = OrderedJson::object();
+  Json renamed = Json::object();
   for (auto& [key, value] : object.items()) renamed[key == from ? to : key] = std::move(value);
   object = std::move(renamed);
+}
+
+template <class Json>
+void replace_json_word(Json& document, std::string_view path, std::string_view key,
+                       std::string_view from, std::string_view to) {
+  for_objects_at(document, path, [&](Json& object) {
+    const auto found = object.find(std::string(key));
+    if (found != object.end() && found->is_string() &&
+        found->template get_ref<const std::string&>() == from)
+      *found = std::string(to);
+  });
+}
+
+template <class Json>
+void use_current(Json& document, std::string_view kind) {
+  for (const RenamedJsonKey& k : kRenamedJsonKeys)
+    if (k.kind == kind)
+      for_objects_at(document, k.path, [&](Json& object) {
+        rename_json_key(object, std::string(k.old_name), std::string(k.name));
+      });
+  for (const RenamedJsonWord& w : kRenamedJsonWords)
+    if (w.kind == kind) replace_json_word(document, w.path, w.key, w.old_word, w.word);
 }
 
 }  // namespace
@@ -113,20 +146,18 @@ void rename_json_key(OrderedJson& object, const std::string& from, const std::st
 std::span<const RenamedJsonKey> renamed_json_keys() { return kRenamedJsonKeys; }
 std::span<const RenamedJsonWord> renamed_json_words() { return kRenamedJsonWords; }
 
-void use_current_json_names(OrderedJson& document) {
-  const std::string kind = kind_of(document);
-  for (const RenamedJsonKey& k : kRenamedJsonKeys)
-    if (k.kind == kind)
-      for_objects_at(document, k.path, [&](OrderedJson& object) {
-        rename_json_key(object, std::string(k.old_name), std::string(k.name));
-      });
+void use_current_json_names(OrderedJson& document) { use_current(document, kind_of(document)); }
+
+void use_current_record_names(nlohmann::json& record) { use_current(record, kMaterialRecord); }
+
+void use_first_record_names(OrderedJson& record) {
   for (const RenamedJsonWord& w : kRenamedJsonWords)
-    if (w.kind == kind)
-      for_objects_at(document, w.path, [&](OrderedJson& object) {
-        const auto found = object.find(std::string(w.key));
-        if (found != object.end() && found->is_string() &&
-            found->get_ref<const std::string&>() == w.old_word)
-          *found = std::string(w.word);
+    if (w.kind == kMaterialRecord) replace_json_word(record, w.path, w.key, w.word, w.old_word);
+  // Paths are in current names: keys of inner objects before those of the outer ones.
+  for (std::size_t i = std::size(kRenamedJsonKeys); i-- > 0;)
+    if (const RenamedJsonKey& k = kRenamedJsonKeys[i]; k.kind == kMaterialRecord)
+      for_objects_at(record, k.path, [&](OrderedJson& object) {
+        rename_json_key(object, std::string(k.name), std::string(k.old_name));
       });
 }
 

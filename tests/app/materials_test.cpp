@@ -146,7 +146,7 @@ TEST_F(Materials, ARunTakesARecordAndTellsWhichKeys) {
                                "0.15, interactions.ice-plastic.dynamic_friction = 0.15"));
   EXPECT_EQ(Json::parse(o.out)["material_records"][0]["record"], "mine@1");
   EXPECT_THAT(firn({"run", "case.toml", "--material", "mine#1", "-o", "s.h5"}).err,
-              HasSubstr("no family"));
+              HasSubstr("no posterior ensemble"));
   // What was run is in the results, whatever becomes of the database.
   std::filesystem::remove(folder.path() / "m.db");
   const Outcome again = folder.firn({"run", "--resume", "r.h5"});

@@ -186,7 +186,7 @@ TEST(ValidateCommand, KnowsTheValuesOfARecordThatTheCaseHas) {
   record.parameters = {
       {"ice_ice", {"interactions.ice-ice.static_friction"}, 0.17, "1", 0.02, {}, ""},
       {"ice_plastic", {"interactions.ice-plastic.static_friction"}, 0.33, "1", {}, {}, ""}};
-  record.family.reset();
+  record.ensemble.reset();
   record.provenance.cases.front().parameters = {"ice_ice", "ice_plastic"};
   record.provenance.measurements = {{"m", "present_mass", 0.0147, 1e-4, "kg", "elsewhere"}};
   MaterialDatabase((folder.path() / "m.db").string(), MaterialDatabase::Access::write)
@@ -237,7 +237,8 @@ TEST(ValidateCommand, RefusesInOneLine) {
           "does not go with");
   refused("material = \"ice\"", "material = \"snow\"", "is no material of the case");
   refused("material = \"paper-text\"", "material = \"paper-txt\"", "paper-txt");
-  refused("material = \"paper-text\"", "material = \"paper-text\"\nsamples = 3", "has no family");
+  refused("material = \"paper-text\"", "material = \"paper-text\"\nsamples = 3",
+          "has no posterior ensemble");
   refused("responses = [\"peak_normal_force\"]", "responses = [\"a b c\"]", "is no operand");
   refused("responses = [\"peak_normal_force\"]", "", "is missing");
   refused("name = \"claims\"", "name = \"mass\"", "is taken already");

@@ -1,5 +1,5 @@
 // Files of material records. What is accepted is written and read again without a bit lost, and can
-// be sampled wherever it has a family.
+// be sampled wherever it has an ensemble.
 #include <cmath>
 
 #include "experiments/material_records/material_json.h"
@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::require(canonical_text(again[i].record) == canonical_text(records[i]),
                   "nor a bit of one");
     fuzz::require(again[i].sha256 == record_hash(records[i]), "its hash is its content's");
-    if (!records[i].family) continue;
+    if (!records[i].ensemble) continue;
     MaterialChoice choice;
     choice.sample = 1 + size;
     fuzz::accepts([&] {

@@ -10,12 +10,12 @@
 namespace firn::test {
 
 // Two frictions as a publication might print them.
-inline MaterialRecord printed_record(const std::string& name = "ice-steel") {
+inline MaterialRecord published_record(const std::string& name = "ice-steel") {
   MaterialRecord r;
   r.name = name;
   r.title = "Two frictions";
   r.materials = {"ice", "steel"};
-  r.kind = RecordKind::printed;
+  r.kind = RecordKind::published;
   r.parameters = {
       {"ice_ice",
        {"interactions.ice-ice.static_friction", "interactions.ice-ice.dynamic_friction"},
@@ -37,19 +37,19 @@ inline MaterialRecord printed_record(const std::string& name = "ice-steel") {
 
 // The same from a study: ln(ice_ice) and ln(ice_steel) scatter along a valley.
 inline MaterialRecord calibrated_record(const std::string& name = "ice-steel") {
-  MaterialRecord r = printed_record(name);
+  MaterialRecord r = published_record(name);
   r.kind = RecordKind::calibrated;
-  MaterialFamily f;
+  PosteriorEnsemble f;
   f.axes = {{"ice_ice", Scale::logarithmic, {0.02, 0.5}, std::log(0.1)},
             {"ice_steel", Scale::linear, {0.05, 0.6}, 0.3}};
   f.covariance = {{0.04, -0.006}, {-0.006, 0.0025}};
   f.combinations = {{{0.6, 0.8}, true, -1.2, 0.1}, {{-0.8, 0.6}, false, 0, std::nullopt}};
-  f.anchors = {{"answer",
-                {0.1, 0.3},
-                {{"angle_of_repose", 9.5, 0.4, "deg"}},
-                {{"drain", 1001, {{"angle_of_repose", 9.25, std::nullopt, "deg"}}},
-                 {"drain", 1002, {{"angle_of_repose", 10.5, std::nullopt, "deg"}}}}}};
-  r.family = f;
+  f.reference_sets = {{"answer",
+                       {0.1, 0.3},
+                       {{"angle_of_repose", 9.5, 0.4, "deg"}},
+                       {{"drain", 1001, {{"angle_of_repose", 9.25, std::nullopt, "deg"}}},
+                        {"drain", 1002, {{"angle_of_repose", 10.5, std::nullopt, "deg"}}}}}};
+  r.ensemble = f;
   Provenance& p = r.provenance;
   p.raw_data = {{"responses of every run", "runs.csv", std::string(64, 'a')}};
   p.measurements = {{"drained angle", "angle_of_repose", 10, 0.97, "deg", "the paper"}};

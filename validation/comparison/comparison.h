@@ -48,7 +48,7 @@ const char* to_string(RunGroup::Purpose purpose);
 // All groups of an experiment with a parameter set, and what they are run with.
 struct ComparisonRuns {
   const RunGroup* base = nullptr;
-  const RunGroup* input = nullptr;  // draws from the material's family, one run each; may be null
+  const RunGroup* input = nullptr;  // draws from the posterior ensemble, one run each; may be null
   const RunGroup* numerics_base = nullptr;  // what the following are compared with
   const RunGroup* timestep = nullptr;       // may be null
   std::vector<const RunGroup*> stiffness;   // ascending modulus, without the base

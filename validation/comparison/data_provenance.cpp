@@ -59,12 +59,12 @@ bool near_to(const std::vector<double>& values, const std::vector<double>& recor
   return true;
 }
 
-// The parameters' values with those of the family's axes in their places.
+// The parameters' values with those of the ensemble's axes in their places.
 std::vector<double> with_axes(const MaterialRecord& record, const std::vector<double>& axes) {
   std::vector<double> values;
   for (const MaterialParameter& p : record.parameters) values.push_back(p.value);
   for (std::size_t i = 0; i < axes.size(); ++i)
-    values[record.index(record.family->axes[i].parameter)] = axes[i];
+    values[record.index(record.ensemble->axes[i].parameter)] = axes[i];
   return values;
 }
 
@@ -125,11 +125,11 @@ std::optional<std::string> same_data(const DataIdentity& a, const DataIdentity& 
 bool has_values_of(const MaterialRecord& record, const std::vector<double>& values) {
   if (values.empty()) return false;
   if (near_to(values, with_axes(record, {}))) return true;
-  if (!record.family) return false;
-  for (const Anchor& anchor : record.family->anchors)
-    if (near_to(values, with_axes(record, anchor.values))) return true;
-  for (const FamilyPoint& point : record.family->points)
-    if (near_to(values, with_axes(record, point.values))) return true;
+  if (!record.ensemble) return false;
+  for (const ReferenceSet& reference : record.ensemble->reference_sets)
+    if (near_to(values, with_axes(record, reference.values))) return true;
+  for (const EnsembleSample& sample : record.ensemble->samples)
+    if (near_to(values, with_axes(record, sample.values))) return true;
   return false;
 }
 

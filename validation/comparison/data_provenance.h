@@ -30,8 +30,8 @@ DataIdentity identity_of(const UsedMeasurement& used);
 std::optional<std::string> same_data(const DataIdentity& a, const DataIdentity& b);
 
 // Whether the values that a case has for a record's keys are those of the record: all within 5 % of
-// its values, of an anchor, or of a point of its family. `values`: in order of its parameters, in
-// their units; NaN: the case has none.
+// its values, of a reference set, or of a sample of its ensemble. `values`: in order of its
+// parameters, in their units; NaN: the case has none.
 bool has_values_of(const MaterialRecord& record, const std::vector<double>& values);
 
 // Of each parameter of a record, from the complete text of a case.

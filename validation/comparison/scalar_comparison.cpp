@@ -72,20 +72,21 @@ UncertaintyPart seeds_part(const SampleStatistics& f) {
           static_cast<double>(f.count - 1)};
 }
 
-// What is left of the scatter over draws from the family when that over seeds is taken out.
+// What is left of the scatter over draws from the ensemble when that over seeds is taken out.
 UncertaintyPart input_part(const ComparisonRuns& e, const SampleStatistics& draws,
                            const SampleStatistics& base) {
   if (e.input == nullptr)
     return {kInputParameters, std::nullopt,
             e.material == nullptr ? "the parameters come without an uncertainty"
-                                  : "not sampled from the material's family"};
+                                  : "not sampled from the material's posterior ensemble"};
   if (draws.count < 2) return {kInputParameters, std::nullopt, "fewer than two draws finished"};
   const double seeds = base.count < 2 ? 0 : base.deviation * base.deviation;
   const double variance = std::max(0.0, draws.deviation * draws.deviation - seeds);
   return {kInputParameters, std::sqrt(variance),
-          fmt::format("standard deviation {:.3g} over {} draws from the family, of which seeds "
-                      "explain {:.3g}",
-                      draws.deviation, draws.count, std::sqrt(seeds)),
+          fmt::format(
+              "standard deviation {:.3g} over {} draws from the posterior ensemble, of which seeds "
+              "explain {:.3g}",
+              draws.deviation, draws.count, std::sqrt(seeds)),
           static_cast<double>(draws.count - 1)};
 }
 

@@ -43,7 +43,8 @@ ParameterSet read_parameter_set(const TomlTable& t, const Suite& suite) {
   p.set = read_case_overrides(t);
   p.samples = t.integer("samples", 0, 0);
   if (p.samples > 0 && p.material.empty())
-    t.fail("samples", "without a material has no family to draw from; expected a material");
+    t.fail("samples",
+           "without a material has no posterior ensemble to draw from; expected a material");
   return p;
 }
 
@@ -153,7 +154,7 @@ SuiteExperiment read_experiment(const TomlTable& t, const Suite& suite, const Se
   return e;
 }
 
-// Runs of an experiment, but for those that a family's samples take the place of.
+// Runs of an experiment, but for those that samples of an ensemble take the place of.
 std::size_t runs_of(const SuiteExperiment& e, const Suite& suite) {
   std::size_t runs =
       (e.refine.timesteps.size() + e.refine.stiffness.size()) * e.refine.seeds.size();

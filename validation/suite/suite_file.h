@@ -18,7 +18,7 @@ struct ParameterSet {
   std::string name, note;
   std::string material;       // record, "NAME[@VERSION]"; empty: none
   std::vector<Override> set;  // case keys
-  int samples = 0;            // draws from the record's family, for the uncertainty of the input
+  int samples = 0;            // draws from the record's ensemble, for the uncertainty of the input
 };
 
 // Runs of the first parameter set with finer numerics, to see what these do to the answers.

@@ -62,11 +62,11 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
   ASSERT_EQ(r.parameters.size(), 2u);
   EXPECT_EQ(r.parameters[1].keys.size(), 2u);
   EXPECT_EQ(r.scope.back().name, "temperature");
-  // Moments of the kept points are those of the whole posterior: 256 of them, by their weights.
-  const MaterialFamily& f = *r.family;
+  // Moments of the kept samples are those of the whole posterior: 256 of them, by their weights.
+  const PosteriorEnsemble& f = *r.ensemble;
   for (std::size_t i = 0; i < 2; ++i) {
     double mean = 0, square = 0, weight = 0;
-    for (const FamilyPoint& p : f.points) {
+    for (const EnsembleSample& p : f.samples) {
       weight += p.weight;
       mean += p.weight * std::log(p.values[i]);
       square += p.weight * std::pow(std::log(p.values[i]), 2);
@@ -78,8 +78,8 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
   }
   EXPECT_LT(f.covariance[0][1], 0);  // more of the one wants less of the other
   ASSERT_EQ(f.combinations.size(), 2u);
-  EXPECT_TRUE(f.combinations[0].identified);
-  EXPECT_FALSE(f.combinations[1].identified);
+  EXPECT_TRUE(f.combinations[0].identifiable);
+  EXPECT_FALSE(f.combinations[1].identifiable);
   // Whatever is drawn meets the target as well as the study knows: 0.5 deg measured, noise besides.
   for (std::uint64_t k = 1; k <= 50; ++k) {
     MaterialChoice choice;
@@ -88,7 +88,7 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
     EXPECT_NEAR(angle(v[0], v[1]), 10, 4 * 0.7);
   }
   // The answer was simulated five times, with seeds of its own; every value is here.
-  const Anchor& answer = f.anchors.front();
+  const ReferenceSet& answer = f.reference_sets.front();
   EXPECT_EQ(answer.name, "answer");
   EXPECT_EQ(answer.values[0], r.parameters[0].value);
   ASSERT_EQ(answer.runs.size(), 5u);

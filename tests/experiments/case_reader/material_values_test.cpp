@@ -15,7 +15,7 @@ namespace firn {
 namespace {
 
 using test::calibrated_record;
-using test::printed_record;
+using test::published_record;
 using test::ScratchFolder;
 using testing::Contains;
 using testing::ElementsAre;
@@ -48,7 +48,7 @@ class MaterialApplication : public testing::Test {
   MaterialApplication() : folder_("application-" + std::string(current())) {
     MaterialDatabase database(request_.database = folder_ / "m.db",
                               MaterialDatabase::Access::write);
-    database.add({printed_record(), calibrated_record(), printed_record("other")});
+    database.add({published_record(), calibrated_record(), published_record("other")});
   }
   static const char* current() {
     return testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -168,7 +168,7 @@ TEST_F(MaterialApplication, SamplesAndAnchors) {
   EXPECT_EQ(floor(read(case_text("", restitution), {"ice-steel#answer"})), 0.3);
   EXPECT_EQ(floor(read(case_text(named + "anchor = \"answer\"\n", restitution))), 0.3);
   EXPECT_THAT(refusal([&] { read(case_text("", restitution), {"ice-steel@1#1"}); }),
-              HasSubstr("no family"));
+              HasSubstr("no posterior ensemble"));
   EXPECT_THAT(refusal([&] { read(case_text(named + "sample = 0\n", restitution)); }),
               HasSubstr("c.toml:6: material_records.0.sample"));
   // --set chooses another one.

@@ -21,7 +21,7 @@ namespace firn {
 namespace {
 
 using test::calibrated_record;
-using test::printed_record;
+using test::published_record;
 using test::ScratchFolder;
 using testing::HasSubstr;
 using Access = MaterialDatabase::Access;
@@ -55,8 +55,8 @@ int wait_for(pid_t pid) {
 TEST(MaterialDatabase, VersionsSupersedeAndStay) {
   const ScratchFolder folder("versions");
   MaterialDatabase database(folder / "sub/m.db", Access::write);
-  const StoredRecord first = database.add({printed_record()}).front();
-  MaterialRecord changed = printed_record();
+  const StoredRecord first = database.add({published_record()}).front();
+  MaterialRecord changed = published_record();
   changed.parameters[0].value = 0.2;
   const StoredRecord second = database.add({changed}).front();
   EXPECT_EQ(first.record.reference(), "ice-steel@1");
@@ -79,7 +79,7 @@ TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
   EXPECT_TRUE(database.find("paper-table-1").shipped);
   EXPECT_FALSE(std::filesystem::exists(folder / "m.db"));  // reading makes nothing
   MaterialDatabase writer(folder / "m.db", Access::write);
-  EXPECT_THAT(refusal([&] { writer.add({printed_record("paper-table-1")}); }),
+  EXPECT_THAT(refusal([&] { writer.add({published_record("paper-table-1")}); }),
               HasSubstr("ships with Firn; expected another name"));
   EXPECT_THAT(refusal([&] { writer.require_free("a@2"); }), HasSubstr("more than a name"));
 }
@@ -87,16 +87,16 @@ TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
 TEST(MaterialDatabase, AddingIsAllOrNothing) {
   const ScratchFolder folder("atomic");
   MaterialDatabase database(folder / "m.db", Access::write);
-  MaterialRecord bad = printed_record("bad");
+  MaterialRecord bad = published_record("bad");
   bad.provenance.author = "";
-  EXPECT_THAT(refusal([&] { database.add({printed_record("good"), bad}); }), HasSubstr("author"));
+  EXPECT_THAT(refusal([&] { database.add({published_record("good"), bad}); }), HasSubstr("author"));
   EXPECT_THAT(refusal([&] { database.find("good"); }), HasSubstr("unknown"));
 }
 
 // Neither this program nor another one that opens the file can change or remove what is written.
 TEST(MaterialDatabase, RowsCannotBeChanged) {
   const ScratchFolder folder("immutable");
-  MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
+  MaterialDatabase(folder / "m.db", Access::write).add({published_record()});
   sqlite::File raw(folder / "m.db", sqlite::File::Access::write);
   for (const char* sql :
        {"UPDATE records SET json = '{}'", "DELETE FROM records", "UPDATE records SET version = 7",
@@ -112,7 +112,7 @@ TEST(MaterialDatabase, TamperingIsFound) {
   const ScratchFolder folder("tampered");
   {
     MaterialDatabase database(folder / "m.db", Access::write);
-    database.add({printed_record(), printed_record(), printed_record()});
+    database.add({published_record(), published_record(), published_record()});
   }
   sqlite::File raw(folder / "m.db", sqlite::File::Access::write);
   raw.execute("DROP TRIGGER records_stay_as_they_are");
@@ -133,7 +133,7 @@ TEST(MaterialDatabase, ExportAndImportAreExact) {
   const ScratchFolder folder("import");
   MaterialDatabase from(folder / "a.db", Access::write), to(folder / "b.db", Access::write);
   const std::vector<StoredRecord> all =
-      from.add({printed_record(), calibrated_record(), printed_record("other")});
+      from.add({published_record(), calibrated_record(), published_record("other")});
   std::vector<StoredRecord> turned = {all[1], all[2], all[0]};
   EXPECT_EQ(to.import(turned).size(), 3u);
   EXPECT_EQ(to.import(turned).size(), 0u);  // they are here
@@ -146,13 +146,13 @@ TEST(MaterialDatabase, ExportAndImportAreExact) {
   // A history without its beginning, another content under the same name, a content not its own.
   MaterialDatabase third(folder / "c.db", Access::write);
   EXPECT_THAT(refusal([&] { third.import({all[1]}); }), HasSubstr("version 1 is not here"));
-  MaterialRecord mine = printed_record();
-  mine.remark = "mine";
+  MaterialRecord mine = published_record();
+  mine.note = "mine";
   third.add({mine});
   EXPECT_THAT(refusal([&] { third.import({all[0]}); }), HasSubstr("another content"));
   EXPECT_THAT(refusal([&] { third.import({all[1]}); }), HasSubstr("does not supersede"));
   StoredRecord wrong = all[2];
-  wrong.record.remark = "changed on the way";
+  wrong.record.note = "changed on the way";
   EXPECT_THAT(refusal([&] { third.import({wrong}); }), HasSubstr("hash that the file gives"));
   // Shipped records come back in an export of everything.
   EXPECT_TRUE(third.import({third.find("paper-text")}).empty());
@@ -168,9 +168,9 @@ TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
     pids.push_back(in_process([&, w] {
       for (int i = 0; i < versions; ++i) {
         MaterialDatabase database(folder / "m.db", Access::write);  // the first makes the file
-        MaterialRecord r = printed_record();
-        r.remark = std::to_string(w) + "/" + std::to_string(i);
-        if (database.add({r}).front().record.remark != r.remark) return 1;
+        MaterialRecord r = published_record();
+        r.note = std::to_string(w) + "/" + std::to_string(i);
+        if (database.add({r}).front().record.note != r.note) return 1;
         if (!database.faults("ice-steel").empty()) return 2;  // as everybody sees it meanwhile
       }
       return 0;
@@ -178,10 +178,10 @@ TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
   for (const pid_t pid : pids) EXPECT_EQ(wait_for(pid), 0);
   const MaterialDatabase database(folder / "m.db");
   EXPECT_TRUE(database.faults("ice-steel").empty());  // numbers without gaps, hashes linked
-  std::set<std::string> remarks;
-  for (const StoredRecord& s : database.history("ice-steel")) remarks.insert(s.record.remark);
+  std::set<std::string> notes;
+  for (const StoredRecord& s : database.history("ice-steel")) notes.insert(s.record.note);
   EXPECT_EQ(database.history("ice-steel").size(), static_cast<std::size_t>(writers * versions));
-  EXPECT_EQ(remarks.size(), static_cast<std::size_t>(writers * versions));
+  EXPECT_EQ(notes.size(), static_cast<std::size_t>(writers * versions));
 }
 
 TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
@@ -193,7 +193,7 @@ TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
     const pid_t pid = in_process([&] {
       MaterialDatabase database(folder / "m.db", Access::write);
       for (;;) {
-        database.add({printed_record()});
+        database.add({published_record()});
         if (write(channel[1], "x", 1) != 1) return 1;
       }
     });
@@ -221,14 +221,14 @@ TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
 // A limit on the size of files stands for a disk that is full.
 TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
   const ScratchFolder folder("full");
-  MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
+  MaterialDatabase(folder / "m.db", Access::write).add({published_record()});
   const pid_t pid = in_process([&] {
     signal(SIGXFSZ, SIG_IGN);
     const rlimit limit = {128 * 1024, 128 * 1024};
     if (setrlimit(RLIMIT_FSIZE, &limit) != 0) return 1;
     MaterialDatabase database(folder / "m.db", Access::write);
     try {
-      for (int i = 0; i < 1000; ++i) database.add({printed_record()});
+      for (int i = 0; i < 1000; ++i) database.add({published_record()});
     } catch (const RunError& e) {
       return std::string(e.what()).find("cannot write: File too large") == std::string::npos ? 2
                                                                                              : 0;
@@ -239,20 +239,20 @@ TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
   MaterialDatabase database(folder / "m.db", Access::write);
   EXPECT_TRUE(database.faults("ice-steel").empty());
   EXPECT_GT(database.history("ice-steel").size(), 1u);
-  EXPECT_NO_THROW(database.add({printed_record()}));
+  EXPECT_NO_THROW(database.add({published_record()}));
 }
 
 // Nobody but its owner can write there, and no log lies beside it.
 TEST(MaterialDatabase, AReadOnlyFolderCanBeRead) {
   const ScratchFolder folder("readonly");
-  MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
+  MaterialDatabase(folder / "m.db", Access::write).add({published_record()});
   std::filesystem::permissions(folder.path(), std::filesystem::perms(0555));
   std::filesystem::permissions(folder / "m.db", std::filesystem::perms(0444));
   const pid_t pid = in_process([&] {
     if (geteuid() == 0 && setuid(65534) != 0) return 1;  // root may write everywhere
     if (MaterialDatabase(folder / "m.db").history("ice-steel").size() != 1) return 2;
     try {
-      MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
+      MaterialDatabase(folder / "m.db", Access::write).add({published_record()});
     } catch (const std::runtime_error& e) {
       return std::string(e.what()).find('\n') == std::string::npos ? 0 : 3;
     }
@@ -282,7 +282,7 @@ TEST(MaterialDatabase, ForeignFilesAreRefusedAndLeftAlone) {
 
 TEST(MaterialDatabase, ANewerSchemaIsRefused) {
   const ScratchFolder folder("newer");
-  MaterialDatabase(folder / "m.db", Access::write).add({printed_record()});
+  MaterialDatabase(folder / "m.db", Access::write).add({published_record()});
   {
     sqlite::File raw(folder / "m.db", sqlite::File::Access::write);
     raw.execute("PRAGMA user_version = 99");

@@ -1,4 +1,4 @@
-// Records: what is accepted, what is refused, JSON there and back, and samples of a family.
+// Records: what is accepted, what is refused, JSON there and back, and samples of an ensemble.
 #include "experiments/material_records/material_record.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ namespace firn {
 namespace {
 
 using test::calibrated_record;
-using test::printed_record;
+using test::published_record;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
@@ -42,7 +42,7 @@ std::string refusal_of(Change change, MaterialRecord r = calibrated_record()) {
 }
 
 TEST(MaterialRecord, CompleteOnesAreAccepted) {
-  EXPECT_EQ(refusal(printed_record()), "accepted");
+  EXPECT_EQ(refusal(published_record()), "accepted");
   EXPECT_EQ(refusal(calibrated_record()), "accepted");
 }
 
@@ -88,18 +88,21 @@ TEST(MaterialRecord, ValuesThatNoCaseCouldTakeAreRefused) {
 
 TEST(MaterialRecord, FamiliesAreConsistent) {
   using R = MaterialRecord;
-  EXPECT_THAT(refusal_of([](R& r) { r.family->axes[0].parameter = "x"; }),
+  EXPECT_THAT(refusal_of([](R& r) { r.ensemble->axes[0].parameter = "x"; }),
               HasSubstr("\"x\" is no parameter of the record"));
-  EXPECT_THAT(refusal_of([](R& r) { r.family->axes[0].bounds.low = 0; }), HasSubstr("logarithmic"));
-  EXPECT_THAT(refusal_of([](R& r) { r.family->covariance[0][1] = 1; }), HasSubstr("not symmetric"));
+  EXPECT_THAT(refusal_of([](R& r) { r.ensemble->axes[0].bounds.low = 0; }),
+              HasSubstr("logarithmic"));
+  EXPECT_THAT(refusal_of([](R& r) { r.ensemble->covariance[0][1] = 1; }),
+              HasSubstr("not symmetric"));
   EXPECT_THAT(refusal_of([](R& r) {
-                r.family->covariance = {{1, 2}, {2, 1}};
+                r.ensemble->covariance = {{1, 2}, {2, 1}};
               }),
               HasSubstr("negative variance"));
-  EXPECT_THAT(refusal_of([](R& r) { r.family->anchors[0].values[1] = 0.7; }),
-              HasSubstr("family.anchors.0.values.1: is 0.7; expected a value within the bounds"));
+  EXPECT_THAT(refusal_of([](R& r) { r.ensemble->reference_sets[0].values[1] = 0.7; }),
+              HasSubstr("posterior_ensemble.reference_sets.0.values.1: is 0.7; expected a value "
+                        "within the bounds"));
   EXPECT_THAT(refusal_of([](R& r) {
-                r.family->points = {{{0.1, 0.3}, 0.5}};
+                r.ensemble->samples = {{{0.1, 0.3}, 0.5}};
               }),
               HasSubstr("weigh 0.5 together"));
 }
@@ -108,7 +111,7 @@ TEST(MaterialRecord, ReferencesAreReadWhole) {
   EXPECT_EQ(parse_material_choice("ice").version, 0);
   EXPECT_EQ(parse_material_choice("ice@12").version, 12);
   EXPECT_EQ(*parse_material_choice("ice#3").sample, 3u);
-  EXPECT_EQ(parse_material_choice("ice@2#valley end").anchor, "valley end");
+  EXPECT_EQ(parse_material_choice("ice@2#valley end").reference_set, "valley end");
   for (const char* bad : {"", "@1", "ice@", "ice@0", "ice@-1", "ice@1x", "ice#", "ice#0", "a b",
                           "ice@1@2", "ice#99999999999999999999"})
     EXPECT_THAT(refusal([&] { parse_material_choice(bad); }), HasSubstr("is no record")) << bad;
@@ -127,13 +130,14 @@ TEST(MaterialJson, RoundTripIsExact) {
       std::memcpy(&wild, &bits, sizeof wild);
     } while (!std::isfinite(wild));
     r.parameters[0].value = wild;
-    r.family->anchors[0].runs[0].responses[0].value = -wild;
-    r.family->anchors[0].runs[0].seed = random();
-    r.remark = "\"quotes\", \\, \xc3\xa4\xc3\xb6, \u00b5 and\ttabs";
+    r.ensemble->reference_sets[0].runs[0].responses[0].value = -wild;
+    r.ensemble->reference_sets[0].runs[0].seed = random();
+    r.note = "\"quotes\", \\, \xc3\xa4\xc3\xb6, \u00b5 and\ttabs";
     const std::string text = export_text({r});
     const ReadRecord back = read_records_text(text, "export.json").at(0);
     EXPECT_EQ(std::memcmp(&back.record.parameters[0].value, &wild, sizeof wild), 0);
-    EXPECT_EQ(back.record.family->anchors[0].runs[0].seed, r.family->anchors[0].runs[0].seed);
+    EXPECT_EQ(back.record.ensemble->reference_sets[0].runs[0].seed,
+              r.ensemble->reference_sets[0].runs[0].seed);
     EXPECT_EQ(canonical_text(back.record), canonical_text(r));
     EXPECT_EQ(export_text({back.record}), text);
     EXPECT_EQ(back.sha256, record_hash(r));
@@ -141,7 +145,36 @@ TEST(MaterialJson, RoundTripIsExact) {
   }
 }
 
-// The hash can be recomputed by anybody who has Python.
+std::string reading(const std::string& text) {
+  return refusal([&] { read_records_text(text, "r.json"); });
+}
+
+// Format 1 has the first names; records keep the hash that they had there.
+TEST(MaterialJson, ReadsFormatOne) {
+  for (MaterialRecord r : {published_record(), calibrated_record()}) {
+    r.note = "a note";
+    if (r.ensemble) r.ensemble->samples = {{{0.1, 0.3}, 0.25}, {{0.11, 0.28}, 0.75}};
+    const Json first = Json::parse(canonical_text(r));
+    EXPECT_EQ(first.value("remark", ""), "a note");
+    EXPECT_EQ(first["parameters"][1].value("remark", ""), "dry");
+    EXPECT_EQ(first["kind"], r.ensemble ? "calibrated" : "printed");
+    EXPECT_EQ(first.contains("family"), r.ensemble.has_value());
+    if (r.ensemble) {
+      EXPECT_EQ(first["family"]["anchors"].size(), 1u);
+      EXPECT_EQ(first["family"]["points"].size(), 2u);
+      EXPECT_EQ(first["family"]["combinations"][0]["identified"], true);
+    }
+    Json document = {{"format", "firn material records"}, {"format_version", 1}};
+    document["records"] = Json::array({first});
+    const ReadRecord back = read_records_text(document.dump(), "old.json").at(0);
+    EXPECT_EQ(export_text({back.record}), export_text({r}));
+    EXPECT_EQ(record_hash(back.record), record_hash(r));
+    document["format_version"] = 2;
+    EXPECT_THAT(reading(document.dump()), HasSubstr("unknown key"));
+  }
+}
+
+// The hash can be recomputed with Python, as docs/materials.md says.
 TEST(MaterialJson, PythonSpellsTheCanonicalTextTheSameWay) {
   const test::ScratchFolder folder("python");
   MaterialRecord r = calibrated_record();
@@ -149,26 +182,29 @@ TEST(MaterialJson, PythonSpellsTheCanonicalTextTheSameWay) {
   for (const double value : {1e-5, 1e-4, 1e15, 1e16, 123456789012345680.0, 5e-324, -0.0, 2.0, 0.1,
                              1.7976931348623157e308, 9007199254740993.0}) {
     r.parameters[0].value = value;
-    r.remark = "\xc3\xa4 \"x\" \\ \n\t /";
+    r.note = "\xc3\xa4 \"x\" \\ \n\t /";
     all.push_back(r);
   }
   std::ofstream(folder / "r.json") << export_text(all);
   const std::string command =
       "python3 -c \"import json, hashlib\n"
+      "first = {'posterior_ensemble': 'family', 'reference_sets': 'anchors', 'samples': 'points',\n"
+      "  'identifiable': 'identified', 'note': 'remark'}\n"
+      "def named(x):\n"
+      " if isinstance(x, dict): return {first.get(k, k): named(v) for k, v in x.items()}\n"
+      " return [named(v) for v in x] if isinstance(x, list) else x\n"
       "for r in json.load(open('" +
       (folder / "r.json") +
       "'))['records']:\n"
       " given = r.pop('sha256')\n"
-      " text = json.dumps(r, sort_keys=True, separators=(',', ':'), ensure_ascii=False)\n"
+      " r['kind'] = r['kind'].replace('published', 'printed')\n"
+      " text = json.dumps(named(r), sort_keys=True, separators=(',', ':'), ensure_ascii=False)\n"
       " assert hashlib.sha256(text.encode()).hexdigest() == given, text\n"
       "\"";
   if (std::system("python3 -c pass") != 0) GTEST_SKIP() << "there is no Python here";
   EXPECT_EQ(std::system(command.c_str()), 0);
 }
 
-std::string reading(const std::string& text) {
-  return refusal([&] { read_records_text(text, "r.json"); });
-}
 // One change to an accepted document.
 std::string reading_with(const std::string& pointer, const Json& value) {
   Json document = Json::parse(export_text({calibrated_record()}));
@@ -183,7 +219,7 @@ TEST(MaterialJson, MistakesAreToldWithTheirPlace) {
   EXPECT_THAT(reading("\xff"), HasSubstr("UTF-8"));
   EXPECT_THAT(reading("[]"), HasSubstr("r.json: document: is an array; expected an object"));
   EXPECT_THAT(reading("{}"), HasSubstr("r.json: format: missing"));
-  EXPECT_THAT(reading_with("/format_version", 2), HasSubstr("of a newer Firn"));
+  EXPECT_THAT(reading_with("/format_version", 3), HasSubstr("of a newer Firn"));
   EXPECT_THAT(reading_with("/records/0/colour", 1),
               HasSubstr("records.0: unknown key \"colour\"; the nearest known one is"));
   EXPECT_THAT(reading_with("/records/0/parameters/1/value", "0.1"),
@@ -194,9 +230,9 @@ TEST(MaterialJson, MistakesAreToldWithTheirPlace) {
               HasSubstr("records.0.version: is the number 0"));
   EXPECT_THAT(reading_with("/records/0/version", 1.5), HasSubstr("expected a whole number"));
   EXPECT_THAT(reading_with("/records/0/kind", "guessed"),
-              HasSubstr("expected one of printed, measured, calibrated, assumed"));
-  EXPECT_THAT(reading_with("/records/0/family/axes/0/scale", "cubic"),
-              HasSubstr("records.0.family.axes.0.scale"));
+              HasSubstr("expected one of published, measured, calibrated, assumed"));
+  EXPECT_THAT(reading_with("/records/0/posterior_ensemble/axes/0/scale", "cubic"),
+              HasSubstr("records.0.posterior_ensemble.axes.0.scale"));
   EXPECT_THAT(reading_with("/records/0/provenance/seeds/0", -1),
               HasSubstr("records.0.provenance.seeds.0: is the number -1"));
   EXPECT_THAT(reading_with("/records/0/provenance", Json()),
@@ -260,11 +296,11 @@ Json schema() {
 
 TEST(MaterialSchema, DescribesWhatIsWritten) {
   const Json s = schema();
-  std::vector<MaterialRecord> all = {printed_record(), calibrated_record()};
-  all[1].family->points = {{{0.1, 0.3}, 0.25}, {{0.11, 0.28}, 0.75}};
+  std::vector<MaterialRecord> all = {published_record(), calibrated_record()};
+  all[1].ensemble->samples = {{{0.1, 0.3}, 0.25}, {{0.11, 0.28}, 0.75}};
   all[1].version = 2;
   all[1].supersedes = std::string(64, 'b');
-  all[1].remark = "a remark";
+  all[1].note = "a note";
   for (const StoredRecord& shipped : shipped_materials()) all.push_back(shipped.record);
   EXPECT_EQ(violation(s, s, Json::parse(export_text(all)), "document"), "");
 }
@@ -316,8 +352,8 @@ TEST(MaterialSample, PointValuesAnchorsAndNothingElse) {
   EXPECT_EQ(chosen_values(r, parse_material_choice("ice-steel#answer")),
             (std::vector<double>{0.1, 0.3, 0.01}));
   EXPECT_THAT(refusal([&] { chosen_values(r, parse_material_choice("ice-steel#end")); }),
-              HasSubstr("has no anchor \"end\"; expected one of \"answer\""));
-  EXPECT_THAT(refusal([&] { sample(printed_record(), 1); }), HasSubstr("no family"));
+              HasSubstr("has no reference set \"end\"; expected one of \"answer\""));
+  EXPECT_THAT(refusal([&] { sample(published_record(), 1); }), HasSubstr("no posterior ensemble"));
 }
 
 // Moments of the Gaussian, whose bounds lie some deviations away, come back from the draws.
@@ -328,7 +364,7 @@ TEST(MaterialSample, GaussianHasItsMoments) {
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
   for (int k = 1; k <= n; ++k) {
     const std::vector<double> v = sample(r, static_cast<std::uint64_t>(k));
-    EXPECT_EQ(v[2], 0.01);  // no part of the family
+    EXPECT_EQ(v[2], 0.01);  // no part of the ensemble
     const Eigen::Vector2d x(std::log(v[0]), v[1]);
     mean += x / n;
     square += x * x.transpose() / n;
@@ -344,7 +380,7 @@ TEST(MaterialSample, GaussianHasItsMoments) {
 
 TEST(MaterialSample, DrawsKeepTheBoundsAndRepeat) {
   MaterialRecord r = calibrated_record();
-  r.family->axes[1].bounds = {0.29, 0.31};
+  r.ensemble->axes[1].bounds = {0.29, 0.31};
   for (std::uint64_t k = 1; k <= 200; ++k) {
     const std::vector<double> v = sample(r, k);
     EXPECT_GE(v[1], 0.29);
@@ -352,7 +388,7 @@ TEST(MaterialSample, DrawsKeepTheBoundsAndRepeat) {
     EXPECT_EQ(v, sample(r, k));
   }
   EXPECT_NE(sample(r, 1), sample(r, 2));
-  r.family->axes[1].mean = 40;
+  r.ensemble->axes[1].mean = 40;
   EXPECT_THAT(refusal([&] { sample(r, 1); }), HasSubstr("hardly reaches into the bounds"));
 }
 
@@ -361,7 +397,7 @@ TEST(MaterialSample, PointsComeByWeightAndSpreadFromTheFirst) {
   MaterialRecord r = calibrated_record();
   const std::vector<double> weights = {0.1, 0.4, 0.2, 0.3};
   for (std::size_t i = 0; i < weights.size(); ++i)
-    r.family->points.push_back({{0.1, 0.1 + 0.1 * static_cast<double>(i)}, weights[i]});
+    r.ensemble->samples.push_back({{0.1, 0.1 + 0.1 * static_cast<double>(i)}, weights[i]});
   std::vector<int> count(weights.size(), 0);
   for (int k = 1; k <= 1000; ++k) {
     const double v = sample(r, static_cast<std::uint64_t>(k))[1];
@@ -369,9 +405,9 @@ TEST(MaterialSample, PointsComeByWeightAndSpreadFromTheFirst) {
     for (std::size_t i = 0; i < weights.size(); ++i)
       EXPECT_LE(std::abs(count[i] - weights[i] * k), 3);
   }
-  // The first three draws of a hundred equal points lie in different quarters of the family.
-  r.family->points.clear();
-  for (int i = 0; i < 100; ++i) r.family->points.push_back({{0.1, 0.1 + 0.004 * i}, 0.01});
+  // The first three draws of a hundred equal points lie in different quarters of the ensemble.
+  r.ensemble->samples.clear();
+  for (int i = 0; i < 100; ++i) r.ensemble->samples.push_back({{0.1, 0.1 + 0.004 * i}, 0.01});
   std::set<int> quarters;
   for (std::uint64_t k = 1; k <= 3; ++k)
     quarters.insert(static_cast<int>((sample(r, k)[1] - 0.1) / 0.1));

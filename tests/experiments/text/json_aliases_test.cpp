@@ -1,4 +1,5 @@
-// Renamed keys and words of results.json files: those of earlier versions are read.
+// Renamed keys and words of results.json files and material records: those of earlier versions are
+// read.
 #include "experiments/text/json_aliases.h"
 
 #include <gmock/gmock.h>
@@ -16,6 +17,13 @@ using Json = nlohmann::ordered_json;
 // A document of a kind: results of studies have the key "study" instead.
 Json document_of(std::string_view kind) {
   return kind == "study" ? Json{{"study", "s"}} : Json{{"kind", std::string(kind)}};
+}
+
+void use_current(Json& document, std::string_view kind) {
+  if (kind != "material record") return use_current_json_names(document);
+  nlohmann::json record = document;  // sorted by key
+  use_current_record_names(record);
+  document = record;
 }
 
 // The object at a path such as "comparisons[].value", made below `node`.
@@ -39,21 +47,40 @@ TEST(JsonAliases, EveryOldKeyAndWordIsRead) {
     object["before"] = 1;
     object[std::string(k.old_name)] = "kept";
     object["behind"] = 2;
-    use_current_json_names(document);
+    use_current(document, k.kind);
     const Json& now = object_at(document, k.path);
     EXPECT_EQ(now.value(std::string(k.name), ""), "kept") << k.old_name;
     EXPECT_FALSE(now.contains(std::string(k.old_name))) << k.old_name;
-    EXPECT_TRUE(now.dump().ends_with("\"kept\",\"behind\":2}")) << now;
+    if (k.kind != "material record") {
+      EXPECT_TRUE(now.dump().ends_with("\"kept\",\"behind\":2}")) << now;
+    }
     const Json once = document;
-    use_current_json_names(document);
+    use_current(document, k.kind);
     EXPECT_EQ(document, once);
   }
   for (const RenamedJsonWord& w : renamed_json_words()) {
     Json document = document_of(w.kind);
     object_at(document, w.path)[std::string(w.key)] = std::string(w.old_word);
-    use_current_json_names(document);
+    use_current(document, w.kind);
     EXPECT_EQ(object_at(document, w.path)[std::string(w.key)], std::string(w.word));
   }
+}
+
+// A record with every renamed key, in current names, comes back from the first names.
+TEST(JsonAliases, RecordsHaveFirstNamesAndBack) {
+  const nlohmann::json record = nlohmann::json::parse(
+      R"({"kind": "published", "note": "n", "parameters": [{"note": "p"}, {"name": "q"}],
+          "posterior_ensemble": {"samples": [], "reference_sets": [{"name": "note"}],
+                                 "combinations": [{"identifiable": true}]}})");
+  Json first = record;
+  use_first_record_names(first);
+  EXPECT_EQ(nlohmann::json(first), nlohmann::json::parse(R"({"kind": "printed", "remark": "n",
+                                      "parameters": [{"remark": "p"}, {"name": "q"}],
+                                      "family": {"points": [], "anchors": [{"name": "note"}],
+                                                 "combinations": [{"identified": true}]}})"));
+  nlohmann::json back = first;
+  use_current_record_names(back);
+  EXPECT_EQ(back, record);
 }
 
 TEST(JsonAliases, OldNamesAreNoCurrentNames) {

@@ -81,11 +81,11 @@ TEST(RecordValues, AreFoundInACaseHoweverTheyGotThere) {
   EXPECT_TRUE(has_values_of(record, values("0.102", "0.31")));  // rounded
   EXPECT_FALSE(has_values_of(record, values("0.1", "0.2")));
   EXPECT_FALSE(has_values_of(record, values_in_case(record, "a = 1\n")));
-  MaterialRecord with_family = record;
-  with_family.family->anchors.front().values = {0.2, 0.15};
-  EXPECT_TRUE(has_values_of(with_family, values("0.2", "0.15")));
-  with_family.family->points = {{{0.05, 0.5}, 1}};
-  EXPECT_TRUE(has_values_of(with_family, values("0.05", "0.5")));
+  MaterialRecord with_ensemble = record;
+  with_ensemble.ensemble->reference_sets.front().values = {0.2, 0.15};
+  EXPECT_TRUE(has_values_of(with_ensemble, values("0.2", "0.15")));
+  with_ensemble.ensemble->samples = {{{0.05, 0.5}, 1}};
+  EXPECT_TRUE(has_values_of(with_ensemble, values("0.05", "0.5")));
 }
 
 }  // namespace
