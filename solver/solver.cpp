@@ -193,27 +193,27 @@ void Solver::remove_boundary(int boundary) {
 }
 
 void Solver::add_motion(int boundary, const Motion& motion, int group) {
-  impl_->state.extra_motions.push_back(motion);
-  impl_->state.extra_motion_mover.push_back(boundary);
-  impl_->state.extra_motion_group.push_back(group);
+  impl_->state.stage_motions.push_back(motion);
+  impl_->state.stage_motion_mover.push_back(boundary);
+  impl_->state.stage_motion_group.push_back(group);
 }
 
 void Solver::add_frame_motion(int frame, const Motion& motion, int group) {
   add_motion(static_cast<int>(impl_->model.boundaries.size()) + frame, motion, group);
 }
 
-void Solver::add_drive(int frame, int axis, const Drive& drive, int group) {
-  impl_->state.extra_drives.push_back(drive);
-  impl_->state.extra_drive_axis.push_back(frame * kMostAxes + axis);
-  impl_->state.extra_drive_group.push_back(group);
+void Solver::add_motor(int frame, int axis, const Motor& motor, int group) {
+  impl_->state.stage_motors.push_back(motor);
+  impl_->state.stage_motor_joint.push_back(frame * kMostJoints + axis);
+  impl_->state.stage_motor_group.push_back(group);
 }
 
 void Solver::stop_stage_motions(int group, double time) {
   State& s = impl_->state;
-  for (std::size_t i = 0; i < s.extra_motions.size(); ++i)
-    if (s.extra_motion_group[i] == group) s.extra_motions[i].end = time;
-  for (std::size_t i = 0; i < s.extra_drives.size(); ++i)
-    if (s.extra_drive_group[i] == group) s.extra_drives[i].end = time;
+  for (std::size_t i = 0; i < s.stage_motions.size(); ++i)
+    if (s.stage_motion_group[i] == group) s.stage_motions[i].end = time;
+  for (std::size_t i = 0; i < s.stage_motors.size(); ++i)
+    if (s.stage_motor_group[i] == group) s.stage_motors[i].end = time;
 }
 
 bool Solver::overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
@@ -341,15 +341,15 @@ std::vector<FrameState> Solver::frames() const {
     one.reaction_angular_impulse = i.state.joint_reactions[f].angular_impulse;
     const std::optional<FreeBody>& free = i.model.frames[f].free;
     if (!free) continue;
-    const std::size_t axes = free->axes.size();
+    const std::size_t axes = free->joints.size();
     for (std::size_t k = 0; k < axes; ++k) {
-      one.axes.push_back({m.coordinate[k], m.rate[k], m.drive_impulse[k], m.stop_impulse[k]});
+      one.joints.push_back({m.coordinate[k], m.rate[k], m.motor_impulse[k], m.limit_impulse[k]});
     }
     const int parent = i.model.frames[f].parent;
     const Mat3 above = parent < 0 ? Mat3(Mat3::Identity())
                                   : Mat3(Eigen::Map<const Mat3>(
                                         i.state.frames[static_cast<std::size_t>(parent)].rotation));
-    if (free->turns_freely) one.free_spin = above * Vec3(m.rate + axes);
+    if (free->free_rotation) one.free_spin = above * Vec3(m.rate + axes);
   }
   return out;
 }
@@ -371,8 +371,8 @@ void Solver::clear_boundary_loads() {
   }
   for (FrameMotion& frame : s.frames) {
     frame.impulse = frame.angular_impulse = Vec3::Zero();
-    std::fill_n(frame.drive_impulse, kMostAxes, 0.0);
-    std::fill_n(frame.stop_impulse, kMostAxes, 0.0);
+    std::fill_n(frame.motor_impulse, kMostJoints, 0.0);
+    std::fill_n(frame.limit_impulse, kMostJoints, 0.0);
   }
   std::fill(s.boundary_impulse.begin(), s.boundary_impulse.end(), Vec3::Zero());
   std::fill(s.boundary_angular_impulse.begin(), s.boundary_angular_impulse.end(), Vec3::Zero());
@@ -385,7 +385,7 @@ Energy Solver::energy() const {
   return energy_of(impl_->model, impl_->workspace, impl_->state);
 }
 
-Health Solver::health() const {
+Diagnostics Solver::diagnostics() const {
   const State& s = impl_->state;
   const Workspace& w = impl_->workspace;
   // Steps keep the counts, so that a call after every step does not walk through all pairs.
@@ -397,11 +397,11 @@ Health Solver::health() const {
       points += points_of(pair, s);
     }
   }
-  Health health = s.health;
-  health.pairs = s.pairs.size();
-  health.patches = static_cast<std::uint64_t>(patches);
-  health.points = static_cast<std::uint64_t>(points);
-  return health;
+  Diagnostics diagnostics = s.diagnostics;
+  diagnostics.pairs = s.pairs.size();
+  diagnostics.patches = static_cast<std::uint64_t>(patches);
+  diagnostics.points = static_cast<std::uint64_t>(points);
+  return diagnostics;
 }
 
 std::vector<double> Solver::contact_overlaps() const {
@@ -458,7 +458,7 @@ std::vector<LoadInterval> Solver::take_load_intervals(bool up_to_now) {
   return intervals;
 }
 
-const std::vector<OpposedLoad>& Solver::opposed_loads() const {
+const std::vector<CompressiveLoad>& Solver::compressive_loads() const {
   return impl_->state.statistics.opposed;
 }
 const std::vector<SurfaceSums>& Solver::surface_sums() const {

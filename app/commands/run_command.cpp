@@ -20,7 +20,7 @@
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
-#include "experiments/inspection/run_health.h"
+#include "experiments/inspection/run_diagnostics.h"
 #include "experiments/inspection/state_trace.h"
 #include "experiments/material_records/material_record.h"
 #include "experiments/results/results_file.h"
@@ -115,12 +115,12 @@ void log_case(const Case& c, const std::string& results_file) {
 }
 
 // Largest overlap as a fraction of the smallest edge of that particle's bounding box.
-double relative_overlap(const Case& c, const Health& health) {
-  if (health.largest_overlap_particle < 0) return 0;
+double relative_overlap(const Case& c, const Diagnostics& diagnostics) {
+  if (diagnostics.largest_overlap_particle < 0) return 0;
   const Particle& particle =
-      c.model.particles.at(static_cast<std::size_t>(health.largest_overlap_particle));
+      c.model.particles.at(static_cast<std::size_t>(diagnostics.largest_overlap_particle));
   const Shape& shape = c.model.shapes.at(static_cast<std::size_t>(particle.shape));
-  return health.largest_overlap / shape.box.minCoeff();
+  return diagnostics.largest_overlap / shape.box.minCoeff();
 }
 
 // Warning on the quality of the contacts and the energy account of a run; empty: none.
@@ -129,7 +129,7 @@ std::string warning_of_run(const Case& c, const std::string& results_file,
   if (summary.steps == 0) return {};
   try {
     const Recording recording(results_file);
-    std::string warning = health_warning(contact_health(recording, c));
+    std::string warning = contact_warning(contact_diagnostics(recording, c));
     if (const auto account = energy_account(recording))
       if (const std::string energy = energy_warning(*account); !energy.empty())
         warning += (warning.empty() ? "" : "; ") + energy;
@@ -162,11 +162,11 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
                          {"sets", m.sets}});
   }
   document["energy"] = energy_json(s.energy);
-  document["diagnostics"] = {{"largest_overlap", s.health.largest_overlap},
-                             {"largest_overlap_relative", relative_overlap(c, s.health)},
-                             {"largest_overlap_particle", s.health.largest_overlap_particle},
-                             {"late_contacts", s.health.late_contacts},
-                             {"energy_error", s.health.energy_rise},
+  document["diagnostics"] = {{"largest_overlap", s.diagnostics.largest_overlap},
+                             {"largest_overlap_relative", relative_overlap(c, s.diagnostics)},
+                             {"largest_overlap_particle", s.diagnostics.largest_overlap_particle},
+                             {"late_contacts", s.diagnostics.late_contacts},
+                             {"energy_error", s.diagnostics.energy_error},
                              {"warning", warning}};
   document["profile"] = profile_json(s.profile);
   document["firn_version"] = firn_version();
@@ -182,9 +182,9 @@ void log_summary(const Case& c, const RunSummary& s) {
   spdlog::info(
       "diagnostics: largest overlap {} mm ({} % of the thickness), {} late contacts, "
       "energy error {} J",
-      number_text(s.health.largest_overlap * 1e3, 3),
-      number_text(100 * relative_overlap(c, s.health), 2), s.health.late_contacts,
-      number_text(s.health.energy_rise, 3));
+      number_text(s.diagnostics.largest_overlap * 1e3, 3),
+      number_text(100 * relative_overlap(c, s.diagnostics), 2), s.diagnostics.late_contacts,
+      number_text(s.diagnostics.energy_error, 3));
   spdlog::info(
       "energy: {} J kinetic, {} J elastic, {} J dissipated by restitution, {} J by friction{}",
       number_text(s.energy.kinetic), number_text(s.energy.elastic),

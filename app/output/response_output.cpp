@@ -116,7 +116,7 @@ Json energy_json(const Energy& e) {
           {"elastic", e.elastic},
           {"dissipated_normal", e.dissipated_normal},
           {"dissipated_friction", e.dissipated_friction},
-          {"dissipated_boundaries", e.dissipated_walls},
+          {"dissipated_boundaries", e.dissipated_boundaries},
           {"dissipated_bonds", e.dissipated_bonds},
           {"boundary_work", e.boundary_work},
           {"removed", e.removed}};

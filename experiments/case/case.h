@@ -30,7 +30,7 @@ struct Fill {
 };
 
 // Batches of bodies at given places, on a schedule: cubes in the cavities of a mold.
-struct Source {
+struct Inlet {
   std::string name, shape;
   std::vector<Vec3> positions;  // m, centres of mass, world; one body each in every batch
   Quat orientation = Quat::Identity();
@@ -46,7 +46,7 @@ struct Source {
 };
 
 // A region of space: a box, or the half-space that `normal` points into.
-struct Gate {
+struct Sensor {
   std::string name;
   bool is_box = false;
   Vec3 region_min = Vec3::Zero(), region_max = Vec3::Zero();  // m
@@ -69,7 +69,7 @@ struct TagRule {
 
 // Closes when a free frame's coordinate has been at or above `closes_at` for the hold time without
 // being driven, and opens below `opens_at`.
-struct Switch {
+struct LimitSwitch {
   std::string name;
   int frame = 0, axis = 0;
   double closes_at = 0, opens_at = 0;  // m or rad
@@ -92,11 +92,11 @@ struct Stage {
   double min_duration = 0;   // s, before which it does not end
   // Empty: all particles were inserted and have left through an outlet.
   // At rest: every particle inside slower than this and none left, for the hold time.
-  double rest_kinetic_energy = 0;  // J, mean per present particle
-  double rest_hold = 0;            // s
-  int closed_switch = 0;           // switched: this one is closed
-  // passed: so many particles, or so much mass, have been in a gate since the stage began.
-  int gate = 0;
+  double settle_energy = 0;  // J, mean per present particle
+  double settle_time = 0;    // s
+  int closed_switch = 0;     // switched: this one is closed
+  // passed: so many particles, or so much mass, have been in a sensor since the stage began.
+  int sensor = 0;
   int count = 0;    // 0: by mass
   double mass = 0;  // kg
   // stalled: a free frame's axis is driven, and has come less than a tenth of its way.
@@ -119,13 +119,13 @@ struct Stage {
     Motion motion;
     bool ends_with_stage = false;
   };
-  struct StartedDrive {
+  struct StageMotor {
     int frame = 0, axis = 0;
-    Drive drive;
+    Motor motor;
     bool ends_with_stage = true;
   };
   std::vector<StartedMotion> motions;
-  std::vector<StartedDrive> drives;
+  std::vector<StageMotor> motors;
 
   bool ends_on(Until event) const {
     return std::find(until.begin(), until.end(), event) != until.end();
@@ -206,7 +206,7 @@ struct Case {
   std::string source;   // file it was read from, for messages
   double duration = 0;  // s, latest end
   std::uint64_t seed = 1;
-  double steps_per_quarter_period = 10;  // for timestep = "auto"
+  double steps_per_loading = 10;  // for timestep = "auto"
   bool automatic_timestep = true;
   std::string timestep_reason;  // printed with the time step
   bool allow_unstable_timestep = false;
@@ -218,26 +218,26 @@ struct Case {
     Vec3 position, velocity, angular_velocity;
     Quat orientation;        // shape axes -> world
     double insert_time = 0;  // s; before 0 for those of an earlier run
-    int batch = -1;          // of its fill or source in that run
+    int batch = -1;          // of its fill or inlet in that run
   };
   std::vector<Placed> placed;            // those of [initial_state] before those of [[particles]]
   std::vector<FrameStart> frame_starts;  // of [initial_state], parents first
   std::string start;  // what [initial_state] took, in words; empty: there is none
   std::vector<Fill> fills;
-  std::vector<Source> sources;                 // their particles follow those of the fills
-  std::vector<std::pair<int, int>> may_touch;  // boundaries that may overlap each other
+  std::vector<Inlet> inlets;                            // their particles follow those of the fills
+  std::vector<std::pair<int, int>> allow_overlap_with;  // boundaries that may overlap each other
   // For messages, "FILE:LINE: KEY": of the boundaries that the case names, and of placed particles.
   std::vector<std::string> boundary_places, particle_places;
-  std::vector<Gate> gates;
+  std::vector<Sensor> sensors;
   std::vector<TagRule> tag_rules;
-  std::vector<Switch> switches;
+  std::vector<LimitSwitch> limit_switches;
   std::vector<Outlet> outlets;
   std::vector<Stage> stages;  // empty: one stage until `duration`
   std::optional<DrainedRepose> drained_repose;
   std::vector<Measure> measures;
-  double wear_rate = 0;     // 1/Pa, of boundaries: Archard's k / H; 0: not asked for
-  double frames_every = 0;  // s
-  double states_every = 0;  // s; 0: no states are kept in the results file
+  double wear_rate = 0;       // 1/Pa, of boundaries: Archard's k / H; 0: not asked for
+  double frame_interval = 0;  // s
+  double state_interval = 0;  // s; 0: no states are kept in the results file
   std::vector<AppliedMaterial> material_records;
   std::string resolved;  // TOML text of the whole case, defaults filled in, mesh files embedded
                          // by content hash and path made absolute; read_case_text() of it

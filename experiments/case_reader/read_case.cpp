@@ -34,10 +34,10 @@ void read_head(const TomlTable& root, Case& c) {
   if (!t.has("seed")) t.set("seed", 1);
   c.seed = static_cast<std::uint64_t>(t.integer64("seed", 0));
   c.model.gravity = t.vector("gravity", dimension::acceleration, "0 0 -9.81 m/s^2");
-  c.steps_per_quarter_period = t.number("steps_per_loading", c.steps_per_quarter_period);
-  if (!(c.steps_per_quarter_period >= 1 && c.steps_per_quarter_period <= 1e6)) {
+  c.steps_per_loading = t.number("steps_per_loading", c.steps_per_loading);
+  if (!(c.steps_per_loading >= 1 && c.steps_per_loading <= 1e6)) {
     t.fail("steps_per_loading",
-           fmt::format("is {}; expected a number from 1 to 1e6", c.steps_per_quarter_period));
+           fmt::format("is {}; expected a number from 1 to 1e6", c.steps_per_loading));
   }
   c.automatic_timestep = t.string("timestep", "auto") == "auto";
   if (!c.automatic_timestep) {
@@ -61,9 +61,9 @@ void read_numerics(const TomlTable& root, Case& c) {
   const auto length = [&](std::string_view key, double& value, Sign sign) {
     value = t.quantity(key, dimension::length, sign, si_text(value, dimension::length));
   };
-  fraction("contact_margin", n.contact_shell, false);
-  length("contact_margin_limit", n.shell_limit, Sign::positive);
-  fraction("contact_update_fraction", n.refresh_fraction, true);
+  fraction("contact_margin", n.contact_margin, false);
+  length("contact_margin_limit", n.contact_margin_limit, Sign::positive);
+  fraction("contact_update_fraction", n.contact_update_fraction, true);
   length("skin", n.skin, Sign::non_negative);
   fraction("overlap_limit", n.overlap_limit, false);
   c.allow_unstable_timestep = t.boolean("allow_unstable_timestep", false);
@@ -87,9 +87,9 @@ void check_timestep(const TomlTable& root, Case& c) {
 void read_output(const TomlTable& root, Case& c) {
   const TomlTable t = root.table("output");
   t.allow({"frame_interval", "state_interval"});
-  c.frames_every = t.quantity("frame_interval", dimension::time, Sign::positive, "10 ms");
+  c.frame_interval = t.quantity("frame_interval", dimension::time, Sign::positive, "10 ms");
   if (t.has("state_interval"))
-    c.states_every = t.quantity("state_interval", dimension::time, Sign::positive);
+    c.state_interval = t.quantity("state_interval", dimension::time, Sign::positive);
 }
 
 void read_experiment(const TomlTable& root, Case& c) {
@@ -112,7 +112,7 @@ void check_names(const TomlTable& root, const std::vector<Boundary>& boundaries)
   }
 }
 
-// Those of fills, then those of sources.
+// Those of fills, then those of inlets.
 void add_coming_particles(Case& c) {
   const auto add = [&](const std::string& shape_name, std::size_t count, int tag) {
     const auto shape = std::ranges::find(c.model.shapes, shape_name, &Shape::name);
@@ -120,7 +120,7 @@ void add_coming_particles(Case& c) {
     c.model.particles.insert(c.model.particles.end(), count, Particle{index, tag});
   };
   for (const Fill& fill : c.fills) add(fill.shape, static_cast<std::size_t>(fill.count), fill.tag);
-  for (const Source& source : c.sources)
+  for (const Inlet& source : c.inlets)
     add(source.shape, static_cast<std::size_t>(source.batches) * source.positions.size(),
         source.tag);
 }
@@ -193,9 +193,9 @@ void check_steps(const TomlTable& root, const Case& c) {
   for (std::size_t i = 0; i < std::min(stages.size(), c.stages.size()); ++i)
     require_a_step(stages[i], "max_duration", c.stages[i].max_duration);
   // Two batches in one step would be put into each other.
-  const std::vector<TomlTable> sources = root.tables("inlets"), fills = root.tables("fills");
-  for (std::size_t i = 0; i < std::min(sources.size(), c.sources.size()); ++i)
-    if (c.sources[i].batches > 1) require_a_step(sources[i], "interval", c.sources[i].interval);
+  const std::vector<TomlTable> inlets = root.tables("inlets"), fills = root.tables("fills");
+  for (std::size_t i = 0; i < std::min(inlets.size(), c.inlets.size()); ++i)
+    if (c.inlets[i].batches > 1) require_a_step(inlets[i], "interval", c.inlets[i].interval);
   for (std::size_t i = 0; i < std::min(fills.size(), c.fills.size()); ++i)
     if (c.fills[i].interval > 0) require_a_step(fills[i], "interval", c.fills[i].interval);
 }
@@ -236,15 +236,15 @@ Case read_case_text(const std::string& text, const std::string& source,
   read_start(root, directory, c);
   read_particles(root, c);
   c.fills = read_fills(root, model.shapes);
-  c.sources = read_sources(root, model.shapes);
+  c.inlets = read_inlets(root, model.shapes);
   c.outlets = read_outlets(root);
-  c.gates = read_gates(root);
+  c.sensors = read_gates(root);
   c.tag_rules = read_tag_rules(root);
-  c.switches = read_switches(root, model.frames);
+  c.limit_switches = read_switches(root, model.frames);
   read_experiment(root, c);
   check_names(root, model.boundaries);
   for (const TomlTable& t : root.tables("boundaries")) c.boundary_places.push_back(t.place());
-  c.may_touch = read_may_touch(root, model.boundaries);
+  c.allow_overlap_with = read_may_touch(root, model.boundaries);
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
@@ -259,7 +259,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   }
   check_interactions(root, model, interactions.given);
   if (c.automatic_timestep) {
-    const TimestepAdvice advice = advise_timestep(model, c.steps_per_quarter_period);
+    const TimestepAdvice advice = advise_timestep(model, c.steps_per_loading);
     model.timestep = advice.timestep;
     c.timestep_reason = advice.reason;
   }

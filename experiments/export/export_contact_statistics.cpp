@@ -87,14 +87,14 @@ void export_contacts(const Recording& recording, const std::string& directory) {
   csv.close();
 }
 
-void export_opposed(const Recording& recording, const std::vector<OpposedLoad>& loads,
+void export_opposed(const Recording& recording, const std::vector<CompressiveLoad>& loads,
                     const std::string& directory) {
   const std::vector<std::string> boundaries = recording.strings("/statistics/boundary_name");
   CsvFile csv(directory, "compressive_loads.csv");
   csv.line("particle,load [N],time [s],body_0,body_1");
   const std::size_t particles = recording.particle_count();
   for (std::size_t i = 0; i < loads.size(); ++i) {
-    const OpposedLoad& o = loads[i];
+    const CompressiveLoad& o = loads[i];
     csv.line(fmt::format("{},{},{},{},{}", i, o.load, o.load > 0 ? fmt::format("{}", o.time) : "",
                          body_name(o.by[0], particles, boundaries),
                          body_name(o.by[1], particles, boundaries)));
@@ -187,7 +187,7 @@ void export_statistics_vtk(const Recording& recording, const std::string& direct
 
 void export_statistics_csv(const Recording& recording, const std::string& directory) {
   if (recording.contains("/events/start")) export_contacts(recording, directory);
-  const std::vector<OpposedLoad> opposed = opposed_loads(recording);
+  const std::vector<CompressiveLoad> opposed = compressive_loads(recording);
   if (!opposed.empty()) export_opposed(recording, opposed, directory);
   const std::vector<BoundaryLoads> boundaries = boundary_loads(recording);
   if (!boundaries.empty()) export_boundary_triangles(boundaries, directory);

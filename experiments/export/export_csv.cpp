@@ -37,16 +37,16 @@ void export_particles(const Recording& recording, const std::string& directory) 
   std::string header =
       "particle,shape,tag,mass [kg],peak_normal_force [N],exit_time [s],discharge_time [s],batch,"
       "insert_time [s],outlet";
-  std::vector<std::vector<double>> gates;
-  for (const Gate& gate : c.gates) {
-    header += "," + encode::csv_field(gate.name + "_time [s]");
-    gates.push_back(recording.gate_time(gate.name));
+  std::vector<std::vector<double>> sensors;
+  for (const Sensor& sensor : c.sensors) {
+    header += "," + encode::csv_field(sensor.name + "_time [s]");
+    sensors.push_back(recording.sensor_time(sensor.name));
   }
   csv.line(header);
   const std::vector<int> shape = recording.shape(), tag = recording.tag(),
                          batch = recording.batch(), outlet = recording.outlet();
   const std::vector<double> mass = recording.mass(), peak = recording.peak_normal_force(),
-                            exit = recording.exit_time(), door = recording.door_time(),
+                            exit = recording.exit_time(), door = recording.discharge_time(),
                             came = recording.insert_time();
   const auto or_empty = [](double t) {
     return std::isnan(t) ? std::string() : fmt::format("{}", t);
@@ -57,7 +57,7 @@ void export_particles(const Recording& recording, const std::string& directory) 
     std::string line =
         fmt::format("{},{},{},{},{},{},{},{},{},{}", i, shape[i], tag[i], mass[i], peak[i],
                     or_empty(exit[i]), or_empty(door[i]), batch[i], or_empty(came[i]), by);
-    for (const std::vector<double>& times : gates) line += "," + or_empty(times[i]);
+    for (const std::vector<double>& times : sensors) line += "," + or_empty(times[i]);
     csv.line(line);
   }
   csv.close();

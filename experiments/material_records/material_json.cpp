@@ -236,7 +236,7 @@ ReferenceSet read_reference_set(const JsonReader& j) {
           })};
 }
 
-EnsembleAxis read_axis(const JsonReader& j) {
+EnsembleAxis read_joint(const JsonReader& j) {
   j.allow({"parameter", "scale", "min", "max", "mean"});
   const std::string scale = j.string("scale");
   if (scale != "log" && scale != "linear")
@@ -260,7 +260,7 @@ EnsembleCombination read_combination(const JsonReader& j) {
 PosteriorEnsemble read_ensemble(const JsonReader& j) {
   j.allow({"axes", "covariance", "combinations", "samples", "reference_sets"});
   PosteriorEnsemble f;
-  f.axes = read_all(j, "axes", read_axis);
+  f.axes = read_all(j, "axes", read_joint);
   f.covariance = read_all(j, "covariance", [](const JsonReader& row) { return row.numbers(); });
   f.combinations = read_all(j, "combinations", read_combination);
   f.samples = read_all(j, "samples", [](const JsonReader& p) {

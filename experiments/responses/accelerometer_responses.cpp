@@ -28,13 +28,13 @@ std::vector<Response> accelerometer_responses(const Recording& recording, const 
     const std::vector<double> times = recording.frame_times(),
                               rate = recording.series(group + "rate"),
                               force = recording.series(group + "force");
-    const std::size_t axes = frame.free->axes.size();
-    const Vec3& direction = frame.free->axes[static_cast<std::size_t>(m.axis)].direction;
+    const std::size_t axes = frame.free->joints.size();
+    const Vec3& direction = frame.free->joints[static_cast<std::size_t>(m.axis)].direction;
     std::vector<double> acceleration, along;
     for (std::size_t i = 1; i < times.size(); ++i) {
       const double interval = times[i] - times[i - 1];
       // The last frame may follow the one before it sooner.
-      if (interval < 0.5 * c.frames_every) continue;
+      if (interval < 0.5 * c.frame_interval) continue;
       const std::size_t at = i * axes + static_cast<std::size_t>(m.axis);
       acceleration.push_back((rate[at] - rate[at - axes]) / interval);
       along.push_back(Vec3(force[3 * i], force[3 * i + 1], force[3 * i + 2]).dot(direction));
@@ -42,8 +42,8 @@ std::vector<Response> accelerometer_responses(const Recording& recording, const 
     if (acceleration.size() < 3) continue;
     const std::string name = m.name.empty() ? "" : m.name + "_";
     const std::string method = fmt::format("largest magnitude, CFC {:g} of SAE J211-1", m.cfc);
-    const double peak = largest(channel_filter(acceleration, c.frames_every, m.cfc));
-    const double contact = largest(channel_filter(along, c.frames_every, m.cfc));
+    const double peak = largest(channel_filter(acceleration, c.frame_interval, m.cfc));
+    const double contact = largest(channel_filter(along, c.frame_interval, m.cfc));
     out.push_back({name + "acceleration_peak", {peak}, {}, "m/s^2", method, 1});
     out.push_back({name + "contact_force_peak",
                    {contact},

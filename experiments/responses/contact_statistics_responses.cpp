@@ -36,7 +36,7 @@ void add_contacts(const Recording& recording, std::vector<Response>& out) {
 }
 
 void add_opposed(const Recording& recording, std::vector<Response>& out) {
-  const std::vector<OpposedLoad> all = opposed_loads(recording);
+  const std::vector<CompressiveLoad> all = compressive_loads(recording);
   if (all.empty()) return;
   // Who never came has borne nothing.
   const std::vector<double> inserted = recording.insert_time();
@@ -88,7 +88,7 @@ std::vector<Response> statistics_responses(const Recording& recording, const Cas
   std::vector<Response> out;
   const StatisticsOptions& options = c.model.statistics;
   if (options.events) add_contacts(recording, out);
-  if (options.opposed_loads) add_opposed(recording, out);
+  if (options.compressive_loads) add_opposed(recording, out);
   if (!options.watched.empty()) add_triangles(recording, out);
   return out;
 }

@@ -44,9 +44,9 @@ Signal of_part(const Recording& r, const Case& c, const Measure& m, const std::s
 Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
   const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(m.frame)];
   const std::string group = "/motion_frames/" + frame.name + "/";
-  const std::size_t axes = frame.free->axes.size(), k = static_cast<std::size_t>(m.axis);
-  const FreeAxis& axis = frame.free->axes[k];
-  const bool turns = axis.kind == FreeAxis::Kind::rotation;
+  const std::size_t axes = frame.free->joints.size(), k = static_cast<std::size_t>(m.axis);
+  const Joint& axis = frame.free->joints[k];
+  const bool turns = axis.kind == Joint::Kind::rotation;
   const auto column = [&](const std::string& name) {
     std::vector<double> values;
     const std::vector<double> rows = r.series(group + name);
@@ -88,14 +88,14 @@ std::vector<Response> curve_responses(const Recording& recording, const Case& c)
     Signal x = signal_of(recording, c, m, m.x), y = signal_of(recording, c, m, m.y);
     std::size_t frames = std::min(x.values.size(), y.values.size());
     // The last frame may follow the one before it sooner, which a filter does not expect.
-    if (m.cfc > 0 && frames > 2 && times[frames - 1] - times[frames - 2] < 0.5 * c.frames_every)
+    if (m.cfc > 0 && frames > 2 && times[frames - 1] - times[frames - 2] < 0.5 * c.frame_interval)
       --frames;
     if (frames < 2) continue;
     x.values.resize(frames);
     y.values.resize(frames);
     std::string method = fmt::format("{} over {} of \"{}\"", m.y, m.x, measured_part(c, m));
     if (m.cfc > 0) {
-      y.values = channel_filter(y.values, c.frames_every, m.cfc);
+      y.values = channel_filter(y.values, c.frame_interval, m.cfc);
       method += fmt::format(", CFC {:g} of SAE J211-1", m.cfc);
     }
     const auto points = static_cast<std::size_t>(m.points);

@@ -233,7 +233,7 @@ DrainedHeap drained_heap(const Recording& recording, const Case& c) {
   if (!opening || times.empty()) return heap;
   heap.opened = true;
   heap.particle_size = mean_particle_size(recording, c);
-  heap.settled = recording.stages().back().ended_by == "settled";
+  heap.settled = recording.stages().back().end_reason == "settled";
   heap.observed = times.back() - *opening;
 
   // The last frame before the door opened (a frame at that very step still counts).
@@ -242,7 +242,7 @@ DrainedHeap drained_heap(const Recording& recording, const Case& c) {
   heap.filled = particles_in_box(recording, c,
                                  static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - 1, 0)));
   heap.remaining = particles_in_box(recording, c, times.size() - 1);
-  for (double t : recording.door_time()) {
+  for (double t : recording.discharge_time()) {
     if (std::isfinite(t)) heap.door_times.push_back(t - *opening);
   }
   std::sort(heap.door_times.begin(), heap.door_times.end());

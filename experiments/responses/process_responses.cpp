@@ -163,9 +163,9 @@ void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
             "one value for each column of [[tag_rules]], in order");
 }
 
-void add_gate(const Recording& recording, const Gate& gate, const std::vector<TagRule>& rules,
-              Out& out) {
-  const std::vector<double> passed = recording.gate_time(gate.name),
+void add_sensor(const Recording& recording, const Sensor& sensor, const std::vector<TagRule>& rules,
+                Out& out) {
+  const std::vector<double> passed = recording.sensor_time(sensor.name),
                             inserted = recording.insert_time(), mass = recording.mass();
   std::vector<int> batch = recording.batch(), tag = recording.tag();
   std::vector<double> times, residence, came, through;
@@ -184,7 +184,7 @@ void add_gate(const Recording& recording, const Gate& gate, const std::vector<Ta
     passages.emplace_back(passed[i], mass[i]);
     total += mass[i];
   }
-  const std::string name = gate.name + "_";
+  const std::string name = sensor.name + "_";
   out.add(name + "count", {static_cast<double>(times.size())}, "1",
           "particles whose centre has passed the sensor");
   out.add(name + "mass", {total}, "kg", "their mass");
@@ -253,12 +253,12 @@ void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
   const char* const of_frames = "largest magnitude of the means over output frames";
   out.add(name + "largest_force", {largest("force")}, "N", of_frames);
   out.add(name + "largest_torque", {largest("torque")}, "N m", of_frames);
-  if (!frame.free || frame.free->axes.empty()) return;
-  const std::size_t axes = frame.free->axes.size();
+  if (!frame.free || frame.free->joints.empty()) return;
+  const std::size_t axes = frame.free->joints.size();
   const std::vector<double> at = recording.series(group + "coordinate"),
                             drive = recording.series(group + "motor_load");
   if (at.size() < axes) return;
-  const bool turns = frame.free->axes[0].kind == FreeAxis::Kind::rotation;
+  const bool turns = frame.free->joints[0].kind == Joint::Kind::rotation;
   out.add(name + "coordinate_end", {at[at.size() - axes]}, turns ? "rad" : "m",
           "of its first axis in the last frame");
   double most = 0;
@@ -267,9 +267,9 @@ void add_frame(const Recording& recording, const MotionFrame& frame, Out& out) {
           "of its first axis; largest mean over an output frame");
 }
 
-// Whether all of a source's batch, whose first particle is this, are farther than a bounding radius
+// Whether all of an inlet's batch, whose first particle is this, are farther than a bounding radius
 // from where they came, or gone.
-bool has_left(const Source& source, std::size_t first, const Frame& last, const Model& model) {
+bool has_left(const Inlet& source, std::size_t first, const Frame& last, const Model& model) {
   for (std::size_t i = 0; i < source.positions.size() && first + i < last.position.size(); ++i) {
     const auto& p = last.position[first + i];
     const auto shape = static_cast<std::size_t>(model.particles[first + i].shape);
@@ -283,7 +283,7 @@ bool has_left(const Source& source, std::size_t first, const Frame& last, const 
 
 std::vector<Response> scene_responses(const Recording& recording, const Case& c) {
   Out out;
-  if (c.gates.empty() && c.switches.empty() && c.sources.empty() && c.model.frames.empty())
+  if (c.sensors.empty() && c.limit_switches.empty() && c.inlets.empty() && c.model.frames.empty())
     return {};
   for (const StageRecord& stage : recording.stages()) {
     if (!std::isfinite(stage.end)) continue;
@@ -291,7 +291,7 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
     out.add("duration_" + stage.name, {duration}, "s", "of the stage");
     const auto counts = [&](const Stage& s) { return s.name == stage.name && s.count > 0; };
     if (std::ranges::none_of(c.stages, counts)) continue;
-    const bool passed = stage.ended_by.starts_with("passed");
+    const bool passed = stage.end_reason.starts_with("passed");
     out.add(stage.name + "_time_to_count",
             {passed ? duration : std::numeric_limits<double>::quiet_NaN()}, "s",
             "until so many had passed the stage's sensor; undefined: it ended before");
@@ -300,9 +300,9 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
   const std::size_t frames = recording.frame_times().size();
   const Frame last = frames > 0 ? recording.frame(frames - 1) : Frame{};
   std::size_t coming = inserted.size();
-  for (const Source& s : c.sources)
+  for (const Inlet& s : c.inlets)
     coming -= static_cast<std::size_t>(s.batches) * s.positions.size();
-  for (const Source& s : c.sources) {
+  for (const Inlet& s : c.inlets) {
     double batches = 0, released = 0;
     for (int b = 0; b < s.batches; ++b, coming += s.positions.size()) {
       if (std::isnan(inserted[coming])) continue;
@@ -314,7 +314,7 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
             "of them, of which no particle is in its place any more at the end");
   }
   add_loads(recording, inserted, out);
-  for (const Gate& gate : c.gates) add_gate(recording, gate, c.tag_rules, out);
+  for (const Sensor& sensor : c.sensors) add_sensor(recording, sensor, c.tag_rules, out);
   for (const MotionFrame& frame : c.model.frames) add_frame(recording, frame, out);
   return out.responses;
 }

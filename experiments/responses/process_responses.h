@@ -1,4 +1,5 @@
-// Responses of the scene language: what gates counted, switches and sources did, frames bore.
+// Responses of the scene language: what sensors counted, limit switches and inlets did, frames
+// bore.
 #pragma once
 
 #include <vector>
@@ -11,7 +12,7 @@ namespace firn {
 class Recording;
 
 // Named after the case's own names, blanks replaced by underscores. None for a case without
-// gates, switches, sources and motion frames.
+// sensors, limit switches, inlets and motion frames.
 std::vector<Response> scene_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

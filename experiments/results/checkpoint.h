@@ -28,8 +28,8 @@ void remove_checkpoints(hdf5::File& file);
 // The whole checkpoints of a file, newest first. Half-written ones are passed over.
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file);
 
-// States kept on the way of a run (output.states_every), each under its step, for replays. Written
-// in the same form as checkpoints; half-written ones count as absent.
+// States kept on the way of a run (output.state_interval), each under its step, for replays.
+// Written in the same form as checkpoints; half-written ones count as absent.
 void write_state(hdf5::File& file, std::uint64_t step, const std::vector<std::byte>& payload);
 std::vector<std::uint64_t> kept_states(const hdf5::File& file);  // steps, ascending
 std::optional<std::vector<std::byte>> read_state(const hdf5::File& file, std::uint64_t step);

@@ -157,16 +157,16 @@ void write_field(hdf5::File& file, const std::string& path, const char* unit,
   file.set_attribute(path, "unit", std::string(unit));
 }
 
-void write_opposed(hdf5::File& file, const std::vector<OpposedLoad>& loads) {
+void write_opposed(hdf5::File& file, const std::vector<CompressiveLoad>& loads) {
   const hdf5::Shape all{loads.size()};
-  const std::span<const OpposedLoad> span(loads);
+  const std::span<const CompressiveLoad> span(loads);
   write_field(file, "/particles/compressive_load", "N", all, span,
-              [](const OpposedLoad& o) { return o.load; });
+              [](const CompressiveLoad& o) { return o.load; });
   write_field(file, "/particles/compressive_load_time", "s", all, span,
-              [](const OpposedLoad& o) { return o.load > 0 ? o.time : NAN; });
+              [](const CompressiveLoad& o) { return o.load > 0 ? o.time : NAN; });
   for (const std::size_t k : {0, 1}) {
     write_field(file, fmt::format("/particles/compressive_load_body_{}", k), "1", all, span,
-                [&](const OpposedLoad& o) {
+                [&](const CompressiveLoad& o) {
                   return o.load > 0 ? number_of_body(o.by[k], loads.size()) : NAN;
                 });
   }
@@ -174,7 +174,7 @@ void write_opposed(hdf5::File& file, const std::vector<OpposedLoad>& loads) {
 
 void write_sums(hdf5::File& file, const Case& c, const Solver& solver) {
   const StatisticsOptions& options = c.model.statistics;
-  if (options.opposed_loads) write_opposed(file, solver.opposed_loads());
+  if (options.compressive_loads) write_opposed(file, solver.compressive_loads());
   std::size_t first = 0;
   for (std::size_t k = 0; k < options.surfaces.size(); ++k) {
     const std::size_t count = options.surfaces[k].triangles.size();
@@ -313,13 +313,14 @@ std::vector<ContactEvent> contact_events(const Recording& recording) {
   return events;
 }
 
-std::vector<OpposedLoad> opposed_loads(const Recording& recording) {
+std::vector<CompressiveLoad> compressive_loads(const Recording& recording) {
   if (!recording.contains("/particles/compressive_load")) return {};
   const std::vector<double> load = recording.values("/particles/compressive_load"),
                             time = recording.values("/particles/compressive_load_time"),
                             first = recording.values("/particles/compressive_load_body_0"),
                             second = recording.values("/particles/compressive_load_body_1");
-  std::vector<OpposedLoad> loads(std::min({load.size(), time.size(), first.size(), second.size()}));
+  std::vector<CompressiveLoad> loads(
+      std::min({load.size(), time.size(), first.size(), second.size()}));
   const Bodies bodies(recording);
   for (std::size_t i = 0; i < loads.size(); ++i) {
     if (!(load[i] > 0)) continue;

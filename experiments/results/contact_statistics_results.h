@@ -31,7 +31,7 @@ void append_statistics(hdf5::File& file, const Case& c, Solver& solver, bool at_
 
 // In order of their ends, those under way at the end of the run last.
 std::vector<ContactEvent> contact_events(const Recording& recording);
-std::vector<OpposedLoad> opposed_loads(const Recording& recording);  // [particles]
+std::vector<CompressiveLoad> compressive_loads(const Recording& recording);  // [particles]
 
 // Values on the triangles of a mesh.
 struct TriangleField {

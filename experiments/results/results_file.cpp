@@ -201,7 +201,7 @@ std::vector<double> Recording::peak_normal_force() const {
 std::vector<double> Recording::exit_time() const {
   return impl_->read<double>("/particles/exit_time");
 }
-std::vector<double> Recording::door_time() const {
+std::vector<double> Recording::discharge_time() const {
   return impl_->read<double>("/particles/discharge_time");
 }
 
@@ -211,11 +211,12 @@ std::vector<double> Recording::insert_time() const {
 std::vector<int> Recording::batch() const { return impl_->read<int>("/particles/batch"); }
 std::vector<int> Recording::outlet() const { return impl_->read<int>("/particles/outlet"); }
 
-std::vector<double> Recording::gate_time(const std::string& gate) const {
+std::vector<double> Recording::sensor_time(const std::string& sensor) const {
   const std::vector<std::string> names =
       impl_->guarded([&] { return impl_->file.read_strings("/sensors/name"); });
-  const auto found = std::ranges::find(names, gate);
-  if (found == names.end()) throw InputError(fmt::format("{}: has no sensor \"{}\"", file(), gate));
+  const auto found = std::ranges::find(names, sensor);
+  if (found == names.end())
+    throw InputError(fmt::format("{}: has no sensor \"{}\"", file(), sensor));
   const std::vector<double> all = impl_->read<double>("/particles/sensor_time");
   const auto first =
       all.begin() + (found - names.begin()) * static_cast<std::ptrdiff_t>(particle_count());
@@ -246,12 +247,12 @@ std::vector<StageRecord> Recording::stages() const {
   return impl_->guarded([&] {
     const hdf5::File& file = impl_->file;
     const std::vector<std::string> name = file.read_strings("/stages/name");
-    const std::vector<std::string> ended_by = file.read_strings("/stages/end_reason");
+    const std::vector<std::string> end_reason = file.read_strings("/stages/end_reason");
     const std::vector<double> start = file.read<double>("/stages/start");
     const std::vector<double> end = file.read<double>("/stages/end");
     std::vector<StageRecord> entered;
     for (std::size_t i = 0; i < name.size(); ++i)
-      if (!std::isnan(start[i])) entered.push_back({name[i], start[i], end[i], ended_by[i]});
+      if (!std::isnan(start[i])) entered.push_back({name[i], start[i], end[i], end_reason[i]});
     return entered;
   });
 }

@@ -26,7 +26,7 @@ struct StageRecord {
   std::string name;
   double start = 0, end = 0;  // s; end is NaN while the stage is under way
   // "settled", "empty", "time", "time limit", "end of the case"; none while it is under way.
-  std::string ended_by;
+  std::string end_reason;
 };
 
 // A time series kept with every frame.
@@ -69,13 +69,13 @@ class Recording {
   std::vector<double> mass() const;               // [N] kg
   std::vector<double> peak_normal_force() const;  // [N] N
   std::vector<double> exit_time() const;          // [N] s; NaN: never left through an outlet
-  std::vector<double> door_time()
+  std::vector<double> discharge_time()
       const;  // [N] s, centre of mass first below the floor's underside; NaN
   std::vector<double> insert_time() const;  // [N] s; NaN: has not come
-  std::vector<int> batch() const;           // [N] of its fill or source, from 0; -1: none
+  std::vector<int> batch() const;           // [N] of its fill or inlet, from 0; -1: none
   std::vector<int> outlet() const;          // [N] index of the case's outlets; -1: none
-  // [N] s, first inside that gate of the case; NaN: never. Throws InputError for another name.
-  std::vector<double> gate_time(const std::string& gate) const;
+  // [N] s, first inside that sensor of the case; NaN: never. Throws InputError for another name.
+  std::vector<double> sensor_time(const std::string& sensor) const;
   std::vector<double> frame_times() const;  // [T] s
   Frame frame(std::size_t i) const;
   std::vector<StageRecord> stages() const;

@@ -984,15 +984,15 @@ void check_case(const Contents& contents, const hdf5::File& file, const Case& c)
   expect("O", c.outlets.size(), "outlets");
   expect("B", c.model.bonds.size(), "bonds");
   expect("W", c.model.boundaries.size(), "boundaries");
-  expect("G", c.gates.size(), "sensors");
+  expect("G", c.sensors.size(), "sensors");
   if (contents.datasets.contains("/sensors/name")) {
     const std::vector<std::string> names = file.read_strings("/sensors/name");
     for (std::size_t g = 0; g < names.size(); ++g)
-      if (names[g] != c.gates[g].name)
+      if (names[g] != c.sensors[g].name)
         refuse("/sensors/name",
                fmt::format("entry {} is \"{}\"; expected \"{}\", as the case in the "
                            "file",
-                           g, names[g], c.gates[g].name));
+                           g, names[g], c.sensors[g].name));
   }
   for (const Column& column : result_columns(c.model)) {
     const auto shape = contents.shapes.find(column.path);

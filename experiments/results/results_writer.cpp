@@ -60,11 +60,11 @@ void add_frame(Row& row, const FrameState& frame, const std::optional<FreeBody>&
   if (!free) return;
   row.add(Vec3(frame.reaction_impulse * per_time));
   row.add(Vec3(frame.reaction_angular_impulse * per_time));
-  if (free->turns_freely) row.add(frame.free_spin);
-  for (const FrameState::Axis& axis : frame.axes) row.add(axis.coordinate);
-  for (const FrameState::Axis& axis : frame.axes) row.add(axis.rate);
-  for (const FrameState::Axis& axis : frame.axes) row.add(axis.drive_impulse * per_time);
-  for (const FrameState::Axis& axis : frame.axes) row.add(axis.stop_impulse * per_time);
+  if (free->free_rotation) row.add(frame.free_spin);
+  for (const FrameState::JointState& axis : frame.joints) row.add(axis.coordinate);
+  for (const FrameState::JointState& axis : frame.joints) row.add(axis.rate);
+  for (const FrameState::JointState& axis : frame.joints) row.add(axis.motor_impulse * per_time);
+  for (const FrameState::JointState& axis : frame.joints) row.add(axis.limit_impulse * per_time);
 }
 
 void add_contact(Row& row, const BoundaryContactState& contact, double interval) {
@@ -113,9 +113,9 @@ std::vector<Column> result_columns(const Model& model) {
     if (!frame.free) continue;
     columns.push_back({group + "/reaction_force", "N", {3}});
     columns.push_back({group + "/reaction_torque", "N m", {3}});
-    if (frame.free->turns_freely) columns.push_back({group + "/angular_velocity", "rad/s", {3}});
-    if (frame.free->axes.empty()) continue;
-    const std::size_t axes = frame.free->axes.size();
+    if (frame.free->free_rotation) columns.push_back({group + "/angular_velocity", "rad/s", {3}});
+    if (frame.free->joints.empty()) continue;
+    const std::size_t axes = frame.free->joints.size();
     for (const char* name : {"coordinate", "rate", "motor_load", "limit_load"})
       columns.push_back({group + "/" + name, "SI", {axes}});
   }
@@ -154,15 +154,15 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   for (double value :
        {e.kinetic, e.gravitational, e.elastic,
         e.dissipated_normal + e.dissipated_friction + e.dissipated_bonds, e.dissipated_normal,
-        e.dissipated_friction, e.dissipated_walls, e.boundary_work, e.removed})
+        e.dissipated_friction, e.dissipated_boundaries, e.boundary_work, e.removed})
     row.add(value);
   if (!solver.model().bonds.empty()) row.add(e.dissipated_bonds);
-  const Health& h = solver.health();
+  const Diagnostics& h = solver.diagnostics();
   row.add(h.largest_overlap);
   std::vector<double> overlaps = solver.contact_overlaps();
   std::sort(overlaps.begin(), overlaps.end());
   for (double share : {1.0, 0.99, 0.5}) row.add(quantile(overlaps, share, kNaN));
-  for (double value : {h.energy_rise, static_cast<double>(h.late_contacts),
+  for (double value : {h.energy_error, static_cast<double>(h.late_contacts),
                        static_cast<double>(h.patches), static_cast<double>(h.points)})
     row.add(value);
   return row.take();
@@ -202,16 +202,16 @@ void write_header(hdf5::File& file, const Case& c) {
   file.write<double>("/shapes/volume", {shapes.size()}, shape_volume);
   file.set_attribute("/shapes/mass", "unit", std::string("kg"));
   file.set_attribute("/shapes/volume", "unit", std::string("m^3"));
-  std::vector<std::string> gates, outlets;
-  for (const Gate& gate : c.gates) gates.push_back(gate.name);
+  std::vector<std::string> sensors, outlets;
+  for (const Sensor& sensor : c.sensors) sensors.push_back(sensor.name);
   for (const Outlet& outlet : c.outlets) outlets.push_back(outlet.name);
-  if (!gates.empty()) file.write_strings("/sensors/name", gates);
+  if (!sensors.empty()) file.write_strings("/sensors/name", sensors);
   file.write_strings("/outlets/name", outlets);
   write_particles(file, std::vector<double>(id.size(), 0), ParticleEvents(c));
   file.set_attribute("/particles/peak_normal_force", "unit", std::string("N"));
   for (const char* time : {"exit_time", "discharge_time", "insert_time"})
     file.set_attribute(std::string("/particles/") + time, "unit", std::string("s"));
-  if (!gates.empty()) file.set_attribute("/particles/sensor_time", "unit", std::string("s"));
+  if (!sensors.empty()) file.set_attribute("/particles/sensor_time", "unit", std::string("s"));
   write_stages(file, stages_of(c), {});
   write_bonds(file, c, {});
   create_statistics(file, c);
@@ -225,37 +225,37 @@ void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_fo
   const hdf5::Shape all{peak_normal_force.size()};
   file.write<double>("/particles/peak_normal_force", all, peak_normal_force);
   file.write<double>("/particles/exit_time", all, passages.exit_time);
-  file.write<double>("/particles/discharge_time", all, passages.door_time);
+  file.write<double>("/particles/discharge_time", all, passages.discharge_time);
   file.write<double>("/particles/insert_time", all, passages.insert_time);
   file.write<int>("/particles/outlet", all, passages.outlet);
   file.write<int>("/particles/batch", all, passages.batch);
   file.write<int>("/particles/tag", all, passages.tag);
-  if (passages.gate_time.empty()) return;
-  std::vector<double> gates;
-  for (const std::vector<double>& times : passages.gate_time)
-    gates.insert(gates.end(), times.begin(), times.end());
-  file.write<double>("/particles/sensor_time", {passages.gate_time.size(), all[0]}, gates);
+  if (passages.sensor_time.empty()) return;
+  std::vector<double> sensors;
+  for (const std::vector<double>& times : passages.sensor_time)
+    sensors.insert(sensors.end(), times.begin(), times.end());
+  file.write<double>("/particles/sensor_time", {passages.sensor_time.size(), all[0]}, sensors);
 }
 
 ParticleEvents::ParticleEvents(const Case& c) {
   const std::size_t n = c.model.particles.size();
-  exit_time = door_time = insert_time = std::vector<double>(n, kNaN);
+  exit_time = discharge_time = insert_time = std::vector<double>(n, kNaN);
   outlet = batch = std::vector<int>(n, -1);
   for (const Particle& p : c.model.particles) tag.push_back(p.tag);
   for (const Case::Placed& p : c.placed) {
     insert_time[static_cast<std::size_t>(p.particle)] = p.insert_time;
     batch[static_cast<std::size_t>(p.particle)] = p.batch;
   }
-  gate_time.assign(c.gates.size(), std::vector<double>(n, kNaN));
+  sensor_time.assign(c.sensors.size(), std::vector<double>(n, kNaN));
 }
 
 void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes) {
-  if (c.switches.empty()) return;
+  if (c.limit_switches.empty()) return;
   std::vector<std::string> names;
   std::vector<double> times;
   std::vector<int> closed;
   for (const SwitchChange& change : changes) {
-    names.push_back(c.switches[static_cast<std::size_t>(change.index)].name);
+    names.push_back(c.limit_switches[static_cast<std::size_t>(change.index)].name);
     times.push_back(change.time);
     closed.push_back(static_cast<int>(change.closed));
   }
@@ -307,17 +307,17 @@ std::vector<Stage> stages_of(const Case& c) {
 
 void write_stages(hdf5::File& file, const std::vector<Stage>& stages,
                   const std::vector<StageRecord>& entered) {
-  std::vector<std::string> name, ended_by(stages.size());
+  std::vector<std::string> name, end_reason(stages.size());
   std::vector<double> start(stages.size(), kNaN), end(stages.size(), kNaN);
   for (const Stage& stage : stages) name.push_back(stage.name);
   for (std::size_t i = 0; i < entered.size(); ++i) {
     start[i] = entered[i].start;
     end[i] = entered[i].end;
-    ended_by[i] = entered[i].ended_by;
+    end_reason[i] = entered[i].end_reason;
   }
   const hdf5::Shape all{stages.size()};
   file.write_strings("/stages/name", name);
-  file.write_strings("/stages/end_reason", ended_by);
+  file.write_strings("/stages/end_reason", end_reason);
   file.write<double>("/stages/start", all, start);
   file.write<double>("/stages/end", all, end);
 }

@@ -26,18 +26,18 @@ struct ParticleEvents {
   ParticleEvents() = default;
   explicit ParticleEvents(const Case& c);  // before anything has happened
 
-  std::vector<double> exit_time;    // removed by an outlet
-  std::vector<double> door_time;    // centre of mass first below the floor's underside
-  std::vector<double> insert_time;  // 0 for [[particles]], before 0 for those of [initial_state]
-  std::vector<int> outlet;          // index, -1: none
-  std::vector<int> batch;           // of its fill or source, from 0; -1: [[particles]]
-  std::vector<int> tag;             // now
-  std::vector<std::vector<double>> gate_time;  // [gates][particles], first inside
+  std::vector<double> exit_time;       // removed by an outlet
+  std::vector<double> discharge_time;  // centre of mass first below the floor's underside
+  std::vector<double> insert_time;     // 0 for [[particles]], before 0 for those of [initial_state]
+  std::vector<int> outlet;             // index, -1: none
+  std::vector<int> batch;              // of its fill or inlet, from 0; -1: [[particles]]
+  std::vector<int> tag;                // now
+  std::vector<std::vector<double>> sensor_time;  // [sensors][particles], first inside
 };
 
-// A switch has closed or opened.
+// A limit switch has closed or opened.
 struct SwitchChange {
-  std::int64_t index = 0;  // of the case's switches
+  std::int64_t index = 0;  // of the case's limit switches
   double time = 0;         // s
   std::uint64_t closed = 0;
 };

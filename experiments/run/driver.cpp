@@ -38,7 +38,7 @@ void put(ByteWriter& out, const DriverState& state) {
     out.put(stage.name);
     out.put(stage.start);
     out.put(stage.end);
-    out.put(stage.ended_by);
+    out.put(stage.end_reason);
   }
   out.put(state.statistics);
 }
@@ -54,7 +54,7 @@ void get(ByteReader& in, DriverState& state) {
     in.get(stage.name);
     in.get(stage.start);
     in.get(stage.end);
-    in.get(stage.ended_by);
+    in.get(stage.end_reason);
   }
   in.get(state.statistics);
 }
@@ -63,11 +63,11 @@ void get(ByteReader& in, DriverState& state) {
 template <class Each, class T, class P>
 void walk(const Each& each, T& flow, P& watch) {
   each(flow.fill_batches);
-  each(flow.source_batches);
+  each(flow.inlet_batches);
   auto& p = flow.passages;
-  for (auto* times : {&p.exit_time, &p.door_time, &p.insert_time}) each(*times);
+  for (auto* times : {&p.exit_time, &p.discharge_time, &p.insert_time}) each(*times);
   for (auto* numbers : {&p.outlet, &p.batch, &p.tag}) each(*numbers);
-  for (auto& times : p.gate_time) each(times);
+  for (auto& times : p.sensor_time) each(times);
   for (auto* since : {&watch.rest_since, &watch.force_since, &watch.torque_since,
                       &watch.filled_since, &watch.driven_since})
     each(*since);
@@ -88,10 +88,10 @@ bool fits(const Case& c, std::size_t stages, const DriverState& state,
   const auto is_whole = [&](const auto& list) { return list.size() == n; };
   return !state.stages.empty() && state.stages.size() <= stages &&
          flow.fill_batches.size() == c.fills.size() &&
-         flow.source_batches.size() == c.sources.size() && is_whole(p.exit_time) &&
-         is_whole(p.door_time) && is_whole(p.insert_time) && is_whole(p.outlet) &&
-         is_whole(p.batch) && is_whole(p.tag) && p.gate_time.size() == c.gates.size() &&
-         std::ranges::all_of(p.gate_time, is_whole);
+         flow.inlet_batches.size() == c.inlets.size() && is_whole(p.exit_time) &&
+         is_whole(p.discharge_time) && is_whole(p.insert_time) && is_whole(p.outlet) &&
+         is_whole(p.batch) && is_whole(p.tag) && p.sensor_time.size() == c.sensors.size() &&
+         std::ranges::all_of(p.sensor_time, is_whole);
 }
 
 }  // namespace
@@ -109,12 +109,13 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
       interference_(c) {
   last_step_ = to_steps(case_, c.duration);
   // Without an interval, the first and the last frame alone.
-  frame_steps_ = c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(case_, c.frames_every))
-                                    : std::max<std::uint64_t>(1, last_step_);
+  frame_steps_ = c.frame_interval > 0
+                     ? std::max<std::uint64_t>(1, to_steps(case_, c.frame_interval))
+                     : std::max<std::uint64_t>(1, last_step_);
   const std::uint64_t rounds = to_steps(case_, kInterferenceEvery) / kWatchInterval;
   interference_steps_ = kWatchInterval * std::max<std::uint64_t>(1, rounds);
-  if (recorder_ && c.states_every > 0)
-    kept_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.states_every));
+  if (recorder_ && c.state_interval > 0)
+    kept_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.state_interval));
 }
 
 std::vector<std::byte> Driver::pack() const {
@@ -135,10 +136,11 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   walk([&](auto& value) { in.get(value); }, flow, watch);
   std::vector<std::byte> bytes;
   in.get(bytes);
-  if (!fits(case_, stages_.size(), state, flow) || watch.closed.size() != case_.switches.size() ||
-      watch.above_since.size() != case_.switches.size() ||
+  if (!fits(case_, stages_.size(), state, flow) ||
+      watch.closed.size() != case_.limit_switches.size() ||
+      watch.above_since.size() != case_.limit_switches.size() ||
       std::ranges::any_of(watch.changes, [&](const SwitchChange& change) {
-        return change.index < 0 || change.index >= std::ssize(case_.switches);
+        return change.index < 0 || change.index >= std::ssize(case_.limit_switches);
       }))
     throw RunError("checkpoint does not fit the case");
   solver_.restore(bytes);
@@ -182,9 +184,9 @@ RunSummary Driver::run() {
   std::optional<interruption::Polled> polled;
   if (options_.interrupt) polled.emplace();
   try {
-    const std::string ended_by = simulate();
-    summary.status = ended_by.empty() ? RunStatus::interrupted : RunStatus::finished;
-    summary.reason = ended_by.empty() ? "interrupted; the state is saved" : ended_by;
+    const std::string end_reason = simulate();
+    summary.status = end_reason.empty() ? RunStatus::interrupted : RunStatus::finished;
+    summary.reason = end_reason.empty() ? "interrupted; the state is saved" : end_reason;
     if (summary.status == RunStatus::finished) record_frame();
     conclude(to_string(summary.status));
   } catch (const WriteError& e) {
@@ -209,7 +211,7 @@ RunSummary Driver::run() {
   summary.wall = seconds_since(started_);
   summary.steps = solver_.steps();
   summary.energy = solver_.energy();
-  summary.health = solver_.health();
+  summary.diagnostics = solver_.diagnostics();
   summary.profile = solver_.profile();
   return summary;
 }
@@ -240,7 +242,7 @@ std::string Driver::simulate() {
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
     if (solver_.steps() % interference_steps_ == 0) interference_.look(solver_);
-    if (const auto by = watch_.ended_by(stage(), solver_, particle_flow_, stage_now())) {
+    if (const auto by = watch_.end_reason(stage(), solver_, particle_flow_, stage_now())) {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
       if (last || solver_.steps() >= last_step_) {
@@ -279,7 +281,7 @@ ParticleFlow::Now Driver::stage_now() const { return {&stage().name, state_.stag
 void Driver::end_stage(const std::string& by) {
   solver_.complete_step();  // the next stage may tag particles by their positions
   state_.stages.back().end = now();
-  state_.stages.back().ended_by = by;
+  state_.stages.back().end_reason = by;
   solver_.stop_stage_motions(state_.stages.size(), now());
 }
 
@@ -303,9 +305,9 @@ void Driver::enter_stage(std::size_t number) {
     else
       solver_.add_motion(start.boundary, start.motion, group);
   }
-  for (Stage::StartedDrive start : stage.drives) {
-    const int group = begin(start.drive, start.ends_with_stage);
-    solver_.add_drive(start.frame, start.axis, start.drive, group);
+  for (Stage::StageMotor start : stage.motors) {
+    const int group = begin(start.motor, start.ends_with_stage);
+    solver_.add_motor(start.frame, start.axis, start.motor, group);
   }
 }
 
@@ -380,8 +382,9 @@ void Driver::report() {
     if (presence == Presence::waiting) ++progress.waiting;
     if (presence == Presence::left) ++progress.left;
   }
-  for (std::size_t g = 0; g < case_.gates.size(); ++g)
-    progress.passed.push_back({case_.gates[g].name, particle_flow_.passed(static_cast<int>(g), 0)});
+  for (std::size_t g = 0; g < case_.sensors.size(); ++g)
+    progress.passed.push_back(
+        {case_.sensors[g].name, particle_flow_.passed(static_cast<int>(g), 0)});
   options_.progress(progress);
   reported_ = Clock::now();
 }

@@ -56,7 +56,7 @@ class BoundaryPairs {
  public:
   explicit BoundaryPairs(const Case& c) : c_(c) {
     const int n = static_cast<int>(c.model.boundaries.size());
-    std::set<std::pair<int, int>> allowed(c.may_touch.begin(), c.may_touch.end());
+    std::set<std::pair<int, int>> allowed(c.allow_overlap_with.begin(), c.allow_overlap_with.end());
     for (int a = 0; a < n; ++a) {
       Extents& extents = extents_.emplace_back();
       for (const ConvexPart& part : c.model.boundaries[index(a)].parts) {
@@ -250,7 +250,7 @@ double first_period(const Motion& m, double end, bool by_time) {
     period = std::min(period, 2 * std::numbers::pi / std::abs(m.angular_speed));
   if (m.course == Motion::Course::swing) period = std::min(period, 1 / m.frequency);
   if (m.course == Motion::Course::table) period = std::min(period, m.times.back());
-  if (period == kForever && !by_time) return 0;
+  if (period == kUnbounded && !by_time) return 0;
   return std::min(end, m.start + period);
 }
 
@@ -315,17 +315,17 @@ void follow(const Case& c, const Path& path, BoundaryPairs& pairs) {
   }
 }
 
-// How far drives can take an axis: to their targets, or to its stops; a turn where there are none.
+// How far motors can take an axis: to their targets, or to its stops; a turn where there are none.
 std::pair<double, double> reach_of(const Case& c, int frame, int number) {
-  const FreeAxis& axis = c.model.frames[index(frame)].free->axes[index(number)];
-  std::vector<const Drive*> drives;
-  for (const Drive& d : axis.drives) drives.push_back(&d);
+  const Joint& axis = c.model.frames[index(frame)].free->joints[index(number)];
+  std::vector<const Motor*> motors;
+  for (const Motor& d : axis.motors) motors.push_back(&d);
   for (const Stage& stage : c.stages)
-    for (const Stage::StartedDrive& d : stage.drives)
-      if (d.frame == frame && d.axis == number) drives.push_back(&d.drive);
+    for (const Stage::StageMotor& d : stage.motors)
+      if (d.frame == frame && d.axis == number) motors.push_back(&d.motor);
   double low = 0, high = 0;
-  const double turn = axis.kind == FreeAxis::Kind::rotation ? 2 * std::numbers::pi : 0;
-  for (const Drive* d : drives) {
+  const double turn = axis.kind == Joint::Kind::rotation ? 2 * std::numbers::pi : 0;
+  for (const Motor* d : motors) {
     const double end = d->target       ? *d->target
                        : d->speed >= 0 ? std::min(axis.upper, turn)
                                        : std::max(axis.lower, -turn);
@@ -338,7 +338,7 @@ std::pair<double, double> reach_of(const Case& c, int frame, int number) {
 void drive_through(const Case& c, int frame, BoundaryPairs& pairs) {
   const MotionFrame& f = c.model.frames[index(frame)];
   const Model model = bare(c);
-  for (std::size_t axis = 0; axis < f.free->axes.size(); ++axis) {
+  for (std::size_t axis = 0; axis < f.free->joints.size(); ++axis) {
     const auto [low, high] = reach_of(c, frame, static_cast<int>(axis));
     if (!(high > low)) continue;
     for (int k = 0; k <= kSamples; ++k) {
@@ -349,11 +349,11 @@ void drive_through(const Case& c, int frame, BoundaryPairs& pairs) {
       at.frame = frame;
       at.orientation =
           f.parent < 0 ? Quat::Identity() : solver.frames()[index(f.parent)].orientation;
-      at.coordinates.assign(f.free->axes.size(), 0);
+      at.coordinates.assign(f.free->joints.size(), 0);
       at.rates = at.coordinates;
       at.coordinates[axis] = low + (high - low) * k / kSamples;
       solver.start_frame(at);
-      const bool turns = f.free->axes[axis].kind == FreeAxis::Kind::rotation;
+      const bool turns = f.free->joints[axis].kind == Joint::Kind::rotation;
       pairs.look(
           solver.boundaries(),
           turns ? fmt::format("with \"{}\" at {:.3g} deg", f.name, at.coordinates[axis] * kRadToDeg)

@@ -12,7 +12,7 @@ namespace firn {
 // - two boundaries that can move against each other overlap by more than 0.1 mm: at the start;
 // along
 //   the prescribed motions of the case, and those that each stage starts, in their first period
-//   (those that only an event ends have none); or where a free frame's drives can take it, one
+//   (those that only an event ends have none); or where a free frame's motors can take it, one
 //   frame at a time. Paths are sampled. Pairs named in `may_touch` are left out, and so is what is
 //   fixed to each other. Parts with a contact between them are looked at at the start alone.
 // - a placed particle lies in a boundary, deeper than a twentieth of its smallest edge.

@@ -16,7 +16,7 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kNotNow = ~std::uint64_t{0};
 
-// A body of a source may touch what holds it: this much overlap is none.
+// A body of an inlet may touch what holds it: this much overlap is none.
 constexpr double kSeat = 0.2e-3;  // m
 
 bool belongs(const std::string& stage, const ParticleFlow::Now& now) {
@@ -31,7 +31,7 @@ std::uint64_t batch_count(const Fill& fill) {
 }
 
 ParticleFlow::ParticleFlow(const Case& c) : case_(c) {
-  first_of_source_ = first_of_sources(c);
+  first_of_source_ = first_of_inlets(c);
   std::size_t next =
       first_of_source_.empty() ? c.model.particles.size() : index(first_of_source_.front());
   for (const Fill& fill : c.fills) next -= index(fill.count);
@@ -40,7 +40,7 @@ ParticleFlow::ParticleFlow(const Case& c) : case_(c) {
     next += index(fill.count);
   }
   state.fill_batches.assign(c.fills.size(), 0);
-  state.source_batches.assign(c.sources.size(), 0);
+  state.inlet_batches.assign(c.inlets.size(), 0);
   state.passages = ParticleEvents(c);
 }
 
@@ -78,11 +78,11 @@ std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Now& no
       ++placed;
     }
   }
-  for (std::size_t i = 0; i < case_.sources.size(); ++i) {
-    const Source& source = case_.sources[i];
-    while (state.source_batches[i] < static_cast<std::uint64_t>(source.batches) &&
+  for (std::size_t i = 0; i < case_.inlets.size(); ++i) {
+    const Inlet& source = case_.inlets[i];
+    while (state.inlet_batches[i] < static_cast<std::uint64_t>(source.batches) &&
            solver.steps() >=
-               due(source.start, source.interval, state.source_batches[i], source.stage, now)) {
+               due(source.start, source.interval, state.inlet_batches[i], source.stage, now)) {
       if (auto blocked = place_source(solver, i)) return blocked;
     }
   }
@@ -90,8 +90,8 @@ std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Now& no
 }
 
 std::optional<std::string> ParticleFlow::place_source(Solver& solver, std::size_t number) {
-  const Source& source = case_.sources[number];
-  std::uint64_t& placed = state.source_batches[number];
+  const Inlet& source = case_.inlets[number];
+  std::uint64_t& placed = state.inlet_batches[number];
   const int count = static_cast<int>(source.positions.size());
   const int first = first_of_source_[number] + static_cast<int>(placed) * count;
   const int shape = case_.model.particles[index(first)].shape;
@@ -128,9 +128,9 @@ bool ParticleFlow::all_placed(const Now& now) const {
     if (belongs(case_.fills[i].stage, now) && state.fill_batches[i] < batch_count(case_.fills[i]))
       return false;
   }
-  for (std::size_t i = 0; i < case_.sources.size(); ++i) {
-    if (belongs(case_.sources[i].stage, now) &&
-        state.source_batches[i] < static_cast<std::uint64_t>(case_.sources[i].batches))
+  for (std::size_t i = 0; i < case_.inlets.size(); ++i) {
+    if (belongs(case_.inlets[i].stage, now) &&
+        state.inlet_batches[i] < static_cast<std::uint64_t>(case_.inlets[i].batches))
       return false;
   }
   return true;
@@ -144,13 +144,13 @@ bool ParticleFlow::update(Solver& solver) {
   for (std::size_t i = 0; i < particles.presence.size(); ++i) {
     if (particles.presence[i] != Presence::present) continue;
     const Vec3 position = particles.position[i];
-    double& door_time = passages.door_time[i];
-    if (case_.drained_repose && std::isnan(door_time) &&
+    double& discharge_time = passages.discharge_time[i];
+    if (case_.drained_repose && std::isnan(discharge_time) &&
         position.z() < -case_.drained_repose->floor_thickness)
-      door_time = now;
-    for (std::size_t g = 0; g < case_.gates.size(); ++g) {
-      if (std::isnan(passages.gate_time[g][i]) && case_.gates[g].holds(position))
-        passages.gate_time[g][i] = now;
+      discharge_time = now;
+    for (std::size_t g = 0; g < case_.sensors.size(); ++g) {
+      if (std::isnan(passages.sensor_time[g][i]) && case_.sensors[g].holds(position))
+        passages.sensor_time[g][i] = now;
     }
     for (std::size_t o = 0; o < case_.outlets.size(); ++o) {
       const Outlet& outlet = case_.outlets[o];
@@ -180,14 +180,14 @@ void ParticleFlow::tag(const std::string& stage, const Solver& solver) {
   }
 }
 
-std::size_t ParticleFlow::passed(int gate, double from) const {
-  const std::vector<double>& times = state.passages.gate_time[index(gate)];
+std::size_t ParticleFlow::passed(int sensor, double from) const {
+  const std::vector<double>& times = state.passages.sensor_time[index(sensor)];
   return static_cast<std::size_t>(
       std::ranges::count_if(times, [&](double t) { return t >= from; }));
 }
 
-double ParticleFlow::passed_mass(int gate, double from) const {
-  const std::vector<double>& times = state.passages.gate_time[index(gate)];
+double ParticleFlow::passed_mass(int sensor, double from) const {
+  const std::vector<double>& times = state.passages.sensor_time[index(sensor)];
   double mass = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!(times[i] >= from)) continue;

@@ -1,4 +1,4 @@
-// Who comes and goes in a run, and who has been where: fills, sources, outlets, gates and tags.
+// Who comes and goes in a run, and who has been where: fills, inlets, outlets, sensors and tags.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace firn {
 
 // What a checkpoint keeps of it.
 struct ParticleFlowState {
-  std::vector<std::uint64_t> fill_batches, source_batches;  // placed so far, [fills], [sources]
+  std::vector<std::uint64_t> fill_batches, inlet_batches;  // placed so far, [fills], [inlets]
   ParticleEvents passages;
 };
 
@@ -30,23 +30,23 @@ class ParticleFlow {
     std::uint64_t stage_start;
   };
 
-  // Inserts the scheduled batches. Returns a description of what blocks a source, which ends the
+  // Inserts the scheduled batches. Returns a description of what blocks an inlet, which ends the
   // run: its batch is not inserted. Throws InputError for a fill that does not fit, and for a
   // source in a wall.
   std::optional<std::string> place_due(Solver& solver, const Now& now);
   // True when no more particles are to be inserted during this stage.
   bool all_placed(const Now& now) const;
 
-  // Notes who is inside a gate or below the door for the first time, and removes what has passed an
-  // outlet; true when something has.
+  // Notes who is inside a sensor or below the door for the first time, and removes what has passed
+  // an outlet; true when something has.
   bool update(Solver& solver);
 
   // Tags by place as a stage begins.
   void tag(const std::string& stage, const Solver& solver);
 
-  // Particles, or their mass in kg, that have been in the gate since `from` (s).
-  std::size_t passed(int gate, double from) const;
-  double passed_mass(int gate, double from) const;
+  // Particles, or their mass in kg, that have been in the sensor since `from` (s).
+  std::size_t passed(int sensor, double from) const;
+  double passed_mass(int sensor, double from) const;
 
  private:
   std::uint64_t due(double start, double interval, std::uint64_t batch, const std::string& stage,

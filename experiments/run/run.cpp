@@ -117,8 +117,8 @@ std::string stage_text(const Progress& p) {
       fmt::format("{}, {} particle{}", p.stage, p.present, p.present == 1 ? "" : "s");
   if (p.waiting > 0) text += fmt::format(", {} to come", p.waiting);
   if (p.left > 0) text += fmt::format(", {} left", p.left);
-  for (const Progress::Passed& gate : p.passed)
-    if (gate.count > 0) text += fmt::format(", {} through {}", gate.count, gate.gate);
+  for (const Progress::Passed& sensor : p.passed)
+    if (sensor.count > 0) text += fmt::format(", {} through {}", sensor.count, sensor.sensor);
   return text;
 }
 

@@ -23,13 +23,13 @@ struct Progress {
   double wall = 0;                                 // s, so far
   std::size_t present = 0, waiting = 0, left = 0;  // particles
   struct Passed {
-    std::string gate;
+    std::string sensor;
     std::size_t count = 0;
   };
-  std::vector<Passed> passed;  // particles that have been in each gate of the case
+  std::vector<Passed> passed;  // particles that have been in each sensor of the case
 };
-// "harvest, 64 particles, 256 to come, 12 through container": gates that no particle has passed are
-// omitted.
+// "harvest, 64 particles, 256 to come, 12 through container": sensors that no particle has passed
+// are omitted.
 std::string stage_text(const Progress& progress);
 
 struct RunOptions {
@@ -53,7 +53,7 @@ struct RunSummary {
   double wall = 0;                  // s, this session
   std::uint64_t steps = 0;
   Energy energy;
-  Health health;
+  Diagnostics diagnostics;
   std::vector<PhaseTime> profile;
 };
 

@@ -10,7 +10,7 @@ namespace {
 
 using Until = Stage::Until;
 
-constexpr double kStalled = 0.1;  // of a drive's speed
+constexpr double kStalled = 0.1;  // of a motor's speed
 constexpr double kLies = 0.1;     // m/s: what falls is faster after 0.5 mm
 
 double kinetic_energy(const Shape& shape, const ParticleState& state, std::size_t i) {
@@ -26,15 +26,15 @@ void keep_since(bool holds, const Solver& solver, std::int64_t& since) {
     since = static_cast<std::int64_t>(solver.steps());
 }
 
-// The greatest speed that drives of the axis ask for now; 0: none acts.
+// The greatest speed that motors of the axis ask for now; 0: none acts.
 double driven_speed(const Case& c, const Stage& stage, const Solver& solver, int frame, int axis,
                     double stage_time) {
   double speed = 0;
-  for (const Drive& d : c.model.frames[index(frame)].free->axes[index(axis)].drives)
+  for (const Motor& d : c.model.frames[index(frame)].free->joints[index(axis)].motors)
     if (d.acts(solver.time())) speed = std::max(speed, std::abs(d.speed));
-  for (const Stage::StartedDrive& d : stage.drives) {
-    if (d.frame == frame && d.axis == axis && d.drive.acts(stage_time))
-      speed = std::max(speed, std::abs(d.drive.speed));
+  for (const Stage::StageMotor& d : stage.motors) {
+    if (d.frame == frame && d.axis == axis && d.motor.acts(stage_time))
+      speed = std::max(speed, std::abs(d.motor.speed));
   }
   return speed;
 }
@@ -42,8 +42,8 @@ double driven_speed(const Case& c, const Stage& stage, const Solver& solver, int
 }  // namespace
 
 StageEvents::StageEvents(const Case& c) : case_(c) {
-  state.above_since.assign(c.switches.size(), -1);
-  state.closed.assign(c.switches.size(), 0);
+  state.above_since.assign(c.limit_switches.size(), -1);
+  state.closed.assign(c.limit_switches.size(), 0);
 }
 
 void StageEvents::enter_stage() {
@@ -53,12 +53,12 @@ void StageEvents::enter_stage() {
 }
 
 void StageEvents::look_at_switches(const Solver& solver) {
-  if (case_.switches.empty()) return;
+  if (case_.limit_switches.empty()) return;
   const std::vector<FrameState> frames = solver.frames();
-  for (std::size_t i = 0; i < case_.switches.size(); ++i) {
-    const Switch& s = case_.switches[i];
+  for (std::size_t i = 0; i < case_.limit_switches.size(); ++i) {
+    const LimitSwitch& s = case_.limit_switches[i];
     const FrameState& frame = frames[index(s.frame)];
-    const double coordinate = frame.axes[index(s.axis)].coordinate;
+    const double coordinate = frame.joints[index(s.axis)].coordinate;
     if (state.closed[i]) {
       if (coordinate >= s.opens_at) continue;
       state.closed[i] = 0;
@@ -74,7 +74,7 @@ void StageEvents::look_at_switches(const Solver& solver) {
   }
 }
 
-// A drive that has come less than a tenth of its way in the hold time has stalled, however it
+// A motor that has come less than a tenth of its way in the hold time has stalled, however it
 // rattles meanwhile.
 void StageEvents::look_at_drive(const Stage& stage, const Solver& solver,
                                 std::uint64_t stage_start) {
@@ -87,7 +87,7 @@ void StageEvents::look_at_drive(const Stage& stage, const Solver& solver,
     return;
   }
   const double coordinate =
-      solver.frames()[index(stage.stall_frame)].axes[index(stage.stall_axis)].coordinate;
+      solver.frames()[index(stage.stall_frame)].joints[index(stage.stall_axis)].coordinate;
   const auto step = static_cast<std::int64_t>(solver.steps());
   if (state.driven_since >= 0) {
     const auto hold = static_cast<std::int64_t>(to_steps(case_, stage.stall_hold));
@@ -109,7 +109,7 @@ bool StageEvents::is_quiet(const Stage& stage, const Solver& solver) const {
     total += kinetic_energy(model.shapes[index(model.particles[i].shape)], particles, i);
     ++present;
   }
-  return total <= stage.rest_kinetic_energy * static_cast<double>(present);
+  return total <= stage.settle_energy * static_cast<double>(present);
 }
 
 // What has just come in, or leaps at its highest point, is slow for a moment: hence the hold time.
@@ -139,8 +139,8 @@ void StageEvents::update(const Stage& stage, const Solver& solver, const Particl
   if (stage.ends_on(Until::passed)) {
     const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
     state.passed = stage.count > 0
-                       ? flow.passed(stage.gate, from) >= static_cast<std::size_t>(stage.count)
-                       : flow.passed_mass(stage.gate, from) >= stage.mass;
+                       ? flow.passed(stage.sensor, from) >= static_cast<std::size_t>(stage.count)
+                       : flow.passed_mass(stage.sensor, from) >= stage.mass;
   }
   if (stage.ends_on(Until::force))
     keep_since(solver.frame_load(stage.force_frame).force.norm() > stage.force, solver,
@@ -156,17 +156,17 @@ void StageEvents::update(const Stage& stage, const Solver& solver, const Particl
 std::string StageEvents::shortfall(const Stage& stage, const ParticleFlow& flow,
                                    const ParticleFlow::Now& now) const {
   const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
-  const std::string& gate = case_.gates[index(stage.gate)].name;
+  const std::string& sensor = case_.sensors[index(stage.sensor)].name;
   if (stage.count > 0)
-    return fmt::format("{} of {} particles came through \"{}\"", flow.passed(stage.gate, from),
-                       stage.count, gate);
-  return fmt::format("{:.4g} of {:.4g} kg came through \"{}\"", flow.passed_mass(stage.gate, from),
-                     stage.mass, gate);
+    return fmt::format("{} of {} particles came through \"{}\"", flow.passed(stage.sensor, from),
+                       stage.count, sensor);
+  return fmt::format("{:.4g} of {:.4g} kg came through \"{}\"",
+                     flow.passed_mass(stage.sensor, from), stage.mass, sensor);
 }
 
-std::optional<std::string> StageEvents::ended_by(const Stage& stage, const Solver& solver,
-                                                 const ParticleFlow& flow,
-                                                 const ParticleFlow::Now& now) const {
+std::optional<std::string> StageEvents::end_reason(const Stage& stage, const Solver& solver,
+                                                   const ParticleFlow& flow,
+                                                   const ParticleFlow::Now& now) const {
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
   if (step >= to_steps(case_, case_.duration)) return "end of the case";
   if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
@@ -180,16 +180,16 @@ std::optional<std::string> StageEvents::ended_by(const Stage& stage, const Solve
     return stage.ends_on(event) && since >= 0 &&
            step >= static_cast<std::uint64_t>(since) + to_steps(case_, hold);
   };
-  if (held(Until::at_rest, state.rest_since, stage.rest_hold)) return "settled";
+  if (held(Until::at_rest, state.rest_since, stage.settle_time)) return "settled";
   if (state.stalled)
     return fmt::format("stalled: {}", describe_jam(case_, solver, stage.stall_frame));
   if (state.empty) return "empty";
-  if (state.passed) return fmt::format("passed \"{}\"", case_.gates[index(stage.gate)].name);
+  if (state.passed) return fmt::format("passed \"{}\"", case_.sensors[index(stage.sensor)].name);
   if (held(Until::force, state.force_since, stage.force_hold)) return "force";
   if (held(Until::torque, state.torque_since, stage.torque_hold)) return "torque";
   if (held(Until::filled, state.filled_since, stage.fill_hold)) return "filled";
   if (stage.ends_on(Until::switched) && state.closed[index(stage.closed_switch)])
-    return fmt::format("switch \"{}\"", case_.switches[index(stage.closed_switch)].name);
+    return fmt::format("switch \"{}\"", case_.limit_switches[index(stage.closed_switch)].name);
   return std::nullopt;
 }
 

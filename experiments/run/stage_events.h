@@ -17,12 +17,12 @@ namespace firn {
 struct StageWatchState {
   std::int64_t rest_since = -1, force_since = -1, torque_since = -1, filled_since = -1;
   std::int64_t driven_since =
-      -1;                  // or since the last check of the distance that the drive has moved
+      -1;                  // or since the last check of the distance that the motor has moved
   double driven_from = 0;  // m or rad, the coordinate then
   std::uint8_t empty = 0, passed = 0, stalled = 0;  // at the last update
-  std::vector<std::int64_t> above_since;            // [switches]
-  std::vector<std::uint8_t> closed;                 // [switches]
-  std::vector<SwitchChange> changes;                // of all switches, in order of time
+  std::vector<std::int64_t> above_since;            // [limit switches]
+  std::vector<std::uint8_t> closed;                 // [limit switches]
+  std::vector<SwitchChange> changes;                // of all limit switches, in order of time
 };
 
 class StageEvents {
@@ -36,8 +36,9 @@ class StageEvents {
   void update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
               const ParticleFlow::Now& now, bool left);
   // What has ended the stage, if anything has.
-  std::optional<std::string> ended_by(const Stage& stage, const Solver& solver,
-                                      const ParticleFlow& flow, const ParticleFlow::Now& now) const;
+  std::optional<std::string> end_reason(const Stage& stage, const Solver& solver,
+                                        const ParticleFlow& flow,
+                                        const ParticleFlow::Now& now) const;
 
  private:
   void look_at_switches(const Solver& solver);
@@ -50,7 +51,7 @@ class StageEvents {
   const Case& case_;
 };
 
-// What a stalled drive has met: the largest contacts of its frame, in one sentence.
+// What a stalled motor has met: the largest contacts of its frame, in one sentence.
 std::string describe_jam(const Case& c, const Solver& solver, int frame);
 
 }  // namespace firn

@@ -32,7 +32,7 @@ std::string Case::name() const { return impl_->checked.name; }
 double Case::duration() const { return impl_->checked.duration; }
 std::uint64_t Case::seed() const { return impl_->checked.seed; }
 double Case::timestep() const { return impl_->checked.model.timestep; }
-double Case::frame_interval() const { return impl_->checked.frames_every; }
+double Case::frame_interval() const { return impl_->checked.frame_interval; }
 const Model& Case::model() const { return impl_->checked.model; }
 std::string Case::text() const { return impl_->checked.resolved; }
 

@@ -57,7 +57,7 @@ Frame Results::frame(std::size_t index) const {
 std::vector<Stage> Results::stages() const {
   std::vector<Stage> all;
   for (const StageRecord& s : impl_->recording.stages())
-    all.push_back({s.name, s.start, s.end, s.ended_by});
+    all.push_back({s.name, s.start, s.end, s.end_reason});
   return all;
 }
 

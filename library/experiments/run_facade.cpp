@@ -33,7 +33,7 @@ class Callbacks {
     const std::uint64_t end = std::max<std::uint64_t>(1, to_steps(c, c.duration));
     // As the driver records frames.
     frame_steps_ =
-        c.frames_every > 0 ? std::max<std::uint64_t>(1, to_steps(c, c.frames_every)) : end;
+        c.frame_interval > 0 ? std::max<std::uint64_t>(1, to_steps(c, c.frame_interval)) : end;
   }
 
   firn::RunOptions internal(const std::string& results_file) {
@@ -95,7 +95,7 @@ RunResult public_result(RunSummary summary, const std::string& results_file) {
   r.wall = summary.wall;
   r.steps = summary.steps;
   r.energy = summary.energy;
-  r.health = summary.health;
+  r.diagnostics = summary.diagnostics;
   r.results_file = results_file;
   return r;
 }

@@ -184,7 +184,7 @@ void bind_run(py::module_& m) {
       .def_readonly("results_file", &RunResult::results_file)
       .def_property_readonly("energy", [](const RunResult& r) { return energy_dict(r.energy); })
       .def_property_readonly("largest_overlap",
-                             [](const RunResult& r) { return r.health.largest_overlap; });
+                             [](const RunResult& r) { return r.diagnostics.largest_overlap; });
 
   m.def("current_response_name", &experiments::current_response_name, py::arg("name"));
   m.def(

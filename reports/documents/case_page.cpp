@@ -82,7 +82,7 @@ class Prescribed {
   std::vector<std::vector<Motion>> frames_, boundaries_;
 };
 
-// The case with the first batch of every fill and source due at once, and no later one.
+// The case with the first batch of every fill and inlet due at once, and no later one.
 Case with_first_batches_at_once(const Case& c, int most) {
   Case first = c;
   for (Fill& fill : first.fills) {
@@ -91,7 +91,7 @@ Case with_first_batches_at_once(const Case& c, int most) {
     fill.interval = 1e9;
     fill.stage.clear();
   }
-  for (Source& source : first.sources) {
+  for (Inlet& source : first.inlets) {
     source.start = 0;
     source.interval = 1e9;
     source.stage.clear();
@@ -129,7 +129,7 @@ double removal_time(const std::string& boundary, const std::vector<TimedStage>& 
     if (std::ranges::find(timed.stage->remove, boundary) != timed.stage->remove.end())
       return timed.start;
   }
-  return kForever;
+  return kUnbounded;
 }
 
 std::string text_of(const Vec3& v, double scale) {
@@ -202,7 +202,7 @@ void add_schedule(page::Page& page, const Case& c) {
     fills.rows.push_back({"fill", f.shape, Cell(static_cast<double>(f.count)),
                           Cell(static_cast<double>(f.batch > 0 ? f.batch : f.count)), f.start,
                           f.interval, f.stage});
-  for (const Source& s : c.sources)
+  for (const Inlet& s : c.inlets)
     fills.rows.push_back(
         {"inlet " + s.name, s.shape, Cell(static_cast<double>(s.positions.size()) * s.batches),
          Cell(static_cast<double>(s.positions.size())), s.start, s.interval, s.stage});

@@ -27,7 +27,7 @@ struct ScenePoses {
   std::string problem;  // why particles of fills are missing; empty: they are complete
 };
 
-// Particles: those placed at the start, and the first batch of every fill and source (at most
+// Particles: those placed at the start, and the first batch of every fill and inlet (at most
 // `most` of each), placed by the rules of a run.
 ScenePoses scene_poses(const Case& c, int most = 1000);
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <tuple>
 
-#include "experiments/inspection/run_health.h"
+#include "experiments/inspection/run_diagnostics.h"
 #include "experiments/results/bond_results.h"
 #include "experiments/results/results_file.h"
 #include "experiments/storage/version.h"
@@ -41,7 +41,7 @@ double uncertainty(const Response& r) {
 }
 
 // The most informative responses first: names, or the ends of names. The batches and the
-// counts of the case's own gates stand behind the angles.
+// counts of the case's own sensors stand behind the angles.
 constexpr std::array kAngles = {"angle_of_repose", "drum_angle", "heap_angle",
                                 "slide_angle",     "tip_angle",  "restitution"};
 constexpr std::array kOthers = {
@@ -53,8 +53,8 @@ constexpr std::array kOthers = {
 std::vector<std::string> telling_names(const Case& c) {
   std::vector<std::string> names(kAngles.begin(), kAngles.end());
   names.emplace_back("_batches");
-  for (const Gate& gate : c.gates) {
-    names.push_back(gate.name + "_count");
+  for (const Sensor& sensor : c.sensors) {
+    names.push_back(sensor.name + "_count");
     std::ranges::replace(names.back(), ' ', '_');
   }
   names.insert(names.end(), kOthers.begin(), kOthers.end());
@@ -149,13 +149,13 @@ void top(const Recording& recording, const Case& c, const std::vector<Response>&
   const Counts counts = counts_of(recording);
   page.top().note(status_badge(status), status.starts_with("failed")
                                             ? status.substr(std::min<std::size_t>(8, status.size()))
-                                        : stages.empty() || stages.back().ended_by.empty()
+                                        : stages.empty() || stages.back().end_reason.empty()
                                             ? "under way when this page was made"
-                                            : fmt::format("ended: {}", stages.back().ended_by));
+                                            : fmt::format("ended: {}", stages.back().end_reason));
   for (std::size_t i = 0; i + 1 < stages.size(); ++i)
-    if (stages[i].ended_by.starts_with("stalled"))
+    if (stages[i].end_reason.starts_with("stalled"))
       page.top().note({Mark::caution, "jam"},
-                      fmt::format("{}: {}", stages[i].name, stages[i].ended_by));
+                      fmt::format("{}: {}", stages[i].name, stages[i].end_reason));
   const std::vector<page::Card> cards = response_cards(responses, c);
   if (!cards.empty()) page.top().cards(cards);
   page.top().facts(
@@ -175,7 +175,7 @@ void stages_section(const Recording& recording, page::Page& page) {
     const bool over = std::isfinite(s.end);
     table.rows.push_back({s.name.empty() ? "whole run" : s.name, s.start,
                           over ? Cell(s.end) : Cell("under way"),
-                          over ? Cell(s.end - s.start) : Cell(""), s.ended_by});
+                          over ? Cell(s.end - s.start) : Cell(""), s.end_reason});
   }
   if (!table.rows.empty()) page.section("Stages", "stages").table(table);
 }
@@ -217,17 +217,17 @@ double last_finite(const std::vector<double>& values) {
 }
 
 // Whether the numbers can be trusted.
-void health_section(const Recording& recording, const Case& c, page::Page& page) {
+void diagnostics_section(const Recording& recording, const Case& c, page::Page& page) {
   const double overlap = last_finite(recording.series("/diagnostics/largest_overlap"));
   const double rise = last_finite(recording.series("/diagnostics/energy_error"));
   const double turned = last_finite(recording.series("/energy/dissipated"));
   const double late = last_finite(recording.series("/diagnostics/late_contacts"));
-  page::Content& content = page.section("Health", "health");
+  page::Content& content = page.section("Diagnostics", "diagnostics");
   for (const Shape& shape : c.model.shapes) {
     const std::string warning = deviation_warning(shape);
     if (!warning.empty()) content.note({Mark::caution, "shape"}, warning);
   }
-  const std::string warning = health_warning(contact_health(recording, c));
+  const std::string warning = contact_warning(contact_diagnostics(recording, c));
   if (!warning.empty()) content.note({Mark::caution, "contacts"}, warning);
   if (const auto account = energy_account(recording))
     if (const std::string gain = energy_warning(*account); !gain.empty())
@@ -280,7 +280,7 @@ page::Page run_page(const std::string& results_file, const ReplayViewOptions& op
   figures_section("Moving parts", motion_figures(recording, c), page);
   figures_section("Energy", energy_figures(recording), page);
   bonds_section(recording, page);
-  health_section(recording, c, page);
+  diagnostics_section(recording, c, page);
   case_section(recording, c, page);
   page.set_footer(fmt::format("Made from {} by Firn {}.",
                               std::filesystem::path(results_file).filename().string(),

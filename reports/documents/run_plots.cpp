@@ -102,9 +102,9 @@ page::Figure passages_over_time(const std::map<std::string, std::vector<double>>
   plot.x = {"time", "s", false, {}, {}};
   plot.y = {"particles that have passed", "", false, 0.0, {}, true};
   std::string seen;
-  for (const auto& [gate, times] : sorted) {
+  for (const auto& [sensor, times] : sorted) {
     plots::Series s;
-    s.name = gate;
+    s.name = sensor;
     s.style = plots::Style::step;
     s.x = {0};
     s.y = {0};
@@ -115,13 +115,13 @@ page::Figure passages_over_time(const std::map<std::string, std::vector<double>>
     s.x.push_back(end);
     s.y.push_back(s.y.back());
     plot.series.push_back(s);
-    seen += fmt::format("{}{}: {} from {} to {} s", seen.empty() ? "" : "; ", gate, times.size(),
+    seen += fmt::format("{}{}: {} from {} to {} s", seen.empty() ? "" : "; ", sensor, times.size(),
                         page::number_text(times.front()), page::number_text(times.back()));
   }
   return {plots::draw(plot), "How many have passed each sensor.", seen};
 }
 
-page::Figure residence_by_batch(const std::string& gate, const std::vector<double>& passed,
+page::Figure residence_by_batch(const std::string& sensor, const std::vector<double>& passed,
                                 const std::vector<double>& came, const std::vector<int>& batch) {
   plots::Series each;
   each.name = "a particle";
@@ -149,7 +149,7 @@ page::Figure residence_by_batch(const std::string& gate, const std::vector<doubl
   plot.y = {"time from insertion to the sensor", "s", false, 0.0, {}};
   plot.series = {each, mean};
   return {plots::draw(plot),
-          fmt::format("How long they were inside before \"{}\", by batch.", gate),
+          fmt::format("How long they were inside before \"{}\", by batch.", sensor),
           fmt::format("mean residence time, {}", seen)};
 }
 
@@ -227,11 +227,11 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
   for (const MotionFrame& frame : c.model.frames) {
     const std::string group = "/motion_frames/" + frame.name;
     if (frame.free && recording.contains(group + "/coordinate")) {
-      const std::size_t width = frame.free->axes.size();
+      const std::size_t width = frame.free->joints.size();
       const std::vector<double> coordinates = recording.series(group + "/coordinate");
-      const std::vector<double> drives = recording.series(group + "/motor_load");
+      const std::vector<double> motors = recording.series(group + "/motor_load");
       for (std::size_t k = 0; k < width; ++k) {
-        const bool turns = frame.free->axes[k].kind == FreeAxis::Kind::rotation;
+        const bool turns = frame.free->joints[k].kind == Joint::Kind::rotation;
         const std::string which = width > 1 ? fmt::format(", axis {}", k + 1) : "";
         std::vector<double> way = column(coordinates, width, k);
         for (double& w : way) w *= turns ? kRadToDeg : 1e3;
@@ -239,7 +239,7 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
           figures.push_back(over_time(turns ? "angle" : "displacement", turns ? "deg" : "mm",
                                       {curve(frame.name, recording, way)},
                                       fmt::format("{}{}: where it is.", frame.name, which)));
-        const std::vector<double> drive = column(drives, width, k);
+        const std::vector<double> drive = column(motors, width, k);
         if (largest_magnitude(drive) > 0)
           figures.push_back(over_time(
               turns ? "drive torque" : "drive force", turns ? "N m" : "N",
@@ -262,21 +262,21 @@ std::vector<page::Figure> motion_figures(const Recording& recording, const Case&
 std::vector<page::Figure> passage_figures(const Recording& recording, const Case& c) {
   std::vector<page::Figure> figures;
   std::map<std::string, std::vector<double>> sorted;
-  for (const Gate& gate : c.gates) {
-    std::vector<double> times = recording.gate_time(gate.name);
+  for (const Sensor& sensor : c.sensors) {
+    std::vector<double> times = recording.sensor_time(sensor.name);
     std::erase_if(times, [](double t) { return !std::isfinite(t); });
     std::ranges::sort(times);
-    if (!times.empty()) sorted[gate.name] = times;
+    if (!times.empty()) sorted[sensor.name] = times;
   }
   const std::vector<double> frames = recording.frame_times();
   if (sorted.empty() || frames.empty()) return figures;
   figures.push_back(passages_over_time(sorted, frames.back()));
   const std::vector<int> batch = recording.batch();
   const bool batches = !batch.empty() && *std::ranges::max_element(batch) > 0;
-  for (const auto& [gate, times] : sorted)
+  for (const auto& [sensor, times] : sorted)
     if (batches && times.size() > 4)
-      figures.push_back(
-          residence_by_batch(gate, recording.gate_time(gate), recording.insert_time(), batch));
+      figures.push_back(residence_by_batch(sensor, recording.sensor_time(sensor),
+                                           recording.insert_time(), batch));
   return figures;
 }
 

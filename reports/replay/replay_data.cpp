@@ -68,8 +68,8 @@ Vec3 middle_of(const Boundary& b) {
   return box.isEmpty() ? b.origin : Vec3(box.center());
 }
 
-std::string range_text(const FreeAxis& axis) {
-  const bool turns = axis.kind == FreeAxis::Kind::rotation;
+std::string range_text(const Joint& axis) {
+  const bool turns = axis.kind == Joint::Kind::rotation;
   const double scale = turns ? 180 / M_PI : 1e3;
   const char* unit = turns ? "deg" : "mm";
   std::string text;
@@ -78,7 +78,7 @@ std::string range_text(const FreeAxis& axis) {
   if (axis.stiffness > 0) text += ", spring";
   if (axis.damping > 0) text += ", damper";
   if (axis.friction > 0) text += ", friction";
-  if (!axis.drives.empty()) text += ", drive";
+  if (!axis.motors.empty()) text += ", drive";
   return text;
 }
 
@@ -89,8 +89,8 @@ void add_axes(Json& markers, const Case& c) {
     const Vec3 middle = middle_of(c, static_cast<int>(f));
     for (const Motion& m : frame.motions) add_motion(markers, frame.name, m, middle);
     if (!frame.free) continue;
-    for (const FreeAxis& axis : frame.free->axes) {
-      const bool turns = axis.kind == FreeAxis::Kind::rotation;
+    for (const Joint& axis : frame.free->joints) {
+      const bool turns = axis.kind == Joint::Kind::rotation;
       markers.push_back(axis_marker("free body", frame.name + range_text(axis),
                                     turns ? frame.origin : middle, axis.direction, turns));
     }
@@ -175,17 +175,17 @@ Json markers_json(const Case& c) {
   for (const Fill& fill : c.fills)
     markers.push_back(box_marker("fill", fmt::format("{} {}", fill.count, fill.shape),
                                  fill.region_min, fill.region_max));
-  for (const Source& source : c.sources) {
+  for (const Inlet& source : c.inlets) {
     if (source.positions.empty()) continue;
     Eigen::AlignedBox3d box;
     for (const Vec3& p : source.positions) box.extend(p);
     markers.push_back(
         box_marker("inlet", source.name, box.min() - source.scatter, box.max() + source.scatter));
   }
-  for (const Gate& gate : c.gates)
-    markers.push_back(gate.is_box
-                          ? box_marker("sensor", gate.name, gate.region_min, gate.region_max)
-                          : plane_marker("sensor", gate.name, gate.point, gate.normal));
+  for (const Sensor& sensor : c.sensors)
+    markers.push_back(sensor.is_box
+                          ? box_marker("sensor", sensor.name, sensor.region_min, sensor.region_max)
+                          : plane_marker("sensor", sensor.name, sensor.point, sensor.normal));
   for (const Outlet& outlet : c.outlets)
     markers.push_back(plane_marker("outlet", outlet.name, outlet.point, outlet.normal));
   for (const TagRule& rule : c.tag_rules)

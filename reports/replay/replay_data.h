@@ -33,7 +33,7 @@ Json parts_json(const Shape& shape);
 TriangleMesh plane_square(const Boundary& plane, const Eigen::AlignedBox3d& box);
 // Where the first `particles` bodies are during the tracks, m, world.
 Eigen::AlignedBox3d reached(const PoseTracks& tracks, std::size_t particles);
-// Regions, planes and axes of a case: fills, sources, gates, outlets, tag rules, measurement
+// Regions, planes and axes of a case: fills, inlets, sensors, outlets, tag rules, measurement
 // regions, and the axes of motions and free bodies. Lengths in m, world at t = 0.
 Json markers_json(const Case& c);
 

@@ -23,7 +23,7 @@ using replay::micro;
 constexpr std::size_t kMapTriangles = 24'000;
 
 // Frames a second.
-double wanted_rate(const std::vector<double>& times, const ReplayViewOptions& options) {
+double motor_target_rate(const std::vector<double>& times, const ReplayViewOptions& options) {
   const double length = times.back() - times.front();
   return length > 0 ? std::max(options.rate, options.at_least / length) : options.rate;
 }
@@ -129,9 +129,9 @@ Json facts_json(const Recording& recording, const Case& c) {
   facts["outlets"] = Json::array();
   for (const Outlet& outlet : c.outlets) facts["outlets"].push_back(outlet.name);
   facts["gates"] = Json::array();
-  for (const Gate& gate : c.gates)
+  for (const Sensor& sensor : c.sensors)
     facts["gates"].push_back(
-        {{"name", gate.name}, {"time", micro(recording.gate_time(gate.name))}});
+        {{"name", sensor.name}, {"time", micro(recording.sensor_time(sensor.name))}});
   facts["stages"] = Json::array();
   for (const StageRecord& s : recording.stages())
     facts["stages"].push_back({{"name", s.name}, {"start", micro(s.start)}});
@@ -148,7 +148,7 @@ ReplaySize place_replay(page::Page& page, page::Content& content, const ReplayNa
   const std::vector<double> times = recording.frame_times();
   size.recorded_frames = times.size();
   if (times.empty()) return size;
-  double rate = wanted_rate(times, options);
+  double rate = motor_target_rate(times, options);
   PoseTracks tracks = read_tracks(recording, c, rate);
   Json facts = facts_json(recording, c);
   facts["markers"] = replay::markers_json(c);

@@ -479,9 +479,9 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
       &w.pair_shares);
   // What must go in order: room at the end, and counts.
   for (PairRange& range : w.ranges) {
-    s.health.queries += range.queries;
-    s.health.refreshes += range.refreshes;
-    s.health.late_contacts += range.late_contacts;
+    s.diagnostics.queries += range.queries;
+    s.diagnostics.refreshes += range.refreshes;
+    s.diagnostics.late_contacts += range.late_contacts;
     w.patches += range.more_patches;
     w.points += range.more_points;
     for (std::size_t k = 0; k < range.overflowed.size(); ++k) {

@@ -374,8 +374,8 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   write_list(pieces, threads, w.back_buffer, s);
   s.neighbor_list_invalid = false;
   w.neighbor_list_rebuilt = true;
-  ++s.health.rebuilds;
-  s.health.pairs = s.pairs.size();
+  ++s.diagnostics.rebuilds;
+  s.diagnostics.pairs = s.pairs.size();
 }
 
 }  // namespace firn

@@ -7,14 +7,14 @@
 namespace firn {
 namespace {
 
-// A drive that has a target approaches it with this time constant, at most at its speed.
+// A motor that has a target approaches it with this time constant, at most at its speed.
 constexpr double kApproach = 5e-3;  // s
 // So near to a stop a coordinate is on it.
 constexpr double kAtStop = 1e-12;
 
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostAxes, kMostAxes>;
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostAxes, 1>;
-using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostAxes>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostJoints, kMostJoints>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
+using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostJoints>;
 
 // Rates that are found by repetition differ by less than this part from one to the next.
 constexpr double kSame = 1e-15;
@@ -31,22 +31,22 @@ struct Axes {
   Axes(const FreeBody& body, const Vec3& origin, const Mat3& parent, const Mat3& rotation)
       : inertia(rotation * body.inertia * rotation.transpose()),
         arm(rotation * (body.center - origin)) {
-    const auto given = static_cast<Eigen::Index>(body.axes.size());
-    const Eigen::Index n = given + (body.turns_freely ? 3 : 0);
+    const auto given = static_cast<Eigen::Index>(body.joints.size());
+    const Eigen::Index n = given + (body.free_rotation ? 3 : 0);
     velocity.resize(3, n);
     spin.resize(3, n);
     for (Eigen::Index k = 0; k < n; ++k) {
       const bool turns =
-          k >= given || body.axes[static_cast<std::size_t>(k)].kind == FreeAxis::Kind::rotation;
+          k >= given || body.joints[static_cast<std::size_t>(k)].kind == Joint::Kind::rotation;
       const Vec3 axis = k >= given
                             ? Vec3(parent.col(k - given))
-                            : Vec3(parent * body.axes[static_cast<std::size_t>(k)].direction);
+                            : Vec3(parent * body.joints[static_cast<std::size_t>(k)].direction);
       velocity.col(k) = turns ? axis.cross(arm) : axis;
       spin.col(k) = turns ? axis : Vec3::Zero();
     }
     mass = body.mass * velocity.transpose() * velocity + spin.transpose() * inertia * spin;
     for (Eigen::Index k = 0; k < given; ++k)
-      mass(k, k) += body.axes[static_cast<std::size_t>(k)].armature;
+      mass(k, k) += body.joints[static_cast<std::size_t>(k)].armature;
   }
 };
 
@@ -54,23 +54,23 @@ Vector rates(const FreeBodyMotion& m, Eigen::Index n) {
   return Eigen::Map<const Vector>(m.rate, n);
 }
 
-double spring_force(const FreeAxis& axis, double coordinate) {
+double spring_force(const Joint& axis, double coordinate) {
   return -axis.stiffness * (coordinate - axis.rest);
 }
 
-// Speed of a drive that holds it. In the first half of a step that which arrives where the approach
+// Speed of a motor that holds it. In the first half of a step that which arrives where the approach
 // to a target is at the step's end.
-double wanted_rate(const Drive& drive, double coordinate, double dt, HalfKick half) {
-  if (!drive.target) return drive.speed;
-  const double most = std::abs(drive.speed);
+double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfKick half) {
+  if (!motor.target) return motor.speed;
+  const double most = std::abs(motor.speed);
   const double rate = half == HalfKick::first ? -std::expm1(-dt / kApproach) / dt : 1 / kApproach;
-  return std::clamp((*drive.target - coordinate) * rate, -most, most);
+  return std::clamp((*motor.target - coordinate) * rate, -most, most);
 }
 
-// N or N m: the most that a drive gives in a direction in which the axis moves at `rate`.
-double effort(const Drive& drive, double rate) {
-  if (drive.no_load_speed == kForever) return drive.limit;
-  return drive.limit * std::clamp(1 - rate / drive.no_load_speed, 0.0, 1.0);
+// N or N m: the most that a motor gives in a direction in which the axis moves at `rate`.
+double effort(const Motor& motor, double rate) {
+  if (motor.no_load_speed == kUnbounded) return motor.limit;
+  return motor.limit * std::clamp(1 - rate / motor.no_load_speed, 0.0, 1.0);
 }
 
 // But for rounding.
@@ -78,21 +78,21 @@ bool is_at(double rate, double wanted) {
   return std::abs(rate - wanted) <= 1e-9 * std::abs(wanted) + 1e-12;
 }
 
-bool is_rotation(const FreeAxis& axis) { return axis.kind == FreeAxis::Kind::rotation; }
+bool is_rotation(const Joint& axis) { return axis.kind == Joint::Kind::rotation; }
 
 // The inertia against the axes does not change with the place, as seen from the parent.
 bool has_constant_inertia(const FreeBody& body) {
-  if (body.turns_freely) return false;
-  const bool turns = std::ranges::any_of(body.axes, is_rotation);
-  return !turns || body.axes.size() == 1;
+  if (body.free_rotation) return false;
+  const bool turns = std::ranges::any_of(body.joints, is_rotation);
+  return !turns || body.joints.size() == 1;
 }
 
 // Change of the generalized velocities per impulse that acts evenly over `h` s, with damping.
 Matrix response(const FreeBody& body, const Matrix& mass, double h) {
   const Eigen::Index n = mass.rows();
   Vector damping = Vector::Zero(n);
-  for (std::size_t k = 0; k < body.axes.size(); ++k)
-    damping[static_cast<Eigen::Index>(k)] = body.axes[k].damping;
+  for (std::size_t k = 0; k < body.joints.size(); ++k)
+    damping[static_cast<Eigen::Index>(k)] = body.joints[k].damping;
   if (damping.isZero(0)) return mass.inverse();
   // In the axes of the damped modes, (1 - exp(-h c)) / (h c) for each.
   const Eigen::LLT<Matrix> llt(mass);
@@ -110,12 +110,12 @@ Matrix response(const FreeBody& body, const Matrix& mass, double h) {
 
 // Generalized forces by contacts, gravity and inertia at these rates. Accelerations count at
 // constant rates; where the inertia changes with the place, at constant momenta.
-Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyScene& at, const Vector& u) {
+Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyState& at, const Vector& u) {
   const Vec3 relative_spin = axes.spin * u, spin = at.parent_spin + relative_spin;
   Vec3 sliding = Vec3::Zero();  // m/s, of the origin against the parent
-  for (std::size_t k = 0; k < body.axes.size(); ++k) {
+  for (std::size_t k = 0; k < body.joints.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    if (!is_rotation(body.axes[k])) sliding += axes.velocity.col(i) * u[i];
+    if (!is_rotation(body.joints[k])) sliding += axes.velocity.col(i) * u[i];
   }
   const Vec3 turning = at.parent_spin.cross(relative_spin);
   const Vec3 acceleration = 2 * at.parent_spin.cross(sliding) +
@@ -138,11 +138,11 @@ Vector forces_at(const FreeBody& body, const Axes& axes, const FreeBodyScene& at
 }
 
 // Forces depend on the rates.
-bool is_coupled(const FreeBody& body, const FreeBodyScene& at) {
-  const std::size_t n = body.axes.size() + (body.turns_freely ? 3 : 0);
+bool is_coupled(const FreeBody& body, const FreeBodyState& at) {
+  const std::size_t n = body.joints.size() + (body.free_rotation ? 3 : 0);
   if (n < 2) return false;
-  const bool slides = !std::ranges::all_of(body.axes, is_rotation);
-  const bool turns = body.turns_freely || std::ranges::any_of(body.axes, is_rotation);
+  const bool slides = !std::ranges::all_of(body.joints, is_rotation);
+  const bool turns = body.free_rotation || std::ranges::any_of(body.joints, is_rotation);
   return (slides && turns) || !at.parent_spin.isZero(0);
 }
 
@@ -150,15 +150,15 @@ bool is_same(const Vector& a, const Vector& b) { return (a - b).norm() <= kSame 
 
 }  // namespace
 
-KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
-                          const std::vector<const Drive*>* drives, const FreeBodyScene& at,
-                          double t, double dt, HalfKick half, FreeBodyMotion motion) {
+KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
+                               const std::vector<const Motor*>* motors, const FreeBodyState& at,
+                               double t, double dt, HalfKick half, FreeBodyMotion motion) {
   const Axes axes(body, origin, at.parent, at.rotation);
   const Eigen::Index n = axes.velocity.cols();
   const double h = 0.5 * dt;
   Vector u = rates(motion, n);
-  // What friction and drives give against a jump of the parent, of what they can give in all.
-  double friction_given[kMostAxes] = {}, drive_given[kMostAxes] = {};
+  // What friction and motors give against a jump of the parent, of what they can give in all.
+  double friction_given[kMostJoints] = {}, drive_given[kMostJoints] = {};
   if (half == HalfKick::first && at.parent_moves) {
     const Vector before = u;
     const Vec3 jump = at.parent_velocity_change + at.parent_spin_change.cross(at.offset + axes.arm);
@@ -171,26 +171,27 @@ KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
       u += mobility.col(i) * given;
       return given;
     };
-    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    for (std::size_t k = 0; k < body.joints.size(); ++k) {
       const double rate = before[static_cast<Eigen::Index>(k)];
-      if (is_at(rate, 0) && body.axes[k].friction > 0)
-        friction_given[k] = hold(k, h * body.axes[k].friction);
-      for (const Drive* drive : drives[k]) {
-        const bool holds = drive->acts(t) && is_at(rate, wanted_rate(*drive, motion.coordinate[k],
-                                                                     dt, HalfKick::second));
-        if (holds) drive_given[k] += hold(k, h * drive->limit);
+      if (is_at(rate, 0) && body.joints[k].friction > 0)
+        friction_given[k] = hold(k, h * body.joints[k].friction);
+      for (const Motor* motor : motors[k]) {
+        const bool holds =
+            motor->acts(t) &&
+            is_at(rate, motor_target_rate(*motor, motion.coordinate[k], dt, HalfKick::second));
+        if (holds) drive_given[k] += hold(k, h * motor->limit);
       }
     }
   }
   const Vector start = u;
   const Matrix inverse = response(body, axes.mass, h);
   KickResult result;
-  double drive_impulse[kMostAxes] = {};
+  double motor_impulse[kMostJoints] = {};
   const auto kicked = [&](const Vector& rates_of_forces) {
     Vector impulse = h * forces_at(body, axes, at, rates_of_forces);
-    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    for (std::size_t k = 0; k < body.joints.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
-      const FreeAxis& axis = body.axes[k];
+      const Joint& axis = body.joints[k];
       impulse[i] += h * (spring_force(axis, motion.coordinate[k]) - axis.damping * start[i]);
     }
     Vector now = start + inverse * impulse;
@@ -203,18 +204,18 @@ KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
       result.held[k] = given == needed;
       return given;
     };
-    for (std::size_t k = 0; k < body.axes.size(); ++k) {
+    for (std::size_t k = 0; k < body.joints.size(); ++k) {
       double spent = drive_given[k];
-      drive_impulse[k] = spent;
-      if (body.axes[k].friction > 0)
-        push(k, 0, -h * body.axes[k].friction, h * body.axes[k].friction, friction_given[k]);
-      for (const Drive* drive : drives[k]) {
-        if (!drive->acts(t)) continue;
+      motor_impulse[k] = spent;
+      if (body.joints[k].friction > 0)
+        push(k, 0, -h * body.joints[k].friction, h * body.joints[k].friction, friction_given[k]);
+      for (const Motor* motor : motors[k]) {
+        if (!motor->acts(t)) continue;
         result.driven = true;
         const double rate = start[static_cast<Eigen::Index>(k)];
-        drive_impulse[k] +=
-            push(k, wanted_rate(*drive, motion.coordinate[k], dt, half), -h * effort(*drive, -rate),
-                 h * effort(*drive, rate), std::exchange(spent, 0));
+        motor_impulse[k] +=
+            push(k, motor_target_rate(*motor, motion.coordinate[k], dt, half),
+                 -h * effort(*motor, -rate), h * effort(*motor, rate), std::exchange(spent, 0));
       }
     }
     return now;
@@ -228,19 +229,19 @@ KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
       if (done) break;
     }
   }
-  for (std::size_t k = 0; k < body.axes.size(); ++k) motion.drive_impulse[k] += drive_impulse[k];
+  for (std::size_t k = 0; k < body.joints.size(); ++k) motion.motor_impulse[k] += motor_impulse[k];
   for (Eigen::Index i = 0; i < n; ++i) motion.rate[i] = u[i];
   return result;
 }
 
 Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& held,
            FreeBodyMotion motion, Quat& orientation) {
-  const std::size_t given = body.axes.size();
-  const auto n = static_cast<Eigen::Index>(given + (body.turns_freely ? 3 : 0));
+  const std::size_t given = body.joints.size();
+  const auto n = static_cast<Eigen::Index>(given + (body.free_rotation ? 3 : 0));
   if (has_constant_inertia(body)) {
     Vec3 turned = Vec3::Zero();
     for (std::size_t k = 0; k < given; ++k) {
-      const FreeAxis& axis = body.axes[k];
+      const Joint& axis = body.joints[k];
       motion.coordinate[k] += motion.rate[k] * dt;
       if (!is_rotation(axis)) continue;
       orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
@@ -251,10 +252,10 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
   const Vector first = rates(motion, n);
   const auto spin_of = [&](const Vector& u) {
     Vec3 spin = Vec3::Zero();
-    if (body.turns_freely) spin = u.tail<3>();
+    if (body.free_rotation) spin = u.tail<3>();
     for (std::size_t k = 0; k < given; ++k) {
-      if (is_rotation(body.axes[k]))
-        spin += body.axes[k].direction * u[static_cast<Eigen::Index>(k)];
+      if (is_rotation(body.joints[k]))
+        spin += body.joints[k].direction * u[static_cast<Eigen::Index>(k)];
     }
     return spin;
   };
@@ -287,7 +288,7 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
   end = (turn(last) * half_way).normalized();
   for (std::size_t k = 0; k < given; ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const FreeAxis& axis = body.axes[k];
+    const Joint& axis = body.joints[k];
     const double before = motion.coordinate[k], next = before + 0.5 * dt * (first[i] + last[i]);
     const bool is_within = before >= axis.lower && before <= axis.upper;
     motion.coordinate[k] = is_within ? std::clamp(next, axis.lower, axis.upper) : next;
@@ -298,30 +299,30 @@ Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& 
   return 0.5 * dt * (spin_of(first) + spin_of(last));
 }
 
-void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& at, double dt,
-                FreeBodyMotion motion, HeldAxes& held) {
+void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& at,
+                        double dt, FreeBodyMotion motion, HeldAxes& held) {
   const auto leaves = [&](std::size_t k) {
-    const FreeAxis& axis = body.axes[k];
+    const Joint& axis = body.joints[k];
     const double rate = motion.rate[k], next = motion.coordinate[k] + rate * dt,
                  near = dt > 0 ? 0 : kAtStop * (1 + std::abs(next));
     if (rate < 0 && next < axis.lower + near) return -1;
     if (rate > 0 && next > axis.upper - near) return 1;
     return 0;
   };
-  for (std::size_t k = 0; k < body.axes.size(); ++k) {
+  for (std::size_t k = 0; k < body.joints.size(); ++k) {
     const int side = leaves(k);
     if (side == 0) continue;
-    const FreeAxis& axis = body.axes[k];
+    const Joint& axis = body.joints[k];
     const Axes axes(body, origin, at.parent, at.rotation);
     const Matrix inverse = axes.mass.inverse();
     const auto i = static_cast<Eigen::Index>(k);
     const double limit = side < 0 ? axis.lower : axis.upper;
-    const double wanted = axis.stop_restitution > 0 ? -axis.stop_restitution * motion.rate[k]
-                          : dt > 0                  ? (limit - motion.coordinate[k]) / dt
-                                                    : 0;
+    const double wanted = axis.limit_restitution > 0 ? -axis.limit_restitution * motion.rate[k]
+                          : dt > 0                   ? (limit - motion.coordinate[k]) / dt
+                                                     : 0;
     const double given = (wanted - motion.rate[k]) / inverse(i, i);
     for (Eigen::Index j = 0; j < inverse.rows(); ++j) motion.rate[j] += inverse(j, i) * given;
-    motion.stop_impulse[k] += given;
+    motion.limit_impulse[k] += given;
     held[k] = true;
   }
 }
@@ -329,15 +330,15 @@ void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& a
 double highest_frequency(const FreeBody& body, const Vec3& origin) {
   const Matrix mass = Axes(body, origin, Mat3::Identity(), Mat3::Identity()).mass;
   Vector root = Vector::Zero(mass.rows());
-  for (std::size_t k = 0; k < body.axes.size(); ++k)
-    root[static_cast<Eigen::Index>(k)] = std::sqrt(body.axes[k].stiffness);
+  for (std::size_t k = 0; k < body.joints.size(); ++k)
+    root[static_cast<Eigen::Index>(k)] = std::sqrt(body.joints[k].stiffness);
   if (root.isZero(0)) return 0;
   const Eigen::MatrixXd squares = root.asDiagonal() * mass.inverse() * root.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(squares, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
 }
 
-double least_apparent_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm) {
+double min_effective_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm) {
   const Axes axes(body, origin, Mat3::Identity(), Mat3::Identity());
   Columns point = axes.velocity;
   for (Eigen::Index k = 0; k < point.cols(); ++k)

@@ -9,7 +9,7 @@ namespace firn {
 
 // Pose of a free body and loads on it, in world axes at one instant. The angular velocity of the
 // parent is the mean over the step.
-struct FreeBodyScene {
+struct FreeBodyState {
   Mat3 parent = Mat3::Identity();    // axes of the parent frame -> world
   Mat3 rotation = Mat3::Identity();  // axes of the body -> world
   Vec3 offset = Vec3::Zero();        // m, from the parent's origin to the body's own
@@ -23,13 +23,13 @@ struct FreeBodyScene {
   Vec3 gravity = Vec3::Zero();                 // m/s^2
 };
 
-// [kMostAxes] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that turns
-// freely are its spin against the parent, in the parent's axes.
+// [kMostJoints] each: m or rad; m/s or rad/s; N s or N m s. The last three rates of a body that
+// turns freely are its spin against the parent, in the parent's axes.
 struct FreeBodyMotion {
   double* coordinate;
   double* rate;
-  double* drive_impulse;
-  double* stop_impulse;
+  double* motor_impulse;
+  double* limit_impulse;
 };
 
 // The half kicks of a step mirror each other: the first one takes forces that depend on the rates
@@ -37,10 +37,10 @@ struct FreeBodyMotion {
 // at its start.
 enum class HalfKick { first, second };
 
-// Which axes are held by friction, a drive or a stop.
-using HeldAxes = std::array<bool, kMostAxes>;
+// Which joints are held by friction, a motor or a limit.
+using HeldAxes = std::array<bool, kMostJoints>;
 struct KickResult {
-  bool driven = false;  // a drive acted
+  bool driven = false;  // a motor acted
   HeldAxes held = {};
 };
 
@@ -50,18 +50,18 @@ struct KickResult {
 // (F + m g - m a) . v_k + (M - I alpha - w x I w) . w_k + spring + damper = 0.
 // Where the inertia against the axes changes with the place, the kick is one of the momenta
 // sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for constant other forces.
-// Friction and drives are impulses within their bounds, taken in turn, so that what sticks sticks
+// Friction and motors are impulses within their bounds, taken in turn, so that what sticks sticks
 // and what is driven has its speed exactly.
-KickResult kick_free_body(const FreeBody& body, const Vec3& origin,
-                          const std::vector<const Drive*>* drives, const FreeBodyScene& scene,
-                          double t, double dt, HalfKick half, FreeBodyMotion motion);
+KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
+                               const std::vector<const Motor*>* motors, const FreeBodyState& scene,
+                               double t, double dt, HalfKick half, FreeBodyMotion motion);
 
 // Takes from the rates what would carry a coordinate beyond its stops within `dt`, so that it
 // arrives there, or turns them round by the restitution. After a kick, before the coordinates move;
 // with a dt of 0 for what lies on its stop already, after the second kick. Marks what it stopped as
 // held.
-void meet_stops(const FreeBody& body, const Vec3& origin, const FreeBodyScene& scene, double dt,
-                FreeBodyMotion motion, HeldAxes& held);
+void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& scene,
+                        double dt, FreeBodyMotion motion, HeldAxes& held);
 
 // Moves the coordinates and turns `orientation` (body axes -> parent axes) by dt, half of it with
 // the rates at its start and half with those at its end, at which the momenta are the same; rates
@@ -74,6 +74,6 @@ double highest_frequency(const FreeBody& body, const Vec3& origin);
 
 // Mass that a force at a point `arm` (m from the body's origin, world at t = 0) in the worst
 // direction meets at t = 0, kg: for time steps.
-double least_apparent_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm);
+double min_effective_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm);
 
 }  // namespace firn

@@ -72,10 +72,10 @@ double greatest_mobility(const Model& model, const Boundary& b) {
   const int free = free_frame(model.frames, b.frame);
   if (free < 0) return 0;
   const MotionFrame& frame = model.frames[static_cast<std::size_t>(free)];
-  double least = kForever;
+  double least = kUnbounded;
   const auto meet = [&](const Vec3& at) {
     const Vec3 arm = b.origin + b.orientation * at - frame.origin;
-    least = std::min(least, least_apparent_mass(*frame.free, frame.origin, arm));
+    least = std::min(least, min_effective_mass(*frame.free, frame.origin, arm));
   };
   for (const Vec3& v : b.mesh.vertices) meet(v);
   if (b.mesh.vertices.empty()) meet(Vec3::Zero());
@@ -87,20 +87,20 @@ void check_free_body(const MotionFrame& frame) {
     throw InputError("motion_frames." + frame.name + ": " + what);
   };
   const FreeBody& body = *frame.free;
-  const auto rotations = std::ranges::count(body.axes, FreeAxis::Kind::rotation, &FreeAxis::kind);
-  if (body.axes.empty() && !body.turns_freely) fail("is free, but has no axis to move along");
-  if (rotations + (body.turns_freely ? 1 : 0) > 1)
+  const auto rotations = std::ranges::count(body.joints, Joint::Kind::rotation, &Joint::kind);
+  if (body.joints.empty() && !body.free_rotation) fail("is free, but has no joint to move along");
+  if (rotations + (body.free_rotation ? 1 : 0) > 1)
     fail("turns about more than one axis; expected one rotation, or free turning about all");
-  if (body.axes.size() + (body.turns_freely ? 3 : 0) > kMostAxes)
-    fail(fmt::format("has {} axes; expected at most {}", body.axes.size(),
-                     kMostAxes - (body.turns_freely ? 3 : 0)));
+  if (body.joints.size() + (body.free_rotation ? 3 : 0) > kMostJoints)
+    fail(fmt::format("has {} axes; expected at most {}", body.joints.size(),
+                     kMostJoints - (body.free_rotation ? 3 : 0)));
   if (!(body.mass > 0) || !body.inertia.allFinite()) fail("is free, but has no mass or inertia");
-  if (!(least_apparent_mass(body, frame.origin, body.center - frame.origin) > 0))
+  if (!(min_effective_mass(body, frame.origin, body.center - frame.origin) > 0))
     fail(
         "cannot be moved along its axes by finite forces: two of them are the same, or mass or "
         "inertia is zero there");
   if (!frame.motions.empty())
-    fail("is free and has motions; expected one of the two, or drives of its axes");
+    fail("is free and has motions; expected one of the two, or motors of its joints");
 }
 
 void check_frames(const Model& model) {

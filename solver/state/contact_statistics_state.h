@@ -37,9 +37,9 @@ struct StatisticsState {
   std::vector<SurfaceSums> surfaces;       // [triangles of all shapes]
   std::vector<EnergySums> energies;        // [1 + boundaries][classes]; particles' own pairs first
   // Loads
-  std::vector<OpposedLoad> opposed;     // [particles]
-  std::vector<TriangleSums> triangles;  // of all watched boundaries, since:
-  std::uint64_t interval_start = 0;     // step
+  std::vector<CompressiveLoad> opposed;  // [particles]
+  std::vector<TriangleSums> triangles;   // of all watched boundaries, since:
+  std::uint64_t interval_start = 0;      // step
   // [points of the state] the triangle of each at a watched boundary, as of the last search for
   // contacts of its pair; and the neighbour list that the points were stored with.
   std::vector<std::uint32_t> triangle_of_point;

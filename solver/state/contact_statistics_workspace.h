@@ -72,7 +72,7 @@ StatisticsState empty_statistics(const Model& model);
 
 // The parts of the phase.
 void follow_contacts(const Model& model, Workspace& workspace, State& state);
-void note_opposed_loads(const Model& model, Workspace& workspace, State& state);
+void record_compressive_loads(const Model& model, Workspace& workspace, State& state);
 void sum_triangle_loads(const Model& model, Workspace& workspace, State& state);
 
 // Hands what has been summed up to this step over to the finished intervals.

@@ -150,7 +150,7 @@ void walk(Archive& ar, S& s) {
   ar.group("energy accounts");
   ar.value(s.work_normal);
   ar.value(s.work_friction);
-  ar.value(s.work_walls);
+  ar.value(s.work_boundaries);
   ar.value(s.boundary_work);
   ar.value(s.removed_energy);
   ar.value(s.lost_in_bonds);
@@ -158,13 +158,13 @@ void walk(Archive& ar, S& s) {
   ar.value(s.largest_kinetic);
   ar.value(s.energy_known);
   ar.group("health");
-  ar.value(s.health.largest_overlap);
-  ar.value(s.health.largest_overlap_particle);
-  ar.value(s.health.late_contacts);
-  ar.value(s.health.energy_rise);
-  ar.value(s.health.rebuilds);
-  ar.value(s.health.queries);
-  ar.value(s.health.refreshes);
+  ar.value(s.diagnostics.largest_overlap);
+  ar.value(s.diagnostics.largest_overlap_particle);
+  ar.value(s.diagnostics.late_contacts);
+  ar.value(s.diagnostics.energy_error);
+  ar.value(s.diagnostics.rebuilds);
+  ar.value(s.diagnostics.queries);
+  ar.value(s.diagnostics.refreshes);
   ar.group("statistics");
   ar.value(s.statistics.list);
   ar.array(s.statistics.open_of_pair);
@@ -180,10 +180,10 @@ void walk(Archive& ar, S& s) {
   ar.array(s.statistics.triangle_of_point);
   ar.value(s.statistics.points_list);
   ar.group("started motions");
-  ar.array(s.extra_motion_mover);
-  ar.array(s.extra_motion_group);
-  ar.array(s.extra_drive_axis);
-  ar.array(s.extra_drive_group);
+  ar.array(s.stage_motion_mover);
+  ar.array(s.stage_motion_group);
+  ar.array(s.stage_motor_joint);
+  ar.array(s.stage_motor_group);
 }
 
 // What has been finished and not been taken yet. No part of the hash: it depends on when the taker
@@ -195,7 +195,7 @@ void walk_finished(Archive& ar, S& s) {
   ar.array(s.statistics.finished_triangles);
 }
 
-// Motions and drives have padding, so their fields go one by one.
+// Motions and motors have padding, so their fields go one by one.
 template <class Archive, class S>
 void walk_schedule(Archive& ar, S& s) {
   ar.value(s.start);
@@ -232,8 +232,8 @@ void walk_drive(Archive& ar, D& d) {
 }
 template <class Archive, class S>
 void walk_started(Archive& ar, S& s) {
-  for (auto& m : s.extra_motions) walk_motion(ar, m);
-  for (auto& d : s.extra_drives) walk_drive(ar, d);
+  for (auto& m : s.stage_motions) walk_motion(ar, m);
+  for (auto& d : s.stage_motors) walk_drive(ar, d);
 }
 
 // What must agree between the model that made a state and the one that takes it up.
@@ -245,9 +245,9 @@ std::vector<double> fingerprint(const Model& model) {
                            double(model.particles.size()),
                            double(model.boundaries.size()),
                            double(model.frames.size()),
-                           model.numerics.contact_shell,
-                           model.numerics.shell_limit,
-                           model.numerics.refresh_fraction,
+                           model.numerics.contact_margin,
+                           model.numerics.contact_margin_limit,
+                           model.numerics.contact_update_fraction,
                            model.numerics.skin};
   for (const Interaction& i : model.interactions) {
     f.insert(f.end(), {i.static_friction, i.dynamic_friction, i.restitution,
@@ -346,8 +346,8 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
   State fresh;
   walk(r, fresh);
   walk_finished(r, fresh);
-  fresh.extra_motions.resize(fresh.extra_motion_mover.size());
-  fresh.extra_drives.resize(fresh.extra_drive_axis.size());
+  fresh.stage_motions.resize(fresh.stage_motion_mover.size());
+  fresh.stage_motors.resize(fresh.stage_motor_joint.size());
   walk_started(r, fresh);
   start_missing(model, fresh);
   if (!r.done() || !fits(fresh.statistics, model) ||

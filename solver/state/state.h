@@ -39,14 +39,14 @@ struct FrameMotion {
   Vec3 spin = Vec3::Zero();                          // rad/s, world
   Vec3 velocity_change = Vec3::Zero();               // of both, from the step before
   Vec3 spin_change = Vec3::Zero();
-  Vec3 impulse = Vec3::Zero();           // N s, by contacts since it was cleared
-  Vec3 angular_impulse = Vec3::Zero();   // N m s, about the moving origin
-  double coordinate[kMostAxes] = {};     // m or rad, of the axes
-  double rate[kMostAxes] = {};           // m/s or rad/s; the last three of a body that turns
-                                         // freely: its spin against the parent, in whose axes
-  double drive_impulse[kMostAxes] = {};  // N s or N m s, by drives
-  double stop_impulse[kMostAxes] = {};   // and by hard stops, both since they were cleared
-  double driven = 0;                     // 1: a drive acted in the last step
+  Vec3 impulse = Vec3::Zero();             // N s, by contacts since it was cleared
+  Vec3 angular_impulse = Vec3::Zero();     // N m s, about the moving origin
+  double coordinate[kMostJoints] = {};     // m or rad, of the axes
+  double rate[kMostJoints] = {};           // m/s or rad/s; the last three of a body that turns
+                                           // freely: its spin against the parent, in whose axes
+  double motor_impulse[kMostJoints] = {};  // N s or N m s, by motors
+  double limit_impulse[kMostJoints] = {};  // and by hard stops, both since they were cleared
+  double driven = 0;                       // 1: a motor acted in the last step
 };
 
 // Two bodies that may come to touch before the neighbour list is made again.
@@ -137,10 +137,10 @@ struct State {
   std::vector<Patch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
   // Started by stages.
-  std::vector<Motion> extra_motions;
-  std::vector<std::int32_t> extra_motion_mover, extra_motion_group;  // a boundary, or B + frame
-  std::vector<Drive> extra_drives;
-  std::vector<std::int32_t> extra_drive_axis, extra_drive_group;  // frame * kMostAxes + axis
+  std::vector<Motion> stage_motions;
+  std::vector<std::int32_t> stage_motion_mover, stage_motion_group;  // a boundary, or B + frame
+  std::vector<Motor> stage_motors;
+  std::vector<std::int32_t> stage_motor_joint, stage_motor_group;  // frame * kMostJoints + axis
   // Contacts
   bool neighbor_list_invalid = true;
   HugePageVector<Pair> pairs;                 // [P] along a curve through space (neighbor_list.cpp)
@@ -154,12 +154,12 @@ struct State {
   std::vector<BeamLoad> bond_loads;           // [bonds] at `time`
   // Accounts
   double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
-  double work_walls = 0;                         // J, the part of both at boundaries
+  double work_boundaries = 0;                    // J, the part of both at boundaries
   double boundary_work = 0, removed_energy = 0;  // J
   double lost_in_bonds = 0;                      // J
   double lowest_energy = 0, largest_kinetic = 0;  // J
   bool energy_known = false;
-  Health health;
+  Diagnostics diagnostics;
   StatisticsState statistics;  // empty unless asked for
 };
 

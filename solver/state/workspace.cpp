@@ -20,8 +20,9 @@ PairLaw base_law(const Model& model, const Interaction& i, double stiffness, dou
   law.static_friction = i.static_friction;
   law.dynamic_friction = i.dynamic_friction;
   law.sliding_speed = i.sliding_speed;
-  law.shell = std::min(model.numerics.contact_shell * rounding, model.numerics.shell_limit);
-  law.refresh = model.numerics.refresh_fraction * law.shell;
+  law.shell =
+      std::min(model.numerics.contact_margin * rounding, model.numerics.contact_margin_limit);
+  law.refresh = model.numerics.contact_update_fraction * law.shell;
   law.merge = 0.01 * rounding;
   law.same_place = 2 * rounding;
   law.deep = 0.01 * rounding;

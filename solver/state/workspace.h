@@ -48,8 +48,8 @@ struct ContactTotals {
     double peak = 0;                                              // N
     bool touched = false;
   };
-  double work_normal = 0, work_friction = 0, work_walls = 0, boundary_work = 0;  // J
-  double largest_overlap = 0;                                                    // m
+  double work_normal = 0, work_friction = 0, work_boundaries = 0, boundary_work = 0;  // J
+  double largest_overlap = 0;                                                         // m
   std::int32_t largest_overlap_particle = -1;
   double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
   std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // bodies
@@ -150,10 +150,10 @@ struct BoundaryContactTable {
 
 // Of the boundary or frame that is moved. The memory is kept from step to step.
 struct BoundaryMotionScratch {
-  std::vector<const Motion*> motions;                       // of the model and of stages
-  std::vector<RigidMotion> carried;                         // [motions] by the motions before each
-  std::array<std::vector<const Drive*>, kMostAxes> drives;  // [axes] of a free body
-  std::vector<FrameMotion> frames;                          // at the start of the step
+  std::vector<const Motion*> motions;  // of the model and of stages
+  std::vector<RigidMotion> carried;    // [motions] by the motions before each
+  std::array<std::vector<const Motor*>, kMostJoints> motors;  // [axes] of a free body
+  std::vector<FrameMotion> frames;                            // at the start of the step
 };
 
 struct Workspace {

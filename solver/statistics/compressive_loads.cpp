@@ -1,4 +1,4 @@
-// What presses particles from two sides at once, over every step (see OpposedLoad).
+// What presses particles from two sides at once, over every step (see CompressiveLoad).
 #include <algorithm>
 #include <utility>
 
@@ -11,7 +11,7 @@ namespace {
 // Two patches bear an opposed load of no more than the lesser of their forces, so only those that
 // bear more than the largest load so far can make a larger one: in a bed at rest, next to none.
 void read(const State& s, const PairRange& range, std::vector<NormalLoadSample>& pressed) {
-  const std::vector<OpposedLoad>& opposed = s.statistics.opposed;
+  const std::vector<CompressiveLoad>& opposed = s.statistics.opposed;
   const auto particles = static_cast<std::int32_t>(opposed.size());
   pressed.clear();
   for (const ActivePair& pair : range.active) {
@@ -25,7 +25,8 @@ void read(const State& s, const PairRange& range, std::vector<NormalLoadSample>&
   }
 }
 
-void note(const NormalLoadSample& p, const NormalLoadSample& q, double time, OpposedLoad& most) {
+void note(const NormalLoadSample& p, const NormalLoadSample& q, double time,
+          CompressiveLoad& most) {
   const double lesser = std::min(p.force, q.force);
   if (!(lesser > most.load)) return;
   const double load = lesser * -p.out.dot(q.out);
@@ -37,7 +38,7 @@ void note(const NormalLoadSample& p, const NormalLoadSample& q, double time, Opp
 
 }  // namespace
 
-void note_opposed_loads(const Model& model, Workspace& w, State& s) {
+void record_compressive_loads(const Model& model, Workspace& w, State& s) {
   parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,
                       [&](std::size_t begin, std::size_t) {
                         PairRange& range = w.ranges[begin / kPairsOfRange];
@@ -50,7 +51,7 @@ void note_opposed_loads(const Model& model, Workspace& w, State& s) {
   const double time = static_cast<double>(s.steps + 1) * model.timestep;
   for (const PairRange& range : w.ranges) {
     for (NormalLoadSample p : range.notes.pressed) {
-      OpposedLoad& most = s.statistics.opposed[p.particle];
+      CompressiveLoad& most = s.statistics.opposed[p.particle];
       for (std::int32_t k = last[p.particle]; k >= 0; k = all[k].before)
         note(p, all[k], time, most);
       p.before = std::exchange(last[p.particle], static_cast<std::int32_t>(all.size()));

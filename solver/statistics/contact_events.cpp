@@ -182,7 +182,7 @@ void remap_open_contacts(State& s) {
   stats.open = std::move(open);
   stats.sums = std::move(sums);
   stats.free_places = 0;
-  stats.list = s.health.rebuilds;
+  stats.list = s.diagnostics.rebuilds;
 }
 
 // An open contact as an event up to now.
@@ -250,7 +250,7 @@ void end_parted(const Model& model, const StatisticsWorkspace& w, State& s) {
 void follow_contacts(const Model& model, Workspace& w, State& s) {
   StatisticsState& stats = s.statistics;
   constexpr std::size_t kFew = 64;  // free places, not worth the while
-  if (stats.list != s.health.rebuilds || stats.open_of_pair.size() != s.pairs.size() ||
+  if (stats.list != s.diagnostics.rebuilds || stats.open_of_pair.size() != s.pairs.size() ||
       2 * stats.free_places > stats.open.size() + kFew)
     remap_open_contacts(s);
   const ContactReader reader(model, s);

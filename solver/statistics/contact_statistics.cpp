@@ -19,7 +19,7 @@ double EnergyClasses::lower_bound(int k) const {
 
 StatisticsWorkspace::StatisticsWorkspace(const Model& model)
     : watched(model.boundaries.size(), -1),
-      last_pressed(model.statistics.opposed_loads ? model.particles.size() : 0, -1) {
+      last_pressed(model.statistics.compressive_loads ? model.particles.size() : 0, -1) {
   std::uint32_t first = 0;
   for (const WatchedBoundary& w : model.statistics.watched) {
     watched[w.boundary] = static_cast<std::int32_t>(watched_index.size());
@@ -46,14 +46,14 @@ StatisticsState empty_statistics(const Model& model) {
   stats.surfaces.resize(surfaces);
   stats.energies.resize((1 + model.boundaries.size()) *
                         static_cast<std::size_t>(options.energies.count()));
-  if (options.opposed_loads) stats.opposed.resize(model.particles.size());
+  if (options.compressive_loads) stats.opposed.resize(model.particles.size());
   return stats;
 }
 
 void keep_statistics(const Model& model, Workspace& w, State& s) {
   const StatisticsOptions& options = model.statistics;
   if (options.contacts()) follow_contacts(model, w, s);
-  if (options.opposed_loads) note_opposed_loads(model, w, s);
+  if (options.compressive_loads) record_compressive_loads(model, w, s);
   if (!options.watched.empty()) sum_triangle_loads(model, w, s);
 }
 

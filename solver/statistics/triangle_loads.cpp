@@ -113,8 +113,8 @@ void add_up(const std::vector<TriangleLoad>& loads, double dt, StatisticsWorkspa
 
 void sum_triangle_loads(const Model& model, Workspace& w, State& s) {
   StatisticsState& stats = s.statistics;
-  const bool all = w.points_moved || stats.points_list != s.health.rebuilds;
-  stats.points_list = s.health.rebuilds;
+  const bool all = w.points_moved || stats.points_list != s.diagnostics.rebuilds;
+  stats.points_list = s.diagnostics.rebuilds;
   stats.triangle_of_point.resize(s.points.size());
   const BoundaryReader reader(model, w, s);
   parallel_for_blocks(w.threads, s.pairs.size(), kPairsOfRange,

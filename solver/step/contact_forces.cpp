@@ -146,12 +146,12 @@ class ContactAccumulator {
         accounts_(accounts),
         n_(static_cast<int>(model.particles.size())),
         dt_(model.timestep),
-        overlap_(std::min(s.health.largest_overlap, w.least_overlap_limit)) {
+        overlap_(std::min(s.diagnostics.largest_overlap, w.least_overlap_limit)) {
     for (const std::int32_t wall : accounts.touched) accounts.walls[wall] = {};
     accounts.touched.clear();
     accounts.walls.resize(model.boundaries.size());
     accounts.work_normal = accounts.work_friction = 0;
-    accounts.work_walls = accounts.boundary_work = 0;
+    accounts.work_boundaries = accounts.boundary_work = 0;
     accounts.largest_overlap = accounts.beyond_limit = 0;
   }
 
@@ -177,7 +177,7 @@ class ContactAccumulator {
     }
     const Vec3 force = eigen(plain(load.force)), moment = eigen(plain(load.moment_b));
     const BodyMotion& motion = s_.motion[load.b];
-    accounts_.work_walls += load.work_normal + load.work_friction;
+    accounts_.work_boundaries += load.work_normal + load.work_friction;
     wall.impulse -= force * dt_;
     wall.angular_impulse += moment * dt_;
     wall.peak = std::max(wall.peak, load.normal);
@@ -223,13 +223,13 @@ void add_up(const Model& model, const ContactTotals& accounts, State& s) {
         accounts.beyond_limit_a, name_of_body(model, accounts.beyond_limit_b),
         accounts.beyond_limit, s.time, accounts.limit));
   }
-  if (accounts.largest_overlap > s.health.largest_overlap) {
-    s.health.largest_overlap = accounts.largest_overlap;
-    s.health.largest_overlap_particle = accounts.largest_overlap_particle;
+  if (accounts.largest_overlap > s.diagnostics.largest_overlap) {
+    s.diagnostics.largest_overlap = accounts.largest_overlap;
+    s.diagnostics.largest_overlap_particle = accounts.largest_overlap_particle;
   }
   s.work_normal += accounts.work_normal;
   s.work_friction += accounts.work_friction;
-  s.work_walls += accounts.work_walls;
+  s.work_boundaries += accounts.work_boundaries;
   s.boundary_work += accounts.boundary_work;
   for (const std::int32_t b : accounts.touched) {
     const ContactTotals::Wall& wall = accounts.walls[b];

@@ -41,7 +41,7 @@ void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t,
   }
 }
 
-// All motions of a boundary or frame (`mover` as in State::extra_motion_mover). Each is carried by
+// All motions of a boundary or frame (`mover` as in State::stage_motion_mover). Each is carried by
 // those before it, as by a frame that each of them moves: in a step from t the motion j turns about
 // the place where the motions before it have put its centre at t. These steps, the last motion's
 // first, make up exactly the change of the whole, since a motion's step commutes with its own way.
@@ -50,8 +50,8 @@ void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3
   std::vector<const Motion*>& all = scratch.motions;
   all.clear();
   for (const Motion& m : motions) all.push_back(&m);
-  for (std::size_t k = 0; k < s.extra_motions.size(); ++k) {
-    if (s.extra_motion_mover[k] == static_cast<int>(mover)) all.push_back(&s.extra_motions[k]);
+  for (std::size_t k = 0; k < s.stage_motions.size(); ++k) {
+    if (s.stage_motion_mover[k] == static_cast<int>(mover)) all.push_back(&s.stage_motions[k]);
   }
   std::vector<RigidMotion>& carried = scratch.carried;
   carried.assign(all.size(), {});
@@ -88,11 +88,11 @@ Vec3 origin_of(const Model& model, int frame) {
 }
 
 // `parents`: where they are when the loads act; how they move comes from the state.
-FreeBodyScene scene_of(const Model& model, const State& s, const std::vector<FrameMotion>& parents,
+FreeBodyState scene_of(const Model& model, const State& s, const std::vector<FrameMotion>& parents,
                        std::size_t f, const BodyLoad& load) {
   const MotionFrame& frame = model.frames[f];
   const FrameMotion& motion = s.frames[f];
-  FreeBodyScene scene;
+  FreeBodyState scene;
   scene.rotation = RotationMap(motion.rotation);
   scene.force = load.force;
   scene.torque = load.torque;
@@ -111,37 +111,37 @@ FreeBodyScene scene_of(const Model& model, const State& s, const std::vector<Fra
 }
 
 FreeBodyMotion coordinates(FrameMotion& m) {
-  return {m.coordinate, m.rate, m.drive_impulse, m.stop_impulse};
+  return {m.coordinate, m.rate, m.motor_impulse, m.limit_impulse};
 }
 
 HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& parents, std::size_t f,
               const BodyLoad& load, HalfKick half, BoundaryMotionScratch& scratch) {
   const MotionFrame& frame = model.frames[f];
-  auto& drives = scratch.drives;
-  for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
-    drives[k].clear();
-    for (const Drive& d : frame.free->axes[k].drives) drives[k].push_back(&d);
-    for (std::size_t e = 0; e < s.extra_drives.size(); ++e) {
-      if (s.extra_drive_axis[e] == static_cast<int>(f * kMostAxes + k))
-        drives[k].push_back(&s.extra_drives[e]);
+  auto& motors = scratch.motors;
+  for (std::size_t k = 0; k < frame.free->joints.size(); ++k) {
+    motors[k].clear();
+    for (const Motor& d : frame.free->joints[k].motors) motors[k].push_back(&d);
+    for (std::size_t e = 0; e < s.stage_motors.size(); ++e) {
+      if (s.stage_motor_joint[e] == static_cast<int>(f * kMostJoints + k))
+        motors[k].push_back(&s.stage_motors[e]);
     }
   }
   FrameMotion& motion = s.frames[f];
-  const FreeBodyScene scene = scene_of(model, s, parents, f, load);
-  KickResult result = kick_free_body(*frame.free, frame.origin, drives.data(), scene, s.time,
-                                     model.timestep, half, coordinates(motion));
+  const FreeBodyState scene = scene_of(model, s, parents, f, load);
+  KickResult result = integrate_free_body(*frame.free, frame.origin, motors.data(), scene, s.time,
+                                          model.timestep, half, coordinates(motion));
   motion.driven = result.driven ? 1 : 0;
-  meet_stops(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
-             coordinates(motion), result.held);
+  apply_joint_limits(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
+                     coordinates(motion), result.held);
   return result.held;
 }
 
 // Where the coordinates of a free body put it in its parent's axes.
 Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& motion) {
   Vec3 position = rest;
-  for (std::size_t k = 0; k < body.axes.size(); ++k) {
-    if (body.axes[k].kind == FreeAxis::Kind::translation)
-      position += body.axes[k].direction * motion.coordinate[k];
+  for (std::size_t k = 0; k < body.joints.size(); ++k) {
+    if (body.joints[k].kind == Joint::Kind::translation)
+      position += body.joints[k].direction * motion.coordinate[k];
   }
   return position;
 }
@@ -304,14 +304,14 @@ void start_frame(const Model& model, const FrameStart& start, State& s) {
   if (frame.free) {
     std::ranges::copy(start.coordinates, motion.coordinate);
     std::ranges::copy(start.rates, motion.rate);
-    if (frame.free->turns_freely)
-      Eigen::Map<Vec3>(motion.rate + frame.free->axes.size()) = axes.transpose() * start.spin;
+    if (frame.free->free_rotation)
+      Eigen::Map<Vec3>(motion.rate + frame.free->joints.size()) = axes.transpose() * start.spin;
     place.position =
         position_of(*frame.free, frame.origin - origin_of(model, frame.parent), motion);
-    if (!frame.free->turns_freely) place.orientation = Quat::Identity();
-    for (std::size_t k = 0; k < frame.free->axes.size(); ++k) {
-      const FreeAxis& axis = frame.free->axes[k];
-      if (axis.kind == FreeAxis::Kind::rotation)
+    if (!frame.free->free_rotation) place.orientation = Quat::Identity();
+    for (std::size_t k = 0; k < frame.free->joints.size(); ++k) {
+      const Joint& axis = frame.free->joints[k];
+      if (axis.kind == Joint::Kind::rotation)
         place.orientation = Quat(Eigen::AngleAxisd(motion.coordinate[k], axis.direction));
     }
   }

@@ -41,7 +41,7 @@ Energy energy_of(const Model& model, const Workspace& w, const State& s) {
   e.elastic = stored.normal + stored.friction + bond_energy(model, w.bonds, s);
   e.dissipated_normal = s.work_normal - stored.normal;
   e.dissipated_friction = s.work_friction - stored.friction;
-  e.dissipated_walls = s.work_walls - stored_walls;
+  e.dissipated_boundaries = s.work_boundaries - stored_walls;
   e.dissipated_bonds = s.lost_in_bonds;
   e.boundary_work = s.boundary_work;
   e.removed = s.removed_energy;
@@ -91,7 +91,7 @@ void check_energy(const Model& model, const Workspace& w, State& s) {
     return;
   }
   const double rise = left - s.lowest_energy;
-  s.health.energy_rise = std::max(s.health.energy_rise, rise);
+  s.diagnostics.energy_error = std::max(s.diagnostics.energy_error, rise);
   // Contacts of bodies that were placed into each other give more than they ever took; what
   // adhesion holds is below zero.
   const double taken = std::max(0.0, s.work_normal + s.work_friction);

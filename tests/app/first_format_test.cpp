@@ -83,9 +83,9 @@ TEST_F(FirstFormat, HasTheSameContents) {
   EXPECT_TRUE(sorted_names(old).contains("largest_compressive_load"));
   ASSERT_EQ(old.stages().size(), now.stages().size());
   for (std::size_t i = 0; i < now.stages().size(); ++i)
-    EXPECT_EQ(old.stages()[i].ended_by, now.stages()[i].ended_by);
+    EXPECT_EQ(old.stages()[i].end_reason, now.stages()[i].end_reason);
   EXPECT_EQ(contact_events(old).size(), contact_events(now).size());
-  EXPECT_EQ(opposed_loads(old).size(), opposed_loads(now).size());
+  EXPECT_EQ(compressive_loads(old).size(), compressive_loads(now).size());
   ASSERT_EQ(bond_outcomes(old).size(), bond_outcomes(now).size());
   for (std::size_t i = 0; i < bond_outcomes(now).size(); ++i)
     EXPECT_EQ(bond_outcomes(old)[i].mode, bond_outcomes(now)[i].mode);

@@ -53,11 +53,11 @@ class TimedBed {
     int counted = 0;
     for (int k = 0; k < steps; ++k) {
       const Costs before = so_far();
-      const std::uint64_t lists = solver_.health().rebuilds;
+      const std::uint64_t lists = solver_.diagnostics().rebuilds;
       solver_.step_deferred();
       Costs step = so_far();
       for (const auto& [phase, seconds] : before) step[phase] -= seconds;
-      if (solver_.health().rebuilds > lists) {
+      if (solver_.diagnostics().rebuilds > lists) {
         list_costs.push_back(step["neighbour list"]);
         continue;
       }

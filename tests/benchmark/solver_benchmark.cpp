@@ -125,8 +125,8 @@ double time_used() {
 }
 
 void tell(benchmark::State& state, const Solver& solver) {
-  state.counters["patches"] = static_cast<double>(solver.health().patches);
-  state.counters["points"] = static_cast<double>(solver.health().points);
+  state.counters["patches"] = static_cast<double>(solver.diagnostics().patches);
+  state.counters["points"] = static_cast<double>(solver.diagnostics().points);
   state.counters["kinetic_J"] = solver.energy().kinetic;
   state.counters["peak_MB"] = memory("VmHWM:");
 }

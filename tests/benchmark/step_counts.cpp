@@ -48,9 +48,9 @@ void make(const std::filesystem::path& folder) {
 bool ask_for(const std::string& what, Model& model) {
   StatisticsOptions& options = model.statistics;
   const bool all = what == "all";
-  options.events = options.opposed_loads = all;
+  options.events = options.compressive_loads = all;
   if (what == "events") options.events = true;
-  if (what == "opposed") options.opposed_loads = true;
+  if (what == "opposed") options.compressive_loads = true;
   if (all) options.energies = {1e-9, 5, 8};
   if (all || what == "triangles") {
     for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
@@ -65,9 +65,9 @@ bool ask_for(const std::string& what, Model& model) {
 void step(const std::string& scene, const std::filesystem::path& folder, const Model& model) {
   Solver solver(model);
   solver.restore(kept(folder / (scene + ".state")));
-  const Health before = solver.health();
+  const Diagnostics before = solver.diagnostics();
   for (int i = 0; i < kSteps; ++i) solver.step_deferred();
-  const Health& after = solver.health();
+  const Diagnostics& after = solver.diagnostics();
   std::cout << fmt::format(
       "{{\"particle_steps\": {}, \"instructions\": \"{}\", \"patches\": {}, \"queries\": {}}}\n",
       kCubes * kSteps, instruction_set(), after.patches, after.queries - before.queries);

@@ -42,7 +42,7 @@ void read_all(const Recording& recording, const std::string& folder) {
   fuzz::accepts([&] { recording.timestep(); });
   fuzz::accepts([&] { recording.shape(), recording.tag(); });
   fuzz::accepts([&] { recording.mass(), recording.peak_normal_force(); });
-  fuzz::accepts([&] { recording.exit_time(), recording.door_time(); });
+  fuzz::accepts([&] { recording.exit_time(), recording.discharge_time(); });
   fuzz::accepts([&] { read_frames(recording); });
   fuzz::accepts([&] { recording.stages(); });
   fuzz::accepts([&] { recording.responses(); });

@@ -52,7 +52,7 @@ const AxisUnits& units_of(bool turns) {
 
 void read_schedule(const TomlTable& t, Schedule& s) {
   s.start = t.quantity("start", dimension::time, Sign::non_negative, "0 s");
-  s.stop = t.optional_quantity("stop", dimension::time, Sign::positive).value_or(kForever);
+  s.stop = t.optional_quantity("stop", dimension::time, Sign::positive).value_or(kUnbounded);
   if (s.stop <= s.start) {
     t.fail("stop", fmt::format("is {} s, not after the start at {} s; expected a later time",
                                s.stop, s.start));
@@ -173,33 +173,33 @@ void read_course(const TomlTable& t, const std::string& kind, Motion& m) {
   }
 }
 
-FreeAxis read_axis(const TomlTable& t) {
+Joint read_joint(const TomlTable& t) {
   t.allow({"kind", "direction", "stiffness", "spring_reference", "damping", "friction", "lower",
            "upper", "limit_restitution", "armature", "motors"});
-  FreeAxis axis;
+  Joint axis;
   const bool turns = t.choice("kind", {"translation", "rotation"}) == "rotation";
-  axis.kind = turns ? FreeAxis::Kind::rotation : FreeAxis::Kind::translation;
+  axis.kind = turns ? Joint::Kind::rotation : Joint::Kind::translation;
   const AxisUnits& units = units_of(turns);
   axis.direction = t.direction("direction");
   axis.stiffness = t.quantity("stiffness", units.stiffness, Sign::non_negative, units.no_stiffness);
   axis.rest = t.quantity("spring_reference", units.way, Sign::any, units.zero_way);
   axis.damping = t.quantity("damping", units.damping, Sign::non_negative, units.no_damping);
   axis.friction = t.quantity("friction", units.load, Sign::non_negative, units.zero_load);
-  axis.lower = t.optional_quantity("lower", units.way, Sign::any).value_or(-kForever);
-  axis.upper = t.optional_quantity("upper", units.way, Sign::any).value_or(kForever);
+  axis.lower = t.optional_quantity("lower", units.way, Sign::any).value_or(-kUnbounded);
+  axis.upper = t.optional_quantity("upper", units.way, Sign::any).value_or(kUnbounded);
   if (axis.lower > 0 || axis.upper < 0) {
     t.fail(axis.lower > 0 ? "lower" : "upper",
            "leaves out 0, where the body is drawn; expected lower <= 0 <= upper");
   }
-  axis.stop_restitution = t.number("limit_restitution", 0);
-  if (!(axis.stop_restitution >= 0 && axis.stop_restitution < 1))
+  axis.limit_restitution = t.number("limit_restitution", 0);
+  if (!(axis.limit_restitution >= 0 && axis.limit_restitution < 1))
     t.fail("limit_restitution", "is not between 0 and 1; expected less than 1");
   // Not filled in where it is left out: few joints have a rotor.
   if (t.has("armature"))
     axis.armature = t.quantity("armature", turns ? dimension::moment_of_inertia : dimension::mass,
                                Sign::non_negative);
-  for (const TomlTable& drive : t.tables("motors")) {
-    axis.drives.push_back(read_drive(drive, axis.kind));
+  for (const TomlTable& motor : t.tables("motors")) {
+    axis.motors.push_back(read_motor(motor, axis.kind));
   }
   return axis;
 }
@@ -207,8 +207,8 @@ FreeAxis read_axis(const TomlTable& t) {
 FreeBody read_free_body(const TomlTable& t) {
   t.allow({"mass", "density", "center", "inertia", "inertia_products", "free_rotation", "joints"});
   FreeBody body;
-  body.turns_freely = t.boolean("free_rotation", false);
-  for (const TomlTable& axis : t.tables("joints")) body.axes.push_back(read_axis(axis));
+  body.free_rotation = t.boolean("free_rotation", false);
+  for (const TomlTable& axis : t.tables("joints")) body.joints.push_back(read_joint(axis));
   return body;
 }
 
@@ -322,26 +322,26 @@ Motion read_motion(const TomlTable& t, std::initializer_list<std::string_view> a
   return m;
 }
 
-Drive read_drive(const TomlTable& t, FreeAxis::Kind kind,
+Motor read_motor(const TomlTable& t, Joint::Kind kind,
                  std::initializer_list<std::string_view> also) {
   std::vector<std::string_view> keys{"start",  "stop",     "period",       "speed",
                                      "target", "max_load", "no_load_speed"};
   keys.insert(keys.end(), also.begin(), also.end());
   t.allow(keys);
-  const AxisUnits& units = units_of(kind == FreeAxis::Kind::rotation);
-  Drive drive;
-  drive.speed = t.quantity("speed", units.rate, Sign::any);
-  drive.target = t.optional_quantity("target", units.way, Sign::any);
-  drive.limit = t.optional_quantity("max_load", units.load, Sign::positive).value_or(kForever);
+  const AxisUnits& units = units_of(kind == Joint::Kind::rotation);
+  Motor motor;
+  motor.speed = t.quantity("speed", units.rate, Sign::any);
+  motor.target = t.optional_quantity("target", units.way, Sign::any);
+  motor.limit = t.optional_quantity("max_load", units.load, Sign::positive).value_or(kUnbounded);
   if (t.has("no_load_speed")) {
-    drive.no_load_speed = t.quantity("no_load_speed", units.rate, Sign::positive);
-    if (drive.limit == kForever)
+    motor.no_load_speed = t.quantity("no_load_speed", units.rate, Sign::positive);
+    if (motor.limit == kUnbounded)
       t.fail("no_load_speed", "goes with max_load, which is the load at stall; expected both");
-    if (std::abs(drive.speed) > drive.no_load_speed)
+    if (std::abs(motor.speed) > motor.no_load_speed)
       t.fail("speed", "is above the no_load_speed, which is the fastest; expected less");
   }
-  read_schedule(t, drive);
-  return drive;
+  read_schedule(t, motor);
+  return motor;
 }
 
 int frame_index(const TomlTable& t, std::string_view key, const std::vector<MotionFrame>& frames) {

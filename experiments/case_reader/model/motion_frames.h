@@ -1,4 +1,4 @@
-// How boundaries of a case move: motions, [[motion_frames]] and drives.
+// How boundaries of a case move: motions, [[motion_frames]] and motors.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ void complete_free_bodies(const TomlTable& root, Model& model);
 
 // Keys of a prescribed motion. `also`: further keys, which the caller reads.
 Motion read_motion(const TomlTable& table, std::initializer_list<std::string_view> also = {});
-Drive read_drive(const TomlTable& table, FreeAxis::Kind kind,
+Motor read_motor(const TomlTable& table, Joint::Kind kind,
                  std::initializer_list<std::string_view> also = {});
 
 // The index of the frame that `key` names. Throws for an unknown one.

@@ -33,16 +33,16 @@ Standing standing(const Model& model, int particle, const Vec3& position, const 
 }
 
 // Neighbours in the order of a batch's places, batch by batch.
-std::vector<Couple> couples_of_source(const TomlTable& t, const Case& c) {
+std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
   const std::string name = t.string("inlet");
-  const auto source = std::ranges::find(c.sources, name, &Source::name);
-  if (source == c.sources.end())
+  const auto source = std::ranges::find(c.inlets, name, &Inlet::name);
+  if (source == c.inlets.end())
     t.fail("inlet", fmt::format("\"{}\" is no inlet of the case; expected the name of one of "
                                 "[[inlets]]",
                                 name));
   const std::size_t places = source->positions.size();
   if (places < 2) t.fail("inlet", "places one body at a time; expected several, to be joined");
-  int particle = first_of_sources(c)[static_cast<std::size_t>(source - c.sources.begin())];
+  int particle = first_of_inlets(c)[static_cast<std::size_t>(source - c.inlets.begin())];
   std::vector<Couple> couples;
   for (int batch = 0; batch < source->batches; ++batch) {
     Standing before;
@@ -85,7 +85,7 @@ std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
   constexpr std::array<std::string_view, 3> kWays = {"inlet", "pairs", "tags"};
   if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
     t.fail("", "says not once who is joined; expected one of inlet, pairs and tags");
-  if (t.has("inlet")) return couples_of_source(t, c);
+  if (t.has("inlet")) return pairs_from_inlet(t, c);
   return couples_of_pairs(t, c, t.has("pairs") ? "pairs" : "tags");
 }
 

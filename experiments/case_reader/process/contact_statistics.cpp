@@ -72,7 +72,7 @@ StatisticsOptions read_statistics(const TomlTable& root, const Model& model, dou
   t.allow({"merge_gap", "events", "compressive_loads", "boundary_maps", "particle_maps",
            "energy_spectrum"});
   options.merge = t.quantity("merge_gap", dimension::time, Sign::non_negative, "0 s");
-  options.opposed_loads = t.boolean("compressive_loads", false);
+  options.compressive_loads = t.boolean("compressive_loads", false);
   if (t.has("events")) {
     const TomlTable events = t.required_table("events");
     events.allow({"threshold"});

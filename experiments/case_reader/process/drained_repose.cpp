@@ -124,9 +124,8 @@ Stage read_rest(const TomlTable& t, const char* hold, const char* min_duration,
                 const char* max_duration) {
   Stage stage;
   stage.until = {Stage::Until::at_rest};
-  stage.rest_kinetic_energy =
-      t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
-  stage.rest_hold = t.quantity("settle_time", dimension::time, Sign::positive, hold);
+  stage.settle_energy = t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
+  stage.settle_time = t.quantity("settle_time", dimension::time, Sign::positive, hold);
   if (min_duration) {
     stage.min_duration =
         t.quantity("min_duration", dimension::time, Sign::non_negative, min_duration);

@@ -60,7 +60,7 @@ std::size_t choose_frame(const TomlTable& t, const Earlier& earlier) {
   const double wanted = t.quantity("time", dimension::time, Sign::non_negative);
   const auto nearest =
       std::ranges::min_element(times, {}, [&](double time) { return std::abs(time - wanted); });
-  if (std::abs(*nearest - wanted) > 0.5 * earlier.c.frames_every + earlier.c.model.timestep)
+  if (std::abs(*nearest - wanted) > 0.5 * earlier.c.frame_interval + earlier.c.model.timestep)
     t.fail("time", fmt::format("is {} s, where \"{}\" has no frame; expected a time from {} s to "
                                "{} s",
                                wanted, earlier.file, times.front(), times.back()));
@@ -174,21 +174,20 @@ void check_frame(const TomlTable& t, const Model& here, const Model& there, cons
   if (carrier(here, a) != carrier(there, b)) refuse("parent");
   if (!a.free) return;
   if (!b.free) refuse("freedom to move");
-  const auto same_axis = [](const FreeAxis& x, const FreeAxis& y) {
+  const auto same_axis = [](const Joint& x, const Joint& y) {
     return x.kind == y.kind && close(x.direction, y.direction, 1);
   };
-  if (a.free->turns_freely != b.free->turns_freely ||
-      !std::ranges::equal(a.free->axes, b.free->axes, same_axis))
+  if (a.free->free_rotation != b.free->free_rotation ||
+      !std::ranges::equal(a.free->joints, b.free->joints, same_axis))
     refuse("set of axes");
 }
 
 // "0.1 rad", ...
-toml::array axis_texts(const std::vector<FreeAxis>& axes, const std::vector<double>& values,
+toml::array axis_texts(const std::vector<Joint>& axes, const std::vector<double>& values,
                        const Dimension& along, const Dimension& about) {
   toml::array texts;
   for (std::size_t k = 0; k < axes.size(); ++k)
-    texts.push_back(
-        si_text(values.at(k), axes[k].kind == FreeAxis::Kind::rotation ? about : along));
+    texts.push_back(si_text(values.at(k), axes[k].kind == Joint::Kind::rotation ? about : along));
   return texts;
 }
 
@@ -206,14 +205,14 @@ void fill_in_frames(const TomlTable& t, const Model& model, const Earlier& earli
     toml::table one{{"name", frame.name},
                     {"position", vector_text(Vec3(p.data()), dimension::length)},
                     {"orientation", orientation_list(Quat(q.at(0), q.at(1), q.at(2), q.at(3)))}};
-    if (frame.free && !frame.free->axes.empty()) {
-      const std::vector<FreeAxis>& axes = frame.free->axes;
+    if (frame.free && !frame.free->joints.empty()) {
+      const std::vector<Joint>& axes = frame.free->joints;
       one.insert("coordinates",
                  axis_texts(axes, values("coordinate"), dimension::length, dimension::angle));
       one.insert("rates", axis_texts(axes, values("rate"), dimension::velocity,
                                      dimension::angular_velocity));
     }
-    if (frame.free && frame.free->turns_freely) {
+    if (frame.free && frame.free->free_rotation) {
       const std::vector<double> spin = values("angular_velocity");
       one.insert("spin", vector_text(Vec3(spin.data()), dimension::angular_velocity));
     }
@@ -260,7 +259,7 @@ void read_placed(const TomlTable& t, Case& c) {
 
 // One value an axis.
 std::vector<double> axis_values(const TomlTable& t, std::string_view key,
-                                const std::vector<FreeAxis>& axes, const Dimension& along,
+                                const std::vector<Joint>& axes, const Dimension& along,
                                 const Dimension& about) {
   const std::vector<std::string> texts = t.strings(key);
   if (texts.size() != axes.size())
@@ -269,7 +268,7 @@ std::vector<double> axis_values(const TomlTable& t, std::string_view key,
   std::vector<double> values;
   for (std::size_t k = 0; k < axes.size(); ++k)
     values.push_back(t.at(key, [&] {
-      return parse_quantity(texts[k], axes[k].kind == FreeAxis::Kind::rotation ? about : along);
+      return parse_quantity(texts[k], axes[k].kind == Joint::Kind::rotation ? about : along);
     }));
   return values;
 }
@@ -285,10 +284,10 @@ void read_frame_starts(const TomlTable& t, Case& c) {
         c.model.frames[static_cast<std::size_t>(start.frame)].free;
     if (free) {
       start.coordinates =
-          axis_values(one, "coordinates", free->axes, dimension::length, dimension::angle);
+          axis_values(one, "coordinates", free->joints, dimension::length, dimension::angle);
       start.rates =
-          axis_values(one, "rates", free->axes, dimension::velocity, dimension::angular_velocity);
-      if (free->turns_freely) start.spin = one.vector("spin", dimension::angular_velocity);
+          axis_values(one, "rates", free->joints, dimension::velocity, dimension::angular_velocity);
+      if (free->free_rotation) start.spin = one.vector("spin", dimension::angular_velocity);
     }
     c.frame_starts.push_back(start);
   }

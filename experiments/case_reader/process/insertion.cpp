@@ -210,24 +210,24 @@ std::vector<Outlet> read_outlets(const TomlTable& root) {
   return outlets;
 }
 
-std::vector<Gate> read_gates(const TomlTable& root) {
-  std::vector<Gate> gates;
+std::vector<Sensor> read_gates(const TomlTable& root) {
+  std::vector<Sensor> sensors;
   for (const TomlTable& t : root.tables("sensors")) {
     t.allow({"name", "region_min", "region_max", "point", "normal"});
-    Gate gate;
-    gate.name = fresh_name(t, gates);
-    gate.is_box = t.has("region_min");
-    if (gate.is_box == t.has("point"))
+    Sensor sensor;
+    sensor.name = fresh_name(t, sensors);
+    sensor.is_box = t.has("region_min");
+    if (sensor.is_box == t.has("point"))
       t.fail("point", "expected either region_min and region_max, or point and normal");
-    if (gate.is_box) {
-      read_region(t, gate.region_min, gate.region_max);
+    if (sensor.is_box) {
+      read_region(t, sensor.region_min, sensor.region_max);
     } else {
-      gate.point = t.vector("point", dimension::length);
-      gate.normal = t.direction("normal");
+      sensor.point = t.vector("point", dimension::length);
+      sensor.normal = t.direction("normal");
     }
-    gates.push_back(gate);
+    sensors.push_back(sensor);
   }
-  return gates;
+  return sensors;
 }
 
 std::vector<TagRule> read_tag_rules(const TomlTable& root) {
@@ -246,37 +246,37 @@ std::vector<TagRule> read_tag_rules(const TomlTable& root) {
   return rules;
 }
 
-std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames) {
-  std::vector<Switch> switches;
+std::vector<LimitSwitch> read_switches(const TomlTable& root,
+                                       const std::vector<MotionFrame>& frames) {
+  std::vector<LimitSwitch> limit_switches;
   for (const TomlTable& t : root.tables("limit_switches")) {
     t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold_time"});
-    Switch s;
-    s.name = fresh_name(t, switches);
+    LimitSwitch s;
+    s.name = fresh_name(t, limit_switches);
     s.frame = frame_index(t, "motion_frame", frames);
     s.axis = t.integer("axis", 0, 0);
     const std::optional<FreeBody>& free = frames[static_cast<std::size_t>(s.frame)].free;
-    if (!free || s.axis >= static_cast<int>(free->axes.size()))
+    if (!free || s.axis >= static_cast<int>(free->joints.size()))
       t.fail("motion_frame", "has no such joint; expected one of a free body");
-    const bool turns =
-        free->axes[static_cast<std::size_t>(s.axis)].kind == FreeAxis::Kind::rotation;
+    const bool turns = free->joints[static_cast<std::size_t>(s.axis)].kind == Joint::Kind::rotation;
     const Dimension& way = turns ? dimension::angle : dimension::length;
     s.closes_at = t.quantity("closes_at", way, Sign::any);
     s.opens_at =
         s.closes_at - t.quantity("hysteresis", way, Sign::non_negative, turns ? "2 deg" : "0 m");
     s.hold = t.quantity("hold_time", dimension::time, Sign::non_negative, "0 s");
-    switches.push_back(s);
+    limit_switches.push_back(s);
   }
-  return switches;
+  return limit_switches;
 }
 
-std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes) {
-  std::vector<Source> sources;
+std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& shapes) {
+  std::vector<Inlet> inlets;
   for (const TomlTable& t : root.tables("inlets")) {
     t.allow({"name", "shape", "position", "orientation", "grid", "spacing", "velocity",
              "position_jitter", "rotation_jitter", "rotation_jitter_axis", "random_orientation",
              "tag", "tag_mode", "start", "interval", "batches", "stage"});
-    Source source;
-    source.name = fresh_name(t, sources);
+    Inlet source;
+    source.name = fresh_name(t, inlets);
     source.shape = shapes[static_cast<std::size_t>(shape_index(t, "shape", shapes))].name;
     source.positions = grid_positions(t);
     source.orientation = t.orientation("orientation");
@@ -297,26 +297,26 @@ std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>
     if (static_cast<double>(source.batches) * static_cast<double>(source.positions.size()) >
         kMostParticles)
       t.fail("batches", fmt::format("makes more than {} bodies; expected fewer", kMostParticles));
-    sources.push_back(source);
+    inlets.push_back(source);
   }
-  return sources;
+  return inlets;
 }
 
-std::vector<int> first_of_sources(const Case& c) {
+std::vector<int> first_of_inlets(const Case& c) {
   std::size_t next = c.model.particles.size();
-  const auto bodies = [](const Source& source) {
+  const auto bodies = [](const Inlet& source) {
     return static_cast<std::size_t>(source.batches) * source.positions.size();
   };
-  for (const Source& source : c.sources) next -= bodies(source);
+  for (const Inlet& source : c.inlets) next -= bodies(source);
   std::vector<int> first;
-  for (const Source& source : c.sources) {
+  for (const Inlet& source : c.inlets) {
     first.push_back(static_cast<int>(next));
     next += bodies(source);
   }
   return first;
 }
 
-SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed) {
+SourcePose source_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed) {
   Case::Placed p;
   p.particle = particle;
   p.position = source.positions[place];

@@ -13,22 +13,23 @@ namespace firn {
 // chance.
 void read_particles(const TomlTable& root, Case& c);
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes);
-std::vector<Source> read_sources(const TomlTable& root, const std::vector<Shape>& shapes);
+std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Outlet> read_outlets(const TomlTable& root);
-std::vector<Gate> read_gates(const TomlTable& root);
+std::vector<Sensor> read_gates(const TomlTable& root);
 std::vector<TagRule> read_tag_rules(const TomlTable& root);
-std::vector<Switch> read_switches(const TomlTable& root, const std::vector<MotionFrame>& frames);
+std::vector<LimitSwitch> read_switches(const TomlTable& root,
+                                       const std::vector<MotionFrame>& frames);
 
-// The id of the first particle of each source. The model holds all particles.
-std::vector<int> first_of_sources(const Case& c);
+// The id of the first particle of each inlet. The model holds all particles.
+std::vector<int> first_of_inlets(const Case& c);
 
-// Where and how a particle of a source is put: place number `place` of a batch, and what chance
+// Where and how a particle of an inlet is put: place number `place` of a batch, and what chance
 // does to it. Each particle has a separate random stream.
 struct SourcePose {
   Vec3 position;     // m, centre of mass
   Quat orientation;  // shape axes -> world
 };
-SourcePose source_pose(const Source& source, std::size_t place, int particle, std::uint64_t seed);
+SourcePose source_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed);
 
 // `count` of a fill.
 int read_count(const TomlTable& table);

@@ -85,24 +85,24 @@ void read_drum(const TomlTable& t, const Model& model, Measure& m) {
 }
 
 // A channel class asks for so many frames in its period.
-void require_samples(const TomlTable& t, double frames_every, double cfc) {
-  if (!(frames_every * kSamplesPerClass * cfc <= 1 + 1e-9))
+void require_samples(const TomlTable& t, double frame_interval, double cfc) {
+  if (!(frame_interval * kSamplesPerClass * cfc <= 1 + 1e-9))
     t.fail("cfc", fmt::format("of {:g} Hz needs a sample every {:.3g} ms, and frames are {:.3g} ms "
                               "apart; expected shorter output.frame_interval",
-                              cfc, 1e3 / (kSamplesPerClass * cfc), 1e3 * frames_every));
+                              cfc, 1e3 / (kSamplesPerClass * cfc), 1e3 * frame_interval));
 }
 
-void read_accelerometer(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+void read_accelerometer(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
   t.allow({"kind", "name", "motion_frame", "axis", "cfc"});
   m.frame = frame_index(t, "motion_frame", model.frames);
   m.axis = t.integer("axis", 0, 0);
   const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
   const bool moves =
-      free && m.axis < static_cast<int>(free->axes.size()) &&
-      free->axes[static_cast<std::size_t>(m.axis)].kind == FreeAxis::Kind::translation;
+      free && m.axis < static_cast<int>(free->joints.size()) &&
+      free->joints[static_cast<std::size_t>(m.axis)].kind == Joint::Kind::translation;
   if (!moves) t.fail("axis", "is no translation of a free motion frame; expected one");
   m.cfc = t.quantity("cfc", dimension::frequency, Sign::positive, "1000 Hz");
-  require_samples(t, frames_every, m.cfc);
+  require_samples(t, frame_interval, m.cfc);
 }
 
 // Of a measure of a part of a machine.
@@ -120,7 +120,7 @@ int contact_index(const TomlTable& t, const Model& model) {
   return index_of(t, "boundary_contact", t.string("boundary_contact"), names, "boundary contact");
 }
 
-void read_curve(const TomlTable& t, const Model& model, double frames_every, Measure& m) {
+void read_curve(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
   t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "axis", "x", "y",
            "points", "cfc"});
   require_one_body(t);
@@ -139,7 +139,7 @@ void read_curve(const TomlTable& t, const Model& model, double frames_every, Mea
     m.frame = frame_index(t, "motion_frame", model.frames);
     m.axis = t.integer("axis", 0, 0);
     const std::optional<FreeBody>& free = model.frames[static_cast<std::size_t>(m.frame)].free;
-    if (!free || m.axis >= static_cast<int>(free->axes.size()))
+    if (!free || m.axis >= static_cast<int>(free->joints.size()))
       t.fail("axis", "is none of a free motion frame; expected one");
     m.x = t.choice("x", {"time", "coordinate"}, "time");
     m.y = t.choice("y", {"coordinate", "rate", "acceleration", "motor_load", "force"});
@@ -147,7 +147,7 @@ void read_curve(const TomlTable& t, const Model& model, double frames_every, Mea
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
   m.cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
-  require_samples(t, frames_every, m.cfc);
+  require_samples(t, frame_interval, m.cfc);
 }
 
 void read_load(const TomlTable& t, const Case& c, Measure& m) {
@@ -187,10 +187,10 @@ std::vector<Measure> read_measures(const TomlTable& root, const Case& c) {
       t.allow({"kind", "name", "tag"});
     } else if (kind == "accelerometer") {
       m.kind = Measure::Kind::accelerometer;
-      read_accelerometer(t, model, c.frames_every, m);
+      read_accelerometer(t, model, c.frame_interval, m);
     } else if (kind == "curve") {
       m.kind = Measure::Kind::curve;
-      read_curve(t, model, c.frames_every, m);
+      read_curve(t, model, c.frame_interval, m);
     } else if (kind == "load") {
       m.kind = Measure::Kind::load;
       read_load(t, c, m);

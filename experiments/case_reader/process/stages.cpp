@@ -60,10 +60,10 @@ std::vector<Until> read_until(const TomlTable& t) {
 
 int axis_of(const TomlTable& t, std::string_view key, const MotionFrame& frame) {
   const int axis = t.integer(key, 0, 0);
-  if (!frame.free || axis >= static_cast<int>(frame.free->axes.size())) {
+  if (!frame.free || axis >= static_cast<int>(frame.free->joints.size())) {
     t.fail(t.has(key) ? key : "motion_frame",
            fmt::format("motion frame \"{}\" has no joint {}; expected one of its {}", frame.name,
-                       axis, frame.free ? frame.free->axes.size() : 0));
+                       axis, frame.free ? frame.free->joints.size() : 0));
   }
   return axis;
 }
@@ -78,7 +78,7 @@ int named(const TomlTable& t, std::string_view key, const std::vector<Named>& al
 }
 
 void read_passed(const TomlTable& t, const Case& c, Stage& stage) {
-  stage.gate = named(t, "sensor", c.gates, "sensor");
+  stage.sensor = named(t, "sensor", c.sensors, "sensor");
   if (t.has("count") == t.has("mass"))
     t.fail(t.has("mass") ? "mass" : "count", "expected one of count and mass");
   if (t.has("count")) stage.count = t.integer("count", 1);
@@ -130,12 +130,12 @@ Stage::StartedMotion read_started_motion(const TomlTable& t, const Case& c) {
   return start;
 }
 
-Stage::StartedDrive read_started_drive(const TomlTable& t, const Case& c) {
-  Stage::StartedDrive start;
+Stage::StageMotor read_started_drive(const TomlTable& t, const Case& c) {
+  Stage::StageMotor start;
   start.frame = frame_index(t, "motion_frame", c.model.frames);
   const MotionFrame& frame = c.model.frames[static_cast<std::size_t>(start.frame)];
   start.axis = axis_of(t, "axis", frame);
-  start.drive = read_drive(t, frame.free->axes[static_cast<std::size_t>(start.axis)].kind,
+  start.motor = read_motor(t, frame.free->joints[static_cast<std::size_t>(start.axis)].kind,
                            {"motion_frame", "axis", "ends_with_stage"});
   start.ends_with_stage = t.boolean("ends_with_stage", true);
   return start;
@@ -156,12 +156,11 @@ Stage read_stage(const TomlTable& t, const Case& c) {
   }
   stage.until = read_until(t);
   if (stage.ends_on(Until::at_rest)) {
-    stage.rest_kinetic_energy =
-        t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
-    stage.rest_hold = t.quantity("settle_time", dimension::time, Sign::positive, "0.05 s");
+    stage.settle_energy = t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
+    stage.settle_time = t.quantity("settle_time", dimension::time, Sign::positive, "0.05 s");
   }
   if (stage.ends_on(Until::switched))
-    stage.closed_switch = named(t, "switch", c.switches, "switch");
+    stage.closed_switch = named(t, "switch", c.limit_switches, "switch");
   if (stage.ends_on(Until::passed)) read_passed(t, c, stage);
   if (stage.ends_on(Until::stalled)) read_stall(t, c, stage);
   if (stage.ends_on(Until::force)) read_force(t, c, stage);
@@ -171,7 +170,7 @@ Stage read_stage(const TomlTable& t, const Case& c) {
   for (const std::string& name : stage.remove)
     boundary_index(t, "remove_boundaries", name, c.model.boundaries);
   for (const TomlTable& m : t.tables("motions")) stage.motions.push_back(read_started_motion(m, c));
-  for (const TomlTable& d : t.tables("motors")) stage.drives.push_back(read_started_drive(d, c));
+  for (const TomlTable& d : t.tables("motors")) stage.motors.push_back(read_started_drive(d, c));
   return stage;
 }
 

@@ -8,10 +8,10 @@
 
 namespace firn {
 
-// Boundaries, frames, gates and switches of the case have been read.
+// Boundaries, frames, sensors and limit switches of the case have been read.
 std::vector<Stage> read_stages(const TomlTable& root, const Case& c);
 
-// Fills, sources and tag rules name stages that there are. Throws InputError.
+// Fills, inlets and tag rules name stages that there are. Throws InputError.
 void check_stage_names(const TomlTable& root, const Case& c);
 
 }  // namespace firn

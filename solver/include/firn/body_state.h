@@ -49,17 +49,17 @@ struct FrameState {
   Quat orientation = Quat::Identity();   // its axes -> world
   Vec3 velocity = Vec3::Zero();          // m/s, of the origin
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
-  bool driven = false;                   // a drive acted in the last step
+  bool driven = false;                   // a motor acted in the last step
   Vec3 free_spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
   // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
-  struct Axis {
+  struct JointState {
     double coordinate = 0, rate = 0;  // m or rad, m/s or rad/s
-    double drive_impulse = 0, stop_impulse = 0;
+    double motor_impulse = 0, limit_impulse = 0;
   };
-  std::vector<Axis> axes;  // of a free one
+  std::vector<JointState> joints;  // of a free one
   // N s, N m s: of all that its parent does to a free one through the joint (bearing, springs,
-  // drives, stops), about the moving origin, since the last clear_boundary_loads().
+  // motors, limits), about the moving origin, since the last clear_boundary_loads().
   Vec3 reaction_impulse = Vec3::Zero(), reaction_angular_impulse = Vec3::Zero();
 };
 

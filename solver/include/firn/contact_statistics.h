@@ -35,7 +35,7 @@ struct StatisticsOptions {
   bool events = false;   // contacts, one by one
   double threshold = 0;  // N: those whose peak normal force stays below are not kept
 
-  bool opposed_loads = false;  // on each particle
+  bool compressive_loads = false;  // on each particle
 
   std::vector<WatchedBoundary> watched;  // loads on the triangles of boundaries
   double interval = 0;                   // s, summed up over so long each; 0: over the whole run
@@ -47,7 +47,7 @@ struct StatisticsOptions {
   EnergyClasses energies;  // how much contacts dissipate
 
   bool contacts() const { return events || !surfaces.empty() || energies.count() > 0; }
-  bool any() const { return contacts() || opposed_loads || !watched.empty(); }
+  bool any() const { return contacts() || compressive_loads || !watched.empty(); }
 };
 
 // One contact of two bodies: from the first step in which they bear on each other to the last one
@@ -77,7 +77,7 @@ struct ContactEvent {
 // What presses a particle from two sides at once: of all pairs of patches on it in one step, the
 // largest min(F_i, F_j) (-n_i . n_j), with the normal forces F and the normals n out of the
 // particle. Patches that face the same way, or across, do not oppose each other.
-struct OpposedLoad {
+struct CompressiveLoad {
   double load = 0;                            // N, largest over all steps; 0: none
   double time = 0;                            // s, when
   std::array<std::int32_t, 2> by = {-1, -1};  // bodies, the one that pressed harder first

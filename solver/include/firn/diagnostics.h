@@ -11,18 +11,18 @@ struct Energy {  // J
   double elastic = 0;            // recoverable part of the contact springs, and of bonds
   double dissipated_normal = 0;  // since the start, by restitution
   double dissipated_friction = 0;
-  double dissipated_walls = 0;  // the part of both that was lost against boundaries
-  double dissipated_bonds = 0;  // since the start, by damping of bonds and when they break
-  double boundary_work = 0;     // done by moving boundaries on the particles since the start
-  double removed = 0;           // mechanical energy carried away by removals, less that inserted
+  double dissipated_boundaries = 0;  // the part of both that was lost against boundaries
+  double dissipated_bonds = 0;       // since the start, by damping of bonds and when they break
+  double boundary_work = 0;          // done by moving boundaries on the particles since the start
+  double removed = 0;  // mechanical energy carried away by removals, less that inserted
 };
 
-// Health of the run: what a user should see when an answer looks odd.
-struct Health {
+// What a user should see when results of a run look odd.
+struct Diagnostics {
   double largest_overlap = 0;  // m, over all steps
   int largest_overlap_particle = -1;
   std::uint64_t late_contacts = 0;  // patches first seen already deeper than 1 % of the sweep radii
-  double energy_rise = 0;           // J, sum of unexplained rises
+  double energy_error = 0;          // J, sum of unexplained rises
   std::uint64_t rebuilds = 0;       // of the neighbour list
   std::uint64_t queries = 0;        // narrow-phase queries of part pairs
   std::uint64_t refreshes = 0;      // of body pairs with patches

@@ -64,12 +64,12 @@ struct BoundaryContact {
 
 struct Numerics {
   // Points nearer than the shell are tracked as contact points, touching or not. It is this
-  // fraction of the smaller sweep radius of a pair, and never more than shell_limit.
-  double contact_shell = 0.06;
-  double shell_limit = 60e-6;  // m
+  // fraction of the smaller sweep radius of a pair, and never more than contact_margin_limit.
+  double contact_margin = 0.06;
+  double contact_margin_limit = 60e-6;  // m
   // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
   // each other. 0: a contact search for every pair in every step.
-  double refresh_fraction = 1;
+  double contact_update_fraction = 1;
   double skin = 0;  // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
   int threads = 1;
   // A run whose overlap exceeds this fraction of the smaller shape's smallest box edge is stopped.

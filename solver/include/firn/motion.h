@@ -14,14 +14,14 @@
 
 namespace firn {
 
-inline constexpr double kForever = std::numeric_limits<double>::infinity();
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // When something acts: from start to stop, or between them in every period.
 struct Schedule {
-  double start = 0;        // s
-  double stop = kForever;  // s
-  double period = 0;       // s; 0: once; otherwise stop - start is at most one period
-  double end = kForever;   // s, after which it does not act any more
+  double start = 0;          // s
+  double stop = kUnbounded;  // s
+  double period = 0;         // s; 0: once; otherwise stop - start is at most one period
+  double end = kUnbounded;   // s, after which it does not act any more
 
   bool acts(double t) const;
 };
@@ -55,38 +55,38 @@ struct Motion : Schedule {
 };
 
 // A motor on one axis of a free body: pushes towards a speed, with no more than its limit.
-struct Drive : Schedule {
+struct Motor : Schedule {
   double speed = 0;              // m/s or rad/s; with a target, the greatest
   std::optional<double> target;  // m or rad: goes there, and holds
-  double limit = kForever;       // N or N m
-  // m/s or rad/s: what the drive can give falls linearly from `limit` at rest (stall) to nothing at
+  double limit = kUnbounded;     // N or N m
+  // m/s or rad/s: what the motor can give falls linearly from `limit` at rest (stall) to nothing at
   // this speed in the direction of its push.
-  double no_load_speed = kForever;
+  double no_load_speed = kUnbounded;
 };
 
-// One way in which a free body may move. Its coordinate is 0 at t = 0.
-struct FreeAxis {
+// One degree of freedom of a free body. Its coordinate is 0 at t = 0.
+struct Joint {
   enum class Kind { translation, rotation };
   Kind kind = Kind::rotation;
-  Vec3 direction = Vec3::UnitZ();              // unit; a rotation is about the frame's origin
-  double stiffness = 0, rest = 0;              // spring towards `rest`: N/m, m or N m/rad, rad
-  double damping = 0;                          // N s/m or N m s/rad
-  double friction = 0;                         // N or N m, against any motion
-  double lower = -kForever, upper = kForever;  // m or rad, hard stops
-  double stop_restitution = 0;                 // speed after over speed before a stop
-  double armature = 0;                         // kg or kg m^2, of a rotor geared to the axis
-  std::vector<Drive> drives;
+  Vec3 direction = Vec3::UnitZ();                  // unit; a rotation is about the frame's origin
+  double stiffness = 0, rest = 0;                  // spring towards `rest`: N/m, m or N m/rad, rad
+  double damping = 0;                              // N s/m or N m s/rad
+  double friction = 0;                             // N or N m, against any motion
+  double lower = -kUnbounded, upper = kUnbounded;  // m or rad, limits
+  double limit_restitution = 0;                    // speed after over speed before a limit
+  double armature = 0;                             // kg or kg m^2, of a rotor geared to the axis
+  std::vector<Motor> motors;
 };
 
-// A rigid body that moves along its axes under gravity, contacts, springs and drives.
+// A rigid body that moves along its joints under gravity, contacts, springs and motors.
 struct FreeBody {
   double mass = 0;              // kg
   Vec3 center = Vec3::Zero();   // m, centre of mass, world at t = 0
   Mat3 inertia = Mat3::Zero();  // kg m^2 about the centre of mass, world axes at t = 0
-  std::vector<FreeAxis> axes;   // at most kMostAxes; at most one rotation
-  bool turns_freely = false;    // about all axes, and none of `axes` is a rotation
+  std::vector<Joint> joints;    // at most kMostJoints; at most one rotation
+  bool free_rotation = false;   // about all axes, and none of `joints` is a rotation
 };
-inline constexpr int kMostAxes = 6;
+inline constexpr int kMostJoints = 6;
 
 struct MotionFrame {
   std::string name;

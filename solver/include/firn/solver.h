@@ -81,11 +81,11 @@ class Solver {
   void start_frame(const FrameStart& start);
   void remove_particle(int particle);
   void remove_boundary(int boundary);
-  // Starts an extra motion or drive now or later (stages that begin on events). Those of a group
+  // Starts a motion or motor now or later (stages that begin on events). Those of a group
   // above 0 end together.
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
-  void add_drive(int frame, int axis, const Drive& drive, int group = 0);
+  void add_motor(int frame, int axis, const Motor& motor, int group = 0);
   void stop_stage_motions(int group, double time);
 
   // True when a body of this shape placed there would touch a present particle or boundary, or
@@ -121,7 +121,7 @@ class Solver {
   Load frame_load(int frame) const;
   void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
-  Health health() const;
+  Diagnostics diagnostics() const;
   // Overlap of the deepest point of every patch that bears a force now, m.
   std::vector<double> contact_overlaps() const;
   const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
@@ -139,7 +139,7 @@ class Solver {
   std::vector<LoadInterval> take_load_intervals(bool up_to_now = false);
   // Since the start, empty unless asked for: [particles]; [triangles of all shapes, one behind the
   // other]; [1 + boundaries][classes], pairs of particles first.
-  const std::vector<OpposedLoad>& opposed_loads() const;
+  const std::vector<CompressiveLoad>& compressive_loads() const;
   const std::vector<SurfaceSums>& surface_sums() const;
   const std::vector<EnergySums>& energy_sums() const;
   // Force and moment of all contacts and bonds on a particle at the end of the step, as the motion

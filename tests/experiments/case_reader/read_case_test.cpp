@@ -131,7 +131,7 @@ TEST(Case, ReadsEverySection) {
   EXPECT_EQ(c.name, "two cubes");
   EXPECT_EQ(c.duration, 1);
   EXPECT_EQ(c.seed, 7u);
-  EXPECT_EQ(c.frames_every, 1e-3);
+  EXPECT_EQ(c.frame_interval, 1e-3);
   EXPECT_EQ(c.model.gravity, Vec3(0, 0, -9.81));
   ASSERT_EQ(c.model.materials.size(), 2u);
   EXPECT_EQ(c.model.materials[0].name, "ice");
@@ -350,8 +350,8 @@ TEST(Case, ResolvedTextIsTheSameCase) {
   EXPECT_EQ(again.model.interaction(0, 0).restitution, 0.1);
   EXPECT_EQ(again.model.boundaries[1].motions[0].angular_speed,
             c.model.boundaries[1].motions[0].angular_speed);
-  EXPECT_EQ(again.stages[0].rest_hold, c.stages[0].rest_hold);
-  EXPECT_EQ(again.model.numerics.shell_limit, c.model.numerics.shell_limit);
+  EXPECT_EQ(again.stages[0].settle_time, c.stages[0].settle_time);
+  EXPECT_EQ(again.model.numerics.contact_margin_limit, c.model.numerics.contact_margin_limit);
   EXPECT_NE(c.resolved.find("restick_velocity"), std::string::npos);  // a default, filled in
   EXPECT_EQ(case_hash(again), case_hash(c));
   EXPECT_EQ(case_hash(c).size(), 64u);

@@ -97,7 +97,7 @@ stop = "0.6 s"
     EXPECT_GT(p.z(), 0);
     EXPECT_LT(p.z(), 100e-3);
   }
-  EXPECT_LT(solver.health().largest_overlap, 1e-3);
+  EXPECT_LT(solver.diagnostics().largest_overlap, 1e-3);
 }
 
 }  // namespace

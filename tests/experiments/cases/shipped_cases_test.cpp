@@ -58,7 +58,7 @@ TEST_F(IcemakerCases, PlatensReachABreakingForceAtTheirSpeed) {
       run_case("platen_test", {{"materials.ice.young_modulus", "0.1 GPa"},
                                {"motion_frames.upper.motions.0.velocity", "0 0 -50 mm/s"}});
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
-  EXPECT_EQ(stages().at(0).ended_by, "force");
+  EXPECT_EQ(stages().at(0).end_reason, "force");
   // Most of it, or all, by one patch a side; and by both sides.
   EXPECT_GT(value(summary, "peak_normal_force"), 0.9 * 1227.7);
   EXPECT_LT(value(summary, "peak_normal_force"), 1.02 * 1227.7);
@@ -85,7 +85,7 @@ TEST_F(IcemakerCases, GlassIsHitByWhatFallsIntoIt) {
 TEST_F(IcemakerCasesLong, HarvestIsStoppedByTheArmAndNothingIsLost) {
   const RunSummary summary = run_case("harvest");
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
-  EXPECT_EQ(stages().at(0).ended_by, "switch \"full\"");
+  EXPECT_EQ(stages().at(0).end_reason, "switch \"full\"");
   EXPECT_GE(value(summary, "mold_batches"), 8);
   EXPECT_LE(value(summary, "mold_batches"), 24);
   EXPECT_EQ(value(summary, "lost_count"), 0);

@@ -153,7 +153,7 @@ TEST(ContactSummary, CountsAndSorts) {
   EXPECT_EQ(s.present, 20u);
   EXPECT_LE(s.pairs, s.patches);
   EXPECT_LE(s.patches, s.points);
-  EXPECT_EQ(s.patches + s.near_patches, solver.health().patches);
+  EXPECT_EQ(s.patches + s.near_patches, solver.diagnostics().patches);
   ASSERT_EQ(s.most_loaded.size(), 5u);
   EXPECT_EQ(s.most_loaded[0].normal_force, s.force_largest);
   EXPECT_EQ(s.deepest[0].overlap, s.overlap_largest);

@@ -161,7 +161,7 @@ TEST(MachineContact, PartsBeyondTheSixtyFourthAreNotMistakenForEarlierOnes) {
   const Vec3 place = solver.particles().position[0];
   EXPECT_NEAR(place.x(), 0, 0.05e-3);
   EXPECT_NEAR(place.z(), 10e-3, 0.05e-3);
-  EXPECT_LT(solver.health().largest_overlap, 0.2e-3);
+  EXPECT_LT(solver.diagnostics().largest_overlap, 0.2e-3);
 }
 
 }  // namespace

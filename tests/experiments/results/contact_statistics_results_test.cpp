@@ -39,7 +39,7 @@ TEST(StatisticsCase, ReadsWhatIsAskedFor) {
   EXPECT_EQ(asked.merge, 1e-4);
   EXPECT_TRUE(asked.events);
   EXPECT_EQ(asked.threshold, 2.5);
-  EXPECT_TRUE(asked.opposed_loads);
+  EXPECT_TRUE(asked.compressive_loads);
   ASSERT_EQ(asked.watched.size(), 1u);
   EXPECT_EQ(asked.watched[0].boundary, 1);
   EXPECT_GT(asked.watched[0].mesh.triangles.size(), 24u);
@@ -205,7 +205,7 @@ TEST_F(StatisticsFile, SumsAreThoseOfTheContacts) {
   EXPECT_EQ(sum(spectrum->contacts, 0, spectrum->contacts.size()),
             static_cast<double>(events.size()));
 
-  const std::vector<OpposedLoad> opposed = opposed_loads(recording);
+  const std::vector<CompressiveLoad> opposed = compressive_loads(recording);
   ASSERT_EQ(opposed.size(), 13u);
   int loaded = 0;
   for (std::size_t i = 0; i < opposed.size(); ++i) {

@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A slide of 0.5 kg that a drive pushes with 5 N against a post.
+// A slide of 0.5 kg that a motor pushes with 5 N against a post.
 constexpr const char* kPress = R"(
 [case]
 duration = "0.4 s"
@@ -102,7 +102,7 @@ TEST_F(BoundaryContactCase, PressAgainstEachOther) {
   const std::vector<double> force = recording.series("/boundary_contacts/ram-post/force");
   ASSERT_GE(force.size(), 6u);
   EXPECT_NEAR(force[force.size() - 3], -5, 1e-3);  // on the ram, in the end
-  // Pushed by the drive, held by the post: nothing is left along the axis but the drive's own
+  // Pushed by the motor, held by the post: nothing is left along the axis but the motor's own
   // force.
   const std::vector<double> joint = recording.series("/motion_frames/slide/reaction_force");
   EXPECT_NEAR(joint[joint.size() - 3], 5, 1e-3);

@@ -1,4 +1,5 @@
-// The scene language: frames, sources, switches, gates, tags, events, files that include others.
+// The scene language: frames, inlets, limit switches, sensors, tags, events, files that include
+// others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,8 +67,8 @@ normal = [0, -1, 0]
 )";
 
 // An icemaker in small. A cube comes into a shaft every 0.3 s while a plate is held up; then the
-// plate is let go and rests on the column. Held high enough by it, it closes a switch; the floor
-// vanishes, and the cubes fall through a gate.
+// plate is let go and rests on the column. Held high enough by it, it closes a limit switch; the
+// floor vanishes, and the cubes fall through a sensor.
 const std::string kHarvest = std::string(R"(
 [case]
 duration = "5 s"
@@ -199,8 +200,8 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   const Recording recording((directory_ / "run.h5").string());
   const std::vector<StageRecord> stages = recording.stages();
-  EXPECT_EQ(stages.at(0).ended_by, "switch \"full\"");
-  EXPECT_EQ(stages.at(1).ended_by, "passed \"below\"");
+  EXPECT_EQ(stages.at(0).end_reason, "switch \"full\"");
+  EXPECT_EQ(stages.at(1).end_reason, "passed \"below\"");
   EXPECT_EQ(progress, "drop, 3 particles, 17 to come, 3 through below");
   // Three cubes came, 20 mm each: the plate rests 30 mm higher than it was drawn.
   const std::vector<double> inserted = recording.insert_time();
@@ -214,7 +215,7 @@ TEST_F(SceneTest, HarvestEndsWhenTheColumnHoldsThePlate) {
   // Tags by height at the start of the drop replace those by batch.
   const std::vector<int> tags = recording.tag();
   EXPECT_EQ(std::vector<int>(tags.begin(), tags.begin() + 4), (std::vector<int>{1, 2, 3, 10}));
-  const std::vector<double> passed = recording.gate_time("below");
+  const std::vector<double> passed = recording.sensor_time("below");
   EXPECT_LT(passed[0], passed[1]);
   EXPECT_LT(passed[1], passed[2]);
   EXPECT_NEAR(passed[2], stages[1].end, 1e-3);
@@ -283,7 +284,7 @@ TEST_F(SceneTest, AFillEndsAtItsHeight) {
   const RunSummary summary = run(read(kShaft), options("run.h5"));
   ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
   const Recording recording((directory_ / "run.h5").string());
-  EXPECT_EQ(recording.stages().at(0).ended_by, "filled");
+  EXPECT_EQ(recording.stages().at(0).end_reason, "filled");
   EXPECT_GT(recording.stages().at(0).end, 1.2);
   EXPECT_LT(recording.stages().at(0).end, 1.5);
   EXPECT_EQ(std::ranges::count_if(recording.insert_time(), [](double t) { return t >= 0; }), 3);
@@ -338,7 +339,7 @@ TEST_F(SceneTest, ABlockedSourceFailsTheRunAndSaysByWhom) {
   // The file says the same, and shows who is in the way.
   const Recording recording((directory_ / "run.h5").string());
   EXPECT_THAT(recording.status(), testing::StartsWith("failed: stage \"harvest\" ended: inlet"));
-  EXPECT_THAT(recording.stages().back().ended_by, HasSubstr("is blocked"));
+  EXPECT_THAT(recording.stages().back().end_reason, HasSubstr("is blocked"));
   EXPECT_NEAR(recording.frame_times().back(), summary.simulated, 1e-9);
 }
 

@@ -148,7 +148,7 @@ TEST_F(RunTest, DrivesStagesFillsOutletsAndFrames) {
     EXPECT_EQ(std::llround(exit[i] / dt) % 16, 0);
   }
   EXPECT_GT(left, 0);
-  EXPECT_TRUE(std::isnan(recording.door_time()[0]));  // no door in this case
+  EXPECT_TRUE(std::isnan(recording.discharge_time()[0]));  // no door in this case
   for (double peak : recording.peak_normal_force()) EXPECT_GT(peak, 0);
 }
 

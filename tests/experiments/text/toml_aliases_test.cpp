@@ -538,9 +538,9 @@ TEST_F(OldTomlNames, IncludedFilesMayUseThem) {
       "include = \"base.toml\"\n[numerics]\ncontact_margin = 0.05\n[[inlets]]\nname = "
       "\"mold\"\nposition_jitter = \"3 3 3 mm\"\n",
       "c.toml", folder_.string());
-  EXPECT_EQ(c.model.numerics.contact_shell, 0.05);
-  ASSERT_EQ(c.sources.size(), 1u);
-  EXPECT_EQ(c.sources[0].scatter, Vec3(3e-3, 3e-3, 3e-3));
+  EXPECT_EQ(c.model.numerics.contact_margin, 0.05);
+  ASSERT_EQ(c.inlets.size(), 1u);
+  EXPECT_EQ(c.inlets[0].scatter, Vec3(3e-3, 3e-3, 3e-3));
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
   for (const char* word :
        {"seed 1", "finished", "peak_normal_force", "half_way_count", "id=\"replay\"",
         "id=\"replay-data-run\"", "id=\"passages\"", "id=\"energy\"", "id=\"loads-on-boundaries\"",
-        "id=\"health\"", "firn measure fall.h5", "duration = "})
+        "id=\"diagnostics\"", "firn measure fall.h5", "duration = "})
     expect_in(html, word);
   expect_in(html, "two &lt;fall&gt; &amp; &quot;rest&quot;");
   EXPECT_EQ(html.find("<fall>"), std::string::npos);
@@ -97,11 +97,11 @@ TEST_F(RunPage, TellsWhatWasRunAndWhatCameOut) {
 // The case's own counts first, then facts; a response of zero is no headline.
 TEST_F(RunPage, LeadsWithWhatTheCaseIsAbout) {
   const std::string html = run_page(file()).html();
-  const std::size_t batches = html.find("mold batches"), gate = html.find("half way count"),
+  const std::size_t batches = html.find("mold batches"), sensor = html.find("half way count"),
                     force = html.find("peak normal force"), facts = html.find("simulated time");
   ASSERT_NE(batches, html.npos);
-  EXPECT_LT(batches, gate);
-  EXPECT_LT(gate, force);
+  EXPECT_LT(batches, sensor);
+  EXPECT_LT(sensor, force);
   EXPECT_LT(force, facts);
   EXPECT_LT(facts, html.find("id=\"replay\""));
   EXPECT_EQ(html.find("<b>0</b>"), html.npos);

@@ -57,11 +57,11 @@ Eigen::VectorXd end_of(const Case& in, double time, int steps) {
   for (int k = 0; k < steps; ++k) solver.step();
   const FrameState f = solver.frames().back();
   const Mat3 axes = f.orientation.toRotationMatrix();
-  Eigen::VectorXd out(12 + static_cast<Eigen::Index>(f.axes.size()));
+  Eigen::VectorXd out(12 + static_cast<Eigen::Index>(f.joints.size()));
   out.head<3>() = f.position / 0.1;
   out.segment<9>(3) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(axes.data());
-  for (std::size_t k = 0; k < f.axes.size(); ++k)
-    out[12 + static_cast<Eigen::Index>(k)] = f.axes[k].coordinate / 0.1;
+  for (std::size_t k = 0; k < f.joints.size(); ++k)
+    out[12 + static_cast<Eigen::Index>(k)] = f.joints[k].coordinate / 0.1;
   return out;
 }
 
@@ -74,18 +74,18 @@ void expect_second_order(const Case& in, double time, int steps) {
   EXPECT_LT(fine, 0.02) << in.name;
 }
 
-MotionFrame free_frame(Random& random, double arm, bool turns_freely, std::vector<FreeAxis> axes) {
+MotionFrame free_frame(Random& random, double arm, bool free_rotation, std::vector<Joint> axes) {
   MotionFrame frame;
   frame.name = "free";
   frame.origin = random_vector(random, 0.1);
   const double mass = random.uniform(0.1, 1);
   frame.free = FreeBody{mass, frame.origin + arm * random_direction(random),
-                        random_inertia(random, mass), std::move(axes), turns_freely};
+                        random_inertia(random, mass), std::move(axes), free_rotation};
   return frame;
 }
 
-FreeAxis axis(FreeAxis::Kind kind, const Vec3& direction) {
-  FreeAxis out;
+Joint axis(Joint::Kind kind, const Vec3& direction) {
+  Joint out;
   out.kind = kind;
   out.direction = direction;
   return out;
@@ -161,9 +161,9 @@ TEST(FreeBodyOrder, LooseBodyKeepsMomenta) {
     Case in;
     in.name = "loose " + std::to_string(member);
     in.frames = {free_frame(random, 0.03, true,
-                            {axis(FreeAxis::Kind::translation, Vec3::UnitX()),
-                             axis(FreeAxis::Kind::translation, Vec3::UnitY()),
-                             axis(FreeAxis::Kind::translation, Vec3::UnitZ())})};
+                            {axis(Joint::Kind::translation, Vec3::UnitX()),
+                             axis(Joint::Kind::translation, Vec3::UnitY()),
+                             axis(Joint::Kind::translation, Vec3::UnitZ())})};
     in.rates = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     in.spin = 15 * random_direction(random);
     expect_second_order(in, 0.5, 1000);
@@ -179,7 +179,7 @@ TEST(FreeBodyOrder, LooseBodyKeepsMomenta) {
     const auto momenta = [&](Vec3& p, Vec3& l) {
       const FrameState f = solver.frames()[0];
       const Vec3 arm = f.orientation * (body.center - in.frames[0].origin);
-      const Vec3 origin(f.axes[0].rate, f.axes[1].rate, f.axes[2].rate);
+      const Vec3 origin(f.joints[0].rate, f.joints[1].rate, f.joints[2].rate);
       p = body.mass * (origin + f.free_spin.cross(arm));
       l = (f.position + arm).cross(p) + inertia_now(body, f.orientation) * f.free_spin;
     };
@@ -216,7 +216,7 @@ Motion vibration(Random& random, Motion::Kind kind) {
 }
 
 // Bodies with one to three sliders, with a hinge, turning freely or neither; on springs and
-// dampers, with drives at a speed or at their limit, at rest or on carriers that shake and turn.
+// dampers, with motors at a speed or at their limit, at rest or on carriers that shake and turn.
 TEST(FreeBodyOrder, AnyBodyOnAnyCarrier) {
   Random random(10);
   for (int member = 0; member < 60; ++member) {
@@ -235,35 +235,35 @@ TEST(FreeBodyOrder, AnyBodyOnAnyCarrier) {
     }
     const int turning = member / 4 % 3;  // no, hinge, freely
     const int sliders = turning == 0 ? 1 + member / 12 % 3 : member / 12 % 4;
-    std::vector<FreeAxis> axes;
+    std::vector<Joint> axes;
     const Quat turned = random.orientation();
     for (int k = 0; k < sliders; ++k)
-      axes.push_back(axis(FreeAxis::Kind::translation, turned * Vec3::Unit(k)));
-    if (turning == 1) axes.push_back(axis(FreeAxis::Kind::rotation, random_direction(random)));
-    for (FreeAxis& a : axes) {
-      const bool is_slider = a.kind == FreeAxis::Kind::translation;
+      axes.push_back(axis(Joint::Kind::translation, turned * Vec3::Unit(k)));
+    if (turning == 1) axes.push_back(axis(Joint::Kind::rotation, random_direction(random)));
+    for (Joint& a : axes) {
+      const bool is_slider = a.kind == Joint::Kind::translation;
       a.stiffness = random.uniform(5, 50) * (is_slider ? 1 : 0.01);
       a.damping = random.uniform(0, 2) * (is_slider ? 1 : 0.01);
       a.rest = random.uniform(-0.05, 0.05);
       in.rates.push_back(random.uniform(-0.5, 0.5));
     }
     if (!axes.empty() && member % 5 == 1) {  // keeps its speed
-      Drive drive;
-      drive.speed = in.rates[0];
-      axes[0].drives = {drive};
+      Motor motor;
+      motor.speed = in.rates[0];
+      axes[0].motors = {motor};
     }
     if (!axes.empty() && member % 5 == 2) {  // pushes with all that it has
-      Drive drive;
-      drive.speed = 100;
-      drive.limit = axes[0].kind == FreeAxis::Kind::translation ? 2 : 0.02;
-      axes[0].drives = {drive};
+      Motor motor;
+      motor.speed = 100;
+      motor.limit = axes[0].kind == Joint::Kind::translation ? 2 : 0.02;
+      axes[0].motors = {motor};
     }
     if (!axes.empty() && member % 5 == 3) {  // goes to a target
-      Drive drive;
-      drive.speed = 100;
-      drive.target = 3e-3;
-      axes[0].drives = {drive};
-      in.rates[0] = *drive.target / 5e-3;  // the approach's own
+      Motor motor;
+      motor.speed = 100;
+      motor.target = 3e-3;
+      axes[0].motors = {motor};
+      in.rates[0] = *motor.target / 5e-3;  // the approach's own
     }
     in.frames.push_back(free_frame(random, random.uniform(0.01, 0.05), turning == 2, axes));
     in.frames.back().parent = carriers - 1;

@@ -23,22 +23,22 @@ Model scene(const MotionFrame& frame, double timestep = 1e-4) {
 }
 
 MotionFrame free_frame(double mass, const Vec3& center, const Mat3& inertia,
-                       std::vector<FreeAxis> axes) {
+                       std::vector<Joint> axes) {
   MotionFrame frame;
   frame.name = "free";
   frame.free = FreeBody{mass, center, inertia, std::move(axes), false};
   return frame;
 }
 
-FreeAxis hinge(const Vec3& direction) {
-  FreeAxis axis;
+Joint hinge(const Vec3& direction) {
+  Joint axis;
   axis.direction = direction;
   return axis;
 }
 
-FreeAxis slider(const Vec3& direction) {
-  FreeAxis axis;
-  axis.kind = FreeAxis::Kind::translation;
+Joint slider(const Vec3& direction) {
+  Joint axis;
+  axis.kind = Joint::Kind::translation;
   axis.direction = direction;
   return axis;
 }
@@ -55,10 +55,10 @@ MotionFrame pendulum(double angle, const Vec3& pivot = Vec3::Zero()) {
 }
 
 double coordinate(const Solver& solver, std::size_t axis = 0) {
-  return solver.frames().back().axes.at(axis).coordinate;
+  return solver.frames().back().joints.at(axis).coordinate;
 }
 double rate(const Solver& solver, std::size_t axis = 0) {
-  return solver.frames().back().axes.at(axis).rate;
+  return solver.frames().back().joints.at(axis).rate;
 }
 
 TEST(FreeBody, PendulumSwingsWithThePeriodOfTheEllipticIntegral) {
@@ -83,7 +83,7 @@ TEST(FreeBody, PendulumSwingsWithThePeriodOfTheEllipticIntegral) {
 }
 
 TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
-  FreeAxis axis = slider(Vec3::UnitX());
+  Joint axis = slider(Vec3::UnitX());
   axis.stiffness = 50;
   axis.damping = 0.8;
   axis.rest = 0.1;
@@ -98,7 +98,7 @@ TEST(FreeBody, SliderOnSpringAndDamperFollowsTheClosedForm) {
 TEST(FreeBody, FrictionHoldsUpToItsLimitExactlyAndTakesItBeyond) {
   const double weight = 0.5 * kG;
   for (const double share : {1.001, 0.6}) {
-    FreeAxis axis = slider(Vec3::UnitZ());
+    Joint axis = slider(Vec3::UnitZ());
     axis.friction = share * weight;
     Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
     scenes::run(solver, 0.2);
@@ -109,35 +109,35 @@ TEST(FreeBody, FrictionHoldsUpToItsLimitExactlyAndTakesItBeyond) {
 
 TEST(FreeBody, DriveSpeedsUpByItsLimitThenHoldsItsSpeedExactly) {
   const double inertia = 2e-3, limit = 0.04, speed = 4;
-  FreeAxis axis = hinge(Vec3::UnitX());
-  Drive drive;
-  drive.speed = speed;
-  drive.limit = limit;
-  axis.drives = {drive};
+  Joint axis = hinge(Vec3::UnitX());
+  Motor motor;
+  motor.speed = speed;
+  motor.limit = limit;
+  axis.motors = {motor};
   Solver solver(scene(free_frame(1, Vec3::Zero(), inertia * Mat3::Identity(), {axis})));
   scenes::run(solver, 0.1);
   EXPECT_NEAR(rate(solver), limit / inertia * 0.1, 1e-9);
-  EXPECT_NEAR(solver.frames()[0].axes[0].drive_impulse, limit * 0.1, 1e-12);
+  EXPECT_NEAR(solver.frames()[0].joints[0].motor_impulse, limit * 0.1, 1e-12);
   EXPECT_TRUE(solver.frames()[0].driven);
   scenes::run(solver, 0.2);
   EXPECT_NEAR(rate(solver), speed, 1e-12);
   solver.clear_boundary_loads();
   scenes::run(solver, 0.1);
-  EXPECT_NEAR(solver.frames()[0].axes[0].drive_impulse, 0, 1e-12);  // nothing resists
+  EXPECT_NEAR(solver.frames()[0].joints[0].motor_impulse, 0, 1e-12);  // nothing resists
 }
 
 TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   // The sensing arm: lifted by 45 degrees, held, and let fall onto its stop, twice.
   MotionFrame frame = free_frame(0.04, {0.06, 0, 0}, 6e-5 * Mat3::Identity(), {});
-  FreeAxis axis = hinge(-Vec3::UnitY());
+  Joint axis = hinge(-Vec3::UnitY());
   axis.lower = 0;
-  Drive lift;
+  Motor lift;
   lift.speed = 75 * scenes::kDegree / 0.6;
   lift.target = 45 * scenes::kDegree;
   lift.stop = 1.2;
   lift.period = 2;
-  axis.drives = {lift};
-  frame.free->axes = {axis};
+  axis.motors = {lift};
+  frame.free->joints = {axis};
   Solver solver(scene(frame));
   scenes::run(solver, 1.19);
   EXPECT_NEAR(coordinate(solver), 45 * scenes::kDegree, 1e-9);
@@ -148,15 +148,15 @@ TEST(FreeBody, DriveWithATargetGoesThereHoldsAndLetsGo) {
   // At rest the stop carries the arm's moment.
   solver.clear_boundary_loads();
   scenes::run(solver, 0.005);
-  EXPECT_NEAR(solver.frames()[0].axes[0].stop_impulse, 0.04 * kG * 0.06 * 0.005, 1e-9);
+  EXPECT_NEAR(solver.frames()[0].joints[0].limit_impulse, 0.04 * kG * 0.06 * 0.005, 1e-9);
   scenes::run(solver, 1.19);
   EXPECT_NEAR(coordinate(solver), 45 * scenes::kDegree, 1e-9);
 }
 
 TEST(FreeBody, StopTurnsTheMotionRoundByItsRestitution) {
-  FreeAxis axis = slider(Vec3::UnitZ());
+  Joint axis = slider(Vec3::UnitZ());
   axis.lower = -0.05;
-  axis.stop_restitution = 0.4;
+  axis.limit_restitution = 0.4;
   Solver solver(scene(free_frame(0.5, Vec3::Zero(), Mat3::Identity(), {axis})));
   double lowest = 0, fastest_up = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -181,7 +181,7 @@ TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
   carrier.motions = {spin};
   MotionFrame body = free_frame(1, Vec3::Zero(), inertia.asDiagonal(), {});
   body.parent = 0;
-  body.free->turns_freely = true;
+  body.free->free_rotation = true;
   Model model = scene(carrier, 1e-5);
   model.frames.push_back(body);
   model.gravity = Vec3::Zero();
@@ -190,7 +190,8 @@ TEST(FreeBody, TorqueFreeBodyKeepsItsMomentumAndEnergy) {
   scenes::run(solver, 0.01);
   EXPECT_LT(solver.frames()[1].angular_velocity.norm(), 1e-9);
   // One that falls and may turn falls like any other, and does not turn.
-  for (const int along : {0, 1, 2}) model.frames[1].free->axes.push_back(slider(Vec3::Unit(along)));
+  for (const int along : {0, 1, 2})
+    model.frames[1].free->joints.push_back(slider(Vec3::Unit(along)));
   model.frames[1].free->center = {0.01, 0.02, 0.03};
   model.frames[0].motions.clear();
   model.gravity = {0, 0, -kG};
@@ -278,7 +279,7 @@ void add_plate(Model& model, int frame, const Vec3& center) {
 TEST(FreeBody, CubeOnAHingedPlateBendsItsSpring) {
   // Hinge along y at x = 0; the cube lies at x = 0.15: k q = m g x cos q, plate without weight of
   // its own (hinged at its centre of mass).
-  FreeAxis axis = hinge(Vec3::UnitY());
+  Joint axis = hinge(Vec3::UnitY());
   axis.stiffness = 2;
   axis.damping = 0.05;
   MotionFrame frame = free_frame(0.5, Vec3::Zero(), 2e-3 * Mat3::Identity(), {axis});
@@ -395,7 +396,7 @@ TEST(MotionFrames, BoundaryMovesOnTopOfItsFrame) {
 TEST(MotionFrames, RunsGoOnFromTheirState) {
   const auto make = [] {
     MotionFrame frame = pendulum(1.2, {0, 0, 0.5});
-    FreeAxis& axis = frame.free->axes[0];
+    Joint& axis = frame.free->joints[0];
     axis.friction = 0.01;
     axis.upper = 0;
     Model model = scene(frame);
@@ -403,7 +404,7 @@ TEST(MotionFrames, RunsGoOnFromTheirState) {
     return model;
   };
   Solver whole(make()), first(make());
-  Drive late;
+  Motor late;
   late.start = 0.15;
   late.stop = 0.2;
   late.period = 0.1;
@@ -414,7 +415,7 @@ TEST(MotionFrames, RunsGoOnFromTheirState) {
   swing.times = {0, 0.1};
   swing.ways = {0, 0.01};
   for (Solver* s : {&whole, &first}) {
-    s->add_drive(0, 0, late);
+    s->add_motor(0, 0, late);
     s->add_motion(0, swing);
   }
   scenes::run(whole, 0.4);
@@ -442,12 +443,12 @@ TEST(MotionFrames, AreRefusedWhereTheyCannotWork) {
   MotionFrame second = pendulum(0.2);
   second.parent = 0;
   EXPECT_NE(complaint({arm, second}).find("moves on its own on the free frame"), std::string::npos);
-  arm.free->axes.push_back(hinge(Vec3::UnitX()));
+  arm.free->joints.push_back(hinge(Vec3::UnitX()));
   EXPECT_NE(complaint({arm}).find("more than one axis"), std::string::npos);
-  arm.free->axes = {slider(Vec3::UnitX()), slider(Vec3::UnitX())};
+  arm.free->joints = {slider(Vec3::UnitX()), slider(Vec3::UnitX())};
   EXPECT_NE(complaint({arm}).find("two of them are the same"), std::string::npos);
-  arm.free->axes.clear();
-  EXPECT_NE(complaint({arm}).find("no axis"), std::string::npos);
+  arm.free->joints.clear();
+  EXPECT_NE(complaint({arm}).find("no joint"), std::string::npos);
   arm = pendulum(0.1);
   arm.free->mass = 0;
   EXPECT_NE(complaint({arm}).find("mass"), std::string::npos);

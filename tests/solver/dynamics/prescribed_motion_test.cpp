@@ -51,7 +51,7 @@ Motion random_motion(Random& random, bool smooth) {
   if (smooth) return m;
   if (random.uniform(0, 1) < 0.5) m.start = random.uniform(0, 0.3);
   if (random.uniform(0, 1) < 0.5) m.stop = m.start + random.uniform(0.1, 0.3);
-  if (m.stop < kForever && random.uniform(0, 1) < 0.5) {
+  if (m.stop < kUnbounded && random.uniform(0, 1) < 0.5) {
     m.period = (m.stop - m.start) * random.uniform(1, 2);
     if (random.uniform(0, 1) < 0.5) m.end = random.uniform(0.3, 1);
   }

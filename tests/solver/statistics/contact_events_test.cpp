@@ -205,7 +205,7 @@ TEST(Events, ChangeNothingOfTheMotion) {
 TEST(Statistics, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   Model model = small_box(300, {0.25, 0.2, 0});
   model.statistics.events = true;
-  model.statistics.opposed_loads = true;
+  model.statistics.compressive_loads = true;
   model.statistics.energies = {1e-9, 5, 8};
   model.statistics.surfaces = {model.shapes[0].mesh};
   const TriangleMesh floor{{{0, 0, 0}, {0.25, 0, 0}, {0.25, 0.2, 0}, {0, 0.2, 0}},
@@ -223,7 +223,7 @@ TEST(Statistics, AreTheSameForEveryNumberOfThreadsAndAcrossARestore) {
   resumed.restore(shared.save());
   scenes::run(shared, 0.1);
   scenes::run(resumed, 0.1);
-  ASSERT_GT(whole.health().pairs, 1024u) << "one range of pairs says nothing of threads";
+  ASSERT_GT(whole.diagnostics().pairs, 1024u) << "one range of pairs says nothing of threads";
   EXPECT_EQ(whole.hash(), shared.hash());
   EXPECT_EQ(whole.hash(), resumed.hash());
   const std::vector<ContactEvent> events = whole.take_events();
@@ -280,13 +280,13 @@ TEST(OpposedLoads, SqueezedCubeBearsTheForceOfThePlates) {
   down.stop = 0.2;
   model.boundaries[lid].motions.push_back(down);
   model.timestep = 2e-5;
-  model.statistics.opposed_loads = true;
+  model.statistics.compressive_loads = true;
   Solver solver(model);
   solver.insert(0, {0, 0, kEdge / 2}, Quat::Identity(), Vec3::Zero(), Vec3::Zero());
   scenes::run(solver, 0.2);
   // Each contact has taken half of the way.
   const double force = 0.5 * 2e4 * kRate * 0.2;
-  const OpposedLoad& squeezed = solver.opposed_loads().at(0);
+  const CompressiveLoad& squeezed = solver.compressive_loads().at(0);
   EXPECT_NEAR(squeezed.load, force, 0.01 * force);
   EXPECT_LE(squeezed.load, solver.boundaries()[lid].peak_normal_force);
   EXPECT_NEAR(squeezed.load, solver.boundaries()[lid].peak_normal_force, 0.01 * force);
@@ -297,18 +297,18 @@ TEST(OpposedLoads, SqueezedCubeBearsTheForceOfThePlates) {
 TEST(OpposedLoads, OneImpactHasNone) {
   Model model = sphere_over_plane(0.1, 0.3);
   model.statistics.events = false;
-  model.statistics.opposed_loads = true;
+  model.statistics.compressive_loads = true;
   Solver solver(model);
   solver.insert(0, {0, 0, kRadius + 1e-5}, Quat::Identity(), {1, 0, -1}, Vec3::Zero());
   run_for(solver, 0.01);
   EXPECT_GT(solver.particles().peak_normal_force[0], 1);
-  EXPECT_EQ(solver.opposed_loads().at(0).load, 0);
+  EXPECT_EQ(solver.compressive_loads().at(0).load, 0);
 }
 
 // The definition, word for word, at every step.
 TEST(OpposedLoads, AreTheLargestOfAllPairsOfPatchesAndSteps) {
   Model model = small_box(20);
-  model.statistics.opposed_loads = true;
+  model.statistics.compressive_loads = true;
   Solver solver = filled(model, {0.14, 0.12, 0.2});
   std::vector<double> expected(20, 0);
   struct Push {
@@ -334,7 +334,7 @@ TEST(OpposedLoads, AreTheLargestOfAllPairsOfPatchesAndSteps) {
   }
   int loaded = 0;
   for (std::size_t p = 0; p < 20; ++p) {
-    EXPECT_NEAR(solver.opposed_loads()[p].load, expected[p], 1e-12 * expected[p]) << p;
+    EXPECT_NEAR(solver.compressive_loads()[p].load, expected[p], 1e-12 * expected[p]) << p;
     loaded += expected[p] > 0;
   }
   EXPECT_GT(loaded, 10);

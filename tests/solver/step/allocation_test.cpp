@@ -85,9 +85,9 @@ int allocating_steps(Solver& solver, int steps) {
   int sum = 0;
   for (int k = 0; k < steps; ++k) {
     const std::size_t before = allocation_count;
-    const std::uint64_t rebuilds = solver.health().rebuilds;
+    const std::uint64_t rebuilds = solver.diagnostics().rebuilds;
     solver.step();
-    sum += solver.health().rebuilds == rebuilds && allocation_count > before ? 1 : 0;
+    sum += solver.diagnostics().rebuilds == rebuilds && allocation_count > before ? 1 : 0;
   }
   return sum;
 }
@@ -130,7 +130,7 @@ TEST(StepAllocations, AreNoneInASettledBed) {
   Random random(11);
   for (int member = 0; member < 3; ++member) {
     Solver solver = settled_bed(random);
-    ASSERT_GT(solver.health().patches, 40u);
+    ASSERT_GT(solver.diagnostics().patches, 40u);
     // A few: a body that creeps may need more contact points than ever before.
     EXPECT_LE(allocating_steps(solver, 1000), 20) << "member " << member;
   }
@@ -143,12 +143,12 @@ Model pushed_blocks(Random& random, int blocks) {
   int before = -1;
   for (int k = 0; k < blocks; ++k) {
     const double x = 0.06 * k, size = random.uniform(0.04, 0.05);
-    FreeAxis along = slider(Vec3::UnitX());
+    Joint along = slider(Vec3::UnitX());
     if (k == 0) {
-      along.drives.push_back({});
-      along.drives[0].speed = random.uniform(0.05, 0.2);
-      along.drives[0].limit = 20;
-      along.drives[0].no_load_speed = 1;
+      along.motors.push_back({});
+      along.motors[0].speed = random.uniform(0.05, 0.2);
+      along.motors[0].limit = 20;
+      along.motors[0].no_load_speed = 1;
     }
     const std::string name = "block " + std::to_string(k);
     const int frame =

@@ -15,11 +15,11 @@ using namespace scenes;
 Model workshop() {
   Model model = mechanism();
   add_particles(model, 0, 5);
-  FreeAxis pivot = hinge(Vec3::UnitY());
-  pivot.drives.push_back({});
-  pivot.drives[0].speed = 2;
-  pivot.drives[0].limit = 0.3;
-  pivot.drives[0].no_load_speed = 5;
+  Joint pivot = hinge(Vec3::UnitY());
+  pivot.motors.push_back({});
+  pivot.motors[0].speed = 2;
+  pivot.motors[0].limit = 0.3;
+  pivot.motors[0].no_load_speed = 5;
   pivot.armature = 1e-4;
   const int lever =
       add_mover(model, "lever", 0.2, {0.1, 0, 0.15}, Vec3::Constant(1e-3), {pivot}, {0, 0, 0.15});

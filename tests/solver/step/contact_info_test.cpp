@@ -117,7 +117,7 @@ TEST(Contacts, ListedForcesAreThoseThatMoveTheBodies) {
         EXPECT_LE((moment[i] - used.moment).norm(), 1e-13 * largest) << "particle " << i;
       }
     }
-    EXPECT_GT(solver.health().patches, 20u);
+    EXPECT_GT(solver.diagnostics().patches, 20u);
   }
 }
 

@@ -39,7 +39,7 @@ TEST(Determinism, SameSeedGivesTheSameBytesAndAnotherDoesNot) {
   for (const std::uint64_t seed : {7, 7, 8}) {
     Solver solver = filled(model, 0.25, seed);
     scenes::run(solver, 0.15);
-    ASSERT_GT(solver.health().patches, 0u);
+    ASSERT_GT(solver.diagnostics().patches, 0u);
     states.push_back(solver.save());
   }
   EXPECT_TRUE(states[0] == states[1]);
@@ -80,7 +80,7 @@ TEST(Determinism, ResumedAtAnyStepGoesOnWithTheSameHashes) {
     states.push_back(whole.save());
     whole.step();
   }
-  ASSERT_GT(whole.health().patches, 0u);
+  ASSERT_GT(whole.diagnostics().patches, 0u);
   for (std::size_t from = 0; from < kSteps; from += 7) {
     Solver resumed(model);
     resumed.restore(states[from]);
@@ -104,7 +104,7 @@ TEST(Determinism, DeferredStepsGiveTheSameBits) {
     if (what == 2) return asked.load(3).force.norm();
     if (what == 3) return static_cast<double>(asked.hash());
     if (what == 4) return static_cast<double>(asked.save().size());
-    if (what == 5) return static_cast<double>(asked.health().points);
+    if (what == 5) return static_cast<double>(asked.diagnostics().points);
     return asked.particles().angular_velocity[1].norm();
   };
   for (int step = 0; step < 300; ++step) {
@@ -120,7 +120,7 @@ TEST(Determinism, DeferredStepsGiveTheSameBits) {
       EXPECT_GE(ask(step % 7), 0);
     }
   }
-  ASSERT_GT(silent.health().patches, 0u);
+  ASSERT_GT(silent.diagnostics().patches, 0u);
   silent.complete_step();
   asked.complete_step();
   EXPECT_EQ(different_groups(silent.group_hashes(), asked.group_hashes()), "");
@@ -141,7 +141,7 @@ TEST(Solver, ReadsOfADeferredStepAreRefused) {
   for (const auto& read : reads()) EXPECT_THROW(read(), std::logic_error);
   EXPECT_NO_THROW(solver.boundaries());
   EXPECT_NO_THROW(solver.contacts());
-  EXPECT_NO_THROW(solver.health());
+  EXPECT_NO_THROW(solver.diagnostics());
   solver.complete_step();
   for (const auto& read : reads()) EXPECT_NO_THROW(read());
   solver.step_deferred();
@@ -166,21 +166,21 @@ TEST(Solver, AccessorsFollowTheState) {
 
 // Counted by the steps, and by walking through all contacts: over new lists and removals, before
 // the first step and after a restart.
-TEST(Health, CountsWhatIsThere) {
+TEST(Diagnostics, CountsWhatIsThere) {
   std::size_t most = 0;
   const auto expect_counts = [&](const Solver& solver) {
     const std::vector<Contact> contacts = solver.contacts();
     most = std::max(most, contacts.size());
     std::size_t points = 0;
     for (const Contact& contact : contacts) points += contact.spots.size();
-    const Health& health = solver.health();
-    ASSERT_EQ(health.patches, contacts.size()) << "at step " << solver.steps();
-    ASSERT_EQ(health.points, points) << "at step " << solver.steps();
+    const Diagnostics& diagnostics = solver.diagnostics();
+    ASSERT_EQ(diagnostics.patches, contacts.size()) << "at step " << solver.steps();
+    ASSERT_EQ(diagnostics.points, points) << "at step " << solver.steps();
   };
   Solver solver = filled(small_box(20), 0.25, 3);
   expect_counts(solver);
   scenes::run(solver, 0.11);
-  const std::uint64_t lists = solver.health().rebuilds;
+  const std::uint64_t lists = solver.diagnostics().rebuilds;
   for (int step = 0; step < 2000; ++step) {
     if (step == 700) solver.remove_particle(5);
     if (step == 900) solver.remove_boundary(0);
@@ -189,7 +189,7 @@ TEST(Health, CountsWhatIsThere) {
     if (step % 100 == 0) expect_counts(copy_of(solver));
   }
   EXPECT_GT(most, 10u);
-  EXPECT_GT(solver.health().rebuilds, lists + 3);
+  EXPECT_GT(solver.diagnostics().rebuilds, lists + 3);
 }
 
 TEST(StateHash, TellsWhichGroupOfTheStateChanged) {
@@ -235,7 +235,7 @@ TEST(Determinism, WideAndPlainInstructionsGiveTheSameBytes) {
     }
     Solver solver = filled(small_box(60), 0.4, 7);
     scenes::run(solver, 0.3);
-    ASSERT_GT(solver.health().refreshes, 1000u);
+    ASSERT_GT(solver.diagnostics().refreshes, 1000u);
     states.push_back(solver.save());
   }
   EXPECT_TRUE(states[0] == states[1]);
@@ -260,10 +260,10 @@ TEST(Determinism, TasksOfSeveralRangesGiveTheSameBytes) {
       solver.insert(i, 0.0118 * place, Quat::Identity(), dice.vector(1), dice.vector(100));
     }
     for (int step = 0; step < kSteps; ++step) solver.step();
-    const Health health = solver.health();
-    EXPECT_GT(health.refreshes, 1000u);
-    EXPECT_GT(health.rebuilds, 1u);
-    EXPECT_GT(ranges_of_task(threads, health.pairs / kPairsOfRange), 1u) << health.pairs;
+    const Diagnostics diagnostics = solver.diagnostics();
+    EXPECT_GT(diagnostics.refreshes, 1000u);
+    EXPECT_GT(diagnostics.rebuilds, 1u);
+    EXPECT_GT(ranges_of_task(threads, diagnostics.pairs / kPairsOfRange), 1u) << diagnostics.pairs;
     hashes.push_back(solver.hash());
   }
   EXPECT_EQ(hashes[1], hashes[0]);
@@ -328,7 +328,7 @@ TEST(Energy, NeverGrowsInAClosedBox) {
   // The books balance: what is gone is in the accounts of dissipation.
   const Energy e = solver.energy();
   EXPECT_NEAR(e.dissipated_normal + e.dissipated_friction, lost, 0.02 * lost);
-  EXPECT_LT(solver.health().largest_overlap, 1e-3);
+  EXPECT_LT(solver.diagnostics().largest_overlap, 1e-3);
 }
 
 // A bed that is placed anew as it lay gets springs that nothing had to load: they give more than
@@ -347,7 +347,7 @@ TEST(Energy, BedPlacedAnewComesToRestWithoutAlarm) {
   const Energy e = again.energy();
   EXPECT_LT(e.dissipated_normal, 0);  // or this is not the case it is meant for
   EXPECT_LT(e.kinetic, 1e-7);
-  EXPECT_LT(again.health().energy_rise, 1e-2 * e.elastic);
+  EXPECT_LT(again.diagnostics().energy_error, 1e-2 * e.elastic);
 }
 
 // A crescent dropped without spin or gravity, `down` (shape axes) first; its speed after 1 m/s.

@@ -11,12 +11,12 @@ namespace firn {
 namespace {
 
 // 100 crescents fall into a narrow box.
-Solver fill(double refresh_fraction, double duration, std::uint64_t seed) {
+Solver fill(double contact_update_fraction, double duration, std::uint64_t seed) {
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.3, 0.3));
   scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()), 100);
   scenes::add_box_of_planes(model, Vec3::Zero(), {0.16, 0.14, 0});
   model.timestep = 1e-5;
-  model.numerics.refresh_fraction = refresh_fraction;
+  model.numerics.contact_update_fraction = contact_update_fraction;
   Solver solver(model);
   scenes::scatter(solver, 0, 100, Vec3::Zero(), {0.16, 0.14, 0.7}, seed);
   scenes::run(solver, duration);
@@ -30,11 +30,11 @@ struct Bed {
   double kinetic = 0, gravitational = 0, dissipated = 0;  // J
 };
 
-std::vector<Bed> beds(double refresh_fraction, double duration) {
+std::vector<Bed> beds(double contact_update_fraction, double duration) {
   std::vector<std::future<Bed>> running;
   for (std::uint64_t seed = 21; seed < 27; ++seed) {
     running.push_back(std::async(std::launch::async, [=] {
-      const Energy e = fill(refresh_fraction, duration, seed).energy();
+      const Energy e = fill(contact_update_fraction, duration, seed).energy();
       return Bed{e.kinetic, e.gravitational, e.dissipated_normal + e.dissipated_friction};
     }));
   }
@@ -64,7 +64,7 @@ TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnFallingAndSettledBeds) {
   for (const double duration : {0.25, 0.7}) {
     SCOPED_TRACE(duration);
     const std::vector<Bed> plain = beds(0, duration);
-    const std::vector<Bed> skipping = beds(Model{}.numerics.refresh_fraction, duration);
+    const std::vector<Bed> skipping = beds(Model{}.numerics.contact_update_fraction, duration);
     expect_alike(plain, skipping, &Bed::gravitational);
     expect_alike(plain, skipping, &Bed::dissipated);
     if (duration < 0.5) expect_alike(plain, skipping, &Bed::kinetic);
@@ -73,15 +73,15 @@ TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnFallingAndSettledBeds) {
 
 // A settled bed keeps still and keeps its energy.
 TEST(HoldLong, SettledBedStaysAsItIs) {
-  Solver solver = fill(Model{}.numerics.refresh_fraction, 1.2, 21);
+  Solver solver = fill(Model{}.numerics.contact_update_fraction, 1.2, 21);
   const Energy before = solver.energy();
-  const std::uint64_t late_contacts = solver.health().late_contacts;
+  const std::uint64_t late_contacts = solver.diagnostics().late_contacts;
   EXPECT_LT(before.kinetic, 1e-5);
   scenes::run(solver, 0.5);
   const Energy after = solver.energy();
   EXPECT_LT(after.kinetic, 1e-6);
   EXPECT_NEAR(after.gravitational, before.gravitational, 1e-4 * before.gravitational);
-  EXPECT_EQ(solver.health().late_contacts, late_contacts);
+  EXPECT_EQ(solver.diagnostics().late_contacts, late_contacts);
 
   // Contacts are no deeper than the impacts that made them (4 m/s: 0.7 mm), and few are that deep.
   std::vector<double> overlaps = solver.contact_overlaps();

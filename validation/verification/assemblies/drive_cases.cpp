@@ -19,12 +19,12 @@ std::vector<Check> motor() {
   std::vector<Check> checks;
   Model model = mechanism();
   model.gravity.setZero();
-  FreeAxis axis = hinge(Vec3::UnitZ());
+  Joint axis = hinge(Vec3::UnitZ());
   axis.armature = kRotor;
-  axis.drives.push_back({});
-  axis.drives[0].speed = kNoLoad;
-  axis.drives[0].limit = kStall;
-  axis.drives[0].no_load_speed = kNoLoad;
+  axis.motors.push_back({});
+  axis.motors[0].speed = kNoLoad;
+  axis.motors[0].limit = kStall;
+  axis.motors[0].no_load_speed = kNoLoad;
   const int frame = add_mover(model, "lever", 1, Vec3::Zero(), Vec3::Constant(kOwn), {axis});
   const int tip = add_ball(model, "tip", {kArm, 0, 0}, kRadius, frame);
   // Met after a quarter of a turn.
@@ -36,7 +36,7 @@ std::vector<Check> motor() {
     for (const double time : {0.25, 1.0, 4.0}) {
       run(solver, time * tau - solver.time());
       checks.push_back({fmt::format("speed after {} time constants without load", time),
-                        solver.frames()[0].axes[0].rate,
+                        solver.frames()[0].joints[0].rate,
                         kNoLoad * -std::expm1(-solver.time() / tau), 1e-4, Bound::relative,
                         "rad/s"});
     }
@@ -48,9 +48,9 @@ std::vector<Check> motor() {
   run(solver, 0.1);
   const FrameState now = solver.frames()[0];
   checks.push_back(
-      {"speed in stall", std::abs(now.axes[0].rate), 1e-3, 0, Bound::at_most, "rad/s"});
+      {"speed in stall", std::abs(now.joints[0].rate), 1e-3, 0, Bound::at_most, "rad/s"});
   checks.push_back(
-      {"torque in stall", now.axes[0].drive_impulse / 0.1, kStall, 1e-4, Bound::relative, "N m"});
+      {"torque in stall", now.joints[0].motor_impulse / 0.1, kStall, 1e-4, Bound::relative, "N m"});
   checks.push_back({"force on the stop in stall, M / r",
                     solver.boundary_contacts()[0].impulse.norm() / 0.1, kStall / kArm, 1e-3,
                     Bound::relative, "N"});
@@ -72,7 +72,7 @@ std::vector<Check> bearing() {
   std::vector<Check> checks;
   for (const double at : {50.0, 20.0, 0.0, -20.0, -50.0}) {
     constexpr int kSteps = 20;
-    const auto angle = [&] { return kStart + solver.frames()[frame].axes[0].coordinate; };
+    const auto angle = [&] { return kStart + solver.frames()[frame].joints[0].coordinate; };
     while (angle() > at * kDegree) solver.step();
     const double from = solver.time();
     solver.clear_boundary_loads();

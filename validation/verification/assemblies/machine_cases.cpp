@@ -36,7 +36,7 @@ std::vector<Check> hammer() {
       start_mover(solver, frame, {-away}, {rate});
       run(solver, away / rate + 10 * quarter_period(mass, kStiffness));
       const BoundaryContactState contact = solver.boundary_contacts()[0];
-      const double after = solver.frames()[0].axes[0].rate, ideal = restitution_with_floor(e);
+      const double after = solver.frames()[0].joints[0].rate, ideal = restitution_with_floor(e);
       const std::string where = fmt::format("e = {}, {} m/s", e, speed);
       rebound.add(-after / rate, ideal, where);
       peak.add(contact.peak_normal_force, speed * std::sqrt(mass * kStiffness), where);
@@ -74,17 +74,18 @@ std::vector<Check> sled() {
   run(solver, 0.2);
   const auto frames = solver.frames();
   const auto mean_rate = [&](int f) {
-    return (frames[f].axes[0].coordinate - before[f].axes[0].coordinate) / (solver.time() - start);
+    return (frames[f].joints[0].coordinate - before[f].joints[0].coordinate) /
+           (solver.time() - start);
   };
   const double common = kSpeed * kSled / (kSled + kBox);
-  const double slip = frames[0].axes[0].coordinate - frames[1].axes[0].coordinate;
+  const double slip = frames[0].joints[0].coordinate - frames[1].joints[0].coordinate;
   const double heat = 0.5 * kSpeed * kSpeed * kSled * kBox / (kSled + kBox);
   const BoundaryContactState contact = solver.boundary_contacts()[0];
   return {{"speed of the sled in the end", mean_rate(sled), common, 1e-3, Bound::relative, "m/s"},
           {"speed of the box in the end", mean_rate(box), common, 1e-3, Bound::relative, "m/s"},
           {"way of the box on the sled, v^2 / (2 mu g (1 + m/M))", slip,
            kSpeed * kSpeed / (2 * closing), 2e-3, Bound::relative, "m"},
-          {"momentum", kSled * frames[0].axes[0].rate + kBox * frames[1].axes[0].rate,
+          {"momentum", kSled * frames[0].joints[0].rate + kBox * frames[1].joints[0].rate,
            kSled * kSpeed, 1e-9, Bound::relative, "N s"},
           {"heat by friction", contact.dissipated_friction, heat, 1e-3, Bound::relative, "J"}};
 }
@@ -112,11 +113,11 @@ Pull pull_drawer(const Drawer& d, double friction, bool damping) {
   constexpr double kMass = 2, kForce = 20, kStiffness = 2e6;
   Model model = mechanism();
   model.gravity.setZero();
-  FreeAxis along = slider(Vec3::UnitX()), across = slider(Vec3::UnitY());
-  FreeAxis turning = hinge(Vec3::UnitZ());
-  along.drives.push_back({});
-  along.drives[0].speed = 1e3;  // never reached: a force
-  along.drives[0].limit = kForce;
+  Joint along = slider(Vec3::UnitX()), across = slider(Vec3::UnitY());
+  Joint turning = hinge(Vec3::UnitZ());
+  along.motors.push_back({});
+  along.motors[0].speed = 1e3;  // never reached: a force
+  along.motors[0].limit = kForce;
   across.damping = damping ? 500 : 0;
   turning.damping = damping ? 20 : 0;
   const Vec3 inertia = box_inertia(kMass, {d.length, d.width, 0.1});
@@ -136,17 +137,17 @@ Pull pull_drawer(const Drawer& d, double friction, bool damping) {
   double way[3] = {};
   for (double& at : way) {
     run(solver, solver.steps() == 0 ? 0.4 : 0.2);
-    at = solver.frames()[0].axes[0].coordinate;
+    at = solver.frames()[0].joints[0].coordinate;
   }
   const FrameState now = solver.frames()[0];
   Pull out;
   out.acceleration = (way[2] - 2 * way[1] + way[0]) / (0.2 * 0.2);
   out.way = way[2] - way[1];
-  out.work = now.axes[0].drive_impulse / solver.time() * way[2];
+  out.work = now.joints[0].motor_impulse / solver.time() * way[2];
   const Vec3 center_velocity =
       now.velocity + now.angular_velocity.cross(now.orientation * Vec3(0, d.offset, 0));
   out.kinetic = 0.5 * kMass * center_velocity.squaredNorm() +
-                0.5 * inertia.z() * now.axes[2].rate * now.axes[2].rate;
+                0.5 * inertia.z() * now.joints[2].rate * now.joints[2].rate;
   for (const BoundaryContactState& c : solver.boundary_contacts())
     out.in_contacts += c.dissipated_normal + c.dissipated_friction + c.elastic;
   return out;
@@ -179,20 +180,20 @@ std::vector<Check> binding() {
 
 // An arm on a hinge rests with its tip on a slide, which is driven out and in below it.
 struct Rest {
-  double normal = 0, drive = 0, rate = 0;  // N, N, m/s
+  double normal = 0, motor = 0, rate = 0;  // N, N, m/s
 };
 
 Rest arm_on_slide(double friction, double reach, double height, double speed, double limit) {
   constexpr double kMass = 0.2, kRadius = 0.005;
   Model model = mechanism();
-  FreeAxis pivot = hinge(Vec3::UnitY());
+  Joint pivot = hinge(Vec3::UnitY());
   pivot.damping = 0.1;  // of what rings on the springs of the contact
   const int arm = add_mover(model, "arm", kMass, {0.5 * reach, 0, height + kRadius},
                             Vec3::Constant(5e-4), {pivot}, {0, 0, height});
-  FreeAxis along = slider(Vec3::UnitX());
-  along.drives.push_back({});
-  along.drives[0].speed = speed;
-  along.drives[0].limit = limit;
+  Joint along = slider(Vec3::UnitX());
+  along.motors.push_back({});
+  along.motors[0].speed = speed;
+  along.motors[0].limit = limit;
   const int slide = add_mover(model, "slide", 0.5, {0, 0, -0.05}, Vec3::Constant(1e-3), {along});
   const int tip = add_ball(model, "tip", {reach, 0, kRadius}, kRadius, arm);
   const int bed = add_panel(model, "bed", {-1, -0.1, -0.1}, {1, 0.1, 0});
@@ -201,12 +202,12 @@ Rest arm_on_slide(double friction, double reach, double height, double speed, do
   model.timestep = 1e-5;
   Solver solver(model);
   run(solver, 0.3);
-  const double before = solver.frames()[1].axes[0].coordinate;
+  const double before = solver.frames()[1].joints[0].coordinate;
   solver.clear_boundary_loads();
   run(solver, 0.1);
   const FrameState now = solver.frames()[1];
   return {std::abs(solver.boundary_contacts()[0].impulse.z()) / 0.1,
-          now.axes[0].drive_impulse / 0.1, (now.axes[0].coordinate - before) / 0.1};
+          now.joints[0].motor_impulse / 0.1, (now.joints[0].coordinate - before) / 0.1};
 }
 
 std::vector<Check> arm() {
@@ -220,7 +221,7 @@ std::vector<Check> arm() {
           fmt::format("friction {}, {}: ", friction, way > 0 ? "out" : "in, against the arm");
       checks.push_back(
           {scene + "force of the arm", rest.normal, normal, 5e-3, Bound::relative, "N"});
-      checks.push_back({scene + "force of the drive", way * rest.drive, friction * normal, 5e-3,
+      checks.push_back({scene + "force of the drive", way * rest.motor, friction * normal, 5e-3,
                         Bound::relative, "N"});
     }
   }
@@ -231,7 +232,7 @@ std::vector<Check> arm() {
     checks.push_back(
         {scene + "speed", std::abs(rest.rate), 0.01 * kSpeed, 0, Bound::at_most, "m/s"});
     checks.push_back(
-        {scene + "force of the drive", -rest.drive, limit, 1e-3, Bound::relative, "N"});
+        {scene + "force of the drive", -rest.motor, limit, 1e-3, Bound::relative, "N"});
   }
   return checks;
 }

@@ -28,14 +28,14 @@ double wedge(Model model, const Column& c, std::uint64_t seed) {
   add_plane(model, Vec3::Zero(), Vec3::UnitX());
   add_plane(model, {0, 0, 0}, Vec3::UnitY());
   add_plane(model, {0, c.deep, 0}, -Vec3::UnitY());
-  const int gate = add_plane(model, {c.wide, 0, 0}, -Vec3::UnitX());
+  const int sensor = add_plane(model, {c.wide, 0, 0}, -Vec3::UnitX());
   model.timestep = advise_timestep(model, 7).timestep;
   Solver solver(model);
   const double reach = 0.5 * c.size;
   scatter(solver, 0, c.count, Vec3::Constant(reach), {c.wide - reach, c.deep - reach, c.tall},
           seed);
   run(solver, std::sqrt(2 * c.tall / kGravity) + 0.3);
-  solver.remove_boundary(gate);
+  solver.remove_boundary(sensor);
   run(solver, 1.2);
   Vec3 center = Vec3::Zero();
   for (const Vec3& p : solver.particles().position) center += p / c.count;

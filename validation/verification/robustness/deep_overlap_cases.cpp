@@ -67,7 +67,7 @@ Crush crush(const Shape& shape, double height, double depth, double platen_thick
     return out;
   }
   out.returned = out.put_in - solver.energy().boundary_work;
-  out.overlap = solver.health().largest_overlap;
+  out.overlap = solver.diagnostics().largest_overlap;
   return out;
 }
 

@@ -20,7 +20,8 @@ struct Setup {
   double length = 1, mass = 1, time = 1;  // new units in old ones
   std::vector<int> order;                 // particle k of the setup is order[k] of the scene
   double timestep = 1e-5;                 // s, in old units
-  double refresh_fraction = 0;  // 0: otherwise rounding decides when a contact search is made
+  double contact_update_fraction =
+      0;  // 0: otherwise rounding decides when a contact search is made
   int bodies = 4;
   bool walls = true;
 };
@@ -45,7 +46,7 @@ Model make_model(const Setup& t) {
   options.density = model.materials[scenes::kIce].density;
   options.young_modulus = model.materials[scenes::kIce].young_modulus;
   scenes::add_particles(model, scenes::add_shape(model, make_crescent(p, options)), t.bodies);
-  model.numerics.shell_limit *= t.length;
+  model.numerics.contact_margin_limit *= t.length;
   const double sides[4][3] = {{-1, 0, -0.2}, {1, 0.1, -0.3}, {0.1, 1, -0.4}, {0.05, -1, -0.3}};
   const auto plane = [&](const Vec3& point, const Vec3& normal) {
     const int b = scenes::add_plane(model, t.axes * (t.length * point) + t.length * t.origin,
@@ -63,7 +64,7 @@ Model make_model(const Setup& t) {
   }
   model.gravity = t.axes * model.gravity * t.length / (t.time * t.time);
   model.timestep = t.timestep * t.time;
-  model.numerics.refresh_fraction = t.refresh_fraction;
+  model.numerics.contact_update_fraction = t.contact_update_fraction;
   return model;
 }
 
@@ -87,7 +88,7 @@ Places fall(const Setup& t, double duration) {
   }
   scenes::run(solver, duration * t.time);
   Places out;
-  out.patches = solver.health().patches;
+  out.patches = solver.diagnostics().patches;
   for (int i = 0; i < t.bodies; ++i) {
     const Vec3& p = solver.particles().position[t.order.empty() ? i : 0];
     out.position.push_back(p);
@@ -190,7 +191,7 @@ std::vector<Check> halved_step() {
     for (std::size_t i = 0; i < steps.size(); ++i) {
       Model model = scenes::body_on_plane(scenes::crescent(), scenes::law(0.2, 0.3));
       model.timestep = steps[i];
-      model.numerics.refresh_fraction = 0;
+      model.numerics.contact_update_fraction = 0;
       Solver solver(model);
       scenes::Random random(11 + k);
       solver.insert(0, {0, 0, 0.04}, random.orientation(), {0.1, 0.2, -0.5}, {3, -2, 1});

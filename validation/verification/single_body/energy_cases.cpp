@@ -122,7 +122,7 @@ std::optional<double> kept_energy(const Family& family, double steps, std::uint6
   bool touched = false;
   while (solver.time() < 40 * far / kSpeed) {
     solver.step();
-    touched |= solver.health().largest_overlap > 0;
+    touched |= solver.diagnostics().largest_overlap > 0;
     const ParticleState& p = solver.particles();
     const Vec3 apart = pair ? Vec3(p.position[0] - p.position[1]) : Vec3(0, 0, p.position[0].z());
     const Vec3 speed = pair ? Vec3(p.velocity[0] - p.velocity[1]) : p.velocity[0];

@@ -163,14 +163,14 @@ std::vector<Check> second_method() {
 }
 
 // Two equal spheres meet head on; `second_spin` is the spin of the second about z.
-Oblique spinning_pair(double spin, double second_spin, double refresh_fraction,
+Oblique spinning_pair(double spin, double second_spin, double contact_update_fraction,
                       double stiffness = 1e8) {
   const double radius = 0.05;
   Model model = scenes::empty(scenes::law(0.4, 0.5), scenes::law(0.4, 0.5));
   scenes::add_particles(model, scenes::add_shape(model, sphere(radius, 1, stiffness)), 2);
   model.gravity.setZero();
   model.timestep = quarter_period(0.5, 0.5 * stiffness) * 0.5 / 400;
-  model.numerics.refresh_fraction = refresh_fraction;
+  model.numerics.contact_update_fraction = contact_update_fraction;
   Solver solver(model);
   solver.insert(0, {-radius, 0, 0}, Quat::Identity(), {1, 0, 0}, {0, 0, spin});
   solver.insert(1, {radius + 1e-9, 0, 0}, Quat::Identity(), {-1, 0, 0}, {0, 0, second_spin});
@@ -181,7 +181,7 @@ Oblique spinning_pair(double spin, double second_spin, double refresh_fraction,
 
 std::vector<Check> spinning_spheres() {
   std::vector<Check> checks;
-  const double usual = Model{}.numerics.refresh_fraction;
+  const double usual = Model{}.numerics.contact_update_fraction;
   for (const double spin : {5.0, 20.0, 100.0}) {
     const std::string scene = fmt::format("spins +{0} and -{0}: ", spin);
     const Oblique exact = spinning_pair(spin, -spin, 0);
@@ -191,7 +191,7 @@ std::vector<Check> spinning_spheres() {
                       1e-12, Bound::absolute, "m/s"});
     // The normal may lag by the way between two searches, 60 um of 50 mm; the spheres close at
     // 2 m/s.
-    const double lag = Model{}.numerics.shell_limit / 0.05 * 2;
+    const double lag = Model{}.numerics.contact_margin_limit / 0.05 * 2;
     const Oblique linearised = spinning_pair(spin, -spin, usual);
     checks.push_back({scene + "R times spin after, as shipped", 0.05 * linearised.spin, 0.05 * spin,
                       lag, Bound::absolute, "m/s"});

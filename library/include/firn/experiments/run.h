@@ -39,7 +39,7 @@ struct RunResult {
   double wall = 0;                  // s
   std::uint64_t steps = 0;
   Energy energy;  // at the end, J
-  Health health;
+  Diagnostics diagnostics;
   std::string results_file;
 
   // Takes current_response_name(name). Throws RunError for one that is not among the responses.

@@ -1,4 +1,4 @@
-#include "experiments/inspection/run_health.h"
+#include "experiments/inspection/run_diagnostics.h"
 
 #include <fmt/format.h>
 
@@ -14,9 +14,11 @@ namespace {
 
 constexpr double kDeep = 0.1;  // of the smallest edge
 
-bool too_deep(const ContactHealth& h) { return h.stopped || h.largest_overlap > kDeep * h.edge; }
+bool too_deep(const ContactDiagnostics& h) {
+  return h.stopped || h.largest_overlap > kDeep * h.edge;
+}
 
-bool too_late(const ContactHealth& h) {
+bool too_late(const ContactDiagnostics& h) {
   return h.late_contacts > std::max(10.0, 0.1 * h.particles);
 }
 
@@ -43,20 +45,20 @@ double last_finite(const std::vector<double>& values) {
 
 }  // namespace
 
-HealthCause likely_cause(const ContactHealth& h) {
+ContactCause likely_cause(const ContactDiagnostics& h) {
   constexpr double kFewSteps = 4;      // in a quarter period
   constexpr double kSharp = 0.005;     // rounding over the smallest edge
   constexpr double kExplained = 0.25;  // of the overlap, by speed and load
-  if (!too_deep(h) && !too_late(h)) return HealthCause::none;
-  if (h.steps_per_quarter < kFewSteps) return HealthCause::timestep;
+  if (!too_deep(h) && !too_late(h)) return ContactCause::none;
+  if (h.steps_per_quarter < kFewSteps) return ContactCause::timestep;
   const double overlap = std::max(h.largest_overlap, h.stopped ? kDeep * h.edge : 0.0);
-  if (too_deep(h) && h.expected_overlap >= kExplained * overlap) return HealthCause::stiffness;
-  if (h.rounding < kSharp * h.rounding_edge) return HealthCause::rounding;
-  return too_deep(h) ? HealthCause::stiffness : HealthCause::timestep;
+  if (too_deep(h) && h.expected_overlap >= kExplained * overlap) return ContactCause::stiffness;
+  if (h.rounding < kSharp * h.rounding_edge) return ContactCause::rounding;
+  return too_deep(h) ? ContactCause::stiffness : ContactCause::timestep;
 }
 
-ContactHealth contact_health(const Recording& recording, const Case& c) {
-  ContactHealth h;
+ContactDiagnostics contact_diagnostics(const Recording& recording, const Case& c) {
+  ContactDiagnostics h;
   h.largest_overlap = last_finite(recording.series("/diagnostics/largest_overlap"));
   h.late_contacts = last_finite(recording.series("/diagnostics/late_contacts"));
   const std::string status = recording.status();
@@ -91,9 +93,9 @@ ContactHealth contact_health(const Recording& recording, const Case& c) {
   return h;
 }
 
-std::string health_warning(const ContactHealth& h) {
-  const HealthCause cause = likely_cause(h);
-  if (cause == HealthCause::none) return {};
+std::string contact_warning(const ContactDiagnostics& h) {
+  const ContactCause cause = likely_cause(h);
+  if (cause == ContactCause::none) return {};
   std::string what;
   if (too_deep(h)) {
     what = h.stopped ? "the overlap of two bodies passed its limit"
@@ -106,25 +108,25 @@ std::string health_warning(const ContactHealth& h) {
                         what.empty() ? "" : ", and ", h.late_contacts);
   }
   switch (cause) {
-    case HealthCause::rounding:
+    case ContactCause::rounding:
       return fmt::format(
           "{}; likely cause: the rounding, {} mm or {} % of the smallest edge, as sharp "
           "edges and corners bear on next to no area; give shapes 1 to 3 %, or leave rounding out",
           what, number_text(1e3 * h.rounding, 3),
           number_text(100 * h.rounding / h.rounding_edge, 2));
-    case HealthCause::stiffness:
+    case ContactCause::stiffness:
       return fmt::format(
           "{}; likely cause: the stiffness, as speeds up to {:.3g} m/s and the load explain {} "
           "mm; raise young_modulus or stiffness",
           what, h.speed, number_text(1e3 * h.expected_overlap, 3));
-    case HealthCause::timestep:
+    case ContactCause::timestep:
       return fmt::format(
           "{}; likely cause: the time step, {:.3g} steps in the quarter period of the stiffest "
           "contact; {}",
           what, h.steps_per_quarter,
           h.automatic_timestep ? "raise case.steps_per_loading"
                                : "lower case.timestep, or leave it out");
-    case HealthCause::none:
+    case ContactCause::none:
       break;
   }
   return {};

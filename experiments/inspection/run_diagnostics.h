@@ -9,7 +9,7 @@
 namespace firn {
 
 // What a run says about its contacts. Lengths in m.
-struct ContactHealth {
+struct ContactDiagnostics {
   double largest_overlap = 0;  // over all steps
   double edge = 0;             // smallest box edge of the shapes in use
   bool stopped = false;        // an overlap beyond numerics.overlap_limit ended the run
@@ -23,17 +23,17 @@ struct ContactHealth {
   double steps_per_quarter = 0;     // time steps in the quarter period of the stiffest contact
 };
 
-enum class HealthCause { none, rounding, stiffness, timestep };
+enum class ContactCause { none, rounding, stiffness, timestep };
 
-// `none` for a healthy run: no overlap above a tenth of the edge, and late contacts of less than
-// one particle in ten (ten at least).
-HealthCause likely_cause(const ContactHealth& health);
+// `none` for a run without faults: no overlap above a tenth of the edge, and late contacts of less
+// than one particle in ten (ten at least).
+ContactCause likely_cause(const ContactDiagnostics& diagnostics);
 
 // From the recording alone. Speeds are those of at most 200 frames.
-ContactHealth contact_health(const Recording& recording, const Case& c);
+ContactDiagnostics contact_diagnostics(const Recording& recording, const Case& c);
 
-// One sentence: what is wrong, the likely cause and what to change. Empty for a healthy run.
-std::string health_warning(const ContactHealth& health);
+// One sentence: what is wrong, the likely cause and what to change. Empty for a run without faults.
+std::string contact_warning(const ContactDiagnostics& diagnostics);
 
 // The energy account of a run: kinetic + gravitational + elastic + dissipated - done by boundaries
 // + carried away stays as it is but for the error of the time step. J.

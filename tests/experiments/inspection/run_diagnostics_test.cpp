@@ -1,5 +1,5 @@
 // What spoils the contacts of a run: rounding, stiffness or time step.
-#include "experiments/inspection/run_health.h"
+#include "experiments/inspection/run_diagnostics.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@ namespace {
 using testing::HasSubstr;
 
 // A run of cubes of 20 mm in good health.
-ContactHealth good() {
-  ContactHealth h;
+ContactDiagnostics good() {
+  ContactDiagnostics h;
   h.largest_overlap = 0.3e-3;
   h.edge = h.rounding_edge = 20e-3;
   h.particles = 100;
@@ -25,66 +25,66 @@ ContactHealth good() {
 }
 
 TEST(RunHealth, GoodRunHasNoCause) {
-  EXPECT_EQ(likely_cause(good()), HealthCause::none);
-  EXPECT_EQ(health_warning(good()), "");
-  ContactHealth h = good();
+  EXPECT_EQ(likely_cause(good()), ContactCause::none);
+  EXPECT_EQ(contact_warning(good()), "");
+  ContactDiagnostics h = good();
   h.late_contacts = 10;
   h.largest_overlap = 2e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::none);
+  EXPECT_EQ(likely_cause(h), ContactCause::none);
 }
 
 TEST(RunHealth, OverlapThatSpeedExplainsIsTheStiffness) {
-  ContactHealth h = good();
+  ContactDiagnostics h = good();
   h.largest_overlap = 5e-3;
   h.expected_overlap = 4e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::stiffness);
+  EXPECT_EQ(likely_cause(h), ContactCause::stiffness);
   h.rounding = 0.01e-3;  // whatever the rounding
-  EXPECT_EQ(likely_cause(h), HealthCause::stiffness);
-  EXPECT_THAT(health_warning(h), HasSubstr("overlapped by up to 5 mm, 25 % of the smallest edge"));
-  EXPECT_THAT(health_warning(h), HasSubstr("likely cause: the stiffness"));
+  EXPECT_EQ(likely_cause(h), ContactCause::stiffness);
+  EXPECT_THAT(contact_warning(h), HasSubstr("overlapped by up to 5 mm, 25 % of the smallest edge"));
+  EXPECT_THAT(contact_warning(h), HasSubstr("likely cause: the stiffness"));
 }
 
 TEST(RunHealth, OverlapThatSpeedDoesNotExplainIsTheRoundingOfSharpShapes) {
-  ContactHealth h = good();
+  ContactDiagnostics h = good();
   h.largest_overlap = 9.4e-3;
   h.rounding = 0.018e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::rounding);
-  EXPECT_THAT(health_warning(h), HasSubstr("likely cause: the rounding, 0.018 mm or 0.09 %"));
+  EXPECT_EQ(likely_cause(h), ContactCause::rounding);
+  EXPECT_THAT(contact_warning(h), HasSubstr("likely cause: the rounding, 0.018 mm or 0.09 %"));
   h.rounding = 0.5e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::stiffness);
+  EXPECT_EQ(likely_cause(h), ContactCause::stiffness);
 }
 
 TEST(RunHealth, FewStepsAreTheTimeStep) {
-  ContactHealth h = good();
+  ContactDiagnostics h = good();
   h.largest_overlap = 5e-3;
   h.expected_overlap = 4e-3;
   h.rounding = 0.01e-3;
   h.steps_per_quarter = 2;
-  EXPECT_EQ(likely_cause(h), HealthCause::timestep);
-  EXPECT_THAT(health_warning(h), HasSubstr("likely cause: the time step, 2 steps"));
+  EXPECT_EQ(likely_cause(h), ContactCause::timestep);
+  EXPECT_THAT(contact_warning(h), HasSubstr("likely cause: the time step, 2 steps"));
 }
 
 TEST(RunHealth, LateContactsAlone) {
-  ContactHealth h = good();
+  ContactDiagnostics h = good();
   h.late_contacts = 11;
-  EXPECT_EQ(likely_cause(h), HealthCause::timestep);
-  EXPECT_THAT(health_warning(h), HasSubstr("11 contacts were first seen when already deep"));
+  EXPECT_EQ(likely_cause(h), ContactCause::timestep);
+  EXPECT_THAT(contact_warning(h), HasSubstr("11 contacts were first seen when already deep"));
   h.rounding = 0.01e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::rounding);
+  EXPECT_EQ(likely_cause(h), ContactCause::rounding);
   h.particles = 1000;
-  EXPECT_EQ(likely_cause(h), HealthCause::none);
+  EXPECT_EQ(likely_cause(h), ContactCause::none);
 }
 
 TEST(RunHealth, StoppedRunIsJudgedThoughItsOverlapIsUnknown) {
-  ContactHealth h = good();
+  ContactDiagnostics h = good();
   h.stopped = true;
   h.largest_overlap = 0;
   h.rounding = 0.018e-3;
   h.expected_overlap = 0.1e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::rounding);
-  EXPECT_THAT(health_warning(h), HasSubstr("the overlap of two bodies passed its limit"));
+  EXPECT_EQ(likely_cause(h), ContactCause::rounding);
+  EXPECT_THAT(contact_warning(h), HasSubstr("the overlap of two bodies passed its limit"));
   h.expected_overlap = 1e-3;
-  EXPECT_EQ(likely_cause(h), HealthCause::stiffness);
+  EXPECT_EQ(likely_cause(h), ContactCause::stiffness);
 }
 
 // The cause does not depend on the size of things, and there is a sentence exactly when there is
@@ -95,15 +95,15 @@ TEST(RunHealth, CauseDoesNotDependOnSize) {
     return low * std::pow(high / low, std::uniform_real_distribution<double>(0, 1)(random));
   };
   for (int i = 0; i < 2000; ++i) {
-    ContactHealth h = good();
+    ContactDiagnostics h = good();
     h.largest_overlap = dice(1e-5, 2e-2);
     h.rounding = dice(1e-6, 5e-3);
     h.expected_overlap = dice(1e-6, 2e-2);
     h.steps_per_quarter = dice(1, 100);
     h.late_contacts = dice(1, 1000);
-    const HealthCause cause = likely_cause(h);
-    EXPECT_EQ(health_warning(h).empty(), cause == HealthCause::none);
-    EXPECT_EQ(health_warning(h).find('\n'), std::string::npos);
+    const ContactCause cause = likely_cause(h);
+    EXPECT_EQ(contact_warning(h).empty(), cause == ContactCause::none);
+    EXPECT_EQ(contact_warning(h).find('\n'), std::string::npos);
     for (double* length :
          {&h.largest_overlap, &h.edge, &h.rounding, &h.rounding_edge, &h.expected_overlap})
       *length *= 64;
