@@ -19,10 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, Answer& a) {
+void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& campaign,
+                CalibrationResult& a) {
   for (const JournalRun& run : runs) {
     a.other_version += run.program != campaign.program() && run.program != user_program_identity;
-    if (!campaign.asked_for(run.key)) continue;
+    if (!campaign.was_requested(run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
@@ -37,8 +38,8 @@ void count_runs(const std::vector<JournalRun>& runs, const Campaign& campaign, A
   }
 }
 
-StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
-                       const Campaign& campaign, const std::string& directory, bool plot) {
+StudySummary summarize(const Study& study, CalibrationResult& answer, Journal& journal,
+                       const StudyRuns& campaign, const std::string& directory, bool plot) {
   journal.require_in_place();
   const std::vector<JournalRun> runs = journal.runs();
   count_runs(runs, campaign, answer);
@@ -54,7 +55,7 @@ StudySummary summarize(const Study& study, Answer& answer, Journal& journal,
     for (const fs::path& results :
          {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
       std::error_code unreadable;  // as a name that is too long
-      if (run.label.phase == "confirm" && campaign.asked_for(run.key) &&
+      if (run.label.phase == "confirm" && campaign.was_requested(run.key) &&
           results.extension() == ".h5" && fs::exists(results, unreadable))
         s.example_run = results.string();
     }
@@ -114,9 +115,9 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
                                    directory, study.largest_total(), study.execution.slurm));
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command resumes from there", directory));
-  Campaign campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
-                    batch.runs(), options.interrupt);
-  Answer answer;
+  StudyRuns campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
+                     batch.runs(), options.interrupt);
+  CalibrationResult answer;
   try {
     answer = study.direct == DirectSearch::none
                  ? Calibration(study, campaign, batch.progress()).answer()
@@ -138,7 +139,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   if (!options.save.name.empty()) {
     try {
       std::vector<JournalRun> used = batch.journal().runs();
-      std::erase_if(used, [&](const JournalRun& run) { return !campaign.asked_for(run.key); });
+      std::erase_if(used, [&](const JournalRun& run) { return !campaign.was_requested(run.key); });
       summary.record =
           material_record(study, answer, used, batch.executor(), directory, options.save);
     } catch (const InputError& e) {  // the study is reported without a record

@@ -14,7 +14,7 @@ namespace firn {
 
 class Executor;
 struct Study;
-struct Answer;
+struct CalibrationResult;
 
 struct StudyOptions : BatchOptions {
   std::string study_file;       // TOML
@@ -23,9 +23,9 @@ struct StudyOptions : BatchOptions {
   double time_limit = 0;    // s of wall time of one run
   double memory_limit = 0;  // bytes resident of one run
   bool plot = true;         // draw the fitted response with gnuplot
-  MaterialLabel save;       // also make a material record of the answer, when it has a name
+  RecordOptions save;       // also make a material record of the answer, when it has a name
   // Called once with what was found, unless the study was interrupted.
-  std::function<void(const Study&, const Answer&)> on_answer;
+  std::function<void(const Study&, const CalibrationResult&)> on_answer;
 };
 
 struct StudySummary {

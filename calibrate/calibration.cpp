@@ -34,8 +34,8 @@ double wall_of(const std::vector<Point>& points) {
 // By the pooled noise and this sample's own spread, each with its degrees of freedom; where the
 // noise is not uniform, this sample among them, by that of the neighbourhood if it is larger: few
 // seeds that happen to agree are no proof of a quiet place.
-double standard_error(const Knowledge* knowledge, const ResponseId& response, const VectorXd& u,
-                      const Sample& s) {
+double standard_error(const ResponseModels* knowledge, const ResponseId& response,
+                      const VectorXd& u, const Sample& s) {
   if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
   const double own_freedom = s.count - 1;
   double variance = s.sum_of_squares / own_freedom, freedom = own_freedom, local_variance = 0;
@@ -74,7 +74,8 @@ std::string parameter_text(const Study& study, const std::vector<double>& values
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-void observe(const Study& study, const Knowledge* knowledge, const Point& point, CheckedSet& set) {
+void observe(const Study& study, const ResponseModels* knowledge, const Point& point,
+             CheckedSet& set) {
   set.finished = point.count(JobStatus::finished);
   set.arched = point.count(JobStatus::arched);
   set.failed = point.count(JobStatus::failed) + point.count(JobStatus::crashed);
@@ -90,20 +91,21 @@ void observe(const Study& study, const Knowledge* knowledge, const Point& point,
 
 // The named sets, and the middle of the ranges with the case's numerics and with others. Points
 // share their seeds: the same packing where the parameters allow it.
-void Calibration::explore() {
+void Calibration::run_initial_design() {
   const Budget& b = study_.budget;
   const std::vector<double> middle =
       allowed_values(study_.constraints, study_.parameters, study_.constraints.middle);
   std::vector<Point> points;
-  for (std::size_t i = 0; i < study_.compare.size() && b.compare_runs > 0; ++i)
+  for (std::size_t i = 0; i < study_.compare.size() && b.compare_replicates > 0; ++i)
     points.push_back(campaign_.point(compare_phase + study_.compare[i].name, static_cast<int>(i),
                                      study_.compare[i].values,
-                                     seed_range(study_.seed, b.compare_runs)));
-  points.push_back(campaign_.point("centre", 0, middle, seed_range(study_.seed, b.centre_runs)));
+                                     seed_range(study_.seed, b.compare_replicates)));
+  points.push_back(
+      campaign_.point("centre", 0, middle, seed_range(study_.seed, b.center_replicates)));
   for (const NumericsCheck& check : study_.numerics) {
     numerics_.push_back(campaign_.point("numerics: " + check.name,
                                         static_cast<int>(numerics_.size()), middle,
-                                        seed_range(study_.seed, b.numerics_runs)));
+                                        seed_range(study_.seed, b.numerics_replicates)));
     numerics_.back().set = check.set;
     numerics_.back().only = check.only;
   }
@@ -134,22 +136,24 @@ void Calibration::explore() {
 std::vector<Point> Calibration::reused_points() {
   const Budget& b = study_.budget;
   if (!b.reuse || b.runs == 0 || b.rounds_stated) return {};
-  const int most = b.runs - b.centre_runs - b.confirm_runs;
+  const int most = b.runs - b.center_replicates - b.confirmation_replicates;
   return campaign_.reusable(most * static_cast<int>(study_.experiments.size()));
 }
 
 // A design that fills the ranges.
 void Calibration::spread_design() {
   const Budget& b = study_.budget;
-  const bool traded = b.trades_seeds && quiet();
-  seeds_each_ = traded ? 1 : b.runs_per_point;
-  more_points_ = traded ? b.runs_per_point : 1;
+  const bool traded = b.allow_single_replicate && noise_is_negligible();
+  replicates_per_point_ = traded ? 1 : b.replicates_per_point;
+  point_multiplier_ = traded ? b.replicates_per_point : 1;
   std::vector<VectorXd> taken;
   for (const Point& p : a_.points) taken.push_back(p.u);
   std::vector<Point> design;
-  const int planned = b.design_points * more_points_;
+  const int planned = b.design_points * point_multiplier_;
   int count = planned - std::min(planned, static_cast<int>(reused_));
-  if (reused_ > 0) count = std::clamp((seeds_left() - b.confirm_runs) / seeds_each_, 0, count);
+  if (reused_ > 0)
+    count =
+        std::clamp((seeds_left() - b.confirmation_replicates) / replicates_per_point_, 0, count);
   const int d = static_cast<int>(study_.parameters.size());
   if (count == 0) return;
   for (const VectorXd& u : study_.constraints.all.empty()
@@ -157,14 +161,14 @@ void Calibration::spread_design() {
                                : spread_points(study_.constraints, study_.parameters, count, taken))
     design.push_back(campaign_.point("design", static_cast<int>(design.size()),
                                      allowed_values(study_.constraints, study_.parameters, u),
-                                     seed_range(study_.seed, seeds_each_)));
+                                     seed_range(study_.seed, replicates_per_point_)));
   progress_.phase("exploring the ranges");
   campaign_.run(design);
   a_.points.insert(a_.points.end(), design.begin(), design.end());
 }
 
 // Whether seeds at the middle differ by less than what each measurement is uncertain by.
-bool Calibration::quiet() const {
+bool Calibration::noise_is_negligible() const {
   const Point& centre = a_.points.back();
   return std::all_of(study_.targets.begin(), study_.targets.end(), [&](const Target& t) {
     const Sample s = sample(centre.finished(t.response));
@@ -185,25 +189,26 @@ int Calibration::seeds_left() const {
 // What the confirmation and the ends of a valley will take.
 int Calibration::seeds_reserved() const {
   const Budget& b = study_.budget;
-  if (!a_.knowledge) return b.confirm_runs + 2 * b.anchor_runs;
+  if (!a_.knowledge) return b.confirmation_replicates + 2 * b.endpoint_replicates;
   const auto directions = combinations(study_, *a_.knowledge, best_);
-  const bool valley = std::any_of(directions.begin(), directions.end(),
-                                  [](const Combination& c) { return !c.identified; });
-  return b.confirm_runs + (valley ? 2 * b.anchor_runs : 0);
+  const bool ridge = std::any_of(directions.begin(), directions.end(),
+                                 [](const Combination& c) { return !c.identifiable; });
+  return b.confirmation_replicates + (ridge ? 2 * b.endpoint_replicates : 0);
 }
 
 // More points, away from those that have no number and from each other, when those so far are too
 // few for a model. False when the budget has no more.
 bool Calibration::explore_further() {
   if (study_.budget.runs == 0) return false;
-  const int points = std::min(std::max(2, study_.budget.refine_points * more_points_),
-                              (seeds_left() - study_.budget.confirm_runs) / seeds_each_);
+  const int points =
+      std::min(std::max(2, study_.budget.refine_points * point_multiplier_),
+               (seeds_left() - study_.budget.confirmation_replicates) / replicates_per_point_);
   if (points < 1) {
     budget_used_ = true;
     return false;
   }
   using enum JobStatus;
-  std::vector<OutcomeShare> without;
+  std::vector<OutcomeProbability> without;
   for (std::size_t e = 0; e < study_.experiments.size(); ++e)
     without.emplace_back(a_.points, e,
                          std::vector{arched, failed, crashed, timed_out, out_of_memory},
@@ -222,7 +227,7 @@ bool Calibration::explore_further() {
       if (!allowed(study_.constraints, study_.parameters, u)) continue;
       double nearest = std::numeric_limits<double>::infinity(), score = 1;
       for (const VectorXd& t : taken) nearest = std::min(nearest, (u - t).squaredNorm());
-      for (const OutcomeShare& share : without) score *= std::pow(1 - share.at(u), 2);
+      for (const OutcomeProbability& share : without) score *= std::pow(1 - share.at(u), 2);
       score *= 1 - std::exp(-0.5 * nearest / (reach * reach));
       if (score > most) {
         most = score;
@@ -234,7 +239,7 @@ bool Calibration::explore_further() {
     for (const Point& p : a_.points) number += p.phase == "design, continued";
     batch.push_back(campaign_.point("design, continued", number,
                                     allowed_values(study_.constraints, study_.parameters, best),
-                                    seed_range(study_.seed, seeds_each_)));
+                                    seed_range(study_.seed, replicates_per_point_)));
   }
   progress_.phase("exploring further");
   campaign_.run(batch);
@@ -270,12 +275,12 @@ void Calibration::check_outliers() {
 // False when the finished runs are too few for a model.
 bool Calibration::fit() {
   check_outliers();
-  a_.knowledge = learn(study_, a_.points);
+  a_.knowledge = fit_response_models(study_, a_.points);
   if (!a_.knowledge) {
     a_.verdict = StudyVerdict::too_few_runs;
     return false;
   }
-  const Misfit misfit(study_, *a_.knowledge);
+  const NegativeLogPosterior misfit(study_, *a_.knowledge);
   best_ = misfit.best().x;
   a_.posterior = sample_posterior(study_, misfit);
   record_estimate(a_.rounds == 0 ? "design" : fmt::format("refinement {}", a_.rounds));
@@ -350,7 +355,7 @@ void Calibration::report_estimate() const {
     j["best"][p.name] = {{"value", values[i]}, {"low", m.low}, {"high", m.high}, {"unit", p.unit}};
   }
   for (const Combination& c : combinations(study_, *a_.knowledge, best_)) {
-    if (!c.identified) continue;
+    if (!c.identifiable) continue;
     const std::string text = combination_text(study_, c);
     determined.push_back(fmt::format("{} = {:.3g} +- {:.2g}", text, c.value, c.sd));
     j["determined"].push_back({{"combination", text}, {"value", c.value}, {"uncertainty", c.sd}});
@@ -367,7 +372,7 @@ void Calibration::report_estimate() const {
 // Decides, and says why not: from the runs alone, so that a resumed study decides alike.
 bool Calibration::worth_refining() {
   const Budget& b = study_.budget;
-  const double gain = possible_gain(study_, *a_.knowledge, *a_.posterior, best_);
+  const double gain = expected_narrowing(study_, *a_.knowledge, *a_.posterior, best_);
   const std::string could =
       gain < 1 ? fmt::format("could narrow what is determined by {:.0f} % at most", 100 * gain)
                : "may still determine more";
@@ -377,15 +382,15 @@ bool Calibration::worth_refining() {
         "the parameters nearest to the targets were simulated, and do not meet them together";
     return false;
   }
-  if (!missed && gain <= b.least_gain) {
+  if (!missed && gain <= b.min_improvement) {
     a_.stopped = fmt::format(
         "further runs cannot help: knowing the responses perfectly {}; better measurements can",
         could);
     return false;
   }
   const bool bounded = b.runs > 0 && !b.rounds_stated;
-  const bool none_left =
-      bounded ? seeds_left() - seeds_reserved() < seeds_each_ : a_.rounds >= b.refine_rounds;
+  const bool none_left = bounded ? seeds_left() - seeds_reserved() < replicates_per_point_
+                                 : a_.rounds >= b.refine_rounds;
   if (none_left || b.refine_points == 0) {
     budget_used_ = true;
     a_.stopped = fmt::format("the budget's runs are used; further ones {}", could);
@@ -397,7 +402,8 @@ bool Calibration::worth_refining() {
     // Runs with other numerics count in what was spent, but cost something else than those to come.
     const double spent = wall_of(a_.points) + wall_of(numerics_);
     const double each = wall_of(a_.points) / std::max(runs, 1);
-    const int next = b.refine_points * b.runs_per_point + b.confirm_runs + 2 * b.anchor_runs;
+    const int next = b.refine_points * b.replicates_per_point + b.confirmation_replicates +
+                     2 * b.endpoint_replicates;
     if (spent + each * next > b.time) {
       a_.stopped = fmt::format("the budget's time is used; further runs {}", could);
       return false;
@@ -411,17 +417,18 @@ void Calibration::refine() {
   std::vector<VectorXd> taken;
   for (const Point& p : a_.points) taken.push_back(p.u);
   const std::string phase = fmt::format("refine {}", ++a_.rounds);
-  int number = 0, points = study_.budget.refine_points * more_points_;
+  int number = 0, points = study_.budget.refine_points * point_multiplier_;
   if (study_.budget.runs > 0 && !study_.budget.rounds_stated)
-    points = std::min(points, (seeds_left() - seeds_reserved()) / seeds_each_);
+    points = std::min(points, (seeds_left() - seeds_reserved()) / replicates_per_point_);
   // Where the targets seem to be missed, the nearest parameters are simulated before that is said.
   const bool missed = !a_.goodness->acceptable();
-  for (const VectorXd& u : splitting_points(
-           study_, *a_.knowledge, *a_.posterior, missed ? a_.goodness->u : best_,
-           missed ? FirstPoint::answer : FirstPoint::answer_if_unsure, taken, points, seeds_each_))
+  for (const VectorXd& u :
+       refinement_points(study_, *a_.knowledge, *a_.posterior, missed ? a_.goodness->u : best_,
+                         missed ? FirstPoint::answer : FirstPoint::answer_if_unsure, taken, points,
+                         replicates_per_point_))
     batch.push_back(campaign_.point(phase, number++,
                                     allowed_values(study_.constraints, study_.parameters, u),
-                                    seed_range(study_.seed, seeds_each_)));
+                                    seed_range(study_.seed, replicates_per_point_)));
   progress_.phase("splitting the equally good");
   campaign_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
@@ -442,27 +449,27 @@ void Calibration::choose_answer() {
 
 void Calibration::decide_whether_determined() {
   const bool all_identified = std::all_of(a_.combinations.begin(), a_.combinations.end(),
-                                          [](const Combination& c) { return c.identified; });
+                                          [](const Combination& c) { return c.identifiable; });
   a_.verdict = all_identified ? StudyVerdict::calibrated : StudyVerdict::not_identifiable;
-  if (all_identified) a_.valley.clear();
-  if (all_identified || !a_.valley.empty()) return;
-  const Misfit misfit(study_, *a_.knowledge);
-  for (const ValleyMember& member : valley(study_, misfit, *a_.posterior))
-    a_.valley.push_back(checked(fmt::format("member {}", a_.valley.size() + 1),
-                                campaign_.point("valley", 0, member.values, {})));
+  if (all_identified) a_.ridge.clear();
+  if (all_identified || !a_.ridge.empty()) return;
+  const NegativeLogPosterior misfit(study_, *a_.knowledge);
+  for (const RidgeMember& member : ridge(study_, misfit, *a_.posterior))
+    a_.ridge.push_back(checked(fmt::format("member {}", a_.ridge.size() + 1),
+                               campaign_.point("valley", 0, member.values, {})));
 }
 
 // Final models, from all runs including the confirmation runs. These are replicates at one point
 // and determine the noise at the estimate.
 void Calibration::describe_knowledge() {
-  a_.knowledge = learn(study_, a_.points);
-  const Misfit misfit(study_, *a_.knowledge);
+  a_.knowledge = fit_response_models(study_, a_.points);
+  const NegativeLogPosterior misfit(study_, *a_.knowledge);
   a_.posterior = sample_posterior(study_, misfit);
   record_estimate("confirmation");
   for (const ResponseModel& m : a_.knowledge->targets)
     a_.predictive.push_back(posterior_predictive(m, *a_.posterior));
   a_.combinations = combinations(study_, *a_.knowledge, best_);
-  spread_over(*a_.posterior, study_, a_.combinations);
+  rms_over_posterior(*a_.posterior, study_, a_.combinations);
   decide_whether_determined();
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Prediction p = a_.knowledge->targets[k].surrogate.best.predict(best_);
@@ -470,7 +477,7 @@ void Calibration::describe_knowledge() {
                         p.variance - p.noise_variance});
   }
   a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
-  a_.advice = what_to_measure_next(study_, *a_.knowledge, *a_.posterior);
+  a_.advice = rank_measurements(study_, *a_.knowledge, *a_.posterior);
   a_.cut_short_share = a_.knowledge->cut_short_probability(best_);
   judge_fit();
   if (!a_.goodness->acceptable()) {
@@ -490,18 +497,18 @@ void Calibration::describe_knowledge() {
           fmt::format("{} is confirmed to +- {:.2g} only, and was measured to +- {:.2g}",
                       o.response, o.standard_error, study_.targets[k].uncertainty));
   for (const ResponseModel& m : a_.knowledge->targets)
-    if (!m.explains_its_runs())
+    if (!m.passes_cross_validation())
       a_.cautions.push_back(
           fmt::format("the model of {} does not explain its own runs", m.response.label));
 }
 
 void Calibration::confirm() {
   const Budget& b = study_.budget;
-  int seeds = b.confirm_runs;
+  int seeds = b.confirmation_replicates;
   // Runs that are left confirm: all, where no batch can use them, else as many again.
   if (b.runs > 0 && !b.rounds_stated) {
-    const int left = seeds_left() - (a_.valley.empty() ? 0 : 2 * b.anchor_runs);
-    seeds = std::max(seeds, budget_used_ ? left : std::min(left, 2 * b.confirm_runs));
+    const int left = seeds_left() - (a_.ridge.empty() ? 0 : 2 * b.endpoint_replicates);
+    seeds = std::max(seeds, budget_used_ ? left : std::min(left, 2 * b.confirmation_replicates));
   }
   std::uint64_t first = study_.seed + confirm_seeds;
   // Another study may have confirmed the same parameters: its runs are in the fit.
@@ -518,13 +525,13 @@ void Calibration::confirm() {
 }
 
 void Calibration::check_valley_ends() {
-  if (a_.valley.empty() || study_.budget.anchor_runs == 0) return;
-  std::vector<CheckedSet*> ends = {&a_.valley.front(), &a_.valley.back()};
+  if (a_.ridge.empty() || study_.budget.endpoint_replicates == 0) return;
+  std::vector<CheckedSet*> ends = {&a_.ridge.front(), &a_.ridge.back()};
   std::vector<Point> batch;
   for (std::size_t i = 0; i < ends.size(); ++i)
-    batch.push_back(campaign_.point(
-        "valley end", static_cast<int>(i), ends[i]->values,
-        seed_range(study_.seed + anchor_seeds + i * anchor_stride, study_.budget.anchor_runs)));
+    batch.push_back(campaign_.point("valley end", static_cast<int>(i), ends[i]->values,
+                                    seed_range(study_.seed + anchor_seeds + i * anchor_stride,
+                                               study_.budget.endpoint_replicates)));
   progress_.phase("checking the ends of the valley");
   campaign_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
@@ -562,7 +569,7 @@ bool Calibration::agrees(const CheckedSet& set) const {
 void Calibration::compare_numerics() {
   const auto centre = std::find_if(a_.points.begin(), a_.points.end(),
                                    [](const Point& p) { return p.phase == "centre"; });
-  const Knowledge* knowledge = a_.knowledge ? &*a_.knowledge : nullptr;
+  const ResponseModels* knowledge = a_.knowledge ? &*a_.knowledge : nullptr;
   for (std::size_t i = 0; i < numerics_.size(); ++i) {
     NumericsOutcome outcome{study_.numerics[i].name, {}};
     const auto compare = [&](const ResponseId& response) {
@@ -625,7 +632,7 @@ void Calibration::account_for_budget() {
                                                 : "they were not needed";
 }
 
-Answer Calibration::finish() {
+CalibrationResult Calibration::finish() {
   // Now that the noise is known and there is a fit to ask.
   for (const CompareSet& set : study_.compare) {
     Point point = campaign_.point(compare_phase + set.name, 0, set.values, {});
@@ -633,8 +640,8 @@ Answer Calibration::finish() {
       if (p.phase == point.phase) point = p;
     a_.compare.push_back(checked(set.name, point));
     if (a_.posterior && point.u.minCoeff() >= 0 && point.u.maxCoeff() <= 1)
-      a_.compare.back().denser =
-          a_.posterior->denser_than(Misfit(study_, *a_.knowledge).cost(point.u));
+      a_.compare.back().hpd_level =
+          a_.posterior->hpd_level(NegativeLogPosterior(study_, *a_.knowledge).cost(point.u));
   }
   compare_numerics();
   if (a_.knowledge)

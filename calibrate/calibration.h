@@ -16,11 +16,11 @@ namespace firn {
 // here remembers anything from one session to the next.
 class Calibration {
  public:
-  Calibration(const Study& study, Campaign& campaign, BatchProgress& progress)
+  Calibration(const Study& study, StudyRuns& campaign, BatchProgress& progress)
       : study_(study), campaign_(campaign), progress_(progress) {}
 
-  Answer answer() {
-    explore();
+  CalibrationResult answer() {
+    run_initial_design();
     bool fitted = fit();
     while (!fitted && explore_further()) fitted = fit();
     while (fitted && worth_refining()) {
@@ -37,10 +37,10 @@ class Calibration {
   }
 
  private:
-  void explore();
+  void run_initial_design();
   std::vector<Point> reused_points();
   void spread_design();
-  bool quiet() const;
+  bool noise_is_negligible() const;
   bool explore_further();
   void check_outliers();
   bool fit();
@@ -57,7 +57,7 @@ class Calibration {
   void confirm();
   void check_valley_ends();
   void describe_knowledge();
-  Answer finish();
+  CalibrationResult finish();
 
   void compare_numerics();
   CheckedSet checked(const std::string& name, const Point& point) const;
@@ -67,19 +67,20 @@ class Calibration {
   void account_for_budget();
 
   const Study& study_;
-  Campaign& campaign_;
+  StudyRuns& campaign_;
   BatchProgress& progress_;
-  Answer a_;
+  CalibrationResult a_;
   std::vector<Point> numerics_;
-  Eigen::VectorXd best_;      // unit cube
-  int seeds_each_ = 1;        // at each point of the design and of the refinement
-  std::size_t reused_ = 0;    // points
-  int more_points_ = 1;       // times as many as planned
-  bool budget_used_ = false;  // refinement ended for want of runs
+  Eigen::VectorXd best_;          // unit cube
+  int replicates_per_point_ = 1;  // at each point of the design and of the refinement
+  std::size_t reused_ = 0;        // points
+  int point_multiplier_ = 1;      // times as many as planned
+  bool budget_used_ = false;      // refinement ended for want of runs
 };
 
 // Fills in what the runs of a point gave; `knowledge` (may be null) has the noise.
-void observe(const Study& study, const Knowledge* knowledge, const Point& point, CheckedSet& set);
+void observe(const Study& study, const ResponseModels* knowledge, const Point& point,
+             CheckedSet& set);
 // "ice_ice = 0.094, ice_plastic = 0.085"
 std::string parameter_text(const Study& study, const std::vector<double>& values);
 // `count` seeds from `first` on.

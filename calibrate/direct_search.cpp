@@ -25,22 +25,22 @@ double distance(const Study& study, const Point& point) {
 
 }  // namespace
 
-Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& progress) {
-  Answer a;
+CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchProgress& progress) {
+  CalibrationResult a;
   a.verdict = StudyVerdict::direct_search_only;
   std::vector<Point> compared;
   for (const CompareSet& set : study.compare)
-    if (study.budget.compare_runs > 0)
+    if (study.budget.compare_replicates > 0)
       compared.push_back(campaign.point("compare: " + set.name, static_cast<int>(compared.size()),
                                         set.values,
-                                        seed_range(study.seed, study.budget.compare_runs)));
+                                        seed_range(study.seed, study.budget.compare_replicates)));
   campaign.run(compared);
 
   progress.phase(fmt::format("direct search ({})", to_string(study.direct)));
   const auto evaluate = [&](const VectorXd& u) {
-    std::vector<Point> one = {campaign.point("direct", static_cast<int>(a.points.size()),
-                                             tidy_values(study.parameters, u),
-                                             seed_range(study.seed, study.budget.runs_per_point))};
+    std::vector<Point> one = {campaign.point(
+        "direct", static_cast<int>(a.points.size()), tidy_values(study.parameters, u),
+        seed_range(study.seed, study.budget.replicates_per_point))};
     campaign.run(one);
     a.points.push_back(one.front());
     return distance(study, one.front());
@@ -64,7 +64,7 @@ Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& prog
   a.best.values = tidy_values(study.parameters, best.x);
   std::vector<Point> fresh = {
       campaign.point("confirm", 0, a.best.values,
-                     seed_range(study.seed + confirm_seeds, study.budget.confirm_runs))};
+                     seed_range(study.seed + confirm_seeds, study.budget.confirmation_replicates))};
   progress.phase("confirming with fresh seeds");
   campaign.run(fresh);
   observe(study, nullptr, fresh.front(), a.best);

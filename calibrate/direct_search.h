@@ -9,9 +9,9 @@
 namespace firn {
 
 // Minimises the mean square of (simulated - target) / uncertainty over the targets, each simulated
-// value the mean over the same budget.runs_per_point seeds, and confirms the best with fresh ones.
-// Every evaluation goes through the journal: a resumed study replays the search and repeats
+// value the mean over the same budget.replicates_per_point seeds, and confirms the best with fresh
+// ones. Every evaluation goes through the journal: a resumed study replays the search and repeats
 // no run.
-Answer direct_search(const Study& study, Campaign& campaign, BatchProgress& progress);
+CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchProgress& progress);
 
 }  // namespace firn

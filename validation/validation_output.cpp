@@ -35,7 +35,7 @@ Json value_json(const ValueComparison& v) {
             {"simulated_expanded", number_json(v.simulated_expanded)},
             {"measured_expanded", number_json(v.measured_expanded)},
             {"p_value", number_json(v.p_value)}};
-  for (const UncertaintyPart& p : v.parts)
+  for (const UncertaintyComponent& p : v.parts)
     j["components"].push_back({{"name", p.name},
                                {"value", p.value ? number_json(*p.value) : Json(nullptr)},
                                {"degrees_of_freedom", number_json(p.freedom)},
@@ -44,19 +44,20 @@ Json value_json(const ValueComparison& v) {
   return j;
 }
 
-Json claim_json(const ClaimResult& r) {
-  return {{"statement", r.claim.statement},
-          {"relation", fmt::format("{} > {}{}", r.claim.larger,
-                                   r.claim.times == 1 ? "" : fmt::format("{:g} x ", r.claim.times),
-                                   r.claim.than)},
-          {"rationale", r.claim.because},
-          {"observed_once_in", r.claim.once_in},
+Json criterion_json(const CriterionResult& r) {
+  return {{"statement", r.criterion.statement},
+          {"relation",
+           fmt::format("{} > {}{}", r.criterion.lhs,
+                       r.criterion.factor == 1 ? "" : fmt::format("{:g} x ", r.criterion.factor),
+                       r.criterion.rhs)},
+          {"rationale", r.criterion.rationale},
+          {"observed_once_in", r.criterion.observed_once_in},
           {"holds_in", r.holds},
           {"runs", r.runs},
           {"probability_90", interval(r.probability)},
           {"verdict", to_string(r.verdict)},
-          {"lhs", numbers(r.larger)},
-          {"rhs", numbers(r.than)},
+          {"lhs", numbers(r.lhs)},
+          {"rhs", numbers(r.rhs)},
           {"unit", r.unit}};
 }
 
@@ -73,7 +74,7 @@ Json distribution_json(const DistributionResult& d) {
        {std::pair{"measured_passed", CensoredTimes{d.measured, d.measured_at_least}},
         std::pair{"simulated_passed", CensoredTimes{d.simulated, d.simulated_at_least}}}) {
     if (d.by_class || of.inside.empty()) continue;
-    const PassedShare s = kaplan_meier(of);
+    const EmpiricalCdf s = kaplan_meier(of);
     j[key] = {{"x", numbers(s.x)},
               {"share", numbers(s.share)},
               {"error", numbers(s.error)},
@@ -143,7 +144,7 @@ Json curve_json(const CurveComparison& c) {
           {"at", number_json(c.at)}};
 }
 
-Json choice_json(const ChoiceResult& c) {
+Json choice_json(const VariantEffect& c) {
   return {{"response", c.response},
           {"unit", c.unit},
           {"variant", c.choice},
@@ -162,7 +163,7 @@ Json comparison_json(const Comparison& c) {
             {"parameter_set", c.parameter_set},
             {"verdict", to_string(c.verdict)},
             {"headline", c.headline},
-            {"recommended_action", c.would_decide},
+            {"recommended_action", c.recommended_action},
             {"measurement", c.measurement},
             {"measurement_status", c.measurement_status},
             {"code_to_code", c.code_to_code},
@@ -175,7 +176,7 @@ Json comparison_json(const Comparison& c) {
                                 {"outcome", a.outcome},
                                 {"changes_the_verdict", a.changes}});
   if (c.value) j["value"] = value_json(*c.value);
-  for (const ClaimResult& r : c.claims) j["criteria"].push_back(claim_json(r));
+  for (const CriterionResult& r : c.criteria) j["criteria"].push_back(criterion_json(r));
   if (c.distribution) j["distribution"] = distribution_json(*c.distribution);
   for (const DamageResult& d : c.damage) j["breakage"].push_back(damage_json(d));
   if (c.strength) {
@@ -186,7 +187,7 @@ Json comparison_json(const Comparison& c) {
                           {"interval_95", interval(c.strength->shape_95)}};
   }
   for (const SofteningResult& s : c.softening) j["stiffness_scaling"].push_back(softening_json(s));
-  for (const ChoiceResult& r : c.choices) j["numerical_variants"].push_back(choice_json(r));
+  for (const VariantEffect& r : c.choices) j["numerical_variants"].push_back(choice_json(r));
   if (c.curve) j["curve"] = curve_json(*c.curve);
   return j;
 }
@@ -222,12 +223,12 @@ std::string render_table(const Validation& v) {
   for (const Comparison& c : v.comparisons) {
     text += fmt::format("{:<24} {} [{}]\n    {}\n", verdict_words(c), c.title, c.parameter_set,
                         c.headline);
-    for (const ClaimResult& r : c.claims)
+    for (const CriterionResult& r : c.criteria)
       text += fmt::format("    {:<22} {} of {} runs: {}\n", to_string(r.verdict), r.holds, r.runs,
-                          r.claim.statement);
+                          r.criterion.statement);
     for (const SofteningResult& s : c.softening)
       text += fmt::format("    {}: {}\n", s.response, s.word);
-    for (const ChoiceResult& r : c.choices)
+    for (const VariantEffect& r : c.choices)
       text += fmt::format(
           "    {} with {}: {:.3g} instead of {:.3g} {} (difference +- {:.2g}, {} "
           "seeds)\n",
@@ -235,12 +236,13 @@ std::string render_table(const Validation& v) {
     for (const AssumptionResult& a : c.assumptions)
       text +=
           fmt::format("    with {}{}: {}\n", a.name, a.changes ? " (it changes)" : "", a.outcome);
-    if (!c.would_decide.empty()) text += fmt::format("    recommended: {}\n", c.would_decide);
+    if (!c.recommended_action.empty())
+      text += fmt::format("    recommended: {}\n", c.recommended_action);
     for (const std::string& caveat : c.caveats) text += fmt::format("    note: {}\n", caveat);
   }
   text += '\n';
   for (const auto verdict : {ValidationVerdict::consistent, ValidationVerdict::inconsistent,
-                             ValidationVerdict::not_enough_data, ValidationVerdict::not_independent,
+                             ValidationVerdict::inconclusive, ValidationVerdict::not_independent,
                              ValidationVerdict::not_comparable})
     if (v.count(verdict) > 0)
       text += fmt::format("{:>4} {}\n", v.count(verdict), to_string(verdict));

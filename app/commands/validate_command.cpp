@@ -23,7 +23,7 @@ struct Arguments {
 bool requirement_met(const Arguments& a, const Validation& v) {
   if (a.require.empty()) return true;
   const int wrong = v.count(ValidationVerdict::inconsistent);
-  const int open = v.count(ValidationVerdict::not_enough_data);
+  const int open = v.count(ValidationVerdict::inconclusive);
   return wrong == 0 && (a.require == "none-inconsistent" || open == 0);
 }
 

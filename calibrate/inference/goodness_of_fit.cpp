@@ -18,7 +18,7 @@ bool free_at(double u) { return u > at_border && u < 1 - at_border; }
 
 // Directions of the free parameters that the residuals determine: those that they hardly see count
 // by the part by which they narrow the range.
-double determined_directions(const Study& study, const Knowledge& knowledge, const VectorXd& u,
+double determined_directions(const Study& study, const ResponseModels& knowledge, const VectorXd& u,
                              Priors priors) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
   Index beliefs = 0;
@@ -62,9 +62,9 @@ double chi_square_tail(double x, double freedom) {
 
 bool Goodness::acceptable() const { return probability >= significance; }
 
-Goodness goodness_of_fit(const Study& study, const Knowledge& knowledge, const VectorXd& start,
+Goodness goodness_of_fit(const Study& study, const ResponseModels& knowledge, const VectorXd& start,
                          Priors priors) {
-  const Misfit misfit(study, knowledge);
+  const NegativeLogPosterior misfit(study, knowledge);
   const Index d = start.size();
   const auto prior_squares = [&](const VectorXd& u) {
     return prior_cost(study.priors, study.parameters, u);

@@ -23,7 +23,7 @@ enum class Priors { with, without };
 // The minimum is looked for from `start` (unit cube). With priors, each is one more residual.
 // A parameter that ends at a border of its range takes no degree of freedom: the probability is
 // that of the residuals given which parameters are at their borders.
-Goodness goodness_of_fit(const Study& study, const Knowledge& knowledge,
+Goodness goodness_of_fit(const Study& study, const ResponseModels& knowledge,
                          const Eigen::VectorXd& start, Priors priors);
 
 // Probability that chi-square with so many degrees of freedom (> 0) is at least x (>= 0).

@@ -47,7 +47,7 @@ bool unsure(const Study& study, const std::vector<Surrogate>& models, const Vect
 
 }  // namespace
 
-std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
+std::vector<Combination> combinations(const Study& study, const ResponseModels& knowledge,
                                       const VectorXd& u, Against against) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
   MatrixXd jacobian(targets, d);
@@ -64,7 +64,7 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
     Combination c;
     c.direction = svd.matrixV().col(j);
     c.singular_value = j < svd.singularValues().size() ? svd.singularValues()[j] : 0;
-    c.identified = c.singular_value * uniform_sd > 1;
+    c.identifiable = c.singular_value * uniform_sd > 1;
     // From the unit cube to the parameters or their logarithms, at unit length.
     c.coefficients = c.direction;
     for (Index i = 0; i < d; ++i)
@@ -77,7 +77,7 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
     c.value = value_at(study, c, u);
     c.sd = c.singular_value > 0 ? 1 / (c.singular_value * std::abs(norm))
                                 : std::numeric_limits<double>::infinity();
-    if (c.identified)
+    if (c.identifiable)
       for (Index k = 0; k < targets; ++k) {
         // Each target's share in this direction, times where its variance comes from.
         const VarianceSplit& s = splits[static_cast<std::size_t>(k)];
@@ -91,7 +91,8 @@ std::vector<Combination> combinations(const Study& study, const Knowledge& knowl
   return all;
 }
 
-void spread_over(const Posterior& posterior, const Study& study, std::vector<Combination>& all) {
+void rms_over_posterior(const Posterior& posterior, const Study& study,
+                        std::vector<Combination>& all) {
   for (Combination& c : all) {
     double squares = 0;
     std::vector<double> distances;
@@ -104,17 +105,17 @@ void spread_over(const Posterior& posterior, const Study& study, std::vector<Com
     if (!c.bends()) continue;
     // The ends of a bent valley are far off, and hold little of the posterior.
     for (std::size_t s = 0; s < distances.size(); ++s)
-      if (posterior.cost[s] <= posterior.cost_95)
+      if (posterior.cost[s] <= posterior.hpd_95_cost)
         c.distance_95 = std::max(c.distance_95, distances[s]);
   }
 }
 
-double possible_gain(const Study& study, const Knowledge& knowledge, const Posterior& posterior,
-                     const VectorXd& u) {
+double expected_narrowing(const Study& study, const ResponseModels& knowledge,
+                          const Posterior& posterior, const VectorXd& u) {
   const auto now = combinations(study, knowledge, u);
   const auto then = combinations(study, knowledge, u, Against::measurement);
   for (std::size_t j = 0; j < now.size(); ++j)
-    if (then[j].identified && !now[j].identified) return 1;
+    if (then[j].identifiable && !now[j].identifiable) return 1;
   double gain = 0;
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     double variance = 0;
@@ -127,12 +128,12 @@ double possible_gain(const Study& study, const Knowledge& knowledge, const Poste
   return gain;
 }
 
-std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
-                                 const Posterior& posterior) {
+std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& misfit,
+                               const Posterior& posterior) {
   const Index d = posterior.longest.size();
   std::vector<double> along(posterior.u.size());
   for (std::size_t s = 0; s < along.size(); ++s) along[s] = posterior.longest.dot(posterior.u[s]);
-  std::vector<ValleyMember> members;
+  std::vector<RidgeMember> members;
   for (int m = 0; m < valley_members; ++m) {
     const double q = 0.05 + 0.9 * m / (valley_members - 1);
     const double place = weighted_quantile(along, posterior.weight, q);
@@ -152,10 +153,10 @@ std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
   return members;
 }
 
-std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
-                                       const Posterior& posterior, const VectorXd& answer,
-                                       FirstPoint first, std::vector<VectorXd> taken, int count,
-                                       int seeds) {
+std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels& knowledge,
+                                        const Posterior& posterior, const VectorXd& answer,
+                                        FirstPoint first, std::vector<VectorXd> taken, int count,
+                                        int seeds) {
   const std::vector<VectorXd> pool = resampled(posterior, candidates);
   std::vector<Surrogate> believed;
   for (const ResponseModel& m : knowledge.targets) believed.push_back(m.surrogate.best);
@@ -184,7 +185,7 @@ std::vector<VectorXd> splitting_points(const Study& study, const Knowledge& know
     for (std::size_t k = 0; k < believed.size(); ++k) {
       const double level = believed[k].predict(*best).mean;
       const double noise = knowledge.targets[k].noise.at(level);
-      believed[k] = believed[k].with_believed_point(*best, noise * noise / seeds);
+      believed[k] = believed[k].with_fantasy_point(*best, noise * noise / seeds);
     }
   }
   return chosen;

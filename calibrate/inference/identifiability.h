@@ -26,7 +26,7 @@ struct VarianceSplit {
 struct Combination {
   Eigen::VectorXd direction;  // unit vector in the unit cube
   double singular_value = 0;  // standard deviations of the data over the whole range
-  bool identified = false;
+  bool identifiable = false;
   // sum of coefficient * (parameter or its logarithm) = value +- sd; coefficients of unit length.
   Eigen::VectorXd coefficients;
   double value = 0;
@@ -46,27 +46,28 @@ struct Combination {
 // responses were known perfectly.
 enum class Against { everything, measurement };
 // At u, strongest first; as many as there are parameters.
-std::vector<Combination> combinations(const Study& study, const Knowledge& knowledge,
+std::vector<Combination> combinations(const Study& study, const ResponseModels& knowledge,
                                       const Eigen::VectorXd& u,
                                       Against against = Against::everything);
 
 // Fills in how far each combination strays over the posterior.
-void spread_over(const Posterior& posterior, const Study& study, std::vector<Combination>& all);
+void rms_over_posterior(const Posterior& posterior, const Study& study,
+                        std::vector<Combination>& all);
 
 // How much narrower the band of a target would become, as a share of its width today, if further
 // runs made the responses known perfectly all over the posterior (the largest over the targets); 1
 // where they would determine a combination that is not determined at u now.
-double possible_gain(const Study& study, const Knowledge& knowledge, const Posterior& posterior,
-                     const Eigen::VectorXd& u);
+double expected_narrowing(const Study& study, const ResponseModels& knowledge,
+                          const Posterior& posterior, const Eigen::VectorXd& u);
 
 // One of several equally good answers.
-struct ValleyMember {
+struct RidgeMember {
   Eigen::VectorXd u;
   std::vector<double> values;  // tidy
 };
 // Members from one end of the posterior to the other along its longest direction.
-std::vector<ValleyMember> valley(const Study& study, const Misfit& misfit,
-                                 const Posterior& posterior);
+std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& misfit,
+                               const Posterior& posterior);
 
 enum class FirstPoint { answer, answer_if_unsure };
 // Points at which the next runs are most informative: at the answer `best`, always or as long as
@@ -74,10 +75,10 @@ enum class FirstPoint { answer, answer_if_unsure };
 // the posterior whose predictions are least certain, each chosen as if the one before had come out
 // as predicted, and away from each other and from `taken` (unit cube). Each is to be run with so
 // many seeds.
-std::vector<Eigen::VectorXd> splitting_points(const Study& study, const Knowledge& knowledge,
-                                              const Posterior& posterior,
-                                              const Eigen::VectorXd& best, FirstPoint first,
-                                              std::vector<Eigen::VectorXd> taken, int count,
-                                              int seeds);
+std::vector<Eigen::VectorXd> refinement_points(const Study& study, const ResponseModels& knowledge,
+                                               const Posterior& posterior,
+                                               const Eigen::VectorXd& best, FirstPoint first,
+                                               std::vector<Eigen::VectorXd> taken, int count,
+                                               int seeds);
 
 }  // namespace firn

@@ -32,7 +32,7 @@ double weighted_sd(const std::vector<double>& x, const std::vector<double>& weig
 }
 
 void judge(const Surrogate& model, const std::vector<VectorXd>& believed, const VectorXd& longest,
-           Advice& a) {
+           MeasurementValue& a) {
   std::vector<double> mean, variance, along;
   for (const VectorXd& u : believed) {
     const Prediction p = model.predict(u);
@@ -56,15 +56,15 @@ void judge(const Surrogate& model, const std::vector<VectorXd>& believed, const 
       after += share * weighted_sd(along, likelihood);
     }
   a.information = std::max(0.0, nats) / std::log(2.0);
-  a.longest_left = before > 0 ? after / before : 1;
+  a.remaining_extent = before > 0 ? after / before : 1;
 }
 
 }  // namespace
 
-std::vector<Advice> what_to_measure_next(const Study& study, const Knowledge& knowledge,
-                                         const Posterior& posterior) {
+std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
+                                                const Posterior& posterior) {
   const std::vector<VectorXd> believed = resampled(posterior, hypotheses);
-  std::vector<Advice> all;
+  std::vector<MeasurementValue> all;
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
     all.push_back({t.response, true, t.uncertainty, t.unit, t.effort, 0, 1});
@@ -79,14 +79,15 @@ std::vector<Advice> what_to_measure_next(const Study& study, const Knowledge& kn
       }
   }
   const bool efforts =
-      std::all_of(all.begin(), all.end(), [](const Advice& a) { return a.effort > 0; });
+      std::all_of(all.begin(), all.end(), [](const MeasurementValue& a) { return a.effort > 0; });
   // What is known already may be measured better and leave the valley as long as it was: the cut of
   // the valley counts, by halvings.
-  const auto worth = [&](const Advice& a) {
-    return -std::log2(a.longest_left) / (efforts ? a.effort : 1);
+  const auto worth = [&](const MeasurementValue& a) {
+    return -std::log2(a.remaining_extent) / (efforts ? a.effort : 1);
   };
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const Advice& a, const Advice& b) { return worth(a) > worth(b); });
+  std::stable_sort(
+      all.begin(), all.end(),
+      [&](const MeasurementValue& a, const MeasurementValue& b) { return worth(a) > worth(b); });
   return all;
 }
 

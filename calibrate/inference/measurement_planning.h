@@ -7,7 +7,7 @@
 
 namespace firn {
 
-struct Advice {
+struct MeasurementValue {
   ResponseId response;
   bool repeats_a_target = false;  // the same measurement once more
   double uncertainty = 0;         // one standard deviation of it, in `unit`
@@ -15,7 +15,7 @@ struct Advice {
   double effort = 0;       // s of work; 0: not said
   double information = 0;  // bits expected about the parameters
   // Expected standard deviation along the posterior's longest direction, as a share of today's.
-  double longest_left = 1;
+  double remaining_extent = 1;
 };
 
 // Every target, measured once more, and every observed response whose measurement the study
@@ -25,7 +25,7 @@ struct Advice {
 // Information is the mutual information of the outcome and the parameters (Lindley 1956), by nested
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
 // of the measurement's. Deterministic.
-std::vector<Advice> what_to_measure_next(const Study& study, const Knowledge& knowledge,
-                                         const Posterior& posterior);
+std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
+                                                const Posterior& posterior);
 
 }  // namespace firn

@@ -172,13 +172,13 @@ Marginal marginal(const Study& study, const Posterior& p, Index i) {
   m.low_68 = parameter.from_unit(weighted_quantile(x, p.weight, 0.16));
   m.high_68 = parameter.from_unit(weighted_quantile(x, p.weight, 0.84));
   const bool believed = prior_count(study.priors, study.parameters) > 0;
-  m.width_ratio =
+  m.posterior_to_prior_sd =
       m.sd / (believed ? prior_sd(study.priors, study.parameters, index) : 1 / std::sqrt(12.0));
   return m;
 }
 
 // The least cost with parameter i held, found from `start`; the others end up in it.
-double least_with(const Misfit& misfit, Index i, double held, VectorXd& start) {
+double least_with(const NegativeLogPosterior& misfit, Index i, double held, VectorXd& start) {
   const Index d = start.size();
   start[i] = held;
   if (d == 1) return misfit.cost(start);
@@ -226,7 +226,7 @@ double weighted_quantile(const std::vector<double>& x, const std::vector<double>
   return x[order.back()];
 }
 
-double Posterior::denser_than(double place_cost) const {
+double Posterior::hpd_level(double place_cost) const {
   double sum = 0;
   for (std::size_t s = 0; s < cost.size(); ++s)
     if (cost[s] < place_cost) sum += weight[s];
@@ -252,11 +252,11 @@ Posterior sample_density(const std::function<double(const VectorXd&)>& cost, int
   p.u = std::move(cloud.u);
   p.cost = std::move(cloud.cost);
   p.weight = std::move(weight);
-  p.cost_95 = weighted_quantile(p.cost, p.weight, 0.95);
+  p.hpd_95_cost = weighted_quantile(p.cost, p.weight, 0.95);
   return p;
 }
 
-Posterior sample_posterior(const Study& study, const Misfit& misfit) {
+Posterior sample_posterior(const Study& study, const NegativeLogPosterior& misfit) {
   const Index d = static_cast<Index>(study.parameters.size());
   Posterior p = sample_density(
       [&](const VectorXd& u) {
@@ -284,7 +284,7 @@ std::vector<VectorXd> resampled(const Posterior& p, std::size_t count) {
   return chosen;
 }
 
-std::vector<Profile> profile_likelihoods(const Study& study, const Misfit& misfit,
+std::vector<Profile> profile_likelihoods(const Study& study, const NegativeLogPosterior& misfit,
                                          const Posterior& posterior) {
   const Index d = static_cast<Index>(study.parameters.size());
   std::vector<Profile> all;

@@ -17,7 +17,7 @@ struct Marginal {
   // truth may be.
   double low = 0, median = 0, high = 0;
   double low_68 = 0, high_68 = 0;       // of the central 68 %, the parameter's own unit
-  double width_ratio = 0;               // sd after over sd before: near 1, nothing was learned
+  double posterior_to_prior_sd = 0;     // sd after over sd before: near 1, nothing was learned
   bool at_min = false, at_max = false;  // that end of the range is within the interval
 };
 
@@ -27,13 +27,13 @@ struct Posterior {
   std::vector<double> cost;    // minus twice the logarithm of the density, up to a constant
   double effective_samples = 0;
   // The densest region that holds 95 % of the posterior: all u whose cost is not above this.
-  double cost_95 = 0;
+  double hpd_95_cost = 0;
   std::vector<Marginal> marginals;
   Eigen::VectorXd longest;  // unit vector: where it stretches farthest
 
   // Share of the posterior that is denser than a place of this cost: at most 0.95 inside the 95 %
   // region, uniform between 0 and 1 for the truth of many well-calibrated studies.
-  double denser_than(double place_cost) const;
+  double hpd_level(double place_cost) const;
 };
 
 // x such that a fraction q of the weight lies at or below it.
@@ -48,7 +48,7 @@ double weighted_quantile(const std::vector<double>& x, const std::vector<double>
 Posterior sample_density(const std::function<double(const Eigen::VectorXd&)>& cost, int dimensions);
 
 // The posterior of a study, all of it filled in.
-Posterior sample_posterior(const Study& study, const Misfit& misfit);
+Posterior sample_posterior(const Study& study, const NegativeLogPosterior& misfit);
 
 // `count` of its samples, as dense as it is, for use with equal weights (systematic resampling).
 std::vector<Eigen::VectorXd> resampled(const Posterior& posterior, std::size_t count);
@@ -61,7 +61,7 @@ struct Profile {
   // the range where it never leaves.
   double low = 0, high = 0;
 };
-std::vector<Profile> profile_likelihoods(const Study& study, const Misfit& misfit,
+std::vector<Profile> profile_likelihoods(const Study& study, const NegativeLogPosterior& misfit,
                                          const Posterior& posterior);
 
 }  // namespace firn

@@ -95,7 +95,7 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
 
 }  // namespace
 
-bool ResponseModel::explains_its_runs() const {
+bool ResponseModel::passes_cross_validation() const {
   const double points = static_cast<double>(samples.size());
   return points * std::erfc(largest_leave_one_out_z / std::sqrt(2.0)) > 0.01;
 }
@@ -127,9 +127,9 @@ std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {
              : constant;
 }
 
-OutcomeShare::OutcomeShare(const std::vector<Point>& points, std::size_t experiment,
-                           const std::vector<JobStatus>& counted,
-                           const std::vector<JobStatus>& among) {
+OutcomeProbability::OutcomeProbability(const std::vector<Point>& points, std::size_t experiment,
+                                       const std::vector<JobStatus>& counted,
+                                       const std::vector<JobStatus>& among) {
   for (const Point& p : points) {
     u_.push_back(p.u);
     counted_.push_back(0);
@@ -140,7 +140,7 @@ OutcomeShare::OutcomeShare(const std::vector<Point>& points, std::size_t experim
   }
 }
 
-double OutcomeShare::at(const VectorXd& u) const {
+double OutcomeProbability::at(const VectorXd& u) const {
   if (!any_) return 0;
   double counted = 0, runs = share_prior_runs;
   for (std::size_t i = 0; i < u_.size(); ++i) {
@@ -153,20 +153,23 @@ double OutcomeShare::at(const VectorXd& u) const {
 
 namespace {
 
-double any_of(const std::vector<OutcomeShare>& shares, const VectorXd& u) {
+double any_of(const std::vector<OutcomeProbability>& shares, const VectorXd& u) {
   double none = 1;
-  for (const OutcomeShare& share : shares) none *= 1 - share.at(u);
+  for (const OutcomeProbability& share : shares) none *= 1 - share.at(u);
   return 1 - none;
 }
 
 }  // namespace
 
-double Knowledge::arch_probability(const VectorXd& u) const { return any_of(arched, u); }
-double Knowledge::cut_short_probability(const VectorXd& u) const { return any_of(cut_short, u); }
+double ResponseModels::arch_probability(const VectorXd& u) const { return any_of(arched, u); }
+double ResponseModels::cut_short_probability(const VectorXd& u) const {
+  return any_of(cut_short, u);
+}
 
-std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& points) {
+std::optional<ResponseModels> fit_response_models(const Study& study,
+                                                  const std::vector<Point>& points) {
   using enum JobStatus;
-  Knowledge k;
+  ResponseModels k;
   for (std::size_t e = 0; e < study.experiments.size(); ++e) {
     k.arched.emplace_back(points, e, std::vector{JobStatus::arched}, std::vector{finished});
     k.cut_short.emplace_back(points, e, std::vector{failed, crashed, timed_out, out_of_memory},
@@ -182,7 +185,7 @@ std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& poi
   return k;
 }
 
-double Misfit::cost(const VectorXd& u) const {
+double NegativeLogPosterior::cost(const VectorXd& u) const {
   double sum = 0;
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
@@ -196,11 +199,11 @@ double Misfit::cost(const VectorXd& u) const {
   return sum - 2 * std::log(1 - knowledge_.arch_probability(u));
 }
 
-double Misfit::picking_cost(const VectorXd& u) const {
+double NegativeLogPosterior::regularized_cost(const VectorXd& u) const {
   return cost(u) + (u.array() - 0.5).square().sum() / (pull_sd * pull_sd);
 }
 
-VectorXd Misfit::z(const VectorXd& u) const {
+VectorXd NegativeLogPosterior::z(const VectorXd& u) const {
   VectorXd z(static_cast<Index>(study_.targets.size()));
   for (Index k = 0; k < z.size(); ++k) {
     const Target& t = study_.targets[static_cast<std::size_t>(k)];
@@ -210,7 +213,7 @@ VectorXd Misfit::z(const VectorXd& u) const {
   return z;
 }
 
-LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
+LeastSquaresProblem NegativeLogPosterior::residuals(const VectorXd& frozen) const {
   const Index targets = static_cast<Index>(study_.targets.size()), d = dimensions();
   VectorXd sd(targets);
   for (Index k = 0; k < targets; ++k) {
@@ -261,13 +264,13 @@ LeastSquaresProblem Misfit::residuals(const VectorXd& frozen) const {
   return problem;
 }
 
-Minimum Misfit::best() const {
+Minimum NegativeLogPosterior::best() const {
   const VectorXd zero = VectorXd::Zero(dimensions()), one = VectorXd::Ones(dimensions());
-  const auto f = [this](const VectorXd& u) { return picking_cost(u); };
+  const auto f = [this](const VectorXd& u) { return regularized_cost(u); };
   Minimum m = minimize(f, zero, one, search_evaluations);
   // Least squares sees no ln V and no arching: its answer counts only where it is no worse.
   const LeastSquaresFit fit = least_squares(residuals(m.x), m.x);
-  if (const double value = fit.x.allFinite() ? picking_cost(fit.x) : m.value; value < m.value) {
+  if (const double value = fit.x.allFinite() ? regularized_cost(fit.x) : m.value; value < m.value) {
     m.x = fit.x;
     m.value = value;
   }

@@ -38,18 +38,18 @@ struct ResponseModel {
   LocalNoise local_noise = {};              // of these sites
   // Whether the largest leave-one-out error is one that chance gives more often than once in a
   // hundred models. If not, what the model says of its uncertainty is not to be relied on.
-  bool explains_its_runs() const;
+  bool passes_cross_validation() const;
   // Variance of one run between seeds at u, where the mean response is `mean`: pooled, and that of
   // the neighborhood where the noise is not uniform, each widened by its degrees of freedom.
   double run_variance(const Eigen::VectorXd& u, double mean) const;
 };
 
 // Share of an experiment's runs near a point that ended in one way: a smoothed count.
-class OutcomeShare {
+class OutcomeProbability {
  public:
   // Of `counted` among those that ended so or as one of `among`.
-  OutcomeShare(const std::vector<Point>& points, std::size_t experiment,
-               const std::vector<JobStatus>& counted, const std::vector<JobStatus>& among);
+  OutcomeProbability(const std::vector<Point>& points, std::size_t experiment,
+                     const std::vector<JobStatus>& counted, const std::vector<JobStatus>& among);
   bool any() const { return any_; }
   double at(const Eigen::VectorXd& u) const;
 
@@ -60,23 +60,25 @@ class OutcomeShare {
 };
 
 // Everything learned from the runs so far.
-struct Knowledge {
+struct ResponseModels {
   std::vector<ResponseModel> targets;   // in order of Study::targets
   std::vector<ResponseModel> observed;  // those of Study::observed that could be modelled
   // By experiment. A flow that arches is evidence: the experiment's did not. A run that failed or
   // was cut short by a limit is none: its response is unknown, whatever it would have been.
-  std::vector<OutcomeShare> arched, cut_short;
+  std::vector<OutcomeProbability> arched, cut_short;
 
   double arch_probability(const Eigen::VectorXd& u) const;  // in any experiment
   double cut_short_probability(const Eigen::VectorXd& u) const;
 };
 // Points outside the ranges are left out. Nothing when the finished runs of a target are too few.
-std::optional<Knowledge> learn(const Study& study, const std::vector<Point>& points);
+std::optional<ResponseModels> fit_response_models(const Study& study,
+                                                  const std::vector<Point>& points);
 
 // How far a set of parameters is from the measurements.
-class Misfit {
+class NegativeLogPosterior {
  public:
-  Misfit(const Study& study, const Knowledge& knowledge) : study_(study), knowledge_(knowledge) {}
+  NegativeLogPosterior(const Study& study, const ResponseModels& knowledge)
+      : study_(study), knowledge_(knowledge) {}
 
   // Minus twice the logarithm of the posterior density up to a constant: for each target
   // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors, a
@@ -85,20 +87,20 @@ class Misfit {
   double cost(const Eigen::VectorXd& u) const;
   // The same with a weak pull to the middle of the ranges, which chooses among equals and nothing
   // else: one range away costs as much as one standard deviation of a target.
-  double picking_cost(const Eigen::VectorXd& u) const;
+  double regularized_cost(const Eigen::VectorXd& u) const;
   // Whitened residuals (m - y) / sqrt(V) of the targets, then the priors of single parameters, the
   // pull, other priors and violations of constraints; V as it is at `frozen`.
   LeastSquaresProblem residuals(const Eigen::VectorXd& frozen) const;
   // (m - y) / sqrt(V) of each target.
   Eigen::VectorXd z(const Eigen::VectorXd& u) const;
-  // The global minimum of picking_cost: NLopt, then Ceres where it improves on it.
+  // The global minimum of regularized_cost: NLopt, then Ceres where it improves on it.
   Minimum best() const;
 
  private:
   Eigen::Index dimensions() const { return static_cast<Eigen::Index>(study_.parameters.size()); }
 
   const Study& study_;
-  const Knowledge& knowledge_;
+  const ResponseModels& knowledge_;
 };
 
 }  // namespace firn

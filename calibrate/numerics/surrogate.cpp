@@ -315,7 +315,7 @@ double Surrogate::leave_one_out_score() const {
   return score;
 }
 
-Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_variance) const {
+Surrogate Surrogate::with_fantasy_point(const VectorXd& u, double noise_variance) const {
   Surrogate s = *this;
   const Index n = z_.size();
   const double y = predict(u).mean;
@@ -334,7 +334,7 @@ Surrogate Surrogate::with_believed_point(const VectorXd& u, double noise_varianc
   for (Member& m : s.members_) s.factorize(m);
   if (companion_)
     s.companion_ =
-        std::make_shared<const Surrogate>(companion_->with_believed_point(u, noise_variance));
+        std::make_shared<const Surrogate>(companion_->with_fantasy_point(u, noise_variance));
   return s;
 }
 

@@ -66,7 +66,7 @@ class Surrogate {
 
   // The same model, hyperparameters kept, after one more point were it to fall where predicted:
   // how much would a run there teach?
-  Surrogate with_believed_point(const Eigen::VectorXd& u, double noise_variance) const;
+  Surrogate with_fantasy_point(const Eigen::VectorXd& u, double noise_variance) const;
 
   // This model with a share of another in its predictions: what they disagree by is uncertain.
   Surrogate mixed_with(const Surrogate& other, double share) const;

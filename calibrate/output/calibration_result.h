@@ -30,7 +30,7 @@ struct CheckedSet {
   std::vector<Observation> observed;  // targets, then observed responses; empty: not run
   // Share of the posterior that is denser than here: above 0.95, the set lies outside the 95 %
   // region. Of compare sets within the ranges.
-  std::optional<double> denser;
+  std::optional<double> hpd_level;
   int finished = 0, arched = 0, failed = 0, cut_short = 0;
   bool run() const { return finished + arched + failed + cut_short > 0; }
 };
@@ -74,25 +74,25 @@ struct EstimateRound {
   std::vector<Marginal> marginals;  // in order of the parameters
 };
 
-struct Answer {
+struct CalibrationResult {
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
   std::vector<CheckedSet> compare;
-  std::vector<Point> points;           // of the fit: all but those with other numerics
-  std::optional<Knowledge> knowledge;  // the rest is empty without it
-  std::vector<ReachedRange> reach;     // in order of the targets
-  CheckedSet best;                     // confirmed by fresh seeds, where the verdict allows
-  std::vector<double> cross_check;     // targets: the other surrogate's prediction there
-  std::vector<VarianceSplit> split;    // targets: of the variance that the fit used there
+  std::vector<Point> points;                // of the fit: all but those with other numerics
+  std::optional<ResponseModels> knowledge;  // the rest is empty without it
+  std::vector<ReachedRange> reach;          // in order of the targets
+  CheckedSet best;                          // confirmed by fresh seeds, where the verdict allows
+  std::vector<double> cross_check;          // targets: the other surrogate's prediction there
+  std::vector<VarianceSplit> split;         // targets: of the variance that the fit used there
   std::vector<Combination> combinations;
   std::optional<Posterior> posterior;
   std::vector<EstimateRound> estimate_history;  // in order of the runs; the last is the posterior's
   std::vector<std::optional<PosteriorPredictive>> predictive;  // in order of the targets
-  std::vector<CheckedSet> valley;  // empty when every direction is identified
+  std::vector<CheckedSet> ridge;  // empty when every direction is identified
   std::vector<NumericsOutcome> numerics;
   std::vector<Sensitivity> sensitivity;    // targets, then observed responses
   std::vector<Profile> profiles;           // in order of the parameters
-  std::vector<Advice> advice;              // best first
+  std::vector<MeasurementValue> advice;    // best first
   int rounds = 0;                          // of refinement
   std::string stopped;                     // why refinement ended, a sentence
   int reused = 0;                          // runs of other studies with which it began
@@ -112,21 +112,22 @@ struct Answer {
 
 // Rendering: result_table.cpp, result_json.cpp.
 std::string combination_text(const Study& study, const Combination& combination);
-std::string render_table(const Study& study, const Answer& answer);
-std::string render_json(const Study& study, const Answer& answer);
+std::string render_table(const Study& study, const CalibrationResult& answer);
+std::string render_json(const Study& study, const CalibrationResult& answer);
 // All samples of the posterior (there must be one): parameters in their units, weights that add up
 // to 1, and the logarithm of the density over the unit cube up to a constant.
-std::string render_posterior_csv(const Study& study, const Answer& answer);
+std::string render_posterior_csv(const Study& study, const CalibrationResult& answer);
 // The same, resampled to 4096 draws of equal weight, with the density, the targets and what their
 // measurements would give (of the posterior, with the uncertainties of measurement and model),
 // their mean responses and what one run would give (posterior_predictive.h), as a netCDF-4 file in
 // the InferenceData layout. Throws WriteError.
-void write_inference_data(const Study& study, const Answer& answer, const std::string& file);
+void write_inference_data(const Study& study, const CalibrationResult& answer,
+                          const std::string& file);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
 
 // Fitted response of the first target (there must be a fit) over the parameters, as
 // fitted_response.png and .svg: result_plot.cpp. Empty when both were drawn, else why not.
-std::string plot_fitted_response(const Study& study, const Answer& answer,
+std::string plot_fitted_response(const Study& study, const CalibrationResult& answer,
                                  const std::string& directory);
 
 }  // namespace firn

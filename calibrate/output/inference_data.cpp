@@ -38,9 +38,9 @@ std::string added_name(std::string name, std::set<std::string>& taken) {
   return name;
 }
 
-void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
+void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult& a) {
   const std::vector<VectorXd> u = resampled(*a.posterior, draws);
-  const Misfit misfit(study, *a.knowledge);
+  const NegativeLogPosterior misfit(study, *a.knowledge);
   const NetcdfAttributes made = {{"inference_library", "firn"},
                                  {"inference_library_version", firn_version()},
                                  {"study", study.name}};
@@ -91,7 +91,8 @@ void write_groups(NetcdfFile& file, const Study& study, const Answer& a) {
 
 }  // namespace
 
-void write_inference_data(const Study& study, const Answer& answer, const std::string& file) {
+void write_inference_data(const Study& study, const CalibrationResult& answer,
+                          const std::string& file) {
   try {
     NetcdfFile netcdf(file);
     write_groups(netcdf, study, answer);

@@ -33,9 +33,9 @@ Json checked_json(const Study& study, const CheckedSet& set) {
         {"value", set.predicted[k].mean},
         {"uncertainty", std::sqrt(set.predicted[k].variance)},
         {"unit", study.targets[k].unit}};
-  if (set.denser) {
-    j["hpd_level"] = *set.denser;
-    j["inside_95_region"] = *set.denser <= 0.95;
+  if (set.hpd_level) {
+    j["hpd_level"] = *set.hpd_level;
+    j["inside_95_region"] = *set.hpd_level <= 0.95;
   }
   if (!set.run()) return j;
   j["runs"] = {{"finished", set.finished},
@@ -63,7 +63,7 @@ Json model_json(const ResponseModel& m) {
           {"cross_check", m.surrogate.other.form().describe()},
           {"points", m.samples.size()},
           {"largest_leave_one_out_z", m.largest_leave_one_out_z},
-          {"passes_cross_validation", m.explains_its_runs()},
+          {"passes_cross_validation", m.passes_cross_validation()},
           {"seed_noise",
            {{"sd", m.noise.sd},
             {"relative", m.noise.relative},
@@ -71,7 +71,7 @@ Json model_json(const ResponseModel& m) {
             {"uniform", m.local_noise.uniform()}}}};
 }
 
-Json parameters_json(const Study& study, const Answer& a) {
+Json parameters_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
@@ -87,7 +87,7 @@ Json parameters_json(const Study& study, const Answer& a) {
       j["median"] = m.median;
       j["interval_68"] = {m.low_68, m.high_68};
       j["interval_95"] = {m.low, m.high};
-      j["posterior_to_prior_sd"] = m.width_ratio;
+      j["posterior_to_prior_sd"] = m.posterior_to_prior_sd;
       j["at_min"] = m.at_min;
       j["at_max"] = m.at_max;
     }
@@ -105,7 +105,7 @@ Json parameters_json(const Study& study, const Answer& a) {
   return all;
 }
 
-Json combinations_json(const Study& study, const Answer& a) {
+Json combinations_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const Combination& c : a.combinations) {
     Json terms = Json::array();
@@ -113,14 +113,14 @@ Json combinations_json(const Study& study, const Answer& a) {
       terms.push_back({{"parameter", study.parameters[i].name},
                        {"of", study.parameters[i].logarithmic ? "logarithm" : "value"},
                        {"coefficient", c.coefficients[static_cast<Eigen::Index>(i)]}});
-    Json j = {{"identifiable", c.identified},
+    Json j = {{"identifiable", c.identifiable},
               {"terms", terms},
-              {"value", c.identified ? number_json(c.value) : nullptr},
-              {"uncertainty", c.identified ? number_json(c.uncertainty()) : nullptr},
-              {"uncertainty_near_estimate", c.identified ? number_json(c.sd) : nullptr},
+              {"value", c.identifiable ? number_json(c.value) : nullptr},
+              {"uncertainty", c.identifiable ? number_json(c.uncertainty()) : nullptr},
+              {"uncertainty_near_estimate", c.identifiable ? number_json(c.sd) : nullptr},
               {"spread_over_posterior", c.spread},
               {"singular_value", c.singular_value}};
-    if (c.identified) j["split"] = split_json(c.split);
+    if (c.identifiable) j["split"] = split_json(c.split);
     all.push_back(j);
   }
   return all;
@@ -131,7 +131,7 @@ Json distribution_json(const PredictiveDistribution& d) {
           {"histogram", {{"edges", d.edges}, {"probability", d.probability}}}};
 }
 
-Json targets_json(const Study& study, const Answer& a) {
+Json targets_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
@@ -169,7 +169,7 @@ Json goodness_json(const Study& study, const Goodness& g) {
   return j;
 }
 
-Json sensitivity_json(const Study& study, const Answer& a) {
+Json sensitivity_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const Sensitivity& s : a.sensitivity) {
     Json j = {{"response", s.response}, {"noise_share", number_json(s.noise_share)}};
@@ -186,7 +186,7 @@ Json sensitivity_json(const Study& study, const Answer& a) {
   return all;
 }
 
-Json history_json(const Study& study, const Answer& a) {
+Json history_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const EstimateRound& round : a.estimate_history) {
     Json j = {{"after", round.after}, {"runs", round.runs}, {"parameters", Json::object()}};
@@ -201,7 +201,7 @@ Json history_json(const Study& study, const Answer& a) {
   return all;
 }
 
-Json numerics_json(const Answer& a) {
+Json numerics_json(const CalibrationResult& a) {
   Json all = Json::array();
   for (const NumericsOutcome& n : a.numerics) {
     Json shifts = Json::object();
@@ -213,12 +213,12 @@ Json numerics_json(const Answer& a) {
   return all;
 }
 
-Json advice_json(const Answer& a) {
+Json advice_json(const CalibrationResult& a) {
   Json all = Json::array();
-  for (const Advice& m : a.advice) {
+  for (const MeasurementValue& m : a.advice) {
     Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
               {"uncertainty", m.uncertainty},      {"unit", m.unit},
-              {"information_bits", m.information}, {"remaining_extent", m.longest_left}};
+              {"information_bits", m.information}, {"remaining_extent", m.remaining_extent}};
     if (m.effort > 0) j["effort_seconds"] = m.effort;
     all.push_back(j);
   }
@@ -227,7 +227,7 @@ Json advice_json(const Answer& a) {
 
 }  // namespace
 
-std::string render_json(const Study& study, const Answer& a) {
+std::string render_json(const Study& study, const CalibrationResult& a) {
   Json j = {{"study", study.name},
             {"verdict", to_string(a.verdict)},
             {"headline", a.headline},
@@ -261,7 +261,7 @@ std::string render_json(const Study& study, const Answer& a) {
   j["estimate_history"] = history_json(study, a);
   j["combinations"] = combinations_json(study, a);
   j["ridge"] = Json::array();
-  for (const CheckedSet& set : a.valley) j["ridge"].push_back(checked_json(study, set));
+  for (const CheckedSet& set : a.ridge) j["ridge"].push_back(checked_json(study, set));
   j["compare"] = Json::array();
   for (const CheckedSet& set : a.compare) j["compare"].push_back(checked_json(study, set));
   j["sensitivity"] = sensitivity_json(study, a);
@@ -291,7 +291,7 @@ std::string render_json(const Study& study, const Answer& a) {
   return j.dump(2);
 }
 
-std::string render_posterior_csv(const Study& study, const Answer& a) {
+std::string render_posterior_csv(const Study& study, const CalibrationResult& a) {
   fmt::memory_buffer out;
   for (const Parameter& p : study.parameters)
     print(out, "{},", encode::csv_field(p.unit.empty() ? p.name : p.name + " / " + p.unit));

@@ -31,7 +31,7 @@ std::string with_unit(const std::string& name, const std::string& unit) {
 
 struct Scene {
   const Study& study;
-  const Answer& answer;
+  const CalibrationResult& answer;
   const Target& target = study.targets.front();
   const ResponseModel& model = answer.knowledge->targets.front();
 
@@ -173,7 +173,7 @@ void print_numbers(Out& out, const Scene& s) {
   const std::vector<Mark> marks = marks_of(s);
   std::vector<VectorXd> taken;
   for (const Mark& mark : marks) taken.push_back(mark.u);
-  for (const CheckedSet& member : s.answer.valley)
+  for (const CheckedSet& member : s.answer.ridge)
     taken.push_back(to_unit(s.study.parameters, member.values));
   const std::vector<VectorXd> places = label_places(taken, marks.size());
   print(out, "$numbers << END\n");
@@ -195,7 +195,7 @@ void print_map_data(Out& out, const Scene& s) {
   print(out, "END\n$answer << END\n");
   if (!s.answer.best.values.empty()) print_place(out, s, s.answer.best);
   print(out, "END\n$valley << END\n");
-  for (const CheckedSet& member : s.answer.valley) print_place(out, s, member);
+  for (const CheckedSet& member : s.answer.ridge) print_place(out, s, member);
   print(out, "END\n$compare << END\n");
   for (const CheckedSet& set : s.answer.compare) print_place(out, s, set);
   print(out, "END\n");
@@ -243,7 +243,7 @@ std::string draw_map(const Scene& s) {
         " $points using 1:2:3 with points pt 7 ps 1.7 lc palette notitle, \\\n"
         " 1/0 with points pt 6 ps 1.9 lc rgb '#303030' title 'simulated: mean over seeds', \\\n"
         " $numbers using 1:2:3 with labels boxed font ',10' notitle");
-  if (!s.answer.valley.empty())
+  if (!s.answer.ridge.empty())
     print(out,
           ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
           " $valley with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' title 'equally good'");
@@ -308,7 +308,7 @@ std::string draw_slices(const Scene& s) {
 
 }  // namespace
 
-std::string plot_fitted_response(const Study& study, const Answer& answer,
+std::string plot_fitted_response(const Study& study, const CalibrationResult& answer,
                                  const std::string& directory) {
   const Scene scene{study, answer};
   const std::size_t d = study.parameters.size();

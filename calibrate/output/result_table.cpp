@@ -33,7 +33,7 @@ void print_values(Out& out, const Study& study, const std::vector<double>& value
           study.parameters[i].text(values[i]), unit_suffix(study.parameters[i].unit));
 }
 
-void print_targets(Out& out, const Study& study, const Answer& a) {
+void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
   print(out, "Targets\n");
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
@@ -62,7 +62,7 @@ void print_beliefs(Out& out, const Study& study) {
   for (const Constraint& c : study.constraints.all) print(out, "  {}\n", c.rule);
 }
 
-void print_models(Out& out, const Answer& a) {
+void print_models(Out& out, const CalibrationResult& a) {
   print(out, "\nHow the responses were modelled\n");
   const auto line = [&](const ResponseModel& m) {
     print(out,
@@ -75,7 +75,7 @@ void print_models(Out& out, const Answer& a) {
     if (!m.local_noise.uniform())
       print(out,
             "    its noise is not the same all over the ranges: it is modelled place by place\n");
-    if (!m.explains_its_runs())
+    if (!m.passes_cross_validation())
       print(
           out,
           "    IT DOES NOT EXPLAIN ITS OWN RUNS: do not rely on regions and intervals that rest on "
@@ -107,7 +107,7 @@ void print_checked(Out& out, const Study& study, const CheckedSet& set) {
     print(out, "    {:<22} {}\n", set.observed[k].response, simulated(set.observed[k]));
 }
 
-void print_compare(Out& out, const Study& study, const Answer& a) {
+void print_compare(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.compare.empty()) return;
   print(out, "\nSets to compare{:>24}", "");
   for (const CheckedSet& set : a.compare) print(out, "{:>26}", set.name);
@@ -132,9 +132,10 @@ void print_compare(Out& out, const Study& study, const Answer& a) {
     print(out, "  {:<37}", "inside the 95 % region");
     for (const CheckedSet& set : a.compare)
       print(out, "{:>26}",
-            !set.denser ? "outside the ranges"
-                        : fmt::format("{} ({:.1f} % is denser)", *set.denser <= 0.95 ? "yes" : "NO",
-                                      100 * *set.denser));
+            !set.hpd_level
+                ? "outside the ranges"
+                : fmt::format("{} ({:.1f} % is denser)", *set.hpd_level <= 0.95 ? "yes" : "NO",
+                              100 * *set.hpd_level));
     print(out, "\n");
   }
   print(out, "  {:<37}", "runs");
@@ -142,7 +143,7 @@ void print_compare(Out& out, const Study& study, const Answer& a) {
   print(out, "\n");
 }
 
-void print_best(Out& out, const Study& study, const Answer& a) {
+void print_best(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.best.values.empty()) return;
   print(out, "\n{}\n",
         a.best.name != "nearest"
@@ -168,7 +169,7 @@ std::string term(double coefficient, const Parameter& p, bool first) {
                      p.logarithmic ? ")" : "");
 }
 
-void print_identified(Out& out, const Study& study, const Answer& a) {
+void print_identified(Out& out, const Study& study, const CalibrationResult& a) {
   if (!a.posterior) return;
   print(out, "\nWhat the data determine\n");
   print(out, "  {:<18}{:>12}{:>28}{:>28}{:>22}\n", "parameter", "median", "95 % interval",
@@ -181,8 +182,8 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
           i < a.profiles.size()
               ? fmt::format("{} to {}", p.text(a.profiles[i].low), p.text(a.profiles[i].high))
               : "-",
-          100 * m.width_ratio);
-    if (m.width_ratio > 0.8) print(out, "   nothing learned");
+          100 * m.posterior_to_prior_sd);
+    if (m.posterior_to_prior_sd > 0.8) print(out, "   nothing learned");
     if (m.at_min) print(out, "   at the lower end of the range");
     if (m.at_max) print(out, "   at the upper end of the range");
     print(out, "\n");
@@ -190,7 +191,7 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
   print(out, "  by {} samples of the posterior, worth {:.0f} independent ones (posterior.csv)\n",
         a.posterior->u.size(), a.posterior->effective_samples);
   for (const Combination& c : a.combinations) {
-    if (!c.identified) {
+    if (!c.identifiable) {
       print(out, "  not determined:  {}   (the data see {:.1f} sd over the whole range)\n",
             combination_text(study, c), c.singular_value);
       continue;
@@ -208,13 +209,13 @@ void print_identified(Out& out, const Study& study, const Answer& a) {
   }
 }
 
-void print_valley(Out& out, const Study& study, const Answer& a) {
-  if (a.valley.empty()) return;
+void print_valley(Out& out, const Study& study, const CalibrationResult& a) {
+  if (a.ridge.empty()) return;
   print(out, "\nEqually good parameters, from one end of the valley to the other\n");
-  for (const CheckedSet& set : a.valley) print_checked(out, study, set);
+  for (const CheckedSet& set : a.ridge) print_checked(out, study, set);
 }
 
-void print_sensitivity(Out& out, const Study& study, const Answer& a) {
+void print_sensitivity(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.sensitivity.empty()) return;
   print(out,
         "\nWhat each response depends on, over the ranges (share of its variance: alone / with "
@@ -244,7 +245,7 @@ void print_sensitivity(Out& out, const Study& study, const Answer& a) {
   }
 }
 
-void print_numerics(Out& out, const Answer& a) {
+void print_numerics(Out& out, const CalibrationResult& a) {
   if (a.numerics.empty()) return;
   print(out, "\nOther numerics at the middle of the ranges\n");
   for (const NumericsOutcome& n : a.numerics) {
@@ -263,18 +264,18 @@ std::string effort_text(double seconds) {
                         : fmt::format("{:.1f} h", seconds / 3600);
 }
 
-void print_advice(Out& out, const Answer& a) {
+void print_advice(Out& out, const CalibrationResult& a) {
   if (a.advice.empty()) return;
   print(out, "\nWhat to measure next\n  {:<38}{:>22}{:>12}{:>16}{:>24}\n", "measurement",
         "its uncertainty", "effort", "information", "longest direction left");
-  for (const Advice& m : a.advice)
+  for (const MeasurementValue& m : a.advice)
     print(out, "  {:<38}{:>22}{:>12}{:>11.2f} bits{:>22.0f} %\n",
           m.response.label + (m.repeats_a_target ? ", once more" : ""),
           fmt::format("{:.3g}{}", m.uncertainty, unit_suffix(m.unit)), effort_text(m.effort),
-          m.information, 100 * m.longest_left);
+          m.information, 100 * m.remaining_extent);
 }
 
-void print_direct(Out& out, const Answer& a) {
+void print_direct(Out& out, const CalibrationResult& a) {
   if (!a.direct) return;
   print(out,
         "\nDirect search: {} evaluations. Its best looked {:.2g} standard deviations from the "
@@ -293,7 +294,7 @@ std::string combination_text(const Study& study, const Combination& c) {
 
 namespace {
 
-void print_goodness(Out& out, const Answer& a) {
+void print_goodness(Out& out, const CalibrationResult& a) {
   if (!a.goodness) return;
   const auto line = [&](const char* of, const Goodness& g) {
     print(out,
@@ -308,7 +309,7 @@ void print_goodness(Out& out, const Answer& a) {
 
 }  // namespace
 
-std::string render_table(const Study& study, const Answer& a) {
+std::string render_table(const Study& study, const CalibrationResult& a) {
   Out out;
   print_targets(out, study, a);
   print_beliefs(out, study);

@@ -291,7 +291,7 @@ void require_material(const Study& study) {
                     study.source, comma_list(materials)));
 }
 
-PosteriorEnsemble posterior_ensemble(const Study& study, const Answer& answer,
+PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& answer,
                                      const std::vector<JournalRun>& runs, Executor& executor) {
   PosteriorEnsemble ensemble;
   fill_moments(study, *answer.posterior, ensemble);
@@ -299,22 +299,22 @@ PosteriorEnsemble posterior_ensemble(const Study& study, const Answer& answer,
   for (const Combination& c : answer.combinations) {
     EnsembleCombination kept;
     kept.coefficients.assign(c.coefficients.begin(), c.coefficients.end());
-    kept.identifiable = c.identified;
-    if (c.identified) {
+    kept.identifiable = c.identifiable;
+    if (c.identifiable) {
       kept.value = c.value;
       if (std::isfinite(c.uncertainty())) kept.uncertainty = c.uncertainty();
     }
     ensemble.combinations.push_back(kept);
   }
   ensemble.reference_sets.push_back(reference_set_of(study, answer.best, "answer", runs, executor));
-  for (const CheckedSet& member : answer.valley)
+  for (const CheckedSet& member : answer.ridge)
     ensemble.reference_sets.push_back(reference_set_of(study, member, member.name, runs, executor));
   return ensemble;
 }
 
-MaterialRecord material_record(const Study& study, const Answer& answer,
+MaterialRecord material_record(const Study& study, const CalibrationResult& answer,
                                const std::vector<JournalRun>& runs, Executor& executor,
-                               const std::string& directory, const MaterialLabel& label) {
+                               const std::string& directory, const RecordOptions& label) {
   if (answer.verdict != StudyVerdict::calibrated &&
       answer.verdict != StudyVerdict::not_identifiable)
     throw InputError(

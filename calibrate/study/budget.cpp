@@ -20,8 +20,8 @@ int part_of(int runs, double share, int least, int most) {
 std::int64_t fixed_runs(const Budget& b, const Study& study) {
   const auto compared = static_cast<std::int64_t>(study.compare.size());
   const auto checks = static_cast<std::int64_t>(study.numerics.size());
-  return b.centre_runs + compared * b.compare_runs + checks * b.numerics_runs + b.confirm_runs +
-         std::int64_t{2} * b.anchor_runs;
+  return b.center_replicates + compared * b.compare_replicates + checks * b.numerics_replicates +
+         b.confirmation_replicates + std::int64_t{2} * b.endpoint_replicates;
 }
 
 // A tenth for the noise, a tenth to confirm the answer, some for the ends of the valley; of the
@@ -29,12 +29,12 @@ std::int64_t fixed_runs(const Budget& b, const Study& study) {
 Budget divided(int runs, const Study& study) {
   const int d = static_cast<int>(study.parameters.size());
   Budget b;
-  b.runs_per_point = 2;
-  b.centre_runs = part_of(runs, 0.09, 2, 6);
-  b.confirm_runs = part_of(runs, 0.09, 3, 8);
-  b.anchor_runs = d < 2 || runs < 20 ? 0 : part_of(runs, 0.055, 2, 5);
-  b.compare_runs = runs < 30 ? 1 : 2;
-  b.numerics_runs = 2;
+  b.replicates_per_point = 2;
+  b.center_replicates = part_of(runs, 0.09, 2, 6);
+  b.confirmation_replicates = part_of(runs, 0.09, 3, 8);
+  b.endpoint_replicates = d < 2 || runs < 20 ? 0 : part_of(runs, 0.055, 2, 5);
+  b.compare_replicates = runs < 30 ? 1 : 2;
+  b.numerics_replicates = 2;
   b.refine_points = part_of(runs, 0.055, 1, 4);
   const int left = static_cast<int>(runs - fixed_runs(b, study));
   b.design_points = std::max(d + 2, left / 3);  // two runs each: two thirds of what is left
@@ -67,22 +67,22 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   Budget b;
   b.runs = runs;
   b.reuse = t.boolean("reuse", true);
-  b.centre_runs = read("center_replicates", 1, plan.centre_runs);
-  b.numerics_runs = read("numerics_replicates", 1, plan.numerics_runs, 2);
+  b.center_replicates = read("center_replicates", 1, plan.center_replicates);
+  b.numerics_replicates = read("numerics_replicates", 1, plan.numerics_replicates, 2);
   b.design_points = read("design_points", 1, plan.design_points);
-  b.trades_seeds =
+  b.allow_single_replicate =
       bounded && !t.has("replicates_per_point");  // asked before a default is put there
-  b.runs_per_point = read("replicates_per_point", 1, plan.runs_per_point);
+  b.replicates_per_point = read("replicates_per_point", 1, plan.replicates_per_point);
   b.refine_points = read("refine_points", 0, plan.refine_points, 2);
-  b.confirm_runs = read("confirmation_replicates", 2, plan.confirm_runs, 3);
-  b.anchor_runs = read("endpoint_replicates", 0, plan.anchor_runs, 0);
-  b.compare_runs = read("compare_replicates", 0, plan.compare_runs, 1);
+  b.confirmation_replicates = read("confirmation_replicates", 2, plan.confirmation_replicates, 3);
+  b.endpoint_replicates = read("endpoint_replicates", 0, plan.endpoint_replicates, 0);
+  b.compare_replicates = read("compare_replicates", 0, plan.compare_replicates, 1);
   b.time = t.optional_quantity("time", dimension::time, Sign::positive).value_or(0);
-  b.least_gain = t.number("min_improvement", b.least_gain);
-  if (!(b.least_gain >= 0 && b.least_gain < 1))
+  b.min_improvement = t.number("min_improvement", b.min_improvement);
+  if (!(b.min_improvement >= 0 && b.min_improvement < 1))
     t.fail("min_improvement",
-           fmt::format("is {}; expected a fraction of at least 0 and below 1", b.least_gain));
-  const std::int64_t per_point = b.runs_per_point, batch = b.refine_points * per_point;
+           fmt::format("is {}; expected a fraction of at least 0 and below 1", b.min_improvement));
+  const std::int64_t per_point = b.replicates_per_point, batch = b.refine_points * per_point;
   const std::int64_t left = runs - fixed_runs(b, study) - b.design_points * per_point;
   if (bounded && left < 0)
     t.fail("runs", fmt::format("{} are too few: noise, design, confirmation and what is compared "
@@ -100,7 +100,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
     t.fail("design_points",
            fmt::format("{} cannot carry a fit of {} parameters; expected at least {}",
                        b.design_points, study.parameters.size(), needed));
-  if (b.centre_runs < 2 && b.runs_per_point < 2)
+  if (b.center_replicates < 2 && b.replicates_per_point < 2)
     t.fail("center_replicates",
            "leaves no point with two seeds, so that the noise stays unknown; expected at least 2 "
            "here or in replicates_per_point");
@@ -109,12 +109,12 @@ Budget read_budget(const TomlTable& root, const Study& study) {
 
 int Study::largest_total() const {
   const auto each = static_cast<std::int64_t>(experiments.size());
-  const std::int64_t per_point = budget.runs_per_point, rounds = budget.refine_rounds;
+  const std::int64_t per_point = budget.replicates_per_point, rounds = budget.refine_rounds;
   const std::int64_t points = budget.design_points + rounds * budget.refine_points;
   std::int64_t seeds = budget.runs;
   if (direct != DirectSearch::none)
-    seeds = direct_evaluations * per_point + budget.confirm_runs +
-            static_cast<std::int64_t>(compare.size()) * budget.compare_runs;
+    seeds = direct_evaluations * per_point + budget.confirmation_replicates +
+            static_cast<std::int64_t>(compare.size()) * budget.compare_replicates;
   else if (seeds == 0)
     seeds = fixed_runs(budget, *this) + points * per_point;
   // No study has so many: read_study() refuses it.

@@ -8,7 +8,7 @@
 
 namespace firn {
 
-struct MaterialLabel {
+struct RecordOptions {
   std::string name;  // empty: no record is wanted
   std::string author, note;
   std::vector<ScopeLimit> scope;  // in addition to what follows from the case

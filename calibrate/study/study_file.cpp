@@ -145,7 +145,7 @@ double read_effort(const TomlTable& t) {
 }
 
 std::string source_of(const Measurement& m) {
-  const double plain = m.standard_uncertainty(), believed = m.believed_uncertainty();
+  const double plain = m.standard_uncertainty(), believed = m.widened_uncertainty();
   if (believed == plain) return m.sentence();
   return fmt::format("{}; taken as +- {:.2g} {}, since {} repeats hardly determine their scatter",
                      m.sentence(), believed, m.unit, m.repeats);
@@ -160,7 +160,7 @@ Target measured_target(const TomlTable& t, const Study& study) {
   if (study.experiments[e].is_case()) use_current_responses(m);
   if (m.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value to fit to");
-  if (!(m.believed_uncertainty() > 0))
+  if (!(m.widened_uncertainty() > 0))
     t.fail(
         "measurement",
         fmt::format("{}: its values are identical, so that its uncertainty is zero; expected a "
@@ -169,7 +169,7 @@ Target measured_target(const TomlTable& t, const Study& study) {
   // Another response may stand for the same measurement: another estimator of the same thing.
   return {t.has("response") ? response_id(t, study) : response_id(e, study, m.response),
           m.value,
-          m.believed_uncertainty(),
+          m.widened_uncertainty(),
           m.unit,
           source_of(m),
           read_effort(t),

@@ -76,26 +76,26 @@ struct NumericsCheck {
 // How many points and simulations, and for what. One "point" is one set of parameters; a run is one
 // seed of it in every experiment.
 struct Budget {
-  int runs = 0;            // most seeds of all points together; 0: the numbers below alone
-  int centre_runs = 0;     // seeds at the middle of the ranges
-  int numerics_runs = 0;   // seeds of each numerics check, at the middle
-  int design_points = 0;   // spread over the ranges, besides the middle
-  int runs_per_point = 0;  // seeds at each point of the design and of the refinement
+  int runs = 0;                  // most seeds of all points together; 0: the numbers below alone
+  int center_replicates = 0;     // seeds at the middle of the ranges
+  int numerics_replicates = 0;   // seeds of each numerics check, at the middle
+  int design_points = 0;         // spread over the ranges, besides the middle
+  int replicates_per_point = 0;  // seeds at each point of the design and of the refinement
   // Where the noise is small compared with the measurements, points count more than seeds: one seed
   // each and correspondingly more points.
-  bool trades_seeds = false;
+  bool allow_single_replicate = false;
   // Batches at most that look closer at what may be the answer. With a number of runs they follow
   // from it, unless stated.
   int refine_rounds = 0;
   bool rounds_stated = false;
   bool reuse = true;      // begin with what other studies have run; only with a number of runs
   int refine_points = 0;  // points in each
-  int confirm_runs = 0;   // fresh seeds at the answer; only these are reported
-  int anchor_runs = 0;    // fresh seeds at either end of a valley of equal answers; 0: none
-  int compare_runs = 0;   // seeds at each compare set
-  double time = 0;        // s of simulation, all processes together, when refinement ends; 0: none
+  int confirmation_replicates = 0;  // fresh seeds at the answer; only these are reported
+  int endpoint_replicates = 0;  // fresh seeds at either end of a valley of equal answers; 0: none
+  int compare_replicates = 0;   // seeds at each compare set
+  double time = 0;  // s of simulation, all processes together, when refinement ends; 0: none
   // Refinement ends when perfect knowledge of the responses would narrow nothing by more than this.
-  double least_gain = 0.1;
+  double min_improvement = 0.1;
 };
 
 const char* to_string(DirectSearch search);  // as a study spells it

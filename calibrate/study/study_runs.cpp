@@ -73,8 +73,9 @@ Sample sample(const std::vector<double>& values) {
   return s;
 }
 
-Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
-                   BatchProgress& progress, std::string folder, const std::atomic<bool>* interrupt)
+StudyRuns::StudyRuns(const Study& study, Executor& executor, Journal& journal, RunCache* store,
+                     BatchProgress& progress, std::string folder,
+                     const std::atomic<bool>* interrupt)
     : study_(study),
       journal_(journal),
       store_(store),
@@ -89,8 +90,8 @@ Campaign::Campaign(const Study& study, Executor& executor, Journal& journal, Run
     if (e.program) keep_inputs(*e.program, folder_);
 }
 
-Point Campaign::point(const std::string& phase, int number, const std::vector<double>& values,
-                      const std::vector<std::uint64_t>& seeds) const {
+Point StudyRuns::point(const std::string& phase, int number, const std::vector<double>& values,
+                       const std::vector<std::uint64_t>& seeds) const {
   return {phase, number, values, to_unit(study_.parameters, values), seeds, {}, {}, {}, {}};
 }
 
@@ -122,7 +123,7 @@ std::map<std::string, std::string> placeholders_of(const Study& study, const Exp
   return texts;
 }
 
-std::string Campaign::describe(const Point& point) const {
+std::string StudyRuns::describe(const Point& point) const {
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < study_.parameters.size(); ++i) {
     const Parameter& p = study_.parameters[i];
@@ -133,7 +134,7 @@ std::string Campaign::describe(const Point& point) const {
 }
 
 // The opposite of describe(); nothing for other parameters than the study's.
-std::optional<std::vector<double>> Campaign::values_of(const std::string& text) const {
+std::optional<std::vector<double>> StudyRuns::values_of(const std::string& text) const {
   std::vector<double> values;
   std::size_t at = 0;
   const auto take = [&](const std::string& word) {
@@ -156,7 +157,7 @@ std::optional<std::vector<double>> Campaign::values_of(const std::string& text) 
   return values;
 }
 
-std::vector<Point> Campaign::reusable(int most_runs) {
+std::vector<Point> StudyRuns::reusable(int most_runs) {
   std::vector<Point> points;
   const auto add = [&](const std::vector<double>& values, std::uint64_t seed) {
     for (Point& p : points)
@@ -174,7 +175,7 @@ std::vector<Point> Campaign::reusable(int most_runs) {
   if (!before.empty() || store_ == nullptr) return points;
   int runs = 0;
   const int each = static_cast<int>(study_.experiments.size());
-  for (const RunStore::Known& known : store_->of_other_studies(program())) {
+  for (const RunCache::Known& known : store_->of_other_studies(program())) {
     if (runs + each > most_runs) break;
     const auto values = values_of(known.parameters);
     if (!values) continue;
@@ -194,7 +195,7 @@ std::vector<Point> Campaign::reusable(int most_runs) {
   return points;
 }
 
-BatchRun Campaign::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {
+BatchRun StudyRuns::batch_run(const Point& point, std::size_t e, std::uint64_t seed) const {
   const Experiment& experiment = study_.experiments[e];
   const RunLabel label{experiment.name, point.phase, point.number, describe(point), seed};
   BatchRun run =
@@ -211,7 +212,7 @@ BatchRun Campaign::batch_run(const Point& point, std::size_t e, std::uint64_t se
   return run;
 }
 
-void Campaign::run(std::vector<Point>& points) {
+void StudyRuns::run(std::vector<Point>& points) {
   std::vector<BatchRun> runs;
   std::map<std::string, std::size_t> experiments;  // by key
   for (Point& p : points) {
@@ -221,7 +222,7 @@ void Campaign::run(std::vector<Point>& points) {
       for (const std::uint64_t seed : p.seeds) {
         runs.push_back(batch_run(p, e, seed));
         p.keys[e].push_back(runs.back().job.key);
-        asked_.insert(runs.back().job.key);
+        requested_.insert(runs.back().job.key);
         experiments.emplace(runs.back().job.key, e);
       }
     }
@@ -236,7 +237,7 @@ void Campaign::run(std::vector<Point>& points) {
   }
 }
 
-void Campaign::check_responses(std::size_t experiment, const JobResult& result) const {
+void StudyRuns::check_responses(std::size_t experiment, const JobResult& result) const {
   if (result.status != JobStatus::finished) return;
   const auto check = [&](const char* what, const ResponseId& id, const std::string& unit) {
     if (id.experiment != experiment) return;

@@ -65,11 +65,11 @@ std::map<std::string, std::string> placeholders_of(const Study& study, const Exp
                                                    std::uint64_t seed,
                                                    const std::vector<Override>& of_the_point);
 
-class Campaign {
+class StudyRuns {
  public:
   // `store`: outcomes of other studies are found there, and these go there; null: none.
-  Campaign(const Study& study, Executor& executor, Journal& journal, RunStore* store,
-           BatchProgress& progress, std::string folder, const std::atomic<bool>* interrupt);
+  StudyRuns(const Study& study, Executor& executor, Journal& journal, RunCache* store,
+            BatchProgress& progress, std::string folder, const std::atomic<bool>* interrupt);
 
   Point point(const std::string& phase, int number, const std::vector<double>& values,
               const std::vector<std::uint64_t>& seeds) const;
@@ -86,7 +86,7 @@ class Campaign {
   const std::string& program() const { return program_; }
   // Whether the study asked for this run in this session. A journal may hold others: by another
   // program, or of points chosen when other runs were cut short.
-  bool asked_for(const std::string& key) const { return asked_.contains(key); }
+  bool was_requested(const std::string& key) const { return requested_.contains(key); }
 
  private:
   BatchRun batch_run(const Point& point, std::size_t experiment, std::uint64_t seed) const;
@@ -97,11 +97,11 @@ class Campaign {
 
   const Study& study_;
   Journal& journal_;
-  RunStore* store_;
+  RunCache* store_;
   Batch batch_;
   std::string program_;
   std::string folder_;
-  std::set<std::string> asked_;  // keys
+  std::set<std::string> requested_;  // keys
 };
 
 }  // namespace firn

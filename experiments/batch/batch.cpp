@@ -14,7 +14,7 @@ constexpr int most_losses = 5;   // of its process or machine: then the batch en
 
 }  // namespace
 
-Batch::Batch(Executor& executor, Journal& journal, RunStore* store, BatchProgress& progress,
+Batch::Batch(Executor& executor, Journal& journal, RunCache* store, BatchProgress& progress,
              const std::atomic<bool>* interrupt)
     : executor_(executor),
       journal_(journal),

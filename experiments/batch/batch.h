@@ -32,7 +32,7 @@ class Batch {
   using Check = std::function<void(const BatchRun&, const JobResult&)>;
 
   // `store`: outcomes of other batches are found there, and these go there; null: none.
-  Batch(Executor& executor, Journal& journal, RunStore* store, BatchProgress& progress,
+  Batch(Executor& executor, Journal& journal, RunCache* store, BatchProgress& progress,
         const std::atomic<bool>* interrupt);
 
   // A run of this case file with these overrides, seed included; its files go to `folder`. Throws
@@ -58,7 +58,7 @@ class Batch {
 
   Executor& executor_;
   Journal& journal_;
-  RunStore* store_;
+  RunCache* store_;
   BatchProgress& progress_;
   const std::atomic<bool>* interrupt_;
   std::string program_;

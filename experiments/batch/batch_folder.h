@@ -83,14 +83,14 @@ class BatchFolder {
 
   Executor& executor() { return *executor_; }
   Journal& journal() { return *journal_; }
-  RunStore* store() { return store_ ? &*store_ : nullptr; }
+  RunCache* store() { return store_ ? &*store_ : nullptr; }
   BatchProgress& progress() { return *progress_; }
   const std::string& runs() const { return runs_; }  // absolute path; results files go there
 
  private:
   std::optional<DirectoryLock> lock_;
   std::optional<Journal> journal_;
-  std::optional<RunStore> store_;
+  std::optional<RunCache> store_;
   std::unique_ptr<Executor> own_;
   Executor* executor_;
   std::optional<BatchProgress> progress_;

@@ -55,9 +55,9 @@ BenchResponse read_response(const TomlTable& t, const fs::path& folder) {
              fmt::format("has the unit \"{}\"; expected \"{}\", as standard_deviation",
                          reading.unit, r.unit));
     }
-    r.reading_uncertainty = reading.value;
+    r.systematic_uncertainty = reading.value;
   }
-  r.because = words(t, "rationale");
+  r.rationale = words(t, "rationale");
   return r;
 }
 
@@ -73,7 +73,7 @@ BenchTest read_test(const TomlTable& t, const fs::path& folder) {
   test.setup = t.quantity("setup", dimension::time, Sign::non_negative);
   test.per_repeat = t.quantity("time_per_repeat", dimension::time, Sign::non_negative);
   test.repeats = t.integer("repeats", 1);
-  test.because = words(t, "rationale");
+  test.rationale = words(t, "rationale");
   for (const TomlTable& response : t.tables("responses")) {
     test.responses.push_back(read_response(response, folder));
   }
@@ -86,7 +86,7 @@ BenchTest read_test(const TomlTable& t, const fs::path& folder) {
 }  // namespace
 
 double BenchResponse::standard_uncertainty(int repeats) const {
-  return std::hypot(standard_deviation / std::sqrt(repeats), reading_uncertainty);
+  return std::hypot(standard_deviation / std::sqrt(repeats), systematic_uncertainty);
 }
 
 std::vector<BenchTest> read_bench_tests(const std::string& file) {

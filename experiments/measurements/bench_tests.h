@@ -10,12 +10,12 @@ namespace firn {
 
 // One response of a test, as far as it is known before a measurement.
 struct BenchResponse {
-  std::string name;                // docs/responses.md
-  std::string measurement;         // path of the file that a laboratory fills in
-  std::string unit;                // as the response spells it
-  double standard_deviation = 0;   // of one repeat
-  double reading_uncertainty = 0;  // one standard deviation, common to all repeats; 0: none
-  std::string because;             // where both come from
+  std::string name;                   // docs/responses.md
+  std::string measurement;            // path of the file that a laboratory fills in
+  std::string unit;                   // as the response spells it
+  double standard_deviation = 0;      // of one repeat
+  double systematic_uncertainty = 0;  // one standard deviation, common to all repeats; 0: none
+  std::string rationale;              // where both come from
 
   // One standard deviation of the mean, as of a Measurement.
   double standard_uncertainty(int repeats) const;
@@ -31,7 +31,7 @@ struct BenchTest {
   double setup = 0;       // s of a person's time, once
   double per_repeat = 0;  // s
   int repeats = 1;        // that a laboratory would do
-  std::string because;    // where the times come from
+  std::string rationale;  // where the times come from
   std::vector<BenchResponse> responses;  // at least one
 
   double effort(int n) const { return setup + n * per_repeat; }  // s, of n repeats

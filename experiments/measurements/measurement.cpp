@@ -100,34 +100,34 @@ void read_scatter(const TomlTable& t, Measurement& m) {
   } else {
     m.scatter = ScatterKind::not_stated;
     m.standard_deviation = above_zero(t, "assumed_standard_deviation", m.unit);
-    m.assumed_because = t.string("assumption");
-    if (m.assumed_because.empty()) t.fail("assumption", "is empty; expected the reason");
+    m.assumption = t.string("assumption");
+    if (m.assumption.empty()) t.fail("assumption", "is empty; expected the reason");
   }
 }
 
 void read_reading(const TomlTable& t, Measurement& m) {
   t.allow({"uncertainty", "rationale"});
-  m.reading_uncertainty = above_zero(t, "uncertainty", m.unit);
-  m.reading_because = t.string("rationale");
+  m.systematic_uncertainty = above_zero(t, "uncertainty", m.unit);
+  m.systematic_rationale = t.string("rationale");
 }
 
-std::vector<Claim> read_claims(const TomlTable& root) {
-  std::vector<Claim> claims;
+std::vector<Criterion> read_criteria(const TomlTable& root) {
+  std::vector<Criterion> criteria;
   for (const TomlTable& t : root.tables("criteria")) {
     t.allow({"statement", "lhs", "rhs", "factor", "observed_once_in", "rationale"});
-    Claim c;
+    Criterion c;
     c.statement = t.string("statement");
-    c.larger = t.string("lhs");
-    c.than = t.string("rhs");
-    c.times = t.number("factor", 1);
-    c.once_in = t.integer("observed_once_in", 0, 0);
-    c.because = t.string("rationale");
+    c.lhs = t.string("lhs");
+    c.rhs = t.string("rhs");
+    c.factor = t.number("factor", 1);
+    c.observed_once_in = t.integer("observed_once_in", 0, 0);
+    c.rationale = t.string("rationale");
     for (const char* key : {"statement", "lhs", "rhs", "rationale"})
       if (t.string(key).empty()) t.fail(key, "is empty; expected some words");
-    if (!(c.times > 0)) t.fail("factor", fmt::format("is {}; expected more than zero", c.times));
-    claims.push_back(c);
+    if (!(c.factor > 0)) t.fail("factor", fmt::format("is {}; expected more than zero", c.factor));
+    criteria.push_back(c);
   }
-  return claims;
+  return criteria;
 }
 
 // Prose of several lines or with tabs, on one line.
@@ -140,8 +140,8 @@ std::string on_one_line(std::string prose) {
 MeasurementStatus read_status(const TomlTable& t) {
   const std::string status =
       t.choice("status", {"published", "digitized", "measured", "recorded", "qualitative"});
-  if (status == "published") return MeasurementStatus::printed;
-  if (status == "digitized") return MeasurementStatus::digitised;
+  if (status == "published") return MeasurementStatus::published;
+  if (status == "digitized") return MeasurementStatus::digitized;
   if (status == "measured") return MeasurementStatus::measured;
   return MeasurementStatus::qualitative;
 }
@@ -167,9 +167,9 @@ UnitValue parse_unit_value(const std::string& text) {
 
 const char* to_string(MeasurementStatus status) {
   switch (status) {
-    case MeasurementStatus::printed:
+    case MeasurementStatus::published:
       return "published";
-    case MeasurementStatus::digitised:
+    case MeasurementStatus::digitized:
       return "digitized";
     case MeasurementStatus::measured:
       return "measured";
@@ -180,13 +180,13 @@ const char* to_string(MeasurementStatus status) {
 }
 
 double Measurement::standard_uncertainty() const {
-  return std::hypot(standard_deviation / std::sqrt(repeats), reading_uncertainty);
+  return std::hypot(standard_deviation / std::sqrt(repeats), systematic_uncertainty);
 }
 
-double Measurement::believed_uncertainty() const {
+double Measurement::widened_uncertainty() const {
   if (scatter == ScatterKind::not_stated || repeats < 2) return standard_uncertainty();
   const double variance = standard_deviation * standard_deviation / repeats;
-  return std::hypot(std::sqrt(widened(variance, repeats - 1)), reading_uncertainty);
+  return std::hypot(std::sqrt(widened(variance, repeats - 1)), systematic_uncertainty);
 }
 
 std::string Measurement::sentence() const {
@@ -197,9 +197,10 @@ std::string Measurement::sentence() const {
   if (scatter == ScatterKind::range) {
     text += fmt::format(", estimated from the range {:.6g} to {:.6g}", minimum, maximum);
   }
-  if (!assumed_because.empty()) text += ", ASSUMED: " + assumed_because;
-  if (reading_uncertainty > 0) {
-    text += fmt::format("; reading {:.2g} {}: {}", reading_uncertainty, unit, reading_because);
+  if (!assumption.empty()) text += ", ASSUMED: " + assumption;
+  if (systematic_uncertainty > 0) {
+    text +=
+        fmt::format("; reading {:.2g} {}: {}", systematic_uncertainty, unit, systematic_rationale);
   }
   return on_one_line(text + ")");
 }
@@ -214,7 +215,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   m.file = source;
   m.name = t.string("name");
   m.status = read_status(t);
-  m.claims = read_claims(t);
+  m.criteria = read_criteria(t);
   if (t.has("data")) {
     if (m.status != MeasurementStatus::qualitative)
       t.fail("data",
@@ -225,8 +226,8 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   const bool recorded = t.string("status") == "recorded";
   if (recorded && !m.data)
     t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
-  m.response = m.data || !m.claims.empty() ? t.string("response", m.data ? m.data->response : "")
-                                           : t.string("response");
+  m.response = m.data || !m.criteria.empty() ? t.string("response", m.data ? m.data->response : "")
+                                             : t.string("response");
   m.source = t.string("source");
   m.experiment = t.string("experiment", "");
   m.simulated = t.choice("origin", {"experiment", "simulation"}, "experiment") == "simulation";
@@ -248,7 +249,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
             : t.string("statement");
     return m;
   }
-  if (!m.claims.empty()) {
+  if (!m.criteria.empty()) {
     t.fail("criteria", "go with the status \"qualitative\" only; expected a value");
   }
   if (t.has("statement")) {
@@ -280,9 +281,9 @@ void use_current_responses(Measurement& m) {
   };
   use_current("response", m.response);
   if (m.data) use_current("data.response", m.data->response);
-  for (std::size_t i = 0; i < m.claims.size(); ++i) {
-    use_current(fmt::format("criteria.{}.lhs", i), m.claims[i].larger);
-    use_current(fmt::format("criteria.{}.rhs", i), m.claims[i].than);
+  for (std::size_t i = 0; i < m.criteria.size(); ++i) {
+    use_current(fmt::format("criteria.{}.lhs", i), m.criteria[i].lhs);
+    use_current(fmt::format("criteria.{}.rhs", i), m.criteria[i].rhs);
   }
 }
 

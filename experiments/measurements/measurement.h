@@ -10,21 +10,21 @@
 namespace firn {
 
 // Where the number comes from.
-enum class MeasurementStatus { printed, digitised, measured, qualitative };
+enum class MeasurementStatus { published, digitized, measured, qualitative };
 const char* to_string(MeasurementStatus status);
 
 // What is known of the scatter from one repeat to the next.
 enum class ScatterKind { standard_deviation, range, values, not_stated };
 
 // A statement in words, and what has to hold of the responses of a run for it to be true there:
-// larger > times * than, all in SI units. Operands: docs/measurements.md.
-struct Claim {
+// lhs > factor * rhs, all in SI units. Operands: docs/measurements.md.
+struct Criterion {
   std::string statement;
-  std::string larger, than;
-  double times = 1;
+  std::string lhs, rhs;
+  double factor = 1;
   // Seen once in so many trials, and not as a rule; 0: as a rule.
-  int once_in = 0;
-  std::string because;  // how the words became this relation
+  int observed_once_in = 0;
+  std::string rationale;  // how the words became this relation
 };
 
 struct Measurement {
@@ -36,12 +36,12 @@ struct Measurement {
   int repeats = 1;
 
   ScatterKind scatter = ScatterKind::not_stated;
-  double standard_deviation = 0;    // of one repeat; for a range, estimated from its width
-  double minimum = 0, maximum = 0;  // of a range or of given values
-  std::vector<double> values;       // the repeats one by one, where given
-  std::string assumed_because;      // not empty: standard_deviation is an assumption, and why
-  double reading_uncertainty = 0;   // one standard deviation, common to all repeats
-  std::string reading_because;
+  double standard_deviation = 0;      // of one repeat; for a range, estimated from its width
+  double minimum = 0, maximum = 0;    // of a range or of given values
+  std::vector<double> values;         // the repeats one by one, where given
+  std::string assumption;             // not empty: standard_deviation is an assumption, and why
+  double systematic_uncertainty = 0;  // one standard deviation, common to all repeats
+  std::string systematic_rationale;
 
   MeasurementStatus status = MeasurementStatus::measured;
   // What was done to get it: measurements of one experiment say the same here. Empty: not stated.
@@ -49,14 +49,14 @@ struct Measurement {
   bool simulated = false;  // a number of another simulation, not of an experiment
   std::string source, apparatus, notes;
   std::string statement;             // of a qualitative one, which has no number
-  std::vector<Claim> claims;         // the same as relations, where they can be
+  std::vector<Criterion> criteria;   // the same as relations, where they can be
   std::optional<MeasuredData> data;  // that say more than the words
 
   // One standard deviation of the mean: sqrt(sd^2 / repeats + reading^2).
   double standard_uncertainty() const;
   // The same, wider when few repeats determine the scatter: the mean then follows Student's
   // distribution (GUM supplement 1, 6.4.9).
-  double believed_uncertainty() const;
+  double widened_uncertainty() const;
   // "10 +- 0.96 deg (n = 7; standard deviation 2 deg, assumed: ...; reading 0.6 deg: ...)"
   std::string sentence() const;
 };

@@ -1,4 +1,4 @@
-// What a claim compares: a number, a response of a run, or something made of the values of one.
+// What a criterion compares: a number, a response of a run, or something made of the values of one.
 #pragma once
 
 #include <optional>

@@ -68,7 +68,7 @@ std::string study_text(const Problem& problem) {
   return text;
 }
 
-void add_estimates(const Study& study, const Answer& answer, Result& result) {
+void add_estimates(const Study& study, const CalibrationResult& answer, Result& result) {
   if (!answer.posterior || answer.best.values.size() != study.parameters.size()) return;
   const Posterior& posterior = *answer.posterior;
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
@@ -102,7 +102,7 @@ Result calibrate(const Problem& problem, const Simulator& simulator, const Optio
   o.interrupt = &executor.stopped();
   o.replace_executor = &executor;
   Result result;
-  o.on_answer = [&](const Study& study, const Answer& answer) {
+  o.on_answer = [&](const Study& study, const CalibrationResult& answer) {
     result.runs = answer.runs;
     add_estimates(study, answer, result);
   };

@@ -96,7 +96,7 @@ TEST(Experiments, RunsThatDoNotDependOnAParameterAreMadeOnce) {
   EXPECT_EQ(slides, 3 + 4);  // seeds of the centre, of which the others are some, and fresh ones
 }
 
-TEST(Advice, RanksTheTestThatCutsTheValleyFirst) {
+TEST(MeasurementValue, RanksTheTestThatCutsTheValleyFirst) {
   const Folder folder("advice");
   FakeExperiment experiment(bench);
   const json j = json::parse(
@@ -113,7 +113,7 @@ TEST(Advice, RanksTheTestThatCutsTheValleyFirst) {
   EXPECT_GT(next[2]["remaining_extent"], 0.97);
 }
 
-TEST(Advice, EffortCounts) {
+TEST(MeasurementValue, EffortCounts) {
   const Folder folder("effort");
   FakeExperiment experiment(bench);
   const json j =
@@ -128,7 +128,7 @@ TEST(Advice, EffortCounts) {
 
 // One linear parameter p on [0, 1], known to 0.05 by a measurement: its outcome is worth
 // ln(1 + s^2 / u^2) / 2 nats, and leaves s u / sqrt(s^2 + u^2).
-TEST(Advice, OfAGaussianInClosedForm) {
+TEST(MeasurementValue, OfAGaussianInClosedForm) {
   const Folder folder("gauss");
   FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
     return finished({scalar("y", v.at("p") + 1e-4 * normal(random), "1")});
@@ -213,7 +213,7 @@ TEST(Budget, ANumberOfRunsDividesItself) {
                                      "runs = " + std::to_string(runs) + "\n")));
     EXPECT_LE(s.largest_total(), runs);
     EXPECT_GT(s.largest_total(), runs - 2 * s.budget.refine_points - 1) << runs;
-    EXPECT_GE(s.budget.confirm_runs, 3);
+    EXPECT_GE(s.budget.confirmation_replicates, 3);
   }
   try {
     read_study(folder.write(

@@ -63,13 +63,15 @@ normal = [0, 0, 1]
 frame_interval = "5 ms"
 )";
 
-std::string study_text(int design_points, int runs_per_point, int refine_rounds, int confirm_runs) {
+std::string study_text(int design_points, int replicates_per_point, int refine_rounds,
+                       int confirmation_replicates) {
   return "[study]\nname = \"balls\"\ncase = \"balls.toml\"\n[budget]\ncenter_replicates = 2\n"
          "design_points = " +
          std::to_string(design_points) +
-         "\nreplicates_per_point = " + std::to_string(runs_per_point) +
+         "\nreplicates_per_point = " + std::to_string(replicates_per_point) +
          "\nrefine_rounds = " + std::to_string(refine_rounds) +
-         "\nrefine_points = 2\nconfirmation_replicates = " + std::to_string(confirm_runs) +
+         "\nrefine_points = 2\nconfirmation_replicates = " +
+         std::to_string(confirmation_replicates) +
          "\n[[parameters]]\nname = \"bounce\"\n"
          "keys = [\"interactions.ice-plastic.restitution\"]\nmin = 0.1\nmax = 0.9\n"
          "[[targets]]\nresponse = \"peak_normal_force\"\nvalue = \"6.5 N\"\n"

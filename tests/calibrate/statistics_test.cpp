@@ -102,7 +102,7 @@ Outcome below_the_minimum(double target, int seed) {
                    });
 }
 
-TEST(Misfit, OutOfReachIsSaidOnlyOfWhatWasSimulated) {
+TEST(NegativeLogPosterior, OutOfReachIsSaidOnlyOfWhatWasSimulated) {
   const Outcome near = below_the_minimum(5.149, 280197);
   EXPECT_NE(near.summary.verdict, StudyVerdict::infeasible) << near.summary.table;
   // Far below: said, and simulated there.
@@ -123,14 +123,14 @@ TEST(MisfitLong, ATargetUnderTheMinimumByItsErrorIsWithinReach) {
   EXPECT_LE(wrong, 1);
 }
 
-TEST(Misfit, ChiSquareTailIsThatOfTheTables) {
+TEST(NegativeLogPosterior, ChiSquareTailIsThatOfTheTables) {
   EXPECT_NEAR(chi_square_tail(3.841, 1), 0.05, 1e-4);
   EXPECT_NEAR(chi_square_tail(12.592, 6), 0.05, 1e-4);
   EXPECT_EQ(chi_square_tail(0, 3), 1);
   EXPECT_EQ(chi_square_tail(INFINITY, 3), 0);
 }
 
-TEST(Misfit, ResidualsOfOppositeSignsThatAreEachSmallAreTooMuchTogether) {
+TEST(NegativeLogPosterior, ResidualsOfOppositeSignsThatAreEachSmallAreTooMuchTogether) {
   std::vector<Aim> aims;
   for (int k = 0; k < 8; ++k)
     aims.push_back({fan(k, 8, 0.5, 0.5) + 0.5 * (k % 2 == 0 ? 1.9 : -1.9), 0.5});
@@ -168,7 +168,7 @@ TEST(MisfitLong, FalseAlarmsAndPower) {
   EXPECT_LE(alarms, 0.05 * 7 * studies + 2 * std::sqrt(0.0475 * 7 * studies));
 }
 
-TEST(Misfit, APriorThatConflictsWithTheDataIsNamed) {
+TEST(NegativeLogPosterior, APriorThatConflictsWithTheDataIsNamed) {
   std::string text = study_text(unit_square, {{12, 0.3}, {15, 0.3}}, 40, 1);
   // The truth is at a = 0.2, b = 0.5; the prior wants a = 0.8.
   text.insert(text.find("max = 1\n"), "prior_mean = 0.8\nprior_sd = 0.03\n");

@@ -139,9 +139,9 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
   t.unconfirmed += j["verdict"] == "unconfirmed";
   const json& compared = j["compare"][0];
   if (!compared.contains("hpd_level")) return;
-  const double denser = compared["hpd_level"];
-  t.region_95 += denser <= 0.95;
-  t.region_68 += denser <= 0.68;
+  const double hpd_level = compared["hpd_level"];
+  t.region_95 += hpd_level <= 0.95;
+  t.region_68 += hpd_level <= 0.68;
   const auto exact = [&](const VectorXd& u) {
     double cost = 0;
     const Values v = values_at(p, u);
@@ -150,7 +150,7 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
     return cost;
   };
   const Posterior ideal = sample_density(exact, static_cast<int>(truth.size()));
-  t.ideal_95 += ideal.denser_than(exact(truth_u)) <= 0.95;
+  t.ideal_95 += ideal.hpd_level(exact(truth_u)) <= 0.95;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const json& q = j["parameters"][i];
     double mean = 0, square = 0;

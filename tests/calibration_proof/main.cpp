@@ -72,7 +72,7 @@ void coverage(const std::vector<Problem>& problems, int studies, int runs) {
   int all_inside = 0, all_count = 0;
   for (const Problem& problem : problems) {
     int inside = 0, interval = 0, intervals = 0, count = 0, reported = 0;
-    double denser = 0, z2 = 0;
+    double hpd_level = 0, z2 = 0;
     for (int s = 0; s < studies; ++s) {
       const std::vector<double> target = measured(problem, s);
       const json j = solve(problem, target, runs, s);
@@ -81,7 +81,7 @@ void coverage(const std::vector<Problem>& problems, int studies, int runs) {
       ++count;
       const json& truth = j["compare"][0];
       inside += truth["inside_95_region"].get<bool>();
-      denser += truth["hpd_level"].get<double>();
+      hpd_level += truth["hpd_level"].get<double>();
       for (std::size_t i = 0; i < problem.parameters.size(); ++i, ++intervals) {
         const json& v = j["parameters"][i]["interval_95"];
         interval += v[0] <= problem.truth[i] && problem.truth[i] <= v[1];
@@ -96,7 +96,7 @@ void coverage(const std::vector<Problem>& problems, int studies, int runs) {
       }
     }
     fmt::print("| {} | {} of {} ({:.1f} %) | {:.1f} % | {:.2f} | {:.2f} |\n", problem.name, inside,
-               count, 100.0 * inside / count, 100.0 * interval / intervals, denser / count,
+               count, 100.0 * inside / count, 100.0 * interval / intervals, hpd_level / count,
                std::sqrt(z2 / reported));
     all_inside += inside;
     all_count += count;

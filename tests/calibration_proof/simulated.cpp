@@ -232,7 +232,7 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
   v.wall = j["wall_seconds"];
   const json& truth = j["compare"][0];
   if (!truth.contains("hpd_level")) return v;
-  v.denser = truth["hpd_level"];
+  v.hpd_level = truth["hpd_level"];
   for (std::size_t i = 0; i < v.truth.size(); ++i) {
     const json& interval = j["parameters"][i]["interval_95"];
     v.intervals += interval[0] <= v.truth[i] && v.truth[i] <= interval[1];

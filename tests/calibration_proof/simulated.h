@@ -44,8 +44,8 @@ const std::vector<SimulatedProblem>& simulated_problems();
 struct Verdict {
   std::string verdict;  // of the study
   std::vector<double> truth;
-  std::optional<double> denser;  // share of the posterior denser than the truth; nothing: no fit
-  int intervals = 0;             // of single parameters that hold the truth
+  std::optional<double> hpd_level;  // share of the posterior denser than the truth; nothing: no fit
+  int intervals = 0;                // of single parameters that hold the truth
   // (value of the determined combination at the truth - stated value) / stated uncertainty
   std::optional<double> combination_z, strayed_z;  // the latter: over its spread along the valley
   // (confirmed - fresh mean) over both standard errors together; of each target
@@ -71,7 +71,7 @@ class SimulatedStudies {
 
   const SimulatedProblem& problem_;
   std::string folder_, store_file_, program_;
-  RunStore store_;
+  RunCache store_;
   std::unique_ptr<Executor> executor_;
   int jobs_;
   bool plot_;

@@ -54,7 +54,7 @@ double root_mean_square(const std::vector<double>& x) {
 
 // Whether chance explains more than once in a thousand times that no more truths are inside.
 bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, int asked) {
-  std::vector<double> denser, combination, strayed, reported;
+  std::vector<double> hpd_level, combination, strayed, reported;
   std::map<std::string, int> verdicts;
   int inside = 0, intervals = 0, arched = 0, failed = 0, runs = 0;
   for (const Verdict& v : all) {
@@ -62,15 +62,15 @@ bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
     runs += v.runs;
     arched += v.arched;
     failed += v.failed;
-    if (!v.denser) continue;
-    denser.push_back(*v.denser);
-    inside += *v.denser <= 0.95;
+    if (!v.hpd_level) continue;
+    hpd_level.push_back(*v.hpd_level);
+    inside += *v.hpd_level <= 0.95;
     intervals += v.intervals;
     if (v.combination_z) combination.push_back(*v.combination_z);
     if (v.strayed_z) strayed.push_back(*v.strayed_z);
     reported.insert(reported.end(), v.reported_z.begin(), v.reported_z.end());
   }
-  const int count = static_cast<int>(denser.size());
+  const int count = static_cast<int>(hpd_level.size());
   fmt::print("### {}\n\n{} truths drawn, {} measured, {} runs in the studies", problem.name, asked,
              all.size(), runs);
   fmt::print(" ({} arched, {} failed). Verdicts:", arched, failed);
@@ -86,13 +86,13 @@ bool report(const SimulatedProblem& problem, const std::vector<Verdict>& all, in
              count * static_cast<int>(problem.unknowns.size()));
   double mean = 0;
   std::array<int, 5> fifths{};
-  for (const double d : denser) {
+  for (const double d : hpd_level) {
     mean += d / count;
     ++fifths[std::min<std::size_t>(4, static_cast<std::size_t>(5 * d))];
   }
   fmt::print("| share denser than the truth: mean (0.5), fifths | {:.2f}, {} |\n", mean,
              fmt::join(fifths, " "));
-  fmt::print("| chance of such shares if uniform | {:.2f} |\n", chance_if_uniform(denser));
+  fmt::print("| chance of such shares if uniform | {:.2f} |\n", chance_if_uniform(hpd_level));
   if (!combination.empty())
     fmt::print(
         "| determined combination at the truth: error over stated, over its spread (1) | {:.2f}, "
@@ -122,7 +122,7 @@ int run(const SimulatedProblem& problem, int first, int studies, const std::stri
     }
     verdicts.push_back(*v);
     csv.print("{},{},{:.4g},{:.4f},{},{:.2f},{:.2f},{},{},{},{:.1f}\n", s, v->verdict,
-              fmt::join(v->truth, " "), v->denser.value_or(NAN), v->intervals,
+              fmt::join(v->truth, " "), v->hpd_level.value_or(NAN), v->intervals,
               v->combination_z.value_or(NAN), fmt::join(v->reported_z, " "), v->runs, v->arched,
               v->failed, v->wall);
     csv.flush();

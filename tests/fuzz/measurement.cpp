@@ -11,8 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Measurement m =
         read_measurement_text(std::string(fuzz::text_of(data, size)), "measurement.toml");
     fuzz::require_one_line(m.sentence());
-    for (const Claim& c : m.claims)
-      fuzz::require(c.times > 0 && c.once_in >= 0, "a claim is a relation");
+    for (const Criterion& c : m.criteria)
+      fuzz::require(c.factor > 0 && c.observed_once_in >= 0, "a criterion is a relation");
     if (m.status == MeasurementStatus::qualitative) return;
     fuzz::require(std::isfinite(m.value), "a measured value is finite");
     fuzz::require(m.standard_uncertainty() >= 0 && std::isfinite(m.standard_uncertainty()),

@@ -287,7 +287,7 @@ TEST(HeapPhoto, SeveralHeapsAreRepeats) {
   EXPECT_EQ(m.repeats, 3);
   EXPECT_NEAR(m.value, three.angle, 1e-4);
   EXPECT_NEAR(m.standard_deviation, three.scatter(), 1e-4);
-  EXPECT_NEAR(m.reading_uncertainty, three.systematic, 1e-4);
+  EXPECT_NEAR(m.systematic_uncertainty, three.systematic, 1e-4);
   EXPECT_NEAR(m.standard_uncertainty(), three.uncertainty(), 1e-4);
   EXPECT_THAT(m.name, HasSubstr("a \"heap\" \\"));
 
@@ -296,7 +296,7 @@ TEST(HeapPhoto, SeveralHeapsAreRepeats) {
   EXPECT_EQ(single.repeats, 1);
   EXPECT_NEAR(single.value, one.angle, 1e-4);
   EXPECT_NEAR(single.standard_uncertainty(), one.uncertainty(), 1e-4);
-  EXPECT_NE(single.assumed_because, "");
+  EXPECT_NE(single.assumption, "");
   EXPECT_THAT(single.source, HasSubstr(std::string(64, '0')));
   EXPECT_EQ(measurement_text(one), measurement_text(measure_heap_photos(setup, 1, load)));
 }

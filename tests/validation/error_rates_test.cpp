@@ -82,7 +82,7 @@ Comparison judge(SuiteComparison what, const RunGroup& base) {
 // A claim that holds always, so that the data decide.
 Measurement with_data(MeasuredData data) {
   Measurement m;
-  m.claims = {{"", "1", "0", 1, 0, ""}};
+  m.criteria = {{"", "1", "0", 1, 0, ""}};
   data.present = true;
   m.data = std::move(data);
   return m;
@@ -93,7 +93,7 @@ using V = ValidationVerdict;
 
 V distribution_verdict(const MeasuredData& data, const RunGroup& base) {
   SuiteComparison what;
-  what.kind = ComparisonKind::claims;
+  what.kind = ComparisonKind::criteria;
   what.measurement = with_data(data);
   return judge(what, base).distribution->verdict;
 }
@@ -132,13 +132,13 @@ V value_of_draws(Dice& d, int n, Truth truth, double input) {
 }
 
 // `claims` statements of which each holds in half of the runs, or in a tenth.
-V claims(Dice& d, int n, Truth truth, int claims) {
+V criteria(Dice& d, int n, Truth truth, int criteria) {
   SuiteComparison what;
-  what.kind = ComparisonKind::claims;
+  what.kind = ComparisonKind::criteria;
   std::vector<std::string> names;
-  for (int k = 0; k < claims; ++k) {
+  for (int k = 0; k < criteria; ++k) {
     names.push_back("x" + std::to_string(k));
-    what.measurement.claims.push_back({"", names.back(), "0", 1, 0, ""});
+    what.measurement.criteria.push_back({"", names.back(), "0", 1, 0, ""});
   }
   const double holds = truth == Truth::right ? 0.5 : 0.1;
   const RunGroup base = runs_of(static_cast<std::size_t>(n), RunGroup::Purpose::base, [&] {
@@ -269,9 +269,9 @@ V curves(Dice& d, int n, Truth truth, int repeats) {
 // at least one as improbable (5 %) as the verdict allows; or 5 % too strong for the statement.
 V damage(Dice& d, int n, Truth truth, bool expects) {
   SuiteComparison what;
-  what.kind = ComparisonKind::damage;
+  what.kind = ComparisonKind::breakage;
   what.responses = {"loads"};
-  what.expects_damage = expects;
+  what.expects_breakage = expects;
   const double shape = 8, scale = 1000;
   what.measurement =
       measured(sample(n, [&] { return scale * std::pow(-std::log(d.uniform()), 1 / shape); }));
@@ -313,8 +313,8 @@ std::vector<Row> all_validators() {
        [](Dice& d, int n, Truth t) { return value_of_draws(d, n, t, 30); }, true},
       {"value: n draws, input as seeds",
        [](Dice& d, int n, Truth t) { return value_of_draws(d, n, t, 10); }, false},
-      {"claims: one, n runs", [](Dice& d, int n, Truth t) { return claims(d, n, t, 1); }, false},
-      {"claims: five, n runs", [](Dice& d, int n, Truth t) { return claims(d, n, t, 5); }, false},
+      {"claims: one, n runs", [](Dice& d, int n, Truth t) { return criteria(d, n, t, 1); }, false},
+      {"claims: five, n runs", [](Dice& d, int n, Truth t) { return criteria(d, n, t, 5); }, false},
       {"distribution: normal",
        [](Dice& d, int n, Truth t) { return distribution(d, n, t, Family::normal, 0); }, false},
       {"distribution: exponential",

@@ -33,7 +33,7 @@ void require_unit(const std::string& response, const RunGroup& base, const Measu
                       m.file, response, m.unit, unit));
 }
 
-std::string words_on(const RunGroup& group) {
+std::string describe_setting(const RunGroup& group) {
   return group.purpose == RunGroup::Purpose::timestep
              ? fmt::format("time step {:.3g} us", group.setting * 1e6)
              : fmt::format("Young's modulus {:.3g} GPa", group.setting * 1e-9);
@@ -96,11 +96,12 @@ void judge_independence(const Suite& suite, const SuiteComparison& what, const C
   if (const std::string found = chosen_with(suite, what, e); !found.empty()) {
     c.verdict = ValidationVerdict::not_independent;
     c.headline += fmt::format("; but {}, which therefore cannot validate it", found);
-    c.would_decide = "another measurement";
-  } else if (!what.made_to_match.empty()) {
+    c.recommended_action = "another measurement";
+  } else if (!what.calibrated_by_design.empty()) {
     c.verdict = ValidationVerdict::not_independent;
-    c.headline += fmt::format("; but {}: an input, which validates nothing", what.made_to_match);
-    c.would_decide.clear();
+    c.headline +=
+        fmt::format("; but {}: an input, which validates nothing", what.calibrated_by_design);
+    c.recommended_action.clear();
   }
 }
 
@@ -116,13 +117,13 @@ const char* to_string(ValidationVerdict verdict) {
       return "consistent";
     case ValidationVerdict::inconsistent:
       return "inconsistent";
-    case ValidationVerdict::not_enough_data:
+    case ValidationVerdict::inconclusive:
       return "inconclusive";
     case ValidationVerdict::not_independent:
       return "not independent";
     case ValidationVerdict::not_comparable:
       return "not comparable";
-    case ValidationVerdict::information:
+    case ValidationVerdict::not_judged:
       return "not judged";
   }
   return "";
@@ -161,25 +162,25 @@ std::vector<double> RunGroup::values(const std::string& text) const {
 namespace {
 
 // Of one kind, with runs as they are: neither where inputs come from nor what is assumed.
-void compare_runs(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
+void compare_replicates(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   switch (what.kind) {
     case ComparisonKind::value:
       comparison::compare_value(what, e, c);
       break;
-    case ComparisonKind::claims:
-      comparison::compare_claims(what, e, c);
+    case ComparisonKind::criteria:
+      comparison::compare_criteria(what, e, c);
       break;
-    case ComparisonKind::damage:
+    case ComparisonKind::breakage:
       comparison::compare_damage(what, e, c);
       break;
     case ComparisonKind::curve:
       comparison::compare_curve(what, e, c);
       break;
-    case ComparisonKind::choices:
+    case ComparisonKind::numerical_variants:
       comparison::compare_choices(what, e, c);
       break;
-    case ComparisonKind::softening:
-      c.verdict = ValidationVerdict::information;
+    case ComparisonKind::stiffness_scaling:
+      c.verdict = ValidationVerdict::not_judged;
       for (const std::string& response : what.responses)
         c.softening.push_back(soften(response, e, what.real_modulus));
       c.headline = softening_headline(c.softening, what.real_modulus);
@@ -190,17 +191,17 @@ void compare_runs(const SuiteComparison& what, const ComparisonRuns& e, Comparis
 // On which side of the rule each statement is: it holds in more than half of the runs.
 std::vector<bool> sides(const Comparison& c) {
   std::vector<bool> all;
-  for (const ClaimResult& r : c.claims)
-    all.push_back(r.claim.once_in > 0 ? r.holds > 0 : 2 * r.holds > r.runs);
+  for (const CriterionResult& r : c.criteria)
+    all.push_back(r.criterion.observed_once_in > 0 ? r.holds > 0 : 2 * r.holds > r.runs);
   return all;
 }
 
 // What runs say, in few words.
 std::string outcome_of(const Comparison& c) {
   std::string text;
-  for (const ClaimResult& r : c.claims)
+  for (const CriterionResult& r : c.criteria)
     text += fmt::format("{}\"{}\" holds in {} of {} runs", text.empty() ? "" : ", ",
-                        r.claim.statement, r.holds, r.runs);
+                        r.criterion.statement, r.holds, r.runs);
   return text.empty() ? c.headline : text;
 }
 
@@ -221,7 +222,7 @@ void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Co
       ComparisonRuns alone;
       alone.base = alone.numerics_base = base;
       Comparison there;
-      compare_runs(what, alone, there);
+      compare_replicates(what, alone, there);
       return there;
     };
     const Comparison before = with(e.numerics_base), there = with(other.runs);
@@ -236,8 +237,8 @@ void judge_assumptions(const Suite& suite, const SuiteComparison& what, const Co
   if (changing.empty()) return;
   c.headline += fmt::format("; depends on what is assumed: changes with {}", changing);
   if (what.kind == ComparisonKind::value || !decided(c.verdict)) return;
-  c.verdict = ValidationVerdict::not_enough_data;
-  c.would_decide = fmt::format("what is assumed, measured: {}", changing);
+  c.verdict = ValidationVerdict::inconclusive;
+  c.recommended_action = fmt::format("what is assumed, measured: {}", changing);
 }
 
 }  // namespace
@@ -263,14 +264,14 @@ Comparison compare(const Suite& suite, const SuiteComparison& what, const Parame
   for (const JobResult& r : e.base->results)
     if (r.status != JobStatus::finished)
       c.caveats.push_back(fmt::format("a run is {}: {}", to_string(r.status), r.reason));
-  compare_runs(what, e, c);
+  compare_replicates(what, e, c);
   if (measures(what.kind)) {
     judge_assumptions(suite, what, e, c);
     judge_independence(suite, what, e, c);
     if (!what.not_comparable.empty()) {
       c.verdict = ValidationVerdict::not_comparable;
       c.headline += fmt::format("; not comparable: {}", what.not_comparable);
-      c.would_decide.clear();
+      c.recommended_action.clear();
     }
   }
   if (c.code_to_code)

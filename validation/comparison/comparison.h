@@ -19,10 +19,10 @@ namespace firn {
 enum class ValidationVerdict {
   consistent,
   inconsistent,
-  not_enough_data,  // to say
+  inconclusive,     // the data do not decide
   not_independent,  // inputs were chosen with these very data
   not_comparable,   // for a reason that the suite gives
-  information       // nothing to judge
+  not_judged        // no criterion given
 };
 const char* to_string(ValidationVerdict verdict);
 
@@ -65,7 +65,7 @@ struct ComparisonRuns {
 };
 
 // One part of the uncertainty of a difference, one standard deviation.
-struct UncertaintyPart {
+struct UncertaintyComponent {
   // "run-to-run variability", "time step", "stiffness", "input parameters", "experiment", or a
   // variant's
   std::string name;
@@ -84,17 +84,17 @@ struct ValueComparison {
   // own. Wider than two standard deviations where few runs, draws or repeats give the scatter.
   double expanded = 0, simulated_expanded = 0, measured_expanded = 0;
   double p_value = 1;  // of such a difference or a larger one by that noise alone
-  std::vector<UncertaintyPart> parts;
+  std::vector<UncertaintyComponent> parts;
   std::optional<Interval> area;  // metric, in `unit`
   std::vector<double> samples;   // of the runs
 };
 
-struct ClaimResult {
-  Claim claim;
+struct CriterionResult {
+  Criterion criterion;
   int holds = 0, runs = 0;  // in so many of so many
   Interval probability;     // that it holds in a run: 95 % on either side
-  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
-  std::vector<double> larger, than;  // by run
+  ValidationVerdict verdict = ValidationVerdict::inconclusive;
+  std::vector<double> lhs, rhs;  // by run
   std::string unit;
 };
 
@@ -118,7 +118,7 @@ struct DistributionResult {
   bool dependent = false;       // values of one run are alike: the experiment counts as one run
   double dispersion = 1;        // by class: variance of counts over a multinomial's
   std::optional<double> apart;  // a value that stands apart from all others
-  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
+  ValidationVerdict verdict = ValidationVerdict::inconclusive;
 };
 
 struct DamageResult {
@@ -143,7 +143,7 @@ struct SofteningResult {
 };
 
 // What another choice of numerics or of the instrument does to a response.
-struct ChoiceResult {
+struct VariantEffect {
   std::string response, unit, choice;
   int seeds = 0;                 // that both have finished
   double before = 0, after = 0;  // means over these
@@ -161,23 +161,23 @@ struct AssumptionResult {
 struct Comparison {
   std::string name, title, note, experiment, parameter_set;
   ComparisonKind kind = ComparisonKind::value;
-  ValidationVerdict verdict = ValidationVerdict::not_enough_data;
-  std::string headline;      // one sentence
-  std::string would_decide;  // what would, where the verdict leaves it open
-  std::string measurement;   // in words, with its source
+  ValidationVerdict verdict = ValidationVerdict::inconclusive;
+  std::string headline;            // one sentence
+  std::string recommended_action;  // what would, where the verdict leaves it open
+  std::string measurement;         // in words, with its source
   std::string measurement_status;
   bool code_to_code = false;  // with a number of another simulation: no validation
   std::vector<std::string> caveats;
   int runs = 0, finished = 0;
   std::vector<AssumptionResult> assumptions;
   std::optional<ValueComparison> value;
-  std::vector<ClaimResult> claims;
+  std::vector<CriterionResult> criteria;
   std::optional<DistributionResult> distribution;
   std::vector<DamageResult> damage;
   std::optional<WeibullFit> strength;
   Measurement breaking_force;  // of a comparison of damage
   std::vector<SofteningResult> softening;
-  std::vector<ChoiceResult> choices;
+  std::vector<VariantEffect> choices;
   std::optional<CurveComparison> curve;
 };
 

@@ -17,7 +17,7 @@ std::vector<double> defined(std::vector<double> values);
 // Throws InputError unless runs give the response in the measurement's unit.
 void require_unit(const std::string& response, const RunGroup& base, const Measurement& m);
 // "time step 5 us" or "Young's modulus 0.03 GPa", of a group with such a setting.
-std::string words_on(const RunGroup& group);
+std::string describe_setting(const RunGroup& group);
 // Means over the seeds that two groups share, and the standard error of the difference.
 struct Change {
   int seeds = 0;
@@ -27,7 +27,7 @@ struct Change {
 Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand);
 
 void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
-void compare_claims(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);

@@ -50,19 +50,19 @@ void judge(double tolerance, Comparison& c) {
       "{:.3g} {}",
       100 * off, 100 * expanded, 100 * v.largest, v.at, v.x_unit);
   if (v.runs < 2) {
-    c.would_decide = "more than one run";
+    c.recommended_action = "more than one run";
     return;
   }
   if (tolerance <= 0) {
-    c.verdict = ValidationVerdict::information;
+    c.verdict = ValidationVerdict::not_judged;
     c.caveats.emplace_back("no tolerance says what difference would matter");
   } else if (off + expanded <= tolerance) {
     c.verdict = ValidationVerdict::consistent;
   } else if (off - expanded > tolerance) {
     c.verdict = ValidationVerdict::inconsistent;
   } else {
-    c.would_decide = v.repeats < 2 ? "repeats of the experiment: one curve gives no scatter"
-                                   : "more runs with other seeds and more repeats";
+    c.recommended_action = v.repeats < 2 ? "repeats of the experiment: one curve gives no scatter"
+                                         : "more runs with other seeds and more repeats";
   }
 }
 
@@ -80,12 +80,12 @@ void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Compari
   }
   if (!data.present) {
     c.headline = "the experiment's curve is not here";
-    c.would_decide = fmt::format("its samples, as {}", data.file);
+    c.recommended_action = fmt::format("its samples, as {}", data.file);
     return;
   }
   if (!c.curve) {
     c.headline = simulated.empty() ? "no run gave a curve" : "the curves have no x in common";
-    c.would_decide = "curves over the same x";
+    c.recommended_action = "curves over the same x";
     return;
   }
   if (c.curve->repeats < 2)

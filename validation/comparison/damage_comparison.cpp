@@ -29,7 +29,7 @@ std::vector<std::vector<double>> loads_by_run(const RunGroup& base, const std::s
 void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   if (e.base->finished().empty()) {
     c.headline = "no run finished";
-    c.would_decide = "runs that finish";
+    c.recommended_action = "runs that finish";
     return;
   }
   c.strength = fit_weibull(what.measurement);
@@ -59,10 +59,10 @@ void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Compar
       d.particles, d.largest, what.measurement.repeats, what.measurement.minimum, d.free.any.low,
       d.free.any.high, d.weibull.any_best, d.weibull.any.low, d.weibull.any.high);
   if (some || none)
-    c.verdict = some == what.expects_damage ? ValidationVerdict::consistent
-                                            : ValidationVerdict::inconsistent;
+    c.verdict = some == what.expects_breakage ? ValidationVerdict::consistent
+                                              : ValidationVerdict::inconsistent;
   else
-    c.would_decide = fmt::format(
+    c.recommended_action = fmt::format(
         "breaking tests in the direction in which the auger presses: {} leave open "
         "whether {:.0f} % of all cubes break below the smallest force seen",
         what.measurement.repeats, 100 * distribution_band_width(what.measurement.repeats));

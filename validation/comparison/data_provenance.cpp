@@ -75,7 +75,8 @@ DataIdentity identity_of(const Measurement& m, const std::vector<std::string>& o
   d.experiment = m.experiment;
   std::vector<std::string> texts = operands;
   if (!m.response.empty()) texts.push_back(m.response);
-  for (const Claim& claim : m.claims) texts.insert(texts.end(), {claim.larger, claim.than});
+  for (const Criterion& criterion : m.criteria)
+    texts.insert(texts.end(), {criterion.lhs, criterion.rhs});
   if (m.data) texts.push_back(m.data->response);
   for (const std::string& text : texts)
     if (const Operand o = parse_operand(text); o.part != Operand::Part::number)

@@ -17,19 +17,19 @@ struct Choice {
 
 std::vector<Choice> choices_of(const ComparisonRuns& e) {
   std::vector<Choice> all;
-  if (e.timestep != nullptr) all.push_back({words_on(*e.timestep), e.timestep});
-  for (const RunGroup* group : e.stiffness) all.push_back({words_on(*group), group});
+  if (e.timestep != nullptr) all.push_back({describe_setting(*e.timestep), e.timestep});
+  for (const RunGroup* group : e.stiffness) all.push_back({describe_setting(*group), group});
   for (const ComparisonRuns::Other& other : e.variants)
     all.push_back({other.what->name, other.runs});
   return all;
 }
 
 // The largest change, in shares of what was there, that is one for certain.
-std::string headline(const std::vector<ChoiceResult>& all) {
-  const ChoiceResult* worst = nullptr;
+std::string headline(const std::vector<VariantEffect>& all) {
+  const VariantEffect* worst = nullptr;
   int certain = 0;
-  const auto share = [](const ChoiceResult& c) { return std::abs(c.after / c.before - 1); };
-  for (const ChoiceResult& c : all) {
+  const auto share = [](const VariantEffect& c) { return std::abs(c.after / c.before - 1); };
+  for (const VariantEffect& c : all) {
     if (c.seeds < 2 || !(std::abs(c.after - c.before) > student_factor(c.seeds - 1) * c.error))
       continue;
     ++certain;
@@ -48,7 +48,7 @@ std::string headline(const std::vector<ChoiceResult>& all) {
 }  // namespace
 
 void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
-  c.verdict = ValidationVerdict::information;
+  c.verdict = ValidationVerdict::not_judged;
   for (const std::string& response : what.responses)
     for (const Choice& choice : choices_of(e)) {
       const Change change = change_between(*e.numerics_base, *choice.runs, response);

@@ -14,59 +14,60 @@
 namespace firn::comparison {
 namespace {
 
-constexpr double claim_confidence = 0.9;  // 95 % on the side that the verdict looks at
-constexpr double half = 0.5;              // of the values could be others: too few to say
+constexpr double criterion_confidence = 0.9;  // 95 % on the side that the verdict looks at
+constexpr double half = 0.5;                  // of the values could be others: too few to say
 
-ValidationVerdict judge_claim(const ClaimResult& r) {
-  if (r.runs == 0) return ValidationVerdict::not_enough_data;
-  if (r.claim.once_in > 0) {
+ValidationVerdict judge_criterion(const CriterionResult& r) {
+  if (r.runs == 0) return ValidationVerdict::inconclusive;
+  if (r.criterion.observed_once_in > 0) {
     // Seen in one trial at least of so many.
-    const double trials = r.claim.once_in;
+    const double trials = r.criterion.observed_once_in;
     const auto seen = [&](double p) { return 1 - std::pow(1 - p, trials); };
     if (seen(r.probability.high) < improbable) return ValidationVerdict::inconsistent;
     if (seen(r.probability.low) > improbable) return ValidationVerdict::consistent;
-    return ValidationVerdict::not_enough_data;
+    return ValidationVerdict::inconclusive;
   }
   if (r.probability.high < rule) return ValidationVerdict::inconsistent;
   if (r.probability.low > rule) return ValidationVerdict::consistent;
-  return ValidationVerdict::not_enough_data;
+  return ValidationVerdict::inconclusive;
 }
 
 // Probability of so few runs in which it holds, at the smallest probability that the statement
 // allows.
-double p_against(const ClaimResult& r) {
+double p_against(const CriterionResult& r) {
   if (r.runs == 0) return 1;
-  const double least =
-      r.claim.once_in > 0 ? 1 - std::pow(1 - improbable, 1.0 / r.claim.once_in) : rule;
+  const double least = r.criterion.observed_once_in > 0
+                           ? 1 - std::pow(1 - improbable, 1.0 / r.criterion.observed_once_in)
+                           : rule;
   return boost::math::cdf(boost::math::binomial_distribution<double>(r.runs, least), r.holds);
 }
 
 // The fewest further runs that could settle the claim if they all come out as most have.
-int runs_to_settle(ClaimResult r) {
+int runs_to_settle(CriterionResult r) {
   if (r.runs == 0) return 1;
   const bool mostly = 2 * r.holds >= r.runs;
   for (int more = 1; more <= 1000; ++more) {
     r.holds += mostly;
-    r.probability = binomial_interval(r.holds, ++r.runs, claim_confidence);
-    if (judge_claim(r) != ValidationVerdict::not_enough_data) return more;
+    r.probability = binomial_interval(r.holds, ++r.runs, criterion_confidence);
+    if (judge_criterion(r) != ValidationVerdict::inconclusive) return more;
   }
   return 1000;
 }
 
-ClaimResult evaluate_claim(const Claim& claim, const RunGroup& base) {
-  ClaimResult r;
-  r.claim = claim;
-  const Operand larger = parse_operand(claim.larger), than = parse_operand(claim.than);
+CriterionResult evaluate_criterion(const Criterion& criterion, const RunGroup& base) {
+  CriterionResult r;
+  r.criterion = criterion;
+  const Operand lhs = parse_operand(criterion.lhs), rhs = parse_operand(criterion.rhs);
   for (const JobResult* run : base.finished()) {
-    r.larger.push_back(evaluate(larger, run->responses));
-    r.than.push_back(evaluate(than, run->responses));
-    r.unit = unit_of(larger, run->responses);
-    const bool known = !std::isnan(r.larger.back()) && !std::isnan(r.than.back());
+    r.lhs.push_back(evaluate(lhs, run->responses));
+    r.rhs.push_back(evaluate(rhs, run->responses));
+    r.unit = unit_of(lhs, run->responses);
+    const bool known = !std::isnan(r.lhs.back()) && !std::isnan(r.rhs.back());
     r.runs += known;
-    r.holds += known && r.larger.back() > claim.times * r.than.back();
+    r.holds += known && r.lhs.back() > criterion.factor * r.rhs.back();
   }
-  r.probability = binomial_interval(r.holds, r.runs, claim_confidence);
-  r.verdict = judge_claim(r);
+  r.probability = binomial_interval(r.holds, r.runs, criterion_confidence);
+  r.verdict = judge_criterion(r);
   return r;
 }
 
@@ -171,7 +172,7 @@ void judge_distribution(const ValuesByRun& runs, const ValuesByRun& inside, Dist
     d.apart = value_apart(all);
   }
   d.verdict = d.p_value < improbable             ? ValidationVerdict::inconsistent
-              : d.apart || !(d.critical <= half) ? ValidationVerdict::not_enough_data
+              : d.apart || !(d.critical <= half) ? ValidationVerdict::inconclusive
                                                  : ValidationVerdict::consistent;
 }
 
@@ -201,7 +202,7 @@ DistributionResult compare_distribution(const MeasuredData& data, const RunGroup
   if (data.present)
     judge_distribution(by_run, inside, d);
   else
-    d.verdict = ValidationVerdict::information;
+    d.verdict = ValidationVerdict::not_judged;
   return d;
 }
 
@@ -252,16 +253,16 @@ void add_caveats(const DistributionResult& d, std::size_t runs, Comparison& c) {
 
 }  // namespace
 
-void compare_claims(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
+void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   int consistent = 0, inconsistent = 0, more = 0;
-  for (const Claim& claim : what.measurement.claims) {
-    const ClaimResult r = evaluate_claim(claim, *e.base);
+  for (const Criterion& criterion : what.measurement.criteria) {
+    const CriterionResult r = evaluate_criterion(criterion, *e.base);
     consistent += r.verdict == ValidationVerdict::consistent;
     inconsistent += r.verdict == ValidationVerdict::inconsistent;
-    if (r.verdict == ValidationVerdict::not_enough_data) more = std::max(more, runs_to_settle(r));
-    c.claims.push_back(r);
+    if (r.verdict == ValidationVerdict::inconclusive) more = std::max(more, runs_to_settle(r));
+    c.criteria.push_back(r);
   }
-  const auto all = static_cast<int>(c.claims.size());
+  const auto all = static_cast<int>(c.criteria.size());
   c.headline = fmt::format(
       "of {} statement{}, {} hold{} in the simulation, {} do{} not, {} stay{} "
       "open",
@@ -274,34 +275,35 @@ void compare_claims(const SuiteComparison& what, const ComparisonRuns& e, Compar
   // Several statements, each wrong by chance in 5 % of all cases: the smallest probability times
   // their number (Bonferroni) is that of the verdict.
   double least = 1;
-  for (const ClaimResult& r : c.claims) least = std::min(least, p_against(r));
+  for (const CriterionResult& r : c.criteria) least = std::min(least, p_against(r));
   if (numbers) least = std::min(least, c.distribution->p_value);
   const double together = least * (all + (numbers ? 1 : 0));
   const bool all_hold =
       consistent == all && (!numbers || c.distribution->verdict == ValidationVerdict::consistent);
   c.verdict = together <= improbable ? ValidationVerdict::inconsistent
               : all_hold             ? ValidationVerdict::consistent
-                                     : ValidationVerdict::not_enough_data;
+                                     : ValidationVerdict::inconclusive;
   if (numbers) {
     c.headline += "; " + distribution_words(*c.distribution);
     add_caveats(*c.distribution, e.base->finished().size(), c);
-    if (c.distribution->verdict == ValidationVerdict::not_enough_data)
-      c.would_decide = distribution_remedy(*c.distribution);
+    if (c.distribution->verdict == ValidationVerdict::inconclusive)
+      c.recommended_action = distribution_remedy(*c.distribution);
   } else if (data) {
     c.caveats.push_back(
         fmt::format("the experiment's numbers are not here; as {} they would be "
                     "compared",
                     data->file));
   }
-  if (c.verdict == ValidationVerdict::not_enough_data && least <= improbable)
+  if (c.verdict == ValidationVerdict::inconclusive && least <= improbable)
     c.headline += fmt::format(
         "; among {} statements chance alone gives as much in up to {:.2g} % of all cases",
         all + (numbers ? 1 : 0), 100 * std::min(1.0, together));
   if (more > 0)
-    c.would_decide += fmt::format("{}at least {} more run{} with other seeds",
-                                  c.would_decide.empty() ? "" : "; ", more, more == 1 ? "" : "s");
-  else if (c.verdict == ValidationVerdict::not_enough_data && c.would_decide.empty())
-    c.would_decide = "more runs with other seeds";
+    c.recommended_action +=
+        fmt::format("{}at least {} more run{} with other seeds",
+                    c.recommended_action.empty() ? "" : "; ", more, more == 1 ? "" : "s");
+  else if (c.verdict == ValidationVerdict::inconclusive && c.recommended_action.empty())
+    c.recommended_action = "more runs with other seeds";
 }
 
 }  // namespace firn::comparison

@@ -17,11 +17,11 @@ namespace {
 
 // What a change of numerics does: the difference of the means over the same seeds, or its standard
 // error where that is larger: a change that seeds hide is not known to be smaller.
-UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
-                              const RunGroup& base, const std::string& operand) {
+UncertaintyComponent numerics_part(const std::string& name, const RunGroup* changed,
+                                   const RunGroup& base, const std::string& operand) {
   if (changed == nullptr) return {name, std::nullopt, "not looked at"};
   const std::string setting =
-      changed->purpose == RunGroup::Purpose::variant ? name : words_on(*changed);
+      changed->purpose == RunGroup::Purpose::variant ? name : describe_setting(*changed);
   const Change c = change_between(base, *changed, operand);
   const double difference = c.after - c.before;
   if (c.seeds == 0) return {name, std::nullopt, setting + ": no run finished"};
@@ -29,15 +29,15 @@ UncertaintyPart numerics_part(const std::string& name, const RunGroup* changed,
     return {name, std::abs(difference),
             fmt::format("{}: changes by {:.3g} in one run", setting, difference)};
   const bool hidden = c.error > std::abs(difference);
-  UncertaintyPart part = {name, std::max(std::abs(difference), c.error),
-                          fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting,
-                                      difference, c.error, c.seeds)};
+  UncertaintyComponent part = {name, std::max(std::abs(difference), c.error),
+                               fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting,
+                                           difference, c.error, c.seeds)};
   if (hidden) part.freedom = c.seeds - 1;
   return part;
 }
 
 // The finest of several time steps, by the order of convergence where there is one.
-UncertaintyPart timestep_part(const ComparisonRuns& e, const std::string& operand) {
+UncertaintyComponent timestep_part(const ComparisonRuns& e, const std::string& operand) {
   if (e.timesteps.size() < 2)
     return numerics_part("time step", e.timestep, *e.numerics_base, operand);
   const RunGroup& medium = **(e.timesteps.end() - 2);
@@ -49,14 +49,15 @@ UncertaintyPart timestep_part(const ComparisonRuns& e, const std::string& operan
     return numerics_part("time step", e.timestep, *e.numerics_base, operand);
   const Convergence c = converge(
       {first.before, first.after, all.after, medium.setting / e.timestep->setting, last.error});
-  return {"time step", c.uncertainty,
-          fmt::format("{} and {}: {}", words_on(medium), words_on(*e.timestep), c.how)};
+  return {
+      "time step", c.uncertainty,
+      fmt::format("{} and {}: {}", describe_setting(medium), describe_setting(*e.timestep), c.how)};
 }
 
 // An end of the range of what is assumed: uniform up to there on either side.
-UncertaintyPart assumed_part(const ComparisonRuns::Other& other, const RunGroup& base,
-                             const std::string& operand) {
-  UncertaintyPart p = numerics_part(other.what->name, other.runs, base, operand);
+UncertaintyComponent assumed_part(const ComparisonRuns::Other& other, const RunGroup& base,
+                                  const std::string& operand) {
+  UncertaintyComponent p = numerics_part(other.what->name, other.runs, base, operand);
   if (p.value && std::isinf(p.freedom)) *p.value /= std::sqrt(3.0);
   p.how += "; an assumption";
   return p;
@@ -65,7 +66,7 @@ UncertaintyPart assumed_part(const ComparisonRuns::Other& other, const RunGroup&
 constexpr const char* kRunVariability = "run-to-run variability";
 constexpr const char* kInputParameters = "input parameters";
 
-UncertaintyPart seeds_part(const SampleStatistics& f) {
+UncertaintyComponent seeds_part(const SampleStatistics& f) {
   if (f.count < 2) return {kRunVariability, std::nullopt, "one run gives no scatter"};
   return {kRunVariability, f.error(),
           fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
@@ -73,8 +74,8 @@ UncertaintyPart seeds_part(const SampleStatistics& f) {
 }
 
 // What is left of the scatter over draws from the ensemble when that over seeds is taken out.
-UncertaintyPart input_part(const ComparisonRuns& e, const SampleStatistics& draws,
-                           const SampleStatistics& base) {
+UncertaintyComponent input_part(const ComparisonRuns& e, const SampleStatistics& draws,
+                                const SampleStatistics& base) {
   if (e.input == nullptr)
     return {kInputParameters, std::nullopt,
             e.material == nullptr ? "the parameters come without an uncertainty"
@@ -100,7 +101,7 @@ double freedom_of(const Measurement& m) {
 
 void add_experiment(const Measurement& m, Noise& noise) {
   noise.add({m.standard_deviation * m.standard_deviation, freedom_of(m)}, 1.0 / m.repeats);
-  noise.add({m.reading_uncertainty * m.reading_uncertainty});
+  noise.add({m.systematic_uncertainty * m.systematic_uncertainty});
 }
 
 // Seeds and draws share the scatter of seeds; other parts stand for themselves.
@@ -109,7 +110,7 @@ void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noi
   std::optional<std::size_t> seeds;
   if (base.count > 1)
     seeds = noise.add({base.deviation * base.deviation, base.count - 1.0}, 1.0 / base.count);
-  for (const UncertaintyPart& p : v.parts) {
+  for (const UncertaintyComponent& p : v.parts) {
     if (!p.value || p.name == kRunVariability || p.name == "experiment") continue;
     if (p.name != kInputParameters) {
       noise.add({*p.value * *p.value, p.freedom});
@@ -120,13 +121,13 @@ void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noi
   }
 }
 
-const UncertaintyPart& largest_part(const ValueComparison& v) {
-  return *std::ranges::max_element(v.parts, {},
-                                   [](const UncertaintyPart& p) { return p.value.value_or(-1); });
+const UncertaintyComponent& largest_part(const ValueComparison& v) {
+  return *std::ranges::max_element(
+      v.parts, {}, [](const UncertaintyComponent& p) { return p.value.value_or(-1); });
 }
 
 std::string value_remedy(const ValueComparison& v) {
-  for (const UncertaintyPart& p : v.parts)
+  for (const UncertaintyComponent& p : v.parts)
     if (p.name == kRunVariability && !p.value) return "more than one run";
   const std::string& largest = largest_part(v).name;
   if (largest == kRunVariability)
@@ -147,34 +148,34 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
       with_unit(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
       with_unit(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit), with_unit(expanded, v.unit));
   if (!seeds_known) {
-    c.verdict = ValidationVerdict::not_enough_data;
+    c.verdict = ValidationVerdict::inconclusive;
   } else if (what.tolerance && off + expanded <= *what.tolerance) {
     c.verdict = ValidationVerdict::consistent;
     c.headline += fmt::format(", within {}", with_unit(*what.tolerance, v.unit));
   } else if (off > expanded) {
     c.verdict = ValidationVerdict::inconsistent;
   } else if (what.tolerance && expanded > *what.tolerance) {
-    c.verdict = ValidationVerdict::not_enough_data;
+    c.verdict = ValidationVerdict::inconclusive;
     c.headline +=
         fmt::format(", too uncertain for a decision within {}", with_unit(*what.tolerance, v.unit));
   } else if (!what.tolerance && v.measured != 0 && expanded > std::abs(v.measured)) {
     // Nothing would have been found, whatever was simulated.
-    c.verdict = ValidationVerdict::not_enough_data;
+    c.verdict = ValidationVerdict::inconclusive;
     c.headline += ", which is more than the measured value itself";
   } else {
     c.verdict = ValidationVerdict::consistent;
     c.headline +=
         fmt::format("; a difference of {} could hide in this", with_unit(off + expanded, v.unit));
   }
-  if (c.verdict == ValidationVerdict::not_enough_data) c.would_decide = value_remedy(v);
+  if (c.verdict == ValidationVerdict::inconclusive) c.recommended_action = value_remedy(v);
   if (c.verdict != ValidationVerdict::consistent) return;
   for (const auto& [values, whose] :
        {std::pair{&what.measurement.values, "measured"}, std::pair{&v.samples, "simulated"}})
     if (const auto apart = value_apart(*values)) {
-      c.verdict = ValidationVerdict::not_enough_data;
+      c.verdict = ValidationVerdict::inconclusive;
       c.headline += fmt::format("; the {} value {} stands apart from all other ones", whose,
                                 with_unit(*apart, v.unit));
-      c.would_decide = fmt::format("why one value is {}", with_unit(*apart, v.unit));
+      c.recommended_action = fmt::format("why one value is {}", with_unit(*apart, v.unit));
     }
 }
 
@@ -197,7 +198,7 @@ void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Compari
   v.measured = m.value;
   if (v.samples.empty()) {
     c.headline = "no run gave the response";
-    c.would_decide = "runs that finish";
+    c.recommended_action = "runs that finish";
     return;
   }
   const SampleStatistics draws = e.input == nullptr
@@ -215,7 +216,7 @@ void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Compari
     else if (other.what->assumed)
       v.parts.push_back(assumed_part(other, *e.numerics_base, response));
   v.difference = v.simulation.mean - v.measured;
-  for (const UncertaintyPart& p : v.parts) {
+  for (const UncertaintyComponent& p : v.parts) {
     v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
     if (!p.value && p.name != kRunVariability)
       c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));

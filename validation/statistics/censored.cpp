@@ -25,8 +25,8 @@ std::vector<double> distinct(std::vector<double> values) {
 
 }  // namespace
 
-PassedShare kaplan_meier(const CensoredTimes& times) {
-  PassedShare s;
+EmpiricalCdf kaplan_meier(const CensoredTimes& times) {
+  EmpiricalCdf s;
   s.x = distinct(times.passed);
   double inside = 1, sum = 0;  // Greenwood's
   for (const double x : s.x) {

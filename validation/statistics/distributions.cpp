@@ -131,7 +131,7 @@ Interval area_metric(const std::vector<double>& sample, const DistributionBand& 
   return area;
 }
 
-double share_distance(const std::vector<double>& a, const std::vector<double>& b) {
+double total_variation_distance(const std::vector<double>& a, const std::vector<double>& b) {
   assert(a.size() == b.size());
   const double all_a = std::accumulate(a.begin(), a.end(), 0.0),
                all_b = std::accumulate(b.begin(), b.end(), 0.0);

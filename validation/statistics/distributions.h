@@ -50,12 +50,12 @@ struct CensoredTimes {
 };
 // Share that has passed by x, steps at x ascending: one less Kaplan and Meier's (1958) share that
 // is still inside. It does not reach 1 when the last ones were not seen to pass.
-struct PassedShare {
+struct EmpiricalCdf {
   std::vector<double> x, share;
   std::vector<double> error;  // one standard deviation (Greenwood 1926)
 };
-PassedShare kaplan_meier(const CensoredTimes& times);
+EmpiricalCdf kaplan_meier(const CensoredTimes& times);
 // Counts by class of two collections: half the sum of the differences of their shares, 0 ... 1.
-double share_distance(const std::vector<double>& a, const std::vector<double>& b);
+double total_variation_distance(const std::vector<double>& a, const std::vector<double>& b);
 
 }  // namespace firn

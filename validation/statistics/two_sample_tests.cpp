@@ -457,7 +457,7 @@ ShareTest compare_shares(const std::vector<std::vector<double>>& runs,
   for (const auto& run : runs)
     for (std::size_t k = 0; k < run.size(); ++k) simulated[k] += run[k];
   ShareTest t;
-  t.distance = share_distance(simulated, measured);
+  t.distance = total_variation_distance(simulated, measured);
   std::vector<std::size_t> things;  // their classes, those of the simulation first
   for (const std::vector<double>* counts : {&std::as_const(simulated), &measured})
     for (std::size_t k = 0; k < counts->size(); ++k)
@@ -470,7 +470,7 @@ ShareTest compare_shares(const std::vector<std::vector<double>>& runs,
     dealer.shuffle(things);
     std::vector<double> x(measured.size(), 0), y(measured.size(), 0);
     for (std::size_t k = 0; k < things.size(); ++k) (k < first ? x : y)[things[k]] += 1;
-    distances.push_back(share_distance(x, y));
+    distances.push_back(total_variation_distance(x, y));
   }
   std::ranges::sort(distances);
   t.p = share_from(distances, t.distance);

@@ -184,17 +184,17 @@ Chosen read_chosen(const TomlTable& t, const Suite& suite) {
 ComparisonKind read_kind(const TomlTable& t) {
   const std::string kind = t.choice("kind", {"value", "curve", "criteria", "breakage",
                                              "stiffness_scaling", "numerical_variants"});
-  for (const auto k : {ComparisonKind::value, ComparisonKind::curve, ComparisonKind::claims,
-                       ComparisonKind::damage, ComparisonKind::softening})
+  for (const auto k : {ComparisonKind::value, ComparisonKind::curve, ComparisonKind::criteria,
+                       ComparisonKind::breakage, ComparisonKind::stiffness_scaling})
     if (kind == to_string(k)) return k;
-  return ComparisonKind::choices;
+  return ComparisonKind::numerical_variants;
 }
 
 void read_value(const TomlTable& t, SuiteComparison& c) {
   if (c.measurement.status == MeasurementStatus::qualitative)
     t.fail("measurement", "is qualitative; expected one with a value, or the kind \"claims\"");
   c.responses = {current_response(t, "response", t.string("response", c.measurement.response))};
-  c.made_to_match = t.string("calibrated_by_design", "");
+  c.calibrated_by_design = t.string("calibrated_by_design", "");
   if (!t.has("tolerance")) return;
   const std::string text = t.string("tolerance");
   const UnitValue q = t.at("tolerance", [&] { return parse_unit_value(text); });
@@ -233,7 +233,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out",
                               to_string(c.kind)));
   };
-  const bool damage = c.kind == ComparisonKind::damage;
+  const bool damage = c.kind == ComparisonKind::breakage;
   belongs("response", c.kind == ComparisonKind::value);
   belongs("calibrated_by_design", c.kind == ComparisonKind::value);
   belongs("not_comparable", measures(c.kind));
@@ -241,7 +241,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
   belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
   belongs("responses", damage || !measures(c.kind));
   belongs("expected_outcome", damage);
-  belongs("real_modulus", c.kind == ComparisonKind::softening);
+  belongs("real_modulus", c.kind == ComparisonKind::stiffness_scaling);
   belongs("measurement", measures(c.kind));
   if (measures(c.kind)) c.measurement = measurement_of_case(t, suite);
   switch (c.kind) {
@@ -255,18 +255,19 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       if (c.tolerance && !(*c.tolerance > 0))
         t.fail("tolerance", "is not above zero; expected a share of the measured range");
       break;
-    case ComparisonKind::claims:
-      if (c.measurement.claims.empty())
+    case ComparisonKind::criteria:
+      if (c.measurement.criteria.empty())
         t.fail("measurement", "has no [[claims]]; expected a qualitative one that has");
-      for (const Claim& claim : c.measurement.claims)
-        t.at("measurement", [&] { return parse_operand(claim.larger), parse_operand(claim.than); });
+      for (const Criterion& criterion : c.measurement.criteria)
+        t.at("measurement",
+             [&] { return parse_operand(criterion.lhs), parse_operand(criterion.rhs); });
       break;
-    case ComparisonKind::damage:
+    case ComparisonKind::breakage:
       read_operands(t, c);
-      c.expects_damage =
+      c.expects_breakage =
           t.choice("expected_outcome", {"breakage", "no breakage"}, "breakage") == "breakage";
       break;
-    case ComparisonKind::softening:
+    case ComparisonKind::stiffness_scaling:
       read_operands(t, c);
       c.real_modulus = t.quantity("real_modulus", dimension::pressure, Sign::positive);
       if (found->refine.stiffness.empty())
@@ -274,7 +275,7 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
                                          "refine.stiffness there",
                                          experiment));
       break;
-    case ComparisonKind::choices:
+    case ComparisonKind::numerical_variants:
       read_operands(t, c);
       if (found->refine.stiffness.empty() && found->refine.timesteps.empty() &&
           found->variants.empty())
@@ -294,13 +295,13 @@ const char* to_string(ComparisonKind kind) {
       return "value";
     case ComparisonKind::curve:
       return "curve";
-    case ComparisonKind::claims:
+    case ComparisonKind::criteria:
       return "criteria";
-    case ComparisonKind::damage:
+    case ComparisonKind::breakage:
       return "breakage";
-    case ComparisonKind::softening:
+    case ComparisonKind::stiffness_scaling:
       return "stiffness_scaling";
-    case ComparisonKind::choices:
+    case ComparisonKind::numerical_variants:
       return "numerical_variants";
   }
   return "";
@@ -315,7 +316,7 @@ bool Chosen::belongs_to(const SuiteExperiment& experiment) const {
 }
 
 bool measures(ComparisonKind kind) {
-  return kind != ComparisonKind::softening && kind != ComparisonKind::choices;
+  return kind != ComparisonKind::stiffness_scaling && kind != ComparisonKind::numerical_variants;
 }
 
 Suite read_suite(const std::string& file) {

@@ -62,12 +62,12 @@ struct Chosen {
 };
 
 enum class ComparisonKind {
-  value,      // a number against a number
-  curve,      // one quantity over another, against the same measured
-  claims,     // what was seen, as relations that hold in a run or not
-  damage,     // loads on particles against their breaking force
-  softening,  // no measurement: what a reduced stiffness does to responses
-  choices     // no measurement: what numerics and the experiment's variants do to responses
+  value,              // a number against a number
+  curve,              // one quantity over another, against the same measured
+  criteria,           // what was seen, as relations that hold in a run or not
+  breakage,           // loads on particles against their breaking force
+  stiffness_scaling,  // no measurement: what a reduced stiffness does to responses
+  numerical_variants  // no measurement: what numerics and the experiment's variants do to responses
 };
 const char* to_string(ComparisonKind kind);
 bool measures(ComparisonKind kind);  // has a measurement
@@ -80,9 +80,10 @@ struct SuiteComparison {
   std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
   // What difference would matter: of a value in its unit, of a curve as a share of its range.
   std::optional<double> tolerance;
-  bool expects_damage = true;       // what the experiment's authors say of it
-  double real_modulus = 0;          // Pa, for softening
-  std::string made_to_match = {};   // why the case has the measured value by itself; empty: not
+  bool expects_breakage = true;  // what the experiment's authors say of it
+  double real_modulus = 0;       // Pa, for softening
+  std::string calibrated_by_design =
+      {};                           // why the case has the measured value by itself; empty: not
   std::string not_comparable = {};  // why nothing can be concluded; empty: something can
 };
 

@@ -40,7 +40,7 @@ class LocalExecutor final : public Executor {
         const Job job = waiting.front();
         waiting.pop_front();
         events.started(job);
-        if (const auto known = ended_before(job))  // ended unseen: nothing to repeat
+        if (const auto known = existing_result(job))  // ended unseen: nothing to repeat
           events.ended(job, *known);
         else
           running.push_back(start_job(job, options_.program, [&, job](const std::string& line) {

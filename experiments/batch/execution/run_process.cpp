@@ -108,7 +108,7 @@ JobFiles::JobFiles(const Job& job) {
   log = (folder / (job.key + ".log")).string();
 }
 
-std::optional<JobResult> ended_before(const Job& job) {
+std::optional<JobResult> existing_result(const Job& job) {
   if (job.user_program) return std::nullopt;
   const std::string results = JobFiles(job).results;
   if (!fs::exists(results)) return std::nullopt;

@@ -19,7 +19,7 @@ struct JobFiles {
 };
 
 // What the files of a run say of its outcome; nothing while it has not come to an end.
-std::optional<JobResult> ended_before(const Job& job);
+std::optional<JobResult> existing_result(const Job& job);
 
 // Simulated time that the files of the run reach, s.
 double simulated_time(const Job& job);

@@ -34,7 +34,7 @@ bool has_table(Database& db, const char* name) {
 
 }  // namespace
 
-RunStore::RunStore(const std::string& file, const std::string& study)
+RunCache::RunCache(const std::string& file, const std::string& study)
     : study_(study), db_(with_folder(file), store_schema(), store_format) {
   // Stores made before have no labels; their runs are found by key all the same.
   if (has_table(db_, "labels")) return;
@@ -43,9 +43,9 @@ RunStore::RunStore(const std::string& file, const std::string& study)
       "program TEXT NOT NULL, study TEXT NOT NULL, parameters TEXT NOT NULL, seed TEXT NOT NULL)");
 }
 
-std::optional<JobResult> RunStore::find(const std::string& key) { return read_outcome(db_, key); }
+std::optional<JobResult> RunCache::find(const std::string& key) { return read_outcome(db_, key); }
 
-void RunStore::add(const PlannedRun& run, const JobResult& result) {
+void RunCache::add(const PlannedRun& run, const JobResult& result) {
   Transaction transaction(db_);
   const auto known = read_outcome(db_, run.key);
   if (known && !cut_short(known->status)) return;  // the same run, from another study
@@ -71,7 +71,7 @@ void RunStore::add(const PlannedRun& run, const JobResult& result) {
   transaction.commit();
 }
 
-std::vector<RunStore::Known> RunStore::of_other_studies(const std::string& program) {
+std::vector<RunCache::Known> RunCache::of_other_studies(const std::string& program) {
   Statement rows(db_,
                  "SELECT parameters, seed FROM labels WHERE program = ? AND study != ? "
                  "ORDER BY number");

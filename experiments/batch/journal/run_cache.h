@@ -11,12 +11,12 @@
 
 namespace firn {
 
-class RunStore {
+class RunCache {
  public:
   // Opens or makes the file; several processes of one machine may use it at once. Throws InputError
   // when that is not possible.
   // `study`: identity of the study whose runs are added.
-  explicit RunStore(const std::string& file, const std::string& study = "");
+  explicit RunCache(const std::string& file, const std::string& study = "");
 
   std::optional<JobResult> find(const std::string& key);
   // Keeps an outcome. That of a run which was cut short gives way to any later one.

@@ -139,7 +139,7 @@ std::optional<JobResult> read_task_outcome(const Job& job) {
     if (read.status == JobStatus::failed) return std::nullopt;
     return read;
   }
-  auto measured = ended_before(job);  // nothing: the shared folder does not show the results yet
+  auto measured = existing_result(job);  // nothing: the shared folder does not show the results yet
   if (measured) measured->wall = r.wall;
   return measured;
 }
@@ -154,7 +154,7 @@ int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* 
   const Job job = read_task(list, index, program);
   const RunLock lock(job);
   if (read_task_outcome(job)) return 0;  // by the one who came first
-  auto result = ended_before(job);
+  auto result = existing_result(job);
   if (!result) {
     const interruption::Polled polled;
     const auto run = start_job(

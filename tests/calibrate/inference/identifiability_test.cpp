@@ -48,62 +48,62 @@ struct Linear {
       }
       points.push_back(point);
     }
-    knowledge = learn(study, points);
+    knowledge = fit_response_models(study, points);
   }
   Study study;
-  std::optional<Knowledge> knowledge;
+  std::optional<ResponseModels> knowledge;
 };
 
 TEST(Identify, TwoLinesThatCrossDetermineBothParameters) {
   // p = 0.4 +- 0.02 and q = 0.7 +- 0.05, straight.
   const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.7, 0.05}});
-  const Misfit misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.knowledge);
   const VectorXd best = misfit.best().x;
   EXPECT_NEAR(best[0], 0.4, 1e-3);
   EXPECT_NEAR(best[1], 0.7, 1e-3);
   const auto c = combinations(line.study, *line.knowledge, best);
-  EXPECT_TRUE(c[0].identified && c[1].identified);
+  EXPECT_TRUE(c[0].identifiable && c[1].identifiable);
   EXPECT_NEAR(c[0].sd, 0.02, 1e-4);
   EXPECT_NEAR(c[1].sd, 0.05, 1e-4);
   EXPECT_NEAR(std::sqrt(c[1].split.measurement), 0.05, 1e-4);
   const Posterior posterior = sample_posterior(line.study, misfit);
   EXPECT_NEAR(posterior.marginals[0].sd, 0.02, 5e-4);
   EXPECT_NEAR(posterior.marginals[1].sd, 0.05, 2e-3);
-  EXPECT_NEAR(posterior.marginals[0].width_ratio, 0.02 * std::sqrt(12), 2e-3);
+  EXPECT_NEAR(posterior.marginals[0].posterior_to_prior_sd, 0.02 * std::sqrt(12), 2e-3);
   EXPECT_NEAR(posterior.marginals[1].median, 0.7, 2e-3);
   EXPECT_NEAR(posterior.marginals[1].low, 0.7 - 1.96 * 0.05, 3e-3);
 }
 
 TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
   const Linear line({{3, 4, 3.5, 0.1}});  // (3 p + 4 q) / 5 = 0.7 +- 0.02
-  const Misfit misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.knowledge);
   const VectorXd best = misfit.best().x;
   const auto c = combinations(line.study, *line.knowledge, best);
   ASSERT_EQ(c.size(), 2u);
-  EXPECT_TRUE(c[0].identified);
+  EXPECT_TRUE(c[0].identifiable);
   EXPECT_NEAR(c[0].coefficients[0], 0.6, 1e-3);
   EXPECT_NEAR(c[0].coefficients[1], 0.8, 1e-3);
   EXPECT_NEAR(c[0].value, 0.7, 1e-3);
   EXPECT_NEAR(c[0].sd, 0.02, 2e-4);
-  EXPECT_FALSE(c[1].identified);
+  EXPECT_FALSE(c[1].identifiable);
   EXPECT_TRUE(std::isinf(c[1].sd));
   const Posterior posterior = sample_posterior(line.study, misfit);
   auto strayed = c;
-  spread_over(posterior, line.study, strayed);
+  rms_over_posterior(posterior, line.study, strayed);
   EXPECT_NEAR(strayed[0].spread, 0.02, 1e-3);  // a straight valley
   EXPECT_NEAR(std::abs(posterior.longest[0]), 0.8, 0.02);
-  for (const ValleyMember& member : valley(line.study, misfit, posterior))
+  for (const RidgeMember& member : ridge(line.study, misfit, posterior))
     EXPECT_NEAR(0.6 * member.u[0] + 0.8 * member.u[1], 0.7, 4e-3);  // a fifth of the band's 0.02
   // p may be anything: q from 0.125 to 0.875 makes up for it.
-  EXPECT_GT(posterior.marginals[0].width_ratio, 0.9);
+  EXPECT_GT(posterior.marginals[0].posterior_to_prior_sd, 0.9);
 }
 
 TEST(Identify, AWeakDirectionCountsAsOpenAlthoughNothingIsSingular) {
   // q moves its response by one standard deviation over the whole range: nothing to learn of it.
   const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.5, 1.0}});
   const auto c = combinations(line.study, *line.knowledge, Eigen::Vector2d(0.4, 0.5));
-  EXPECT_TRUE(c[0].identified);
-  EXPECT_FALSE(c[1].identified);
+  EXPECT_TRUE(c[0].identifiable);
+  EXPECT_FALSE(c[1].identifiable);
   EXPECT_NEAR(c[1].singular_value, 1, 0.01);
 }
 
@@ -111,17 +111,17 @@ TEST(Identify, ResidualsHaveExactDerivatives) {
   Linear line({{3, 4, 3.5, 0.1}, {1, -2, 0, 0.3}});
   line.study.parameters[1].prior_mean = 0.3;
   line.study.parameters[1].prior_sd = 0.1;
-  const Misfit misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.knowledge);
   const VectorXd at = Eigen::Vector2d(0.3, 0.6);
   EXPECT_LT(jacobian_error(misfit.residuals(at), at), 1e-6);
 }
 
 TEST(Identify, SplittingPointsLieInTheValleyAndApart) {
   const Linear line({{3, 4, 3.5, 0.1}});
-  const Misfit misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.knowledge);
   const auto points =
-      splitting_points(line.study, *line.knowledge, sample_posterior(line.study, misfit),
-                       misfit.best().x, FirstPoint::answer_if_unsure, {}, 3, 2);
+      refinement_points(line.study, *line.knowledge, sample_posterior(line.study, misfit),
+                        misfit.best().x, FirstPoint::answer_if_unsure, {}, 3, 2);
   ASSERT_EQ(points.size(), 3u);
   for (const VectorXd& u : points) EXPECT_NEAR(0.6 * u[0] + 0.8 * u[1], 0.7, 0.1);
   EXPECT_GT((points[0] - points[1]).norm(), 0.3);
@@ -147,7 +147,7 @@ TEST(Noise, ArchedRunsAreAFractionOfTheirNeighbourhood) {
   arches.u = Eigen::Vector2d(0.9, 0.9);
   arches.results = {{{JobStatus::arched, "", {}, 1}, {JobStatus::arched, "", {}, 1}}};
   const auto share = [](const std::vector<Point>& points) {
-    return OutcomeShare(points, 0, {JobStatus::arched}, {JobStatus::finished});
+    return OutcomeProbability(points, 0, {JobStatus::arched}, {JobStatus::finished});
   };
   EXPECT_LT(share({flows, arches}).at(flows.u), 1e-6);
   EXPECT_NEAR(share({flows, arches}).at(arches.u), 2 / 2.5, 1e-6);

@@ -87,18 +87,18 @@ struct LinearResponse {
             finished({scalar("y", mean(point.u[0]) + noise(point.u[0]) * normal(random), "mm")}));
       points.push_back(point);
     }
-    knowledge = learn(study, points);
+    knowledge = fit_response_models(study, points);
   }
 
   PosteriorPredictive predict(double measured, double uncertainty) {
     study.targets[0].value = measured;
     study.targets[0].uncertainty = uncertainty;
-    const Misfit misfit(study, *knowledge);
+    const NegativeLogPosterior misfit(study, *knowledge);
     return posterior_predictive(knowledge->targets[0], sample_posterior(study, misfit)).value();
   }
 
   Study study;
-  std::optional<Knowledge> knowledge;
+  std::optional<ResponseModels> knowledge;
 };
 
 // With a flat prior, the mean response is as the measurement says, and a run has the variances of

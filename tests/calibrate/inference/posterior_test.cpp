@@ -37,7 +37,7 @@ TEST(Posterior, NarrowCorrelatedGaussianInFiveDimensions) {
                 0.01, 8e-4);
   }
   // 95 % of chi squared with five degrees of freedom.
-  EXPECT_NEAR(p.cost_95, 11.07, 0.5);
+  EXPECT_NEAR(p.hpd_95_cost, 11.07, 0.5);
 }
 
 TEST(Posterior, TwoSeparateAnswersKeepTheirShares) {

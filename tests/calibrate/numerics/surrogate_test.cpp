@@ -121,7 +121,7 @@ TEST(Surrogate, ABelievedPointLowersTheVarianceThereAndHardlyMovesTheMean) {
   const VectorXd u = Eigen::Vector2d(0.95, 0.05);
   for (const SurrogateForm& form : forms) {
     const Surrogate s(sampled(10, wavy, 0.1), form);
-    const Prediction before = s.predict(u), after = s.with_believed_point(u, 0.01).predict(u);
+    const Prediction before = s.predict(u), after = s.with_fantasy_point(u, 0.01).predict(u);
     EXPECT_LT(after.variance, before.variance);
     // The members, which differ, are drawn to their mean, each as far as it is unsure.
     EXPECT_NEAR(after.mean, before.mean, 0.1 * std::sqrt(before.variance));
@@ -171,7 +171,7 @@ TEST(Surrogate, EndsWithWhateverDataThereIs) {
     if (random() % 4 == 0) data.noise_variance[0] = extremes[random() % std::size(extremes)];
     const SurrogateChoice choice = choose_surrogate(data);
     choice.best.predict_with_gradients(data.u.row(0).transpose());
-    choice.best.with_believed_point(data.u.row(1).transpose(), 0.01);
+    choice.best.with_fantasy_point(data.u.row(1).transpose(), 0.01);
   }
 }
 

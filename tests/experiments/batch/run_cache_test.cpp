@@ -39,7 +39,7 @@ StudySummary run_with_store(const std::string& study, const std::string& directo
   return calibrate(options);
 }
 
-TEST(RunStore, ASecondStudyFindsTheRunsOfTheFirst) {
+TEST(RunCache, ASecondStudyFindsTheRunsOfTheFirst) {
   const Folder folder("store");
   const std::string text = friction_study(target);
   // Another study by name and observed responses, of the same runs.
@@ -61,19 +61,19 @@ TEST(RunStore, ASecondStudyFindsTheRunsOfTheFirst) {
   EXPECT_EQ(third.runs, 0);
 }
 
-TEST(RunStore, RunsOfAnotherProgramAreAnotherThing) {
+TEST(RunCache, RunsOfAnotherProgramAreAnotherThing) {
   const Folder folder("program");
   const std::string ours = run_key("case", "0123"), theirs = run_key("case", "4567");
   EXPECT_NE(ours, theirs);
-  RunStore store(folder / "store.db");
+  RunCache store(folder / "store.db");
   store.add({theirs, "case", "4567", {}}, finished({scalar("aor", 3, "deg")}));
   EXPECT_FALSE(store.find(ours));
   EXPECT_EQ(store.find(theirs)->responses.at(0).value.at(0), 3);
 }
 
-TEST(RunStore, KeepsTheFirstOutcomeUnlessALimitCutItShort) {
+TEST(RunCache, KeepsTheFirstOutcomeUnlessALimitCutItShort) {
   const Folder folder("first");
-  RunStore store(folder / "store.db");
+  RunCache store(folder / "store.db");
   const PlannedRun run{"k", "case", "p", {}};
   JobResult cut{JobStatus::timed_out, "over", {}, 60, 0.25, 60};
   cut.results_file = "/a/k.h5";
@@ -101,7 +101,7 @@ void write_at_once(const std::string& file) {
     children.push_back(fork());
     if (children.back() != 0) continue;
     try {
-      RunStore store(file);  // made by whoever comes first
+      RunCache store(file);  // made by whoever comes first
       for (int i = 0; i < runs; ++i)
         store.add({"run" + std::to_string(i), "case", "p", {}},
                   finished({scalar("aor", i, "deg")}));
@@ -116,22 +116,22 @@ void write_at_once(const std::string& file) {
     waitpid(child, &status, 0);
     EXPECT_EQ(status, 0);
   }
-  RunStore store(file);
+  RunCache store(file);
   for (int i = 0; i < runs; ++i)
     EXPECT_EQ(store.find("run" + std::to_string(i))->responses.at(0).value.at(0), i);
 }
 
-TEST(RunStore, ManyProcessesWriteAtOnce) {
+TEST(RunCache, ManyProcessesWriteAtOnce) {
   const Folder folder("concurrent");
   for (int round = 0; round < 10; ++round)
     write_at_once(folder / ("store" + std::to_string(round) + ".db"));
 }
 
-TEST(RunStore, RefusesAFileThatIsNone) {
+TEST(RunCache, RefusesAFileThatIsNone) {
   const Folder folder("foreign");
   const std::string file = folder.write("store.db", std::string(4096, 'x'));
-  EXPECT_THROW(RunStore{file}, InputError);
-  EXPECT_THROW(RunStore{folder / "case.toml/store.db"}, InputError);
+  EXPECT_THROW(RunCache{file}, InputError);
+  EXPECT_THROW(RunCache{folder / "case.toml/store.db"}, InputError);
 }
 
 // Slow where mu1 is small: takes 10 s there, 1 s elsewhere.

@@ -129,11 +129,11 @@ TEST_F(IcemakerCases, TheColumnLeftOfTheBladesIsLeftOfTheBlades) {
   const Case c = read_case(folder + "icemaker/auger_full.toml");
   ASSERT_EQ(columns_left_of_the_auger(c), (std::vector<int>{1}));
   const Measurement m = read_measurement(folder + "measurements/columns_in_the_container.toml");
-  const auto claim = std::ranges::find_if(m.claims, [](const Claim& one) {
+  const auto criterion = std::ranges::find_if(m.criteria, [](const Criterion& one) {
     return one.statement.find("left of the auger's blades") != std::string::npos;
   });
-  ASSERT_NE(claim, m.claims.end());
-  EXPECT_EQ(claim->than, "container_count_by_column[1]");
+  ASSERT_NE(criterion, m.criteria.end());
+  EXPECT_EQ(criterion->rhs, "container_count_by_column[1]");
 }
 
 }  // namespace

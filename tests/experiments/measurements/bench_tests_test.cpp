@@ -93,7 +93,7 @@ TEST_F(BenchTests, EverythingIsRead) {
   EXPECT_DOUBLE_EQ(tilt.responses[0].standard_uncertainty(9), std::hypot(0.5, 0.3));
   EXPECT_EQ(tests[1].with, "tilt");
   EXPECT_EQ(tests[1].per_repeat, 90);
-  EXPECT_EQ(tests[1].responses[0].reading_uncertainty, 0);
+  EXPECT_EQ(tests[1].responses[0].systematic_uncertainty, 0);
 }
 
 TEST_F(BenchTests, MistakesAreNamedWithTheirPlace) {

@@ -31,7 +31,7 @@ TEST(Measurement, DrainedAngleOfReposeShipsWithItsAssumptionsNamed) {
   EXPECT_EQ(m.value, 10);
   EXPECT_EQ(m.unit, "deg");
   EXPECT_EQ(m.repeats, 7);
-  EXPECT_EQ(m.status, MeasurementStatus::printed);
+  EXPECT_EQ(m.status, MeasurementStatus::published);
   EXPECT_EQ(m.scatter, ScatterKind::not_stated);
   EXPECT_NEAR(m.standard_uncertainty(), std::sqrt(2.0 * 2.0 / 7 + 0.6 * 0.6), 1e-12);
   EXPECT_THAT(m.sentence(),
@@ -45,7 +45,7 @@ TEST(Measurement, TakesAStandardDeviationAsItIs) {
                                                   "standard_deviation = \"0.5 N\"\n",
                                               "m.toml");
   EXPECT_DOUBLE_EQ(m.standard_uncertainty(), 0.25);
-  EXPECT_TRUE(m.assumed_because.empty());
+  EXPECT_TRUE(m.assumption.empty());
 }
 
 TEST(Measurement, EstimatesTheScatterFromARange) {

@@ -81,8 +81,8 @@ TEST(ResponseAliases, MeasurementsOfCasesTakeCurrentNames) {
             "firn: warning: old_responses.toml: criteria.0.lhs: \"max low_waiting_times\" is now "
             "\"max low_censored_times\"; the old name is read by this version only\n");
   EXPECT_EQ(m.response, "wall_height_excess");
-  EXPECT_EQ(m.claims.at(0).larger, "max low_censored_times");
-  EXPECT_EQ(m.claims.at(0).than, "0.5");
+  EXPECT_EQ(m.criteria.at(0).lhs, "max low_censored_times");
+  EXPECT_EQ(m.criteria.at(0).rhs, "0.5");
 }
 
 TEST(ResponseAliases, StudiesKeepTheirIdentity) {

@@ -422,11 +422,11 @@ TEST_F(OldTomlNames, OtherFilesAreTheSame) {
         read_measurement_text(old_text(text, TomlFormat::measurement), entry.path().string());
     EXPECT_EQ(old.sentence(), now.sentence());
     EXPECT_EQ(old.status, now.status);
-    ASSERT_EQ(old.claims.size(), now.claims.size());
-    for (std::size_t i = 0; i < now.claims.size(); ++i) {
-      EXPECT_EQ(old.claims[i].larger, now.claims[i].larger);
-      EXPECT_EQ(old.claims[i].times, now.claims[i].times);
-      EXPECT_EQ(old.claims[i].once_in, now.claims[i].once_in);
+    ASSERT_EQ(old.criteria.size(), now.criteria.size());
+    for (std::size_t i = 0; i < now.criteria.size(); ++i) {
+      EXPECT_EQ(old.criteria[i].lhs, now.criteria[i].lhs);
+      EXPECT_EQ(old.criteria[i].factor, now.criteria[i].factor);
+      EXPECT_EQ(old.criteria[i].observed_once_in, now.criteria[i].observed_once_in);
     }
     measurements.see(table);
   }
@@ -456,7 +456,7 @@ TEST_F(OldTomlNames, OtherFilesAreTheSame) {
   for (std::size_t i = 0; i < now.size(); ++i) {
     EXPECT_EQ(old[i].informs, now[i].informs);
     EXPECT_EQ(old[i].per_repeat, now[i].per_repeat);
-    EXPECT_EQ(old[i].because, now[i].because);
+    EXPECT_EQ(old[i].rationale, now[i].rationale);
     EXPECT_EQ(old[i].with, now[i].with);
     ASSERT_EQ(old[i].responses.size(), now[i].responses.size());
     EXPECT_EQ(old[i].responses[0].standard_uncertainty(2),

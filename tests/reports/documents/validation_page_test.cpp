@@ -41,8 +41,8 @@ Validation example() {
   Measurement words;
   words.status = MeasurementStatus::qualitative;
   words.statement = "it falls";
-  words.claims = {{"it falls <far>", "height", "0.5", 1, 0, "because"},
-                  {"it floats", "height", "5", 1, 0, "of no reason"}};
+  words.criteria = {{"it falls <far>", "height", "0.5", 1, 0, "because"},
+                    {"it floats", "height", "5", 1, 0, "of no reason"}};
   MeasuredData counts;
   counts.present = true;
   counts.kind = MeasuredData::Kind::classes;
@@ -60,10 +60,10 @@ Validation example() {
   using K = ComparisonKind;
   v.suite.comparisons = {
       {"h", "Height", "", K::value, 0, number, {"height"}, {}, true, 0},
-      {"w", "Words", "", K::claims, 0, words, {}, {}, true, 0},
-      {"d", "Damage", "", K::damage, 0, strength, {"compressive_loads"}, {}, true, 0},
-      {"s", "Stiffness", "", K::softening, 0, {}, {"height"}, {}, true, 9.2e9},
-      {"c", "Choices", "", K::choices, 0, {}, {"height"}, {}, true, 0}};
+      {"w", "Words", "", K::criteria, 0, words, {}, {}, true, 0},
+      {"d", "Damage", "", K::breakage, 0, strength, {"compressive_loads"}, {}, true, 0},
+      {"s", "Stiffness", "", K::stiffness_scaling, 0, {}, {"height"}, {}, true, 9.2e9},
+      {"c", "Choices", "", K::numerical_variants, 0, {}, {"height"}, {}, true, 0}};
   for (std::size_t p = 0; p < 2; ++p) {
     RunGroup base{0, p, RunGroup::Purpose::base, 0, {1, 2, 3}, {"k1", "k2", "k3"}, {}};
     for (int i = 0; i < 3; ++i)

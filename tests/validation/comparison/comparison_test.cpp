@@ -73,7 +73,7 @@ TEST_F(Comparisons, OfAValueAddUpItsUncertainties) {
   EXPECT_NEAR(*v.parts[3].value, std::sqrt(54.0 / 5 - 6.0 / 9), 1e-12);
   EXPECT_NEAR(*v.parts[4].value, 0.1, 1e-12);
   double sum = 0;
-  for (const UncertaintyPart& p : v.parts) sum += *p.value * *p.value;
+  for (const UncertaintyComponent& p : v.parts) sum += *p.value * *p.value;
   EXPECT_NEAR(v.uncertainty, std::sqrt(sum), 1e-12);
   EXPECT_GT(v.expanded, 2 * v.uncertainty);  // six draws tell most of it
   EXPECT_EQ(v.p_value, 1);                   // no difference
@@ -96,10 +96,10 @@ TEST_F(Comparisons, JudgeByDifferenceUncertaintyAndTolerance) {
   EXPECT_EQ(verdict(near, 1), ValidationVerdict::consistent);
   EXPECT_EQ(verdict(far, {}), ValidationVerdict::inconsistent);
   EXPECT_EQ(verdict(far, 5), ValidationVerdict::consistent);  // it does not matter
-  EXPECT_EQ(verdict(wide, 1), ValidationVerdict::not_enough_data);
-  EXPECT_THAT(result().would_decide, HasSubstr("seeds"));
-  EXPECT_EQ(verdict(one, {}), ValidationVerdict::not_enough_data);
-  EXPECT_THAT(result().would_decide, HasSubstr("more than one run"));
+  EXPECT_EQ(verdict(wide, 1), ValidationVerdict::inconclusive);
+  EXPECT_THAT(result().recommended_action, HasSubstr("seeds"));
+  EXPECT_EQ(verdict(one, {}), ValidationVerdict::inconclusive);
+  EXPECT_THAT(result().recommended_action, HasSubstr("more than one run"));
 }
 
 TEST_F(Comparisons, OfAValueCountNumericalVariantsOnly) {
@@ -122,11 +122,11 @@ TEST_F(Comparisons, OfChoicesTellWhatStandsOutFromTheSeeds) {
   RunGroup broken = group(RunGroup::Purpose::variant, {9});
   broken.results[0].status = JobStatus::failed;
   const Variant variant{"broken", {{"a.b", "1"}}, {1}, false};
-  what.kind = ComparisonKind::choices;
+  what.kind = ComparisonKind::numerical_variants;
   evidence = {&base, nullptr, &base, &half, {&stiff}, 1e7, nullptr};
   evidence.variants = {{&variant, &broken}};
   const Comparison c = result();
-  EXPECT_EQ(c.verdict, ValidationVerdict::information);
+  EXPECT_EQ(c.verdict, ValidationVerdict::not_judged);
   ASSERT_EQ(c.choices.size(), 2u);
   EXPECT_EQ(c.choices[0].choice, "time step 5 us");
   EXPECT_EQ(c.choices[0].seeds, 3);
@@ -152,7 +152,7 @@ TEST_F(Comparisons, RefuseTheMeasurementThatTheParametersWereFittedTo) {
   record.provenance.measurements[0].source = "another notebook";
   record.provenance.measurements[0].value = 11;
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
-  what.made_to_match = "the slope is cut to this angle";
+  what.calibrated_by_design = "the slope is cut to this angle";
   EXPECT_EQ(result().verdict, ValidationVerdict::not_independent);
   EXPECT_THAT(result().headline, HasSubstr("but the slope is cut to this angle"));
 }
@@ -198,8 +198,8 @@ TEST_F(Comparisons, KnowWhatElseWasChosenWithTheData) {
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
   // Statements of the same response are the same data, too.
   suite.chosen[0].experiments = {};
-  what.kind = ComparisonKind::claims;
-  what.measurement.claims = {{"larger", "angle", "5", 1, 0, "x"}};
+  what.kind = ComparisonKind::criteria;
+  what.measurement.criteria = {{"larger", "angle", "5", 1, 0, "x"}};
   what.measurement.experiment = suite.chosen[0].with.experiment = "one";
   EXPECT_EQ(result().verdict, ValidationVerdict::not_independent);
 }
@@ -220,8 +220,8 @@ TEST_F(Comparisons, DependOnWhatIsAssumed) {
   const Variant low{"0.1 kg", {{"a.b", "1"}}, {1, 2, 3}, false, true},
       high{"1 kg", {{"a.b", "2"}}, {1, 2, 3}, false, true};
   evidence.base = evidence.numerics_base = &base;
-  what.kind = ComparisonKind::claims;
-  what.measurement.claims = {{"larger", "angle", "5", 1, 0, "x"}};
+  what.kind = ComparisonKind::criteria;
+  what.measurement.criteria = {{"larger", "angle", "5", 1, 0, "x"}};
   evidence.variants = {{&high, &heavy}};
   suite.experiments[0].assumes = {"the length of the chute"};
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
@@ -230,10 +230,10 @@ TEST_F(Comparisons, DependOnWhatIsAssumed) {
   EXPECT_THAT(result().caveats, testing::Contains(HasSubstr("the length of the chute")));
   evidence.variants = {{&high, &heavy}, {&low, &light}};
   const Comparison c = result();
-  EXPECT_EQ(c.verdict, ValidationVerdict::not_enough_data);
+  EXPECT_EQ(c.verdict, ValidationVerdict::inconclusive);
   EXPECT_TRUE(c.assumptions[1].changes);
   EXPECT_THAT(c.headline, HasSubstr("changes with \"0.1 kg\""));
-  EXPECT_THAT(c.would_decide, HasSubstr("0.1 kg"));
+  EXPECT_THAT(c.recommended_action, HasSubstr("0.1 kg"));
   // Of a value it is a part of the uncertainty.
   what.kind = ComparisonKind::value;
   const Comparison v = result();
@@ -251,7 +251,7 @@ TEST_F(Comparisons, OfAValueTakeTheOrderOfThreeTimeSteps) {
   evidence.base = evidence.numerics_base = &base;
   evidence.timestep = &quarter;
   evidence.timesteps = {&half, &quarter};
-  const UncertaintyPart p = result().value->parts[1];
+  const UncertaintyComponent p = result().value->parts[1];
   EXPECT_NEAR(*p.value, 1.25 * 1 / 2, 1e-9);  // first order: off by 1
   EXPECT_THAT(p.how, HasSubstr("observed order 1 over three levels"));
   const RunGroup noisy = group(RunGroup::Purpose::timestep, {10, 9, 12.5}, 5e-6);
@@ -285,34 +285,35 @@ TEST_F(Comparisons, RefuseAnotherUnitAndAnUnknownResponse) {
 }
 
 TEST_F(Comparisons, OfClaimsCountTheRunsInWhichTheyHold) {
-  what.kind = ComparisonKind::claims;
-  Claim as_a_rule{"larger", "angle", "5", 1, 0, "x"}, seen_once{"seen", "angle", "20", 1, 1, "x"};
-  what.measurement.claims = {as_a_rule, seen_once};
+  what.kind = ComparisonKind::criteria;
+  Criterion as_a_rule{"larger", "angle", "5", 1, 0, "x"},
+      seen_once{"seen", "angle", "20", 1, 1, "x"};
+  what.measurement.criteria = {as_a_rule, seen_once};
   const auto verdicts = [&](const std::vector<double>& values) {
     const RunGroup base = group(RunGroup::Purpose::base, values);
     evidence.base = evidence.numerics_base = &base;
     const Comparison c = result();
-    return std::pair(c.claims[0].verdict, c.claims[1].verdict);
+    return std::pair(c.criteria[0].verdict, c.criteria[1].verdict);
   };
   using V = ValidationVerdict;
   // Five of five: better than one half with 95 % (0.5^5 = 3 %). Four of four are not enough.
   EXPECT_EQ(verdicts({6, 7, 8, 9, 10}).first, V::consistent);
-  EXPECT_EQ(verdicts({6, 7, 8, 9}).first, V::not_enough_data);
+  EXPECT_EQ(verdicts({6, 7, 8, 9}).first, V::inconclusive);
   EXPECT_EQ(verdicts({1, 1, 1, 1, 1}).first, V::inconsistent);
   // What happened once may be rare: none of five does not speak against it, none of 59 does.
-  EXPECT_EQ(verdicts({6, 7, 8, 9, 10}).second, V::not_enough_data);
+  EXPECT_EQ(verdicts({6, 7, 8, 9, 10}).second, V::inconclusive);
   EXPECT_EQ(verdicts({6, 7, 30, 30, 10}).second, V::consistent);
   EXPECT_EQ(verdicts(std::vector<double>(59, 1)).second, V::inconsistent);
-  EXPECT_EQ(verdicts(std::vector<double>(58, 1)).second, V::not_enough_data);
+  EXPECT_EQ(verdicts(std::vector<double>(58, 1)).second, V::inconclusive);
   const RunGroup base = group(RunGroup::Purpose::base, {6, 7});
   evidence.base = evidence.numerics_base = &base;
-  what.measurement.claims = {as_a_rule};
-  EXPECT_EQ(result().would_decide, "at least 3 more runs with other seeds");
+  what.measurement.criteria = {as_a_rule};
+  EXPECT_EQ(result().recommended_action, "at least 3 more runs with other seeds");
 }
 
 TEST_F(Comparisons, OfDataGoBeyondTheWords) {
-  what.kind = ComparisonKind::claims;
-  what.measurement.claims = {{"more than nothing", "angle", "0", 1, 0, "x"}};
+  what.kind = ComparisonKind::criteria;
+  what.measurement.criteria = {{"more than nothing", "angle", "0", 1, 0, "x"}};
   RunGroup base = group(RunGroup::Purpose::base, {1, 2, 3, 4, 5, 6});
   for (JobResult& r : base.results) {
     r.responses.push_back(response("counts", {30, 10}, "1"));
@@ -328,7 +329,7 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   EXPECT_THAT(result().caveats, testing::Contains(HasSubstr("as counts.csv they would be")));
   // Without the experiment's numbers the runs' own are there all the same, and judge nothing.
   ASSERT_TRUE(result().distribution);
-  EXPECT_EQ(result().distribution->verdict, ValidationVerdict::information);
+  EXPECT_EQ(result().distribution->verdict, ValidationVerdict::not_judged);
   EXPECT_THAT(result().distribution->simulated, testing::ElementsAre(180, 60));
   EXPECT_THAT(result().distribution->deviation,
               testing::Each(testing::DoubleNear(std::sqrt(0.75 * 0.25 / 40), 1e-12)));
@@ -348,8 +349,8 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
   data.unit = "s";
   data.values = {1.1, 2.1, 2.9};
   what.measurement.data = data;
-  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
-  EXPECT_EQ(result().would_decide, "more values, measured and simulated");
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconclusive);
+  EXPECT_EQ(result().recommended_action, "more values, measured and simulated");
   for (int k = 0; k < 4; ++k) data.values.insert(data.values.end(), {1.1, 2.1, 2.9});
   what.measurement.data = data;
   EXPECT_EQ(result().verdict, ValidationVerdict::consistent);
@@ -360,8 +361,8 @@ TEST_F(Comparisons, OfDataGoBeyondTheWords) {
 }
 
 TEST_F(Comparisons, OfResidenceCountWhatIsStillInside) {
-  what.kind = ComparisonKind::claims;
-  what.measurement.claims = {{"more than nothing", "angle", "0", 1, 0, "x"}};
+  what.kind = ComparisonKind::criteria;
+  what.measurement.criteria = {{"more than nothing", "angle", "0", 1, 0, "x"}};
   RunGroup base = group(RunGroup::Purpose::base, {1, 2, 3, 4, 5, 6});
   for (JobResult& r : base.results) {
     r.responses.push_back(response("bin_residence_times", {1, 2, 3, NAN}, "s"));
@@ -406,8 +407,8 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
   data.unit = "N";
   data.x_unit = "m";
   what.measurement.data = data;
-  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
-  EXPECT_THAT(result().would_decide, HasSubstr("press.csv"));
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconclusive);
+  EXPECT_THAT(result().recommended_action, HasSubstr("press.csv"));
   // What the runs have is shown all the same.
   ASSERT_TRUE(result().curve);
   EXPECT_TRUE(result().curve->measured.empty());
@@ -422,8 +423,8 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
   };
   EXPECT_EQ(verdict(10, 0.2), ValidationVerdict::consistent);
   EXPECT_EQ(verdict(20, 0.2), ValidationVerdict::inconsistent);
-  EXPECT_EQ(verdict(10, 0.01), ValidationVerdict::not_enough_data);
-  EXPECT_EQ(verdict(20, {}), ValidationVerdict::information);
+  EXPECT_EQ(verdict(10, 0.01), ValidationVerdict::inconclusive);
+  EXPECT_EQ(verdict(20, {}), ValidationVerdict::not_judged);
   // The experiment's own units: the simulation is brought to them.
   data.x_unit = "mm";
   data.unit = "kN";
@@ -439,7 +440,7 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
 }
 
 TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
-  what.kind = ComparisonKind::damage;
+  what.kind = ComparisonKind::breakage;
   what.responses = {"loads"};
   Measurement& m = what.measurement;
   m.unit = "N";
@@ -461,13 +462,13 @@ TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
   };
   EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::consistent);
   // Seven tests do not tell that nothing weaker exists.
-  EXPECT_EQ(verdict({300, 10}), ValidationVerdict::not_enough_data);
-  what.expects_damage = false;
+  EXPECT_EQ(verdict({300, 10}), ValidationVerdict::inconclusive);
+  what.expects_breakage = false;
   EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::inconsistent);
 }
 
 TEST_F(Comparisons, OfStiffnessFindAPowerLaw) {
-  what.kind = ComparisonKind::softening;
+  what.kind = ComparisonKind::stiffness_scaling;
   what.real_modulus = 9.2e9;
   const auto at = [](double modulus) { return 3 * std::sqrt(modulus / 1e7); };
   const RunGroup base = group(RunGroup::Purpose::base, {at(1e7), at(1e7), at(1e7)});
@@ -480,11 +481,11 @@ TEST_F(Comparisons, OfStiffnessFindAPowerLaw) {
   EXPECT_LT(c.softening[0].extrapolated.low, at(9.2e9));
   EXPECT_GT(c.softening[0].extrapolated.high, at(9.2e9));
   EXPECT_THAT(c.softening[0].word, HasSubstr("92 times beyond"));
-  EXPECT_EQ(c.verdict, ValidationVerdict::information);
+  EXPECT_EQ(c.verdict, ValidationVerdict::not_judged);
 }
 
 TEST_F(Comparisons, OfStiffnessExtrapolateNothingFromTwoSeeds) {
-  what.kind = ComparisonKind::softening;
+  what.kind = ComparisonKind::stiffness_scaling;
   what.real_modulus = 9.2e9;
   const auto extrapolated = [&](const RunGroup& base, const RunGroup& a, const RunGroup& b) {
     evidence = {&base, nullptr, &base, nullptr, {&a, &b}, 1e7, nullptr};
@@ -517,7 +518,7 @@ TEST_F(Comparisons, OfAValueDoNotPassWithOneThatStandsApart) {
   m.value = f.mean;
   m.standard_deviation = f.deviation;
   m.repeats = f.count;
-  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconclusive);
   m.values.back() = 10;
   m.value = 10;
   m.standard_deviation = 0.7;
@@ -528,17 +529,17 @@ TEST_F(Comparisons, OfAValueDoNotPassWithOneThatStandsApart) {
 }
 
 TEST_F(Comparisons, OfSeveralClaimsAllowForTheirNumber) {
-  what.kind = ComparisonKind::claims;
+  what.kind = ComparisonKind::criteria;
   const RunGroup base = group(RunGroup::Purpose::base, {1, 1, 1, 1, 1});
   evidence.base = &base;
-  const Claim no{"no", "angle", "5", 1, 0, "x"}, yes{"yes", "angle", "0", 1, 0, "x"};
-  what.measurement.claims = {no};
+  const Criterion no{"no", "angle", "5", 1, 0, "x"}, yes{"yes", "angle", "0", 1, 0, "x"};
+  what.measurement.criteria = {no};
   EXPECT_EQ(result().verdict, ValidationVerdict::inconsistent);  // 0 of 5: 3 %
-  what.measurement.claims = {no, yes};
-  EXPECT_EQ(result().claims[0].verdict, ValidationVerdict::inconsistent);
-  EXPECT_EQ(result().verdict, ValidationVerdict::not_enough_data);  // one of two: 6 %
+  what.measurement.criteria = {no, yes};
+  EXPECT_EQ(result().criteria[0].verdict, ValidationVerdict::inconsistent);
+  EXPECT_EQ(result().verdict, ValidationVerdict::inconclusive);  // one of two: 6 %
   EXPECT_THAT(result().headline, HasSubstr("among 2 statements"));
-  EXPECT_FALSE(result().would_decide.empty());
+  EXPECT_FALSE(result().recommended_action.empty());
 }
 
 TEST(Operand, ReadsNumbersNamesElementsAndSummaries) {

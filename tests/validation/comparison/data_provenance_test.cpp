@@ -60,7 +60,7 @@ TEST(SameData, HoldsForRandomMembersAndBothWays) {
 TEST(SameData, IdentityOfAMeasurementHoldsAllItsResponses) {
   Measurement m;
   m.status = MeasurementStatus::qualitative;
-  m.claims = {{"", "max loads", "3.5", 1, 0, ""}, {"", "counts[2]", "counts[1]", 1, 0, ""}};
+  m.criteria = {{"", "max loads", "3.5", 1, 0, ""}, {"", "counts[2]", "counts[1]", 1, 0, ""}};
   EXPECT_THAT(identity_of(m, {"drained.angle_of_repose"}).responses,
               testing::IsSupersetOf({"angle_of_repose", "loads", "counts"}));
   EXPECT_FALSE(identity_of(m, {}).has_value);

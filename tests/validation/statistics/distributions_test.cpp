@@ -184,7 +184,7 @@ const CensoredTimes placebo{{1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 
                             {}};
 
 TEST(Censored, KaplanAndMeierAsPrinted) {
-  const PassedShare s = kaplan_meier(treated);
+  const EmpiricalCdf s = kaplan_meier(treated);
   EXPECT_THAT(s.x, testing::ElementsAre(6, 7, 10, 13, 16, 22, 23));
   const std::vector<double> inside = {0.8571, 0.8067, 0.7529, 0.6902, 0.6275, 0.5378, 0.4482};
   const std::vector<double> error = {0.0764, 0.0869, 0.0963, 0.1068, 0.1141, 0.1282, 0.1346};

@@ -134,8 +134,8 @@ TEST(ValueApart, IsFoundAmongValuesOfSeveralKinds) {
 }
 
 TEST(TaskAffinity, DistanceAndProbability) {
-  EXPECT_NEAR(share_distance({10, 0}, {0, 4}), 1, 1e-15);
-  EXPECT_NEAR(share_distance({2, 2}, {3, 1}), 0.25, 1e-15);
+  EXPECT_NEAR(total_variation_distance({10, 0}, {0, 4}), 1, 1e-15);
+  EXPECT_NEAR(total_variation_distance({2, 2}, {3, 1}), 0.25, 1e-15);
   EXPECT_GT(compare_shares({{10, 10, 10}}, {5, 6, 4}).p, 0.5);
   EXPECT_LT(compare_shares({{30, 2, 3}}, {3, 20, 18}).p, 0.001);
   EXPECT_GT(compare_shares({{1, 1}}, {1, 1}).critical, 1);
