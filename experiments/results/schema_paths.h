@@ -1,0 +1,50 @@
+// Paths and lists of the results schema, taken apart for those that read it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "experiments/results/results_schema.h"
+
+namespace firn::results {
+
+// A path of the schema: what stands before and after the name that it leaves open.
+struct Pattern {
+  std::string_view before, after;
+  bool open = false;
+
+  explicit Pattern(std::string_view path) : before(path) {
+    const std::size_t from = path.find('<');
+    if (from == std::string_view::npos) return;
+    open = true;
+    before = path.substr(0, from);
+    after = path.substr(path.find('>') + 1);
+  }
+
+  std::optional<std::string> name_in(std::string_view path) const {
+    if (!open) return path == before ? std::optional<std::string>("") : std::nullopt;
+    if (path.size() <= before.size() + after.size() || !path.starts_with(before) ||
+        !path.ends_with(after))
+      return std::nullopt;
+    return std::string(path.substr(before.size(), path.size() - before.size() - after.size()));
+  }
+  std::string with(std::string_view name) const {
+    return open ? fmt::format("{}{}{}", before, name, after) : std::string(before);
+  }
+};
+
+// A text of a dataset that has another one in files of format 1.
+struct RenamedText {
+  std::string_view path, first, current;
+};
+std::span<const RenamedText> renamed_texts();
+
+std::vector<std::string_view> split_list(std::string_view list, char separator);
+const Symbol* symbol_of(std::string_view name);  // null: there is none
+
+}  // namespace firn::results
