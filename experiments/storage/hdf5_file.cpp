@@ -2,19 +2,15 @@
 
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <charconv>
-#include <cstring>
 #include <limits>
-#include <numeric>
-#include <type_traits>
-#include <unordered_set>
 
-#include "experiments/system/text_encoding.h"
+#include "experiments/storage/hdf5_chunks.h"
+#include "experiments/storage/hdf5_library.h"
+#include "experiments/storage/hdf5_objects.h"
 
 #ifndef H5_HAVE_THREADSAFE
 #error "Firn writes results from a background thread and needs a thread-safe build of HDF5"
@@ -22,84 +18,6 @@
 
 namespace firn::hdf5 {
 namespace {
-
-static_assert(std::is_same_v<Id, hid_t> || sizeof(Id) == sizeof(hid_t));
-
-// The innermost message of the library's error stack, e.g. "file write failed: ... No space left".
-herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
-  if (static_cast<std::string*>(text)->empty() && error->desc)
-    *static_cast<std::string*>(text) = error->desc;
-  return 0;
-}
-
-// HDF5 keeps one error printer for each thread. It also wants to tidy up when the program ends, and
-// crashes there over objects that it could not close on a full disk. The first call must disable
-// that.
-void silence() {
-  static const bool no_tidying = H5dont_atexit() >= 0;
-  static_cast<void>(no_tidying);
-  thread_local const bool silent = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
-  static_cast<void>(silent);
-}
-
-// The library has no other place for the error of a failed system call than its message:
-// "file write failed: time = ..., errno = 28, error message = ...".
-int system_error_in(const std::string& message) {
-  constexpr std::string_view key = "errno = ";
-  const std::size_t at = message.find(key);
-  int error = 0;
-  if (at != message.npos)
-    std::from_chars(message.data() + at + key.size(), message.data() + message.size(), error);
-  return error;
-}
-
-// Innermost message of the calling thread's last failure.
-std::string last_message() {
-  std::string reason;
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
-  std::replace(reason.begin(), reason.end(), '\n', ' ');
-  return reason;
-}
-
-template <class Result>
-Result check(Result result, const std::string& what) {
-  if (result >= 0) return result;
-  const std::string reason = last_message();
-  throw Error(reason.empty() ? "cannot " + what : fmt::format("cannot {} ({})", what, reason),
-              system_error_in(reason));
-}
-
-Handle own(hid_t id, const std::string& what) { return Handle(check(id, what)); }
-
-std::size_t product(const Shape& shape) {
-  return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
-}
-
-Handle dataspace(const Shape& shape) {
-  if (shape.empty()) return own(H5Screate(H5S_SCALAR), "make a dataspace");
-  const std::vector<hsize_t> extent(shape.begin(), shape.end());
-  return own(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr),
-             "make a dataspace");
-}
-
-Shape shape_of_space(hid_t space) {
-  const int rank = check(H5Sget_simple_extent_ndims(space), "read a shape");
-  std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
-  check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), "read a shape");
-  return Shape(extent.begin(), extent.end());
-}
-
-Handle open_dataset(hid_t file, const std::string& path) {
-  silence();
-  return own(H5Dopen2(file, path.c_str(), H5P_DEFAULT), "open " + path);
-}
-
-Shape shape_of(hid_t dataset) {
-  const Handle space = own(H5Dget_space(dataset), "read a shape");
-  return shape_of_space(space.id());
-}
-
-constexpr double kLargestCompression = 1032;  // what deflate makes of zeros
 
 // A damaged header may promise more elements than the file could hold; nothing is allocated for it.
 // `element` bytes each in the file; `packed`: what is stored may be compressed.
@@ -226,249 +144,6 @@ herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* na
   return 0;
 }
 
-// Names and texts of a file are shown to people and written to other files.
-void check_printable(const std::string& text, const std::string& what) {
-  if (const std::string found = encode::first_unprintable(text); !found.empty())
-    throw Error(
-        fmt::format("{} has the character {} in its text; expected printable text", what, found));
-}
-
-constexpr std::size_t kDeepest = 32;  // links from the root
-constexpr std::size_t kMostObjects = 100000;
-
-Type type_of(hid_t type) {
-  const auto is = [type](hid_t known) { return H5Tequal(type, known) > 0; };
-  if (H5Tget_class(type) == H5T_STRING)
-    return H5Tis_variable_str(type) > 0 ? Type::text : Type::other;
-  if (is(H5T_IEEE_F64LE)) return Type::real;
-  if (is(H5T_STD_I32LE)) return Type::integer;
-  if (is(H5T_STD_U64LE)) return Type::natural;
-  if (is(H5T_STD_U8LE)) return Type::byte;
-  return Type::other;
-}
-
-bool has_extent(hid_t space) {
-  const H5S_class_t kind = H5Sget_simple_extent_type(space);
-  return kind == H5S_SIMPLE || kind == H5S_SCALAR;
-}
-
-struct Links {
-  std::vector<std::string> names;
-  bool odd = false;  // a link that is not hard
-};
-
-herr_t collect_link(hid_t, const char* name, const H5L_info_t* info, void* out) {
-  auto& links = *static_cast<Links*>(out);
-  links.names.emplace_back(name);
-  if (info->type != H5L_TYPE_HARD) {
-    links.odd = true;
-    return 1;
-  }
-  return links.names.size() > kMostObjects ? 1 : 0;
-}
-
-// One look at the groups of a file, those near the root first.
-class Walk {
- public:
-  explicit Walk(hid_t file) {
-    const Handle root = own(H5Gopen2(file, "/", H5P_DEFAULT), "open the root group");
-    note(root.id(), "/");
-    list(root.id(), "", 1);
-    for (std::size_t next = 0; next < groups_.size(); ++next) {
-      const auto [path, depth] = groups_[next];
-      const Handle group = own(H5Gopen2(file, path.c_str(), H5P_DEFAULT), "open " + path);
-      list(group.id(), path, depth + 1);
-    }
-  }
-
-  std::vector<Object> objects;
-
- private:
-  // Throws for an object that has been seen under another name.
-  H5O_type_t note(hid_t object, const std::string& path) {
-    H5O_info_t info;
-    check(H5Oget_info2(object, &info, H5O_INFO_BASIC), "look at " + path);
-    if (!seen_.insert(info.addr).second)
-      throw Error(path + ": is a second name of another object; expected one name each");
-    return info.type;
-  }
-
-  void list(hid_t group, const std::string& path, std::size_t depth) {
-    Links links;
-    hsize_t from = 0;
-    check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, &from, collect_link, &links),
-          fmt::format("list {}", path.empty() ? "/" : path));
-    for (const std::string& name : links.names) check_printable(name, "a name");
-    if (links.odd)
-      throw Error(fmt::format("{}/{}: is a link to elsewhere; expected a dataset or a group", path,
-                              links.names.back()));
-    if (objects.size() + links.names.size() > kMostObjects)
-      throw Error(fmt::format("{}: holds too many objects; expected at most {} in the file",
-                              path.empty() ? "/" : path, kMostObjects));
-    for (const std::string& name : links.names) add(group, name, path + "/" + name, depth);
-  }
-
-  void add(hid_t group, const std::string& name, const std::string& path, std::size_t depth) {
-    if (depth > kDeepest)
-      throw Error(fmt::format("{}: is {} groups deep; expected at most {}", path, depth, kDeepest));
-    const Handle object = own(H5Oopen(group, name.c_str(), H5P_DEFAULT), "open " + path);
-    Object found;
-    found.path = path;
-    switch (note(object.id(), path)) {
-      case H5O_TYPE_GROUP:
-        found.is_group = true;
-        groups_.emplace_back(path, depth);
-        break;
-      case H5O_TYPE_DATASET: {
-        const Handle type = own(H5Dget_type(object.id()), "read the type of " + path);
-        const Handle space = own(H5Dget_space(object.id()), "read the shape of " + path);
-        found.type = type_of(type.id());
-        found.has_space = has_extent(space.id());
-        if (found.has_space) found.shape = shape_of_space(space.id());
-        break;
-      }
-      default:
-        throw Error(path + ": is neither a dataset nor a group; expected one of them");
-    }
-    objects.push_back(std::move(found));
-  }
-
-  std::unordered_set<haddr_t> seen_;
-  std::vector<std::pair<std::string, std::size_t>> groups_;  // still to be listed, and their depth
-};
-
-// How the values of a dataset are kept.
-struct Storage {
-  H5D_layout_t layout = H5D_COMPACT;
-  bool packed = false;         // by shuffle and deflate
-  std::vector<hsize_t> chunk;  // of a chunked one
-  std::size_t element = 0;     // bytes of one
-  std::size_t chunk_bytes = 0;
-};
-
-Storage storage_of(hid_t dataset, const std::string& path) {
-  const std::string what = "read the layout of " + path;
-  const Handle list = own(H5Dget_create_plist(dataset), what);
-  const Handle type = own(H5Dget_type(dataset), "read the type of " + path);
-  Storage s;
-  s.element = H5Tget_size(type.id());
-  s.layout = H5Pget_layout(list.id());
-  if (s.layout != H5D_COMPACT && s.layout != H5D_CONTIGUOUS && s.layout != H5D_CHUNKED)
-    throw Error(path + ": keeps its values elsewhere; expected them in the file");
-  if (check(H5Pget_external_count(list.id()), what) > 0)
-    throw Error(path + ": keeps its values in another file; expected them in this one");
-  std::vector<H5Z_filter_t> filters;
-  const int count = check(H5Pget_nfilters(list.id()), what);
-  for (int i = 0; i < count; ++i) {
-    unsigned flags = 0;
-    std::size_t parameters = 0;
-    filters.push_back(check(H5Pget_filter2(list.id(), static_cast<unsigned>(i), &flags, &parameters,
-                                           nullptr, 0, nullptr, nullptr),
-                            what));
-  }
-  s.packed = filters == std::vector<H5Z_filter_t>{H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE};
-  if (!filters.empty() && !s.packed)
-    throw Error(path + ": is packed in an unknown way; expected none, or shuffle and deflate");
-  if (s.layout != H5D_CHUNKED) return s;
-  const Shape shape = shape_of(dataset);
-  s.chunk.resize(shape.size());
-  check(H5Pget_chunk(list.id(), static_cast<int>(s.chunk.size()), s.chunk.data()), what);
-  double bytes = static_cast<double>(s.element);
-  for (std::size_t k = 0; k < shape.size(); ++k) {
-    if (s.chunk[k] == 0 || (k > 0 && s.chunk[k] != shape[k]))
-      throw Error(path + ": is cut into chunks that are not whole rows");
-    bytes *= static_cast<double>(s.chunk[k]);
-  }
-  if (bytes >= 4294967296.0) throw Error(path + ": has chunks of more than 4 GiB");
-  s.chunk_bytes = static_cast<std::size_t>(bytes);
-  return s;
-}
-
-struct Chunk {
-  haddr_t address = HADDR_UNDEF;  // not in the file
-  hsize_t size = 0;               // bytes in the file
-  unsigned skipped = 0;           // filters
-};
-
-Chunk chunk_at(hid_t dataset, std::size_t row, std::size_t rank, const std::string& path) {
-  std::vector<hsize_t> offset(rank, 0);
-  offset[0] = row;
-  Chunk c;
-  check(H5Dget_chunk_info_by_coord(dataset, offset.data(), &c.skipped, &c.address, &c.size),
-        "look for the rows of " + path);
-  return c;
-}
-
-// Deflate is left out of a chunk that it would not make smaller.
-constexpr unsigned kDeflateSkipped = 1u << 1;
-
-// That a chunk which is in the file can hold its rows.
-void check_chunk(const Chunk& c, const Storage& s, std::size_t row, hsize_t file_size,
-                 const std::string& path) {
-  const bool inside = c.address < file_size && c.size <= file_size - c.address;
-  const bool deflated = s.packed && c.skipped == 0;
-  const bool plain = c.skipped == (s.packed ? kDeflateSkipped : 0u);
-  const bool fits = deflated ? static_cast<double>(s.chunk_bytes) <=
-                                   kLargestCompression * static_cast<double>(c.size) + 64
-                             : plain && c.size == s.chunk_bytes;
-  if (!inside || !fits)
-    throw Error(fmt::format("{}: the chunk of row {} does not fit its rows", path, row));
-}
-
-// The bytes of one chunk, as many as its rows have. The library checks neither that a chunk holds
-// them all nor that its filters were applied; so they are unpacked here.
-class ChunkReader {
- public:
-  ChunkReader(hid_t dataset, const Storage& storage, const std::string& path)
-      : dataset_(dataset), storage_(storage), path_(path), values_(storage.chunk_bytes) {}
-
-  const std::vector<unsigned char>& read(std::size_t row, const Chunk& c) {
-    stored_.resize(c.size);
-    std::vector<hsize_t> offset(storage_.chunk.size(), 0);
-    offset[0] = row;
-    std::uint32_t skipped = 0;
-    check(H5Dread_chunk(dataset_, H5P_DEFAULT, offset.data(), &skipped, stored_.data()),
-          "read " + path_);
-    if (!storage_.packed) return stored_;
-    uLongf size = storage_.chunk_bytes;
-    shuffled_.resize(size);
-    if (c.skipped == kDeflateSkipped) {
-      shuffled_ = stored_;
-    } else if (uncompress(shuffled_.data(), &size, stored_.data(), stored_.size()) != Z_OK ||
-               size != shuffled_.size()) {
-      throw Error(fmt::format("{}: the compressed values of row {} are damaged", path_, row));
-    }
-    const std::size_t count = storage_.chunk_bytes / storage_.element;
-    for (std::size_t byte = 0; byte < storage_.element; ++byte)
-      for (std::size_t i = 0; i < count; ++i)
-        values_[i * storage_.element + byte] = shuffled_[byte * count + i];
-    return values_;
-  }
-
- private:
-  hid_t dataset_;
-  const Storage& storage_;
-  const std::string& path_;
-  std::vector<unsigned char> stored_, shuffled_, values_;
-};
-
-// Rows [first, first + count) of a dataset in chunks, as they are in the file.
-void read_chunks(hid_t dataset, const Storage& s, std::size_t first, std::size_t count,
-                 hsize_t file_size, const std::string& path, unsigned char* to) {
-  const std::size_t rows = s.chunk[0], row_bytes = s.chunk_bytes / rows;
-  ChunkReader reader(dataset, s, path);
-  for (std::size_t row = first; row < first + count;) {
-    const std::size_t start = row / rows * rows, take = std::min(start + rows, first + count) - row;
-    const Chunk c = chunk_at(dataset, start, s.chunk.size(), path);
-    if (c.address == HADDR_UNDEF)
-      throw Error(fmt::format("{}: row {} was never written", path, row));
-    check_chunk(c, s, start, file_size, path);
-    std::memcpy(to, reader.read(start, c).data() + (row - start) * row_bytes, take * row_bytes);
-    to += take * row_bytes;
-    row += take;
-  }
-}
-
 // Whether the file has the bytes of this type, with nothing to convert.
 template <class T>
 bool is_kept_as(hid_t dataset) {
@@ -481,10 +156,6 @@ hsize_t size_of_file(hid_t file) {
   check(H5Fget_filesize(file, &bytes), "read the file's size");
   return bytes;
 }
-
-}  // namespace
-
-namespace {
 
 // A dataset writes what it has in memory when its handle is closed. What failed there is lost
 // without a trace in the file, so that the next flush must say so. errno; -1: not known.
@@ -612,16 +283,16 @@ std::vector<std::string> File::datasets() const {
 
 std::vector<Object> File::objects() const {
   silence();
-  Walk walk(file_.id());
+  std::vector<Object> all = list_objects(file_.id());
   std::string path;
-  std::erase_if(walk.objects, [&](Object& object) {
+  std::erase_if(all, [&](Object& object) {
     if (!is_in_use(object.path, path)) return true;
     object.path = path;
     return false;
   });
-  std::sort(walk.objects.begin(), walk.objects.end(),
+  std::sort(all.begin(), all.end(),
             [](const Object& a, const Object& b) { return a.path < b.path; });
-  return std::move(walk.objects);
+  return all;
 }
 
 Stored File::check_storage(const std::string& path) const {

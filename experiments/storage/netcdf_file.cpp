@@ -9,19 +9,14 @@
 #include <cstdio>
 #include <numeric>
 
+#include "experiments/storage/hdf5_library.h"
+
 namespace firn {
 namespace {
 
+using hdf5::check;
 using hdf5::Handle;
-
-// An identifier or a status: negative for a failure.
-template <class Result>
-Result check(Result result, const std::string& what) {
-  if (result < 0) throw hdf5::Error(fmt::format("cannot {}", what));
-  return result;
-}
-
-Handle own(hid_t id, const std::string& what) { return Handle(check(id, what)); }
+using hdf5::own;
 
 // NetCDF orders its objects by their creation.
 void keep_order(hid_t properties) {
@@ -64,7 +59,7 @@ Handle make_dataset(hid_t file, const std::string& path, hid_t type,
 }  // namespace
 
 NetcdfFile::NetcdfFile(const std::string& path) : path_(path), temporary_(path + ".part") {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
+  hdf5::silence();
   const Handle properties = own(H5Pcreate(H5P_FILE_CREATE), "make a file");
   keep_order(properties.id());
   file_ = own(H5Fcreate(temporary_.c_str(), H5F_ACC_TRUNC, properties.id(), H5P_DEFAULT),
