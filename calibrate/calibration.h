@@ -12,6 +12,9 @@
 
 namespace firn {
 
+// Phase of the runs of a [[compare]] set, before its name.
+inline constexpr const char* kComparePhase = "compare: ";
+
 // A pure function of the study and of the results of its runs: nothing
 // here remembers anything from one session to the next.
 class Calibration {

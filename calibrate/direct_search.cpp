@@ -31,7 +31,7 @@ CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchPr
   std::vector<Point> compared;
   for (const CompareSet& set : study.compare)
     if (study.budget.compare_replicates > 0)
-      compared.push_back(campaign.point("compare: " + set.name, static_cast<int>(compared.size()),
+      compared.push_back(campaign.point(kComparePhase + set.name, static_cast<int>(compared.size()),
                                         set.values,
                                         seed_range(study.seed, study.budget.compare_replicates)));
   campaign.run(compared);
