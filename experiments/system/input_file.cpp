@@ -119,6 +119,16 @@ std::string read_input_file(const std::string& file, std::string_view wanted, st
   return bytes;
 }
 
+void require_plain_text(std::string_view bytes, const std::string& file, std::string_view wanted) {
+  const auto refuse = [&](std::string_view what) {
+    throw InputError(fmt::format("{}: {}; expected {}", shortened(file), what, wanted));
+  };
+  if (bytes.starts_with("\x89HDF\r\n"))
+    refuse("is a results file (HDF5), which firn run --resume continues");
+  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+    refuse("is UTF-16 text, as spreadsheets save it; save it as UTF-8");
+}
+
 std::string shortened(std::string_view text) {
   constexpr std::size_t kMost = 300;
   if (text.size() <= kMost) return std::string(text);

@@ -47,6 +47,10 @@ void require_regular_file(const std::string& file, std::string_view wanted);
 // a file that is longer.
 std::string read_input_file(const std::string& file, std::string_view wanted, std::uintmax_t most);
 
+// Throws InputError as above for a results file of a run and for UTF-16, which spreadsheets write
+// as "Unicode text": nothing that a reader of text says about them helps.
+void require_plain_text(std::string_view bytes, const std::string& file, std::string_view wanted);
+
 // The first characters of a text, for messages.
 std::string shortened(std::string_view text);
 

@@ -51,6 +51,7 @@ void check_text(const toml::node& node, const std::string& path, std::string_vie
 }
 
 toml::table parse(std::string_view text, const std::string& source) {
+  require_plain_text(text, source, "a TOML file");
   check_toml_limits(text, source);
   try {
     toml::table table = toml::parse(text, source);

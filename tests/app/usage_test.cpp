@@ -52,6 +52,16 @@ TEST(Usage, EverySubCommandHasHelp) {
   }
 }
 
+TEST(Usage, FilesOfAnotherKindAreNamed) {
+  const Folder folder;
+  folder.write("case.toml", replaced(two_boxes, "50 ms", "1 ms"));
+  ASSERT_EQ(folder.firn({"run", "case.toml", "-o", "run.h5", "-q"}).status, 0);
+  expect_one_line(folder.firn({"run", "run.h5"}),
+                  "run.h5: is a results file (HDF5), which firn run --resume continues; expected");
+  folder.write("wide.toml", std::string("\xff\xfe[\0c\0", 6));
+  expect_one_line(folder.firn({"run", "wide.toml"}), "wide.toml: is UTF-16 text, as spreadsheets");
+}
+
 TEST(Usage, CountsAreWholeNumbersInTheirRange) {
   const Folder folder;
   const std::vector<std::vector<std::string>> commands = {
