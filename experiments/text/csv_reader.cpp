@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -24,6 +25,36 @@ std::string trimmed(std::string s) {
   return s;
 }
 
+// What separates the fields of a file whose first row is this line. A tab next to a comma is blank.
+char separator_of(std::string_view header) {
+  bool quoted = false, tab = false;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    if (header[i] == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (header[i] == ';') return ';';
+    const bool next_to_comma = (i > 0 && header[i - 1] == ',') || header.substr(i + 1, 1) == ",";
+    tab = tab || (header[i] == '\t' && !next_to_comma);
+  }
+  return tab ? '\t' : ',';
+}
+
+// The number that a whole field holds; nothing for any other text.
+std::optional<double> number_of(const std::string& text) {
+  const char *first = text.data() + text.starts_with('+'), *last = text.data() + text.size();
+  double value = 0;
+  const auto [end, error] = std::from_chars(first, last, value);
+  if (text.empty() || error != std::errc() || end != last) return std::nullopt;
+  return value;
+}
+
+// The same with a comma for the point; nothing for a text without a comma.
+std::optional<double> decimal_comma_number_of(std::string text) {
+  const std::size_t comma = text.find(',');
+  if (comma == text.npos || text.find('.') != text.npos) return std::nullopt;
+  text[comma] = '.';
+  return number_of(text);
+}
+
 // Hands libcsv a line at a time, so that every row knows where it stands.
 class RowReader {
  public:
@@ -35,15 +66,19 @@ class RowReader {
   ~RowReader() { csv_free(&parser_); }
 
   std::vector<CsvRow> read() {
-    std::istringstream in(read_input_file(file_, "a CSV file", input_limits::csv_bytes));
+    const std::string bytes = read_input_file(file_, "a CSV file", input_limits::csv_bytes);
+    require_plain_text(bytes, file_, "a CSV file");
+    std::istringstream in(bytes);
     std::string text;
     while (std::getline(in, text)) {
       ++line_;
       constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
       if (line_ == 1 && text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
       if (text.starts_with('#')) continue;
-      if (rows_.empty() && fields_.empty() && text.find(',') == text.npos)
-        csv_set_delim(&parser_, ';');
+      if (rows_.empty() && fields_.empty()) {
+        separator_ = separator_of(text);
+        csv_set_delim(&parser_, static_cast<unsigned char>(separator_));
+      }
       feed(text + "\n");
     }
     if (csv_fini(&parser_, on_field, on_row, this) != 0) fail();
@@ -60,7 +95,8 @@ class RowReader {
   }
   static void on_row(int, void* self) {
     auto* reader = static_cast<RowReader*>(self);
-    reader->rows_.push_back({reader->line_, std::exchange(reader->fields_, {})});
+    reader->rows_.push_back(
+        {reader->line_, reader->separator_, std::exchange(reader->fields_, {})});
   }
   void feed(const std::string& text) {
     if (csv_parse(&parser_, text.data(), text.size(), on_field, on_row, this) != text.size())
@@ -80,6 +116,7 @@ class RowReader {
   std::string file_;
   csv_parser parser_{};
   unsigned line_ = 0;
+  char separator_ = ',';
   bool too_many_fields_ = false;
   std::vector<std::string> fields_;
   std::vector<CsvRow> rows_;
@@ -100,10 +137,33 @@ CsvHeading csv_heading(const std::string& field) {
 std::vector<CsvRow> read_csv_table(const std::string& file) {
   std::vector<CsvRow> rows = read_csv_rows(file);
   if (rows.empty()) throw InputError(file + ":1: CSV: is empty; expected a header and rows");
-  for (const CsvRow& row : rows)
-    if (row.fields.size() != rows.front().fields.size())
-      throw InputError(fmt::format("{}:{}: CSV: has {} fields; expected {}, as in the header", file,
-                                   row.line, row.fields.size(), rows.front().fields.size()));
+  const CsvRow& header = rows.front();
+  for (CsvRow& row : rows) {
+    while (row.fields.size() > header.fields.size() && row.fields.back().empty())
+      row.fields.pop_back();
+    if (row.fields.size() != header.fields.size())
+      throw InputError(
+          fmt::format("{}:{}: CSV: has {} fields; expected {}, as in the header, line {}{}", file,
+                      row.line, row.fields.size(), header.fields.size(), header.line,
+                      header.fields.size() == 1 ? "; lines above the header must begin with #"
+                      : header.separator == ',' && row.fields.size() == 2 * header.fields.size()
+                          ? "; numbers with a decimal comma need semicolons or tabs between them"
+                          : ""));
+  }
+  // 1,234 and 5.6 in one column: the first may be a thousand.
+  for (std::size_t i = 0; header.separator != ',' && i < header.fields.size(); ++i) {
+    unsigned point = 0, comma = 0;  // a line that has one
+    for (const CsvRow& row : rows) {
+      const std::string& text = row.fields[i];
+      if (decimal_comma_number_of(text)) comma = row.line;
+      if (text.find('.') != text.npos && number_of(text)) point = row.line;
+    }
+    if (point > 0 && comma > 0)
+      throw InputError(fmt::format(
+          "{}:{}: {}: has a decimal comma here and a decimal point in line {}; expected one of the "
+          "two",
+          file, comma, csv_heading(header.fields[i]).name, point));
+  }
   return rows;
 }
 
@@ -139,13 +199,13 @@ CsvColumn find_csv_column(const std::string& file, const CsvRow& header, const s
 
 double csv_number(const std::string& file, const CsvRow& row, const CsvColumn& column) {
   const std::string& text = row.fields[column.index];
-  const char *first = text.data() + text.starts_with('+'), *last = text.data() + text.size();
-  double value = 0;
-  const auto [end, error] = std::from_chars(first, last, value);
-  if (text.empty() || error != std::errc() || end != last || !std::isfinite(value * column.unit))
-    throw InputError(fmt::format("{}:{}: {}: is \"{}\"; expected a finite number, with a point",
-                                 file, row.line, column.name, text));
-  return value * column.unit;
+  std::optional<double> value = number_of(text);
+  if (!value && row.separator != ',') value = decimal_comma_number_of(text);
+  if (!value || !std::isfinite(*value * column.unit))
+    throw InputError(fmt::format("{}:{}: {}: is \"{}\"; expected a finite number, such as 1.5{}",
+                                 file, row.line, column.name, text,
+                                 row.separator == ',' ? "" : " or 1,5"));
+  return *value * column.unit;
 }
 
 }  // namespace firn

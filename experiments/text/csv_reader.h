@@ -1,5 +1,6 @@
-// Rows of a CSV file (RFC 4180; semicolons where a file has no commas; lines that begin with # are
-// remarks).
+// Rows of a CSV file (RFC 4180). The first row decides what separates the fields: a semicolon or a
+// tab where it has one outside of quotes, else a comma. Between semicolons and tabs, numbers may
+// have a decimal comma. Lines that begin with # are remarks.
 #pragma once
 
 #include <optional>
@@ -11,7 +12,8 @@
 namespace firn {
 
 struct CsvRow {
-  unsigned line = 0;  // of the file, on which it ends
+  unsigned line = 0;     // of the file, on which it ends
+  char separator = ',';  // of its fields
   std::vector<std::string> fields;
 };
 // Throws InputError `FILE:LINE: ...` for a file that cannot be read or is no CSV.
@@ -23,7 +25,8 @@ struct CsvHeading {
 };
 CsvHeading csv_heading(const std::string& field);
 
-// A file with a header: its rows are all as long as that. Throws InputError.
+// A file with a header: its rows are all as long as that, but for empty fields at the end. Throws
+// InputError, also where one column has numbers with a point and numbers with a decimal comma.
 std::vector<CsvRow> read_csv_table(const std::string& file);
 
 struct CsvColumn {

@@ -81,6 +81,31 @@ TEST_F(MotionCsvTest, ReadsUnitsQuotesCommentsAndOtherColumns) {
               ElementsAre(0, testing::DoubleNear(std::numbers::pi / 2, 1e-12)));
 }
 
+// As spreadsheets and loggers write it where the decimal mark is a comma.
+TEST_F(MotionCsvTest, ReadsDecimalCommasBetweenSemicolonsAndTabs) {
+  for (const std::string text :
+       {"time [s];way [mm]\r\n0,0;0\r\n0,5;-1,25e1\r\n1;+3,0\r\n",
+        "\xef\xbb\xbftime [s]\tway [mm]\n0,0\t0\n0,5\t-12,5\n1\t3,0\n",
+        "\ntime [s];way [mm];;\n0,0;0;;;\n0,5;-12,5;;;\n1;3,0;;\n",
+        "time [s];\"way [mm]\";note, by hand\n0,0;0;a, b\n0,5;-12,5;\n1;3,0;\n",
+        "\"time [s]\",\t\"way [mm]\"\n0,\t0\n0.5,\t-12.5\n1,\t3.0\n",
+        "\"note; by hand\",time [s],way [mm]\na,0,0\nb,0.5,-12.5\n,1,3.0\n"}) {
+    SCOPED_TRACE(text);
+    EXPECT_EQ(error_of(text), "");
+    const Case c = read(text);
+    EXPECT_THAT(motion(c).times, ElementsAre(0, 0.5, 1));
+    EXPECT_THAT(motion(c).ways, ElementsAre(0, -0.0125, 0.003));
+  }
+  const std::string head = "time [s];way [mm]\n";
+  EXPECT_EQ(error_of(head + "0;0\n1;1.234,5\n"),
+            "x.csv:3: way: is \"1.234,5\"; expected a finite number, such as 1.5 or 1,5");
+  EXPECT_EQ(error_of(head + "0;0\n1;1,234,5\n"),
+            "x.csv:3: way: is \"1,234,5\"; expected a finite number, such as 1.5 or 1,5");
+  EXPECT_EQ(error_of(head + "0;2.5\n1;1,234\n"),
+            "x.csv:3: way: has a decimal comma here and a decimal point in line 2; expected one of "
+            "the two");
+}
+
 TEST_F(MotionCsvTest, ResolvedCaseHoldsTheTable) {
   const Case c = read("time [s],way [mm]\n0,0\n0.5,3\n");
   std::filesystem::remove(path("x.csv"));
@@ -93,15 +118,22 @@ TEST_F(MotionCsvTest, SaysWhereWhatIsWrong) {
   const std::string head = "time [s],way [mm]\n";
   const auto error = [&](const std::string& rows) { return error_of(head + rows); };
   EXPECT_EQ(error("0,0\n1,nan\n"),
-            "x.csv:3: way: is \"nan\"; expected a finite number, with a point");
-  EXPECT_EQ(error("0,0\n1,\n"), "x.csv:3: way: is \"\"; expected a finite number, with a point");
+            "x.csv:3: way: is \"nan\"; expected a finite number, such as 1.5");
+  EXPECT_EQ(error("0,0\n1,\n"), "x.csv:3: way: is \"\"; expected a finite number, such as 1.5");
   EXPECT_EQ(error("0,0\n1e999,1\n"),
-            "x.csv:3: time: is \"1e999\"; expected a finite number, with a point");
+            "x.csv:3: time: is \"1e999\"; expected a finite number, such as 1.5");
   EXPECT_EQ(error("0,0\n1,1\n\n1,2\n"),
             "x.csv:5: time: go from 1 s to 1 s; expected each later than the one before");
   EXPECT_EQ(error("1,0\n2,1\n"),
             "x.csv:2: time: begin at 1 s; expected 0, the start of the motion");
-  EXPECT_EQ(error("0,0\n1,2,3\n"), "x.csv:3: CSV: has 3 fields; expected 2, as in the header");
+  EXPECT_EQ(error("0,0\n1,2,3\n"),
+            "x.csv:3: CSV: has 3 fields; expected 2, as in the header, line 1");
+  EXPECT_EQ(error("0,00,0,00\n"),
+            "x.csv:2: CSV: has 4 fields; expected 2, as in the header, line 1; numbers with a "
+            "decimal comma need semicolons or tabs between them");
+  EXPECT_EQ(error_of("Logger 7\n" + head + "0,0\n"),
+            "x.csv:2: CSV: has 2 fields; expected 1, as in the header, line 1; lines above the "
+            "header must begin with #");
   EXPECT_THAT(error("0,0\n1e-6,1\n"), HasSubstr("x.csv:3: way: jump from 0 to 0.001 m within"));
   EXPECT_THAT(error("0,0\n"), HasSubstr("x.csv:2: way: has 1 values for 1 times"));
   EXPECT_THAT(error("0,0\n1,\"2\n"), HasSubstr("x.csv:3: CSV: "));
