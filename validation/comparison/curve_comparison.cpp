@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "validation/comparison/comparison_kinds.h"
 
@@ -44,11 +48,11 @@ std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& da
 void judge(double tolerance, Comparison& c) {
   const CurveComparison& v = *c.curve;
   const double off = v.difference, expanded = v.expanded;
+  const double step = (v.x.back() - v.x.front()) / 1000;  // of places that people distinguish
   c.headline = fmt::format(
-      "root mean square difference {:.2g} % of the measured range, +- {:.2g} %; largest {:.2g} % "
-      "at "
-      "{:.3g} {}",
-      100 * off, 100 * expanded, 100 * v.largest, v.at, v.x_unit);
+      "root mean square difference {} % of the measured range, ± {} %; largest {} % at {} {}",
+      number_text(100 * off, 2), number_text(100 * expanded, 2), number_text(100 * v.largest, 2),
+      number_text(std::round(v.at / step) * step, 3), v.x_unit);
   if (v.runs < 2) {
     c.recommended_action = "more than one run";
     return;
@@ -64,6 +68,43 @@ void judge(double tolerance, Comparison& c) {
     c.recommended_action = v.repeats < 2 ? "repeats of the experiment: one curve gives no scatter"
                                          : "more runs with other seeds and more repeats";
   }
+}
+
+// What makes most of a difference between curves of one shape: the zero of x, the sign of y, or the
+// zero of y. Each is a setting of the recorder and no result.
+std::vector<std::string> offset_caveats(const std::vector<SampledCurve>& simulated,
+                                        const MeasuredData& data, const CurveComparison& v) {
+  constexpr double kNoticed = 0.05, kLeft = 0.5;  // of the range; of the difference
+  std::vector<std::string> caveats;
+  if (!(v.difference > kNoticed)) return caveats;
+  if (data.align == MeasuredData::Alignment::none) {
+    const auto best = compare_curves(simulated, data.repeats, MeasuredData::Alignment::best);
+    if (best && best->difference < kLeft * v.difference)
+      caveats.push_back(fmt::format(
+          "with the simulation shifted by {} {} the difference is {} %: where the recorder and the "
+          "simulation start at different times, set align = \"onset\" or \"best\" in [data]",
+          number_text(best->shift, 3), v.x_unit, number_text(100 * best->difference, 2)));
+  }
+  double along = 0, offset = 0, squares = 0;
+  const auto n = static_cast<double>(v.x.size());
+  for (std::size_t i = 0; i < v.x.size(); ++i) {
+    along += v.measured[i] * v.simulated[i] / n;
+    offset += (v.measured[i] - v.simulated[i]) / n;
+  }
+  for (std::size_t i = 0; i < v.x.size(); ++i) {
+    const double rest = v.measured[i] - v.simulated[i] - offset;
+    squares += rest * rest / n;
+  }
+  if (along < 0)
+    caveats.push_back(
+        fmt::format("measured and simulated {} have opposite signs: a simulated force is a "
+                    "magnitude",
+                    v.y_name));
+  else if (v.range > 0 && std::sqrt(squares) / v.range < kLeft * v.difference)
+    caveats.push_back(fmt::format(
+        "without a constant {} {} the difference is {} %: was the recorder set to zero?",
+        number_text(offset, 3), v.y_unit, number_text(100 * std::sqrt(squares) / v.range, 2)));
+  return caveats;
 }
 
 }  // namespace
@@ -90,6 +131,8 @@ void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Compari
   }
   if (c.curve->repeats < 2)
     c.caveats.emplace_back("one measured curve: its scatter is taken as that of the runs");
+  for (std::string& caveat : offset_caveats(simulated, data, *c.curve))
+    c.caveats.push_back(std::move(caveat));
   judge(what.tolerance.value_or(0), c);
 }
 

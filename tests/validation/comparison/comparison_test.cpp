@@ -11,6 +11,7 @@ namespace firn {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing::ThrowsMessage;
 
 JobResult finished(const std::vector<Response>& responses) {
@@ -425,6 +426,28 @@ TEST_F(Comparisons, OfACurveJudgeByATolerance) {
   EXPECT_EQ(verdict(20, 0.2), ValidationVerdict::inconsistent);
   EXPECT_EQ(verdict(10, 0.01), ValidationVerdict::inconclusive);
   EXPECT_EQ(verdict(20, {}), ValidationVerdict::not_judged);
+  // Most of the difference is no difference of the forces.
+  const auto caveats = [&](double shift, double factor, double offset) {
+    MeasuredData::Repeat r;
+    for (int i = 0; i <= 100; ++i) {
+      const double x = 0.02 * i;
+      r.x.push_back(x + shift);
+      r.y.push_back(factor * 10 * x + offset);
+    }
+    data.repeats = {r, r};
+    what.measurement.data = data;
+    std::string all;
+    for (const std::string& caveat : result().caveats) all += caveat + "\n";
+    return all;
+  };
+  EXPECT_THAT(caveats(0, 1, 0), Not(HasSubstr("shifted")));
+  EXPECT_THAT(caveats(0.6, 1, 0),
+              HasSubstr("with the simulation shifted by 0.6 m the difference is 0"));
+  EXPECT_THAT(caveats(0, -1, 0), HasSubstr("opposite signs"));
+  EXPECT_THAT(caveats(0, 1, 7), HasSubstr("without a constant 7 N the difference is"));
+  data.align = MeasuredData::Alignment::best;
+  EXPECT_THAT(caveats(0.6, 1, 0), Not(HasSubstr("shifted")));
+  data.align = MeasuredData::Alignment::none;
   // The experiment's own units: the simulation is brought to them.
   data.x_unit = "mm";
   data.unit = "kN";
