@@ -147,7 +147,7 @@ double read_effort(const TomlTable& t) {
 std::string source_of(const Measurement& m) {
   const double plain = m.standard_uncertainty(), believed = m.widened_uncertainty();
   if (believed == plain) return m.sentence();
-  return fmt::format("{}; taken as +- {:.2g} {}, since {} repeats hardly determine their scatter",
+  return fmt::format("{}; taken as ± {:.2g} {}, since {} repeats hardly determine their scatter",
                      m.sentence(), believed, m.unit, m.repeats);
 }
 

@@ -179,6 +179,10 @@ const char* to_string(MeasurementStatus status) {
   return "";
 }
 
+const char* status_text(const Measurement& measurement) {
+  return measurement.recorded ? "recorded" : to_string(measurement.status);
+}
+
 double Measurement::standard_uncertainty() const {
   return std::hypot(standard_deviation / std::sqrt(repeats), systematic_uncertainty);
 }
@@ -223,7 +227,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     m.data = read_measured_data(t.required_table("data"),
                                 std::filesystem::path(source).parent_path().string());
   }
-  const bool recorded = t.string("status") == "recorded";
+  const bool recorded = m.recorded = t.string("status") == "recorded";
   if (recorded && !m.data)
     t.fail("data", "is missing; expected a table [data] with the file of what was recorded");
   m.response = m.data || !m.criteria.empty() ? t.string("response", m.data ? m.data->response : "")

@@ -44,6 +44,7 @@ struct Measurement {
   std::string systematic_rationale;
 
   MeasurementStatus status = MeasurementStatus::measured;
+  bool recorded = false;  // a qualitative one by its data: a trace or other recorded numbers
   // What was done to get it: measurements of one experiment say the same here. Empty: not stated.
   std::string experiment;
   bool simulated = false;  // a number of another simulation, not of an experiment
@@ -60,6 +61,9 @@ struct Measurement {
   // "10 +- 0.96 deg (n = 7; standard deviation 2 deg, assumed: ...; reading 0.6 deg: ...)"
   std::string sentence() const;
 };
+
+// The status as the file states it: "recorded" as well.
+const char* status_text(const Measurement& measurement);
 
 // A number with the unit it is written in: "10 deg"; a bare number has the unit "1".
 struct UnitValue {

@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "experiments/text/number_text.h"
 #include "firn/math.h"
 #include "reports/documents/comparison_sections.h"
 #include "reports/documents/validation_replays.h"
@@ -122,7 +123,8 @@ void parameters_section(const Json& results, page::Page& page) {
   for (const Json& p : results.at("parameter_sets")) {
     std::string keys;
     for (const auto& [key, value] : p.at("set").items())
-      keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", key, value.get<std::string>());
+      keys += fmt::format("{}{}", keys.empty() ? "" : ", ",
+                          shortest_numbers(key + " = " + value.get<std::string>()));
     table.rows.push_back({text(p, "name"), text(p, "material"), keys, text(p, "note")});
   }
   page.section("Parameters", "parameters").table(table);

@@ -256,7 +256,7 @@ Comparison compare(const Suite& suite, const SuiteComparison& what, const Parame
     c.measurement = what.measurement.sentence();
     if (c.measurement.ends_with('.')) c.measurement.pop_back();
     c.measurement += "; " + what.measurement.source;
-    c.measurement_status = to_string(what.measurement.status);
+    c.measurement_status = status_text(what.measurement);
     c.code_to_code = what.measurement.simulated;
   }
   c.runs = static_cast<int>(e.base->results.size());

@@ -30,7 +30,7 @@ UncertaintyComponent numerics_part(const std::string& name, const RunGroup* chan
             fmt::format("{}: changes by {:.3g} in one run", setting, difference)};
   const bool hidden = c.error > std::abs(difference);
   UncertaintyComponent part = {name, std::max(std::abs(difference), c.error),
-                               fmt::format("{}: changes by {:.3g} +- {:.2g} over {} seeds", setting,
+                               fmt::format("{}: changes by {:.3g} ± {:.2g} over {} seeds", setting,
                                            difference, c.error, c.seeds)};
   if (hidden) part.freedom = c.seeds - 1;
   return part;
@@ -144,7 +144,7 @@ void judge_value(const SuiteComparison& what, Comparison& c) {
   const double expanded = v.expanded, off = std::abs(v.difference);
   const bool seeds_known = v.parts.front().value.has_value();
   c.headline = fmt::format(
-      "simulated {}, measured {}: {} by {} +- {}", with_unit(v.simulation.mean, v.unit),
+      "simulated {}, measured {}: {} by {} ± {}", with_unit(v.simulation.mean, v.unit),
       with_unit(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
       with_unit(off < 1e-9 * std::abs(v.measured) ? 0 : off, v.unit), with_unit(expanded, v.unit));
   if (!seeds_known) {

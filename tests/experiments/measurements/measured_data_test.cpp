@@ -68,6 +68,7 @@ TEST_F(MeasuredDataTest, RecordedOnesNeedDataAndNoStatement) {
   csv("time [s],force [N]\n0,0\n0.001,20\n0.002,0\n0.003,0\n");
   const Measurement m = recorded(data);
   EXPECT_EQ(m.statement, "recorded in a.csv");
+  EXPECT_STREQ(status_text(m), "recorded");
   EXPECT_THAT(m.data->values, ElementsAre(20));
   EXPECT_EQ(recorded("statement = \"a press\"\n" + data).statement, "a press");
   EXPECT_THAT(complaint(""), HasSubstr("data: is missing; expected a table [data]"));
