@@ -172,6 +172,7 @@ Inlet folder_source(const std::string& folder) {
 Inlet source_of(const Arguments& a) {
   const fs::path path = a.path;
   if (is_case(path)) {
+    require_regular_file(a.path, "a case file");  // its errors are shown on the page, but not this
     std::vector<Override> overrides;
     for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
     MaterialRequest materials;

@@ -172,6 +172,7 @@ TEST(ViewCommand, RefusesWhatCannotBeShown) {
   };
   refused({"view", "gone.h5"}, "gone.h5: does not exist");
   refused({"view", "gone"}, "gone: does not exist");
+  refused({"view", "gone.toml"}, "gone.toml: cannot be opened: No such file or directory");
   refused({"view", "gone.h5", "--set", "a=1"}, "--set");
   refused({"view", "case.toml", "--port", "70000"}, "--port");
   refused({"view", "case.toml", "--set", "a"}, "--set");
