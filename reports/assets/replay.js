@@ -17,6 +17,8 @@ const FirnReplay = (() => {
       this.fine = this.ratio = Math.min(2, devicePixelRatio || 1);  // pixels of the picture a pixel of the page
       this.build();
       this.view = new FirnReplayScene.Scene(this.canvas, replay);
+      if (!replay.setup) this.t = this.view.stillTime();
+      this.still = this.t > replay.start;  // until a time is chosen, Play begins at the start
       if (this.view.slow) [this.fine, this.ratio] = [1, 0.75];
       this.listBoundaries();
       this.listMarkers();
@@ -156,7 +158,8 @@ const FirnReplay = (() => {
     // Time
     toggle() { if (this.playing) this.stop(); else this.start(); }
     start() {
-      if (this.t >= this.r.end) this.t = this.r.start;
+      if (this.still || this.t >= this.r.end) this.t = this.r.start;
+      this.still = false;
       this.playing = true;
       this.play.textContent = 'Pause';
       this.last = 0;
@@ -169,6 +172,7 @@ const FirnReplay = (() => {
     }
     seek(t) {
       this.t = clamp(t, this.r.start, this.r.end);
+      this.still = false;
       this.ask();
     }
     step(by) {

@@ -279,6 +279,24 @@ const FirnReplayScene = (() => {
       this.frame();
     }
 
+    // When to begin with a still picture: at the start, or, where less than half of the particles
+    // are in view then (they come later, or from above), when most of them are.
+    stillTime() {
+      const r = this.replay, counts = [], times = [], place = new THREE.Vector3();
+      for (let f = 0; f < r.time.length; f += Math.ceil(r.time.length / 40)) {
+        let inside = 0;
+        for (let i = 0; i < r.particles; ++i) {
+          if (!r.present(f, i)) continue;
+          r.position(f, i, this.position);
+          if (this.box.containsPoint(place.fromArray(this.position))) ++inside;
+        }
+        counts.push(inside);
+        times.push(r.time[f]);
+      }
+      const most = Math.max(0, ...counts);
+      return most === 0 || 2 * counts[0] >= most ? r.start : times[counts.lastIndexOf(most)];
+    }
+
     frame() {
       const {clientWidth, clientHeight} = this.renderer.domElement;
       this.orbit.frame(this.shape ? this.shape.mesh.geometry.boundingBox : this.box,

@@ -294,6 +294,23 @@ TEST(ViewInABrowser, FollowsARunToItsEnd) {
   EXPECT_EQ(browser.console_errors(), "");
 }
 
+// Its cubes fall in from above the view: the picture before Play is that of the heap.
+TEST(ViewInABrowser, BeginsWithParticlesInViewAndPlaysFromTheStart) {
+  const Folder folder;
+  ASSERT_EQ(folder.firn({"new", "s", "--from", "own-study"}).status, 0);
+  ASSERT_EQ(folder.firn({"run", "s/case.toml", "-o", "run.h5", "-q"}).status, 0);
+  const Viewer viewer(folder, {"run.h5"});
+  Browser browser;
+  browser.open(viewer.address());
+  ASSERT_TRUE(browser.becomes("document.querySelector('.replay')?.dataset.ready === 'yes'"));
+  const std::string clock = "parseFloat(document.querySelector('.replay-clock').value)";
+  EXPECT_TRUE(browser.becomes(clock + " > 1"));
+  EXPECT_EQ(browser.value("document.querySelector('.replay').dataset.shown"), "64");
+  browser.value("document.querySelector('.replay-bar button').click()");
+  EXPECT_TRUE(browser.becomes(clock + " < 0.5"));
+  EXPECT_EQ(browser.console_errors(), "");
+}
+
 TEST(ViewInABrowser, FollowsAStudyToItsEnd) {
   const Folder folder;
   ASSERT_EQ(folder.firn({"new", "s", "--from", "own-study"}).status, 0);
