@@ -22,8 +22,10 @@ double value_of(const Json& value) {
 
 std::string unit_suffix_of(const Json& value) { return unit_suffix(value.value("unit", "1")); }
 
-// "ice_ice = 0.24 (95 %: 0.17 to 0.3)"
+// "ice_ice = 0.24 (95 %: 0.17 to 0.3)". Where no values meet all targets, the interval holds the
+// truth of a model that is refuted: the nearest values alone.
 std::string recommended(const Json& j) {
+  const bool out_of_reach = j.value("verdict", "") == "infeasible";
   const Json& values = j.at("estimate").at("parameters");
   std::vector<std::string> parts;
   for (const Json& p : j.value("parameters", Json::array())) {
@@ -32,12 +34,15 @@ std::string recommended(const Json& j) {
     const Json interval = p.value("interval_95", Json::array());
     std::string text =
         fmt::format("{} = {}{}", name, number_text(value_of(values.at(name))), unit_suffix_of(p));
-    if (interval.size() == 2)
+    if (interval.size() == 2 && !out_of_reach)
       text += fmt::format(" (95 %: {} to {})", number_text(value_of(interval[0]), 3),
                           number_text(value_of(interval[1]), 3));
     parts.push_back(text);
   }
-  return joined(parts, "no values");
+  const std::string values_text = joined(parts, "no values");
+  return out_of_reach ? "nothing, since no values within the ranges meet all targets; nearest: " +
+                            values_text
+                      : values_text;
 }
 
 std::string determined(const Json& j) {
