@@ -99,7 +99,7 @@ void log_case(const Case& c, const std::string& results_file) {
         [&](const Particle& particle) { return particle.shape == static_cast<int>(i); });
     spdlog::info("{} x {}: {}, {}", count, shape.name, kind_text(resolved, shape.name),
                  shape_line(shape));
-    const std::string warning = deviation_warning(shape);
+    const std::string warning = deviation_warning(shape, states_rounding(c, shape.name));
     if (!warning.empty()) spdlog::warn("{}", warning);
   }
   spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);

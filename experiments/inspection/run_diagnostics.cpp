@@ -1,6 +1,7 @@
 #include "experiments/inspection/run_diagnostics.h"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -162,16 +163,24 @@ std::string energy_warning(const EnergyAccount& a) {
       a.gained, 100 * a.gained / a.turned_over, a.turned_over);
 }
 
-std::string deviation_warning(const Shape& shape) {
-  constexpr double kMost = 0.02;  // of the smallest edge
+bool states_rounding(const Case& c, const std::string& shape) {
+  const toml::table resolved = toml::parse(c.resolved);  // holds no rounding that was chosen
+  return static_cast<bool>(resolved["shapes"][shape]["rounding"]);
+}
+
+std::string deviation_warning(const Shape& shape, bool rounding_is_stated) {
+  constexpr double kAllowed = 0.02, kStated = 0.05;  // of the smallest edge
+  const bool by_rounding = shape.deviation_reason.starts_with("edges rounded");
+  const double most = rounding_is_stated && by_rounding ? kStated : kAllowed;
   const double relative = shape.contact_deviation / shape.box.minCoeff();
   const bool needs_parts = shape.deviation_reason.starts_with("max_parts");
-  if (relative <= kMost && !needs_parts) return {};
+  if (relative <= most && !needs_parts) return {};
   return fmt::format(
       "shape {}: the contact parts deviate by {} mm from the mesh ({} % of the smallest "
-      "edge; {}); check with firn shape",
+      "edge; {}); {}",
       shape.name, number_text(shape.contact_deviation * 1e3, 3), number_text(100 * relative, 3),
-      shape.deviation_reason);
+      shape.deviation_reason,
+      by_rounding ? "a smaller rounding reduces it" : "check with firn shape");
 }
 
 }  // namespace firn

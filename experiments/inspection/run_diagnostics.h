@@ -50,7 +50,10 @@ std::optional<EnergyAccount> energy_account(const Recording& recording);
 std::string energy_warning(const EnergyAccount& account);
 
 // One sentence for a shape whose contact parts deviate from its mesh by more than 2 % of its
-// smallest edge, or would need more parts than max_parts allows. Empty for all others.
-std::string deviation_warning(const Shape& shape);
+// smallest edge (5 % where only a rounding that the case states is the reason), or would need more
+// parts than max_parts allows. Empty for all others.
+std::string deviation_warning(const Shape& shape, bool rounding_is_stated = false);
+// Whether the case states the rounding of this shape.
+bool states_rounding(const Case& c, const std::string& shape);
 
 }  // namespace firn

@@ -224,7 +224,7 @@ void diagnostics_section(const Recording& recording, const Case& c, page::Page& 
   const double late = last_finite(recording.series("/diagnostics/late_contacts"));
   page::Content& content = page.section("Diagnostics", "diagnostics");
   for (const Shape& shape : c.model.shapes) {
-    const std::string warning = deviation_warning(shape);
+    const std::string warning = deviation_warning(shape, states_rounding(c, shape.name));
     if (!warning.empty()) content.note({Mark::caution, "shape"}, warning);
   }
   const std::string warning = contact_warning(contact_diagnostics(recording, c));

@@ -115,12 +115,12 @@ TEST_F(RunPage, SaysWhatSpoilsShapesAndContacts) {
     text.replace(text.find(from), from.size(), to);
   };
   replace("0.01 GPa", "0.3 MPa");
-  replace("kind = \"box\"", "kind = \"box\"\nrounding = \"5 mm\"");
+  replace("kind = \"box\"", "kind = \"box\"\nrounding = \"8 mm\"");
   RunOptions options;
   options.results_file = folder_ / "soft.h5";
   ASSERT_EQ(run(read_case_text(text, "soft.toml", "."), options).status, RunStatus::finished);
   const std::string html = run_page(options.results_file).html();
-  expect_in(html, "shape cube: the contact parts deviate by 3.66 mm");
+  expect_in(html, "shape cube: the contact parts deviate by 5.86 mm");
   expect_in(html, "edges rounded");
   expect_in(html, "likely cause: the stiffness");
 }
