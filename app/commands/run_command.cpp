@@ -23,6 +23,7 @@
 #include "experiments/inspection/run_diagnostics.h"
 #include "experiments/inspection/state_trace.h"
 #include "experiments/material_records/material_record.h"
+#include "experiments/meshes/length_unit.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "experiments/storage/version.h"
@@ -101,6 +102,12 @@ void log_case(const Case& c, const std::string& results_file) {
                  shape_line(shape));
     const std::string warning = deviation_warning(shape, states_rounding(c, shape.name));
     if (!warning.empty()) spdlog::warn("{}", warning);
+    const auto table = resolved["shapes"][shape.name];
+    if (table["kind"].value_or("") != std::string_view("mesh")) continue;
+    const std::string advice =
+        unit_advice(shape.box.maxCoeff(), parse_length_unit(table["length_unit"].value_or("m")),
+                    MeshUse::particle);
+    if (!advice.empty()) spdlog::warn("shape {}: length_unit: {}", shape.name, advice);
   }
   spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
   if (c.steps_taken > 0 && c.steps_taken < kAccurateSteps) {

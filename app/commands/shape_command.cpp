@@ -11,6 +11,7 @@
 #include "app/output/shape_output.h"
 #include "app/support/exit_status.h"
 #include "experiments/case/case.h"
+#include "experiments/meshes/length_unit.h"
 #include "experiments/meshes/mesh_file.h"
 #include "experiments/meshes/mesh_repair.h"
 #include "experiments/meshes/mesh_union.h"
@@ -49,6 +50,20 @@ double option_quantity(const char* option, const std::string& text, const Dimens
   }
 }
 
+double length_unit_option(const Arguments& a) {
+  try {
+    return parse_length_unit(a.length_unit);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("--length-unit: {}", e.what()));
+  }
+}
+
+// A line of a table; nothing where the size is a usual one.
+std::string unit_row(double longest_edge, double unit, MeshUse use) {
+  const std::string advice = unit_advice(longest_edge, unit, use);
+  return advice.empty() ? "" : fmt::format("  {:<22}{}\n", "unit", advice);
+}
+
 bool is_case(const std::string& file) {
   std::string extension = std::filesystem::path(file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -81,8 +96,7 @@ int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshDefects&
                     "not cross themselves",
                     a.file, conflicts.sentence(), e.what()));
   }
-  write_stl(a.united, united,
-            option_quantity("--length-unit", "1 " + a.length_unit, dimension::length));
+  write_stl(a.united, united, length_unit_option(a));
   const double volume = mass_properties(united).volume;
   if (a.json)
     print_json(
@@ -136,8 +150,7 @@ int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefect
                                   : std::string("--repair-to FILE.stl writes it repaired"));
     return ExitStatus::bad_input;
   }
-  write_stl(a.repaired, repair.mesh,
-            option_quantity("--length-unit", "1 " + a.length_unit, dimension::length));
+  write_stl(a.repaired, repair.mesh, length_unit_option(a));
   print_lines(stderr, "repaired in {}\n", a.repaired);
   return ExitStatus::done;
 }
@@ -152,7 +165,7 @@ int print_boundary_mesh(const Arguments& a) {
     throw InputError("--repair-to: closes a mesh; expected it without --boundary");
   if (!a.united.empty())
     throw InputError("--united: unites the shells of a body; expected it without --boundary");
-  const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
+  const double unit = length_unit_option(a);
   const double thickness =
       option_quantity("--thickness", a.thickness.empty() ? "2 mm" : a.thickness, dimension::length);
   if (!(thickness > 0))
@@ -174,7 +187,9 @@ int print_boundary_mesh(const Arguments& a) {
     json["file"] = a.file;
     print_json(json);
   } else {
-    print_lines(stdout, "{} (lengths in {})\n{}", a.file, a.length_unit, boundary_table(facts));
+    print_lines(stdout, "{} (lengths in {})\n{}{}", a.file, a.length_unit,
+                unit_row((facts.upper - facts.lower).maxCoeff(), unit, MeshUse::boundary),
+                boundary_table(facts));
   }
   if (!a.picture.empty()) {
     ScenePicture picture;
@@ -194,7 +209,7 @@ int print_mesh(const Arguments& a) {
         "--picture: draws the scene of a case, or a boundary; expected a case file (*.toml), or "
         "--boundary");
   }
-  const double unit = option_quantity("--length-unit", "1 " + a.length_unit, dimension::length);
+  const double unit = length_unit_option(a);
   ShapeOptions options;
   options.name = std::filesystem::path(a.file).stem().string();
   options.density = option_quantity("--density", a.density, dimension::density);
@@ -223,8 +238,9 @@ int print_mesh(const Arguments& a) {
     document["repair"] = repair_json(repair);
     print_json(document);
   } else {
-    print_lines(stdout, "{} (lengths in {}, {}, {})\n{}{}", a.file, a.length_unit, a.density,
-                a.young_modulus, shape_table(shape), repair_rows(repair));
+    print_lines(stdout, "{} (lengths in {}, {}, {})\n{}{}{}", a.file, a.length_unit, a.density,
+                a.young_modulus, unit_row(shape.box.maxCoeff(), unit, MeshUse::particle),
+                shape_table(shape), repair_rows(repair));
   }
   return ExitStatus::done;
 }

@@ -1,5 +1,7 @@
 #include "firn/convex_part.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -363,8 +365,10 @@ ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double roundin
   for (auto& h : eroded) h.offset -= h.normal.dot(middle) + (h.internal ? 0 : rounding);
   Polyhedron solid(-half, half, 1e-9 * (upper - lower).norm());
   if (!cut_by_all(solid, eroded)) {
-    throw InputError("nothing is left of a convex part rounded by " + std::to_string(rounding) +
-                     " m; expected a rounding below half its thickness");
+    throw InputError(fmt::format(
+        "nothing is left of a convex part rounded by {:.4g} mm; expected less than half "
+        "of its thickness; left out, the rounding follows from the shape",
+        1e3 * rounding));
   }
   Corners corners = corners_of(solid, eroded);
   for (Vec3& p : corners.points) p += middle;

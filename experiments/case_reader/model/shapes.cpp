@@ -8,6 +8,7 @@
 #include <map>
 
 #include "experiments/case_reader/model/materials.h"
+#include "experiments/meshes/length_unit.h"
 #include "experiments/text/toml_names.h"
 
 namespace firn {
@@ -28,6 +29,19 @@ Shape latest_or_made(const std::string& description, Make make) {
   if (const auto found = latest.find(description); found != latest.end()) return found->second;
   if (latest.size() == kMost) latest.clear();
   return latest.emplace(description, make()).first->second;
+}
+
+// Runs `make`; its errors name the rounding where the table gives one and it is too large, else
+// `key`.
+template <class Make>
+Shape made_at(const TomlTable& t, std::string_view key, Make make) {
+  try {
+    return make();
+  } catch (const InputError& e) {
+    const bool rounding = t.has("rounding") && std::string_view(e.what()).starts_with(
+                                                   "nothing is left of a convex part rounded by");
+    return t.at(rounding ? "rounding" : key, [&]() -> Shape { throw InputError(e.what()); });
+  }
 }
 
 // Reads the tables of all shapes; compounds pull in what they are made of first.
@@ -99,8 +113,8 @@ class ShapeReader {
     const Vec3 size = t.sizes("size");
     const std::string description =
         fmt::format("box {} {} {} {}", size.x(), size.y(), size.z(), options_text(o));
-    return t.at("size",
-                [&] { return latest_or_made(description, [&] { return make_box(size, o); }); });
+    return made_at(t, "size",
+                   [&] { return latest_or_made(description, [&] { return make_box(size, o); }); });
   }
 
   Shape sphere(const TomlTable& t, const std::string& name) {
@@ -125,7 +139,7 @@ class ShapeReader {
     const std::string description =
         fmt::format("crescent {} {} {} {} {} {} {} {} {} {}", p.chord, p.width, p.depth, p.tip,
                     p.dish, p.draft, p.facets, p.parts, p.arc_segments, options_text(o));
-    return t.at("", [&, &parameters = p] {
+    return made_at(t, "", [&, &parameters = p] {
       return latest_or_made(description, [&] { return make_crescent(parameters, o); });
     });
   }
@@ -134,7 +148,7 @@ class ShapeReader {
     t.allow({"kind", "material", "mass", "rounding", "stiffness", "stiffness_length", "vertices"});
     const ShapeOptions o = options(t, name);
     if (!t.has("vertices")) t.fail("vertices", "missing; expected strings [\"x y z mm\", ...]");
-    return t.at("vertices", [&] {
+    return made_at(t, "vertices", [&] {
       std::vector<Vec3> points;
       for (const std::string& text : t.strings("vertices")) {
         points.push_back(parse_vector(text, dimension::length));
@@ -156,7 +170,7 @@ class ShapeReader {
     const std::string description =
         fmt::format("mesh {} {} {} {}", t.string("file"), t.string("sha256"),
                     t.string("length_unit"), options_text(o));
-    return t.at("file", [&] {
+    return made_at(t, "file", [&] {
       return latest_or_made(description, [&] { return make_mesh(triangles, o); });
     });
   }
@@ -233,10 +247,11 @@ NamedCrescent read_crescent(const TomlTable& t) {
 
 TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
                        const MeshLimits& limits) {
-  const double unit = [&] {
-    const std::string text = table.string("length_unit");
-    return table.at("length_unit", [&] { return parse_quantity("1 " + text, dimension::length); });
-  }();
+  if (!table.has("length_unit"))
+    table.fail("length_unit",
+               "missing; expected the unit of the numbers in the file, such as \"mm\" or \"in\"");
+  const double unit =
+      table.at("length_unit", [&] { return parse_length_unit(table.string("length_unit")); });
   const std::filesystem::path file = table.string("file");
   const std::string absolute =
       std::filesystem::absolute(directory / file).lexically_normal().string();

@@ -186,14 +186,14 @@ void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape) {
   const int at_once = batches ? fill.batch : fill.count;
   const double solid = at_once * shape.volume, room = region.prod();
   if (region.minCoeff() < shape.box.minCoeff() || solid > kDensestPour * room) {
-    table.fail(
-        "count",
-        fmt::format(
-            "{} of \"{}\" at once, {:.4g} L, do not fit a region of {:.4g} x {:.4g} x {:.4g} m, of "
-            "which random placement fills {:.0f} % at most ({:.4g} L); expected fewer or a larger "
-            "region",
-            at_once, shape.name, 1e3 * solid, region.x(), region.y(), region.z(),
-            100 * kDensestPour, 1e3 * kDensestPour * room));
+    table.fail("count", fmt::format("{} of \"{}\" at once ({:.4g} x {:.4g} x {:.4g} mm, {:.4g} L "
+                                    "in all) do not fit a region "
+                                    "of {:.4g} x {:.4g} x {:.4g} m, of which random placement "
+                                    "fills {:.0f} % at most ({:.4g} L); expected fewer or a larger "
+                                    "region",
+                                    at_once, shape.name, 1e3 * shape.box.x(), 1e3 * shape.box.y(),
+                                    1e3 * shape.box.z(), 1e3 * solid, region.x(), region.y(),
+                                    region.z(), 100 * kDensestPour, 1e3 * kDensestPour * room));
   }
 }
 

@@ -249,8 +249,9 @@ velocity = "0 0 -1 m/s"
             "c.toml:90: fills.0.region_max: is not beyond region_min along every axis; expected a "
             "box");
   EXPECT_EQ(error_of(kTwoCubes + with("batch = 2", "batch = 2000", with("5", "5000", fills))),
-            "c.toml:87: fills.0.count: 2000 of \"cube\" at once, 2000 L, do not fit a region of 2 "
-            "x 2 x 1 m, of which random placement fills 30 % at most (1200 L); expected fewer or "
+            "c.toml:87: fills.0.count: 2000 of \"cube\" at once (100 x 100 x 100 mm, 2000 L in "
+            "all) do not fit a region of 2 x 2 x 1 m, of which random placement fills 30 % at most "
+            "(1200 L); expected fewer or "
             "a larger region");
   EXPECT_EQ(error_of(kTwoCubes + with("interval = \"0.1 s\"", "", fills)),
             "c.toml:85: fills.0.interval: is zero for batches of 2 out of 5; expected a time above "
@@ -450,8 +451,9 @@ TEST(Case, WrongValuesAreNamed) {
        "c.toml:61: boundaries.lid.motions.0.stop: is 0.5 s, not after the start at 1 s; expected a "
        "later time"},
       {"rounding = \"0.1 mm\"", "rounding = \"60 mm\"",
-       "c.toml:25: shapes.cube.size: nothing is left of a convex part rounded by 0.060000 m; "
-       "expected a rounding below half its thickness"},
+       "c.toml:28: shapes.cube.rounding: nothing is left of a convex part rounded by 60 mm; "
+       "expected "
+       "less than half of its thickness; left out, the rounding follows from the shape"},
   };
   for (const BadInput& b : bad) {
     const std::string message = error_of(with(b.from, b.to));
@@ -739,12 +741,12 @@ TEST_F(DrainedReposeCase, ImpossibleSetupsNameTheirNumbers) {
             "1124");
   const std::string text = shipped();
   const auto line = 1 + std::count(text.begin(), text.begin() + text.find("count = 880"), '\n');
-  EXPECT_EQ(
-      error_of_set("experiment.fill.pour_height=0.3 m"),
-      fmt::format("c.toml:{}: experiment.fill.count: 880 of \"cube\" at once, 13.15 L, do not "
-                  "fit a region of 0.5969 x 0.1397 x 0.3 m, of which random placement fills "
-                  "30 % at most (7.505 L); expected fewer or a larger region",
-                  line));
+  EXPECT_EQ(error_of_set("experiment.fill.pour_height=0.3 m"),
+            fmt::format("c.toml:{}: experiment.fill.count: 880 of \"cube\" at once (60.96 x 20.57 "
+                        "x 17.81 mm, 13.15 L in all) do not "
+                        "fit a region of 0.5969 x 0.1397 x 0.3 m, of which random placement fills "
+                        "30 % at most (7.505 L); expected fewer or a larger region",
+                        line));
   EXPECT_EQ(error_of_set("experiment.end_margin=210 mm"),
             "--set experiment.end_margin=210 mm: experiment.end_margin: leaves nothing to fit a "
             "line to: the margins of 0.21 m and 0.025 m meet on the ledge of 0.2254 m; expected "
