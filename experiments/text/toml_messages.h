@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -22,7 +23,9 @@ inline unsigned line_of(const toml::node& node) { return node.source().begin.lin
 inline std::string describe(const toml::node& node) {
   if (const auto s = node.value_exact<std::string>()) return fmt::format("\"{}\"", *s);
   if (const auto i = node.value_exact<std::int64_t>()) return fmt::format("the bare number {}", *i);
-  if (const auto d = node.value_exact<double>()) return fmt::format("the bare number {}", *d);
+  if (const auto d = node.value_exact<double>())  // 2.0 is no whole number of TOML
+    return *d == std::floor(*d) && std::abs(*d) < 1e15 ? fmt::format("the bare number {:.1f}", *d)
+                                                       : fmt::format("the bare number {}", *d);
   if (const auto b = node.value_exact<bool>()) return *b ? "true" : "false";
   if (node.is_array_of_tables()) return "an array of tables";
   if (node.is_array()) return "an array";

@@ -370,6 +370,46 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
 
 namespace {
 
+// Words of other programs and file formats, and the keys of Firn that mean the same.
+constexpr std::pair<std::string_view, std::string_view> kSynonyms[] = {
+    {"mesh", "file"},
+    {"path", "file"},
+    {"filename", "file"},
+    {"stl", "file"},
+    {"obj", "file"},
+    {"units", "length_unit"},
+    {"scale", "length_unit"},
+    {"mu", "static_friction"},
+    {"mu_s", "static_friction"},
+    {"mu_d", "dynamic_friction"},
+    {"mu_k", "dynamic_friction"},
+    {"kinetic_friction", "dynamic_friction"},
+    {"sliding_friction", "dynamic_friction"},
+    {"rolling_friction", "rolling_resistance"},
+    {"cor", "restitution"},
+    {"e", "restitution"},
+    {"elastic_modulus", "young_modulus"},
+    {"modulus", "young_modulus"},
+    {"youngs_modulus", "young_modulus"},
+    {"nu", "poisson_ratio"},
+    {"number", "count"},
+    {"amount", "count"},
+    {"particles", "count"},
+    {"end_time", "duration"},
+    {"simulation_time", "duration"},
+    {"total_time", "duration"},
+    {"time", "duration"},
+    {"dt", "timestep"},
+    {"output_interval", "frame_interval"},
+    {"save_interval", "frame_interval"},
+    {"write_interval", "frame_interval"},
+    {"output_frequency", "frame_interval"},
+    {"std", "standard_deviation"},
+    {"sd", "standard_deviation"},
+    {"sigma", "uncertainty"},
+    {"error", "uncertainty"},
+    {"column", "y"}};
+
 // Whether a part between underscores is the same in both: "friction" and "static_friction".
 bool share_a_part(std::string_view a, std::string_view b) {
   const auto parts = [](std::string_view text) {
@@ -392,6 +432,8 @@ bool share_a_part(std::string_view a, std::string_view b) {
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
   constexpr std::size_t kLongest = 64;  // bytes; of longer words the beginning counts
   word = word.substr(0, kLongest);
+  for (const auto& [other, key] : kSynonyms)
+    if (word == other && std::ranges::find(candidates, key) != candidates.end()) return key;
   return *std::ranges::min_element(candidates, {}, [&](std::string_view candidate) {
     const int distance = edit_distance(word, candidate);
     const bool typo = distance <= std::max(1, static_cast<int>(word.size()) / 3);

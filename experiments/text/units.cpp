@@ -97,7 +97,7 @@ constexpr std::array kNames = {
     Name{dimension::acceleration, "an acceleration", "9.81 m/s^2", "0 0 -9.81 m/s^2"},
     Name{dimension::angular_velocity, "an angular velocity", "4 rad/s", "0 0 4 rad/s"},
     Name{dimension::density, "a density", "916.7 kg/m^3", "1 1 1 kg/m^3"},
-    Name{dimension::force, "a force", "1044 N", "0 0 1 N"},
+    Name{dimension::force, "a force", "10 N", "0 0 1 N"},
     Name{dimension::stiffness, "a stiffness", "1e6 N/m", "1 1 1 N/m"},
     Name{dimension::pressure, "a pressure", "0.01 GPa", "1 1 1 Pa"},
     Name{dimension::energy, "an energy", "1e-6 J", "1 1 1 J"},

@@ -292,6 +292,13 @@ TEST(Case, SuggestionsNameTheLikelyKey) {
                                      {"shapes", "shape"},
                                      {"dynamic_frction", "dynamic_friction"}})
     EXPECT_EQ(nearest(word, keys), wanted) << word;
+  // Words of other programs.
+  const std::vector<std::string_view> mesh = {"kind", "material", "mass", "file", "length_unit"};
+  EXPECT_EQ(nearest("units", mesh), "length_unit");
+  EXPECT_EQ(nearest("mesh", mesh), "file");
+  EXPECT_EQ(nearest("mu", keys), "static_friction");
+  EXPECT_EQ(nearest("cor", keys), "restitution");
+  EXPECT_EQ(nearest("mu", mesh), "mass");  // where the key that means it is none of the table
 }
 
 TEST(Case, MeshesAreFoundByContent) {
