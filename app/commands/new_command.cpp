@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <sstream>
 
 #include "app/commands/commands.h"
 #include "app/output/response_output.h"
@@ -12,6 +14,7 @@
 #include "app/support/exit_status.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
+#include "experiments/system/text_encoding.h"
 
 namespace firn {
 namespace {
@@ -43,11 +46,28 @@ std::string description_of(const std::map<std::string, std::string_view>& files)
   return text;
 }
 
-// The commands of its README, one a line.
+// How the user calls the program in any folder: `firn`, or the launcher of a checkout that is not
+// on the PATH.
+std::string program_word() {
+  const char* launcher = std::getenv("FIRN_LAUNCHER");
+  const char* path = std::getenv("PATH");
+  if (launcher == nullptr) return "firn";
+  std::istringstream folders(path == nullptr ? "" : path);
+  std::error_code error;
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (fs::is_regular_file(fs::path(folder) / "firn", error)) return "firn";
+  return encode::shell_word(launcher);
+}
+
+// The commands of its README, one a line, as they can be typed.
 std::string commands_of(const std::map<std::string, std::string_view>& files) {
   const std::string_view readme = files.at("README.md");
   const std::size_t from = readme.find("```\n") + 4;
-  return std::string(readme.substr(from, readme.find("```", from) - from));
+  std::istringstream block(std::string(readme.substr(from, readme.find("```", from) - from)));
+  std::string commands;
+  for (std::string line; std::getline(block, line);)
+    commands += line.starts_with("firn ") ? program_word() + line.substr(4) + "\n" : line + "\n";
+  return commands;
 }
 
 int list_templates(const Arguments& a) {

@@ -58,6 +58,25 @@ TEST(NewCommand, KeepsWhatIsThere) {
   EXPECT_TRUE(folder.contains("deep/er/case.toml"));
 }
 
+// `firn` is no command where a checkout is used by its launcher alone.
+TEST(NewCommand, PrintsCommandsThatCanBeTyped) {
+  const Folder folder;
+  const auto printed = [&](const char* name, const std::string& path) {
+    return folder
+        .wait(folder.start({"new", name, "--from", "hopper"},
+                           [&] {
+                             ::setenv("FIRN_LAUNCHER", "/my tools/firn", 1);
+                             ::setenv("PATH", path.c_str(), 1);
+                           }))
+        .err;
+  };
+  EXPECT_THAT(printed("a", "/nowhere:/none"), HasSubstr("\n'/my tools/firn' run case.toml -o"));
+  fs::create_directory(folder.path() / "bin");
+  folder.write("bin/firn", "");
+  EXPECT_THAT(printed("b", "/nowhere:" + (folder.path() / "bin").string()),
+              HasSubstr("\nfirn run case.toml -o"));
+}
+
 // The commands of the first block of a README, as words.
 std::vector<std::vector<std::string>> commands_of(const fs::path& readme) {
   const std::string text = read_text(readme);
