@@ -26,8 +26,9 @@ TEST(NewCommand, ListsItsTemplates) {
     names.push_back(t.at("name"));
     EXPECT_GT(t.at("description").get<std::string>().size(), 20u);
   }
-  EXPECT_THAT(names, testing::ElementsAre("bucket", "drum", "hopper", "icemaker", "own-study",
-                                          "own-validation", "repose", "user-simulator"));
+  EXPECT_THAT(names,
+              testing::ElementsAre("bucket", "drum", "hopper", "icemaker", "own-angle", "own-study",
+                                   "own-validation", "repose", "user-simulator"));
   const std::string help = folder.firn({"new", "--help"}).out;
   for (const std::string& name : names) EXPECT_THAT(help, HasSubstr(name));
 }
@@ -163,10 +164,13 @@ TEST(Tutorials, AreAllTested) {
   EXPECT_THAT(sections, testing::ElementsAre("First picture",
                                              "Your load cell: from a measurement "
                                              "to a verdict",
-                                             "Your own bucket", "Your own ice"));
+                                             "Your own angle of repose", "Your own bucket",
+                                             "Your own ice", "Your own lump of ice"));
 }
 TEST(Tutorials, FirstPicture) { runs_as_written("First picture"); }
 TEST(Tutorials, YourOwnBucket) { runs_as_written("Your own bucket"); }
+TEST(Tutorials, YourOwnLumpOfIce) { runs_as_written("Your own lump of ice"); }
+TEST(TutorialsLong, YourOwnAngleOfRepose) { runs_as_written("Your own angle of repose"); }
 TEST(TutorialsLong, YourOwnIce) { runs_as_written("Your own ice"); }
 TEST(TutorialsLong, YourLoadCell) {
   runs_as_written("Your load cell: from a measurement to a verdict");
@@ -179,8 +183,8 @@ INSTANTIATE_TEST_SUITE_P(Each, Template, testing::Values("bucket", "hopper", "re
 class TemplateLong : public testing::TestWithParam<const char*> {};
 TEST_P(TemplateLong, RunsAsItsReadmeSays) { runs_as_its_readme_says(GetParam()); }
 INSTANTIATE_TEST_SUITE_P(Each, TemplateLong,
-                         testing::Values("drum", "icemaker", "own-study", "own-validation",
-                                         "user-simulator"));
+                         testing::Values("drum", "icemaker", "own-angle", "own-study",
+                                         "own-validation", "user-simulator"));
 
 }  // namespace
 }  // namespace firn::cli
