@@ -108,6 +108,29 @@ class MeshDistance {
     return nearest;
   }
 
+  // Sum of the unit normals of the triangles within `reach` (m) of p.
+  Vec3 normals_near(const Vec3& p, double reach) const {
+    Vec3 sum = Vec3::Zero();
+    std::vector<std::size_t> open;
+    if (!nodes_.empty()) open.push_back(0);
+    while (!open.empty()) {
+      const std::size_t index = open.back();
+      const Node& node = nodes_[index];
+      open.pop_back();
+      if (squared_gap(index, p) > reach * reach) continue;
+      if (node.right != 0) {
+        open.insert(open.end(), {node.right, index + 1});
+        continue;
+      }
+      for (std::size_t i = node.first; i < node.last; ++i) {
+        const Triangle& t = triangles_[i];
+        const auto corner = [&t](int k) { return t.corner[k]; };
+        if (distance_to_polygon(p, t.normal, 3, corner) <= reach) sum += t.normal;
+      }
+    }
+    return sum;
+  }
+
  private:
   struct Triangle {
     Vec3 corner[3], normal;
@@ -235,6 +258,9 @@ class Union {
   // How deep a point within the union lies: at most so far is its surface.
   double depth(const Vec3& p) const {
     double nearest = std::numeric_limits<double>::infinity();
+    // The rounded edges of cuts, which no face holds, stand out at concave edges.
+    const Vec3 outward = to_mesh_.normals_near(p, 0.5 * parts_[0].radius);
+    if (outward.norm() > 0.1) nearest = way_out(p, outward.normalized(), 0);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const ConvexPart& part = parts_[i];
       if ((p - part.center).norm() - part.bounding_radius >= nearest) continue;
@@ -284,7 +310,9 @@ class Union {
         const double outer = face.offset + (face.internal ? 0 : cover->radius);
         leave = std::min(leave, (outer - face.normal.dot(p)) / speed);
       }
-      way = std::max(leave, way) + 1e-6 * cover->bounding_radius;
+      // Past a cut, the part ends within its rounding.
+      const double least = 1e-6 * cover->bounding_radius;
+      way = leave > way ? leave + least : way + std::max(least, 0.25 * cover->radius);
     }
     return std::numeric_limits<double>::infinity();
   }
