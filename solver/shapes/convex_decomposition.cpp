@@ -852,9 +852,8 @@ class Decomposer {
   Vec3 origin_;
 };
 
-}  // namespace
-
-Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options) {
+// decompose() of a mesh in a box with a diagonal of about 1.
+Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& options) {
   const auto [lower, upper] = bounding_box(mesh);
   const double size = (upper - lower).norm();
   Piece whole;
@@ -927,6 +926,26 @@ Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& option
       }
     }
     result.pieces.push_back(std::move(hull));
+  }
+  return result;
+}
+
+}  // namespace
+
+// Cuts of equal cost are common, and rounding errors would choose among them. The corners are
+// therefore taken relative to the box and rounded: unit and place of the mesh do not matter.
+Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options) {
+  constexpr double kSteps = 0x1p32;  // of the box diagonal
+  const auto [lower, upper] = bounding_box(mesh);
+  const double size = (upper - lower).norm();
+  TriangleMesh unit = mesh;
+  for (Vec3& v : unit.vertices) v = ((v - lower) / size * kSteps).array().round() / kSteps;
+  DecomposeOptions relative = options;
+  relative.tolerance /= size;
+  relative.thinnest /= size;
+  Decomposition result = decompose_unit(unit, relative);
+  for (auto& piece : result.pieces) {
+    for (HalfSpace& h : piece) h.offset = size * h.offset + h.normal.dot(lower);
   }
   return result;
 }

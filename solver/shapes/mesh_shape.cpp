@@ -62,11 +62,9 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     const bool better = best.parts.empty() || shape.contact_deviation < best.contact_deviation;
     if (better) best = std::move(shape);
     // Neither more parts nor other cuts help then.
-    if (best.contact_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus ||
-        found.at_most_parts) {
-      break;
-    }
-    if (found.stopped_by_thickness) {
+    if (best.contact_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus) break;
+    // Too many parts come from cuts that leave much to do, as better ones would leave slivers.
+    if (found.stopped_by_thickness || found.at_most_parts) {
       wanted.thinnest *= kThinner;
     } else {
       wanted.tolerance *= 0.8;

@@ -258,6 +258,24 @@ TEST(Decompose, OrderOfVerticesAndTrianglesDoesNotMatter) {
   }
 }
 
+// In another unit of length or at another place, corners round differently.
+TEST(Decompose, UnitAndPlaceOfAMeshDoNotMatter) {
+  Dice dice(8);
+  for (const std::string family : {"gourmet cube", "ring", "cup", "half moon"}) {
+    for (int member = 0; member < 3; ++member) {
+      SCOPED_TRACE(family + ", member " + std::to_string(member));
+      const TriangleMesh mesh = solid(family, member);
+      const auto one = decompose(mesh, options_for(mesh)).pieces;
+      for (const double unit : {0.0254, 0.3048, 1000.0, dice(0.1, 10)}) {
+        TriangleMesh other = mesh;
+        const Vec3 place = dice.vector(0.1);
+        for (Vec3& v : other.vertices) v = unit * v + place;
+        EXPECT_EQ(one.size(), decompose(other, options_for(other)).pieces.size()) << unit;
+      }
+    }
+  }
+}
+
 TEST(Decompose, TurnedSolidIsAsNear) {
   Dice dice(3);
   for (const std::string family : {"gourmet cube", "star", "channel", "crescent", "half moon"}) {
@@ -341,6 +359,12 @@ TEST(Interior, OfATorusHasItsClosedForm) {
     if (std::abs(tube - 0.0055) < 2e-4) continue;  // facets
     EXPECT_EQ(interior.contains(p), tube < 0.0055) << p.transpose();
   }
+}
+
+// Cuts end at the concave edges of this star, where their rounded edges stand out.
+TEST(Deviation, OfCutsThatEndAtConcaveEdgesIsTheirRounding) {
+  const Shape star = make_mesh(solid("star", 14), ice());
+  EXPECT_LE(star.contact_deviation, 0.02 * star.box.minCoeff());
 }
 
 TEST(Deviation, CountsAVoidThatAHullSpans) {
