@@ -39,7 +39,7 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"experiments/storage", {"experiments/system"}},
     {"experiments/analysis", {"solver/include/firn"}},
     {"experiments/machine", {"solver/include/firn"}},
-    {"experiments/meshes", {"experiments/storage"}},
+    {"experiments/meshes", {"experiments/storage", "experiments/text"}},
     {"experiments/material_records", {"experiments/storage", "experiments/text"}},
     {"experiments/measurements", {"experiments/analysis", "experiments/text"}},
     {"experiments/case", {"experiments/text", "solver/include/firn"}},
