@@ -24,7 +24,7 @@ ContactDiagnostics good() {
   return h;
 }
 
-TEST(RunHealth, GoodRunHasNoCause) {
+TEST(RunDiagnostics, GoodRunHasNoCause) {
   EXPECT_EQ(likely_cause(good()), ContactCause::none);
   EXPECT_EQ(contact_warning(good()), "");
   ContactDiagnostics h = good();
@@ -33,7 +33,7 @@ TEST(RunHealth, GoodRunHasNoCause) {
   EXPECT_EQ(likely_cause(h), ContactCause::none);
 }
 
-TEST(RunHealth, OverlapThatSpeedExplainsIsTheStiffness) {
+TEST(RunDiagnostics, OverlapThatSpeedExplainsIsTheStiffness) {
   ContactDiagnostics h = good();
   h.largest_overlap = 5e-3;
   h.expected_overlap = 4e-3;
@@ -44,7 +44,7 @@ TEST(RunHealth, OverlapThatSpeedExplainsIsTheStiffness) {
   EXPECT_THAT(contact_warning(h), HasSubstr("likely cause: the stiffness"));
 }
 
-TEST(RunHealth, OverlapThatSpeedDoesNotExplainIsTheRoundingOfSharpShapes) {
+TEST(RunDiagnostics, OverlapThatSpeedDoesNotExplainIsTheRoundingOfSharpShapes) {
   ContactDiagnostics h = good();
   h.largest_overlap = 9.4e-3;
   h.rounding = 0.018e-3;
@@ -54,7 +54,7 @@ TEST(RunHealth, OverlapThatSpeedDoesNotExplainIsTheRoundingOfSharpShapes) {
   EXPECT_EQ(likely_cause(h), ContactCause::stiffness);
 }
 
-TEST(RunHealth, FewStepsAreTheTimeStep) {
+TEST(RunDiagnostics, FewStepsAreTheTimeStep) {
   ContactDiagnostics h = good();
   h.largest_overlap = 5e-3;
   h.expected_overlap = 4e-3;
@@ -64,7 +64,7 @@ TEST(RunHealth, FewStepsAreTheTimeStep) {
   EXPECT_THAT(contact_warning(h), HasSubstr("likely cause: the time step, 2 steps"));
 }
 
-TEST(RunHealth, LateContactsAlone) {
+TEST(RunDiagnostics, LateContactsAlone) {
   ContactDiagnostics h = good();
   h.late_contacts = 11;
   EXPECT_EQ(likely_cause(h), ContactCause::timestep);
@@ -75,7 +75,7 @@ TEST(RunHealth, LateContactsAlone) {
   EXPECT_EQ(likely_cause(h), ContactCause::none);
 }
 
-TEST(RunHealth, StoppedRunIsJudgedThoughItsOverlapIsUnknown) {
+TEST(RunDiagnostics, StoppedRunIsJudgedThoughItsOverlapIsUnknown) {
   ContactDiagnostics h = good();
   h.stopped = true;
   h.largest_overlap = 0;
@@ -89,7 +89,7 @@ TEST(RunHealth, StoppedRunIsJudgedThoughItsOverlapIsUnknown) {
 
 // The cause does not depend on the size of things, and there is a sentence exactly when there is
 // a cause.
-TEST(RunHealth, CauseDoesNotDependOnSize) {
+TEST(RunDiagnostics, CauseDoesNotDependOnSize) {
   std::mt19937 random(3);
   const auto dice = [&random](double low, double high) {
     return low * std::pow(high / low, std::uniform_real_distribution<double>(0, 1)(random));
