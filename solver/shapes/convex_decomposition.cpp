@@ -23,9 +23,8 @@ namespace firn {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMaxCuts = 32;          // of one part
-constexpr std::size_t kPlanTriangles = 2500;  // of the mesh that the cuts are planned on
-constexpr std::size_t kSamples = 700;         // facets whose depth is measured for a trial
+constexpr std::size_t kMaxCuts = 32;   // of one part
+constexpr std::size_t kSamples = 700;  // facets whose depth is measured for a trial
 
 // Part of the boundary of a piece. The caps of cuts are cones over their outlines from a point of
 // the plane: their triangles may overlap with opposite signs, but volume and area add up exactly.
@@ -194,9 +193,13 @@ class Decomposer {
       if (-lowest < options_.thinnest) return std::nullopt;
     }
     add_inner(piece, cut, sides[0].inner, sides[1].inner);
+    // The caps of a cut that rounding errors leave open would add or lose volume.
+    const double exact = 1e-7 * size_ * size_ * size_;
     for (auto& side : sides) {
       if (!measure(side) || side.volume <= 1e-12 * size_ * size_ * size_) return std::nullopt;
+      if (side.surplus < -exact) return std::nullopt;
     }
+    if (std::abs(sides[0].volume + sides[1].volume - piece.volume) > exact) return std::nullopt;
     return sides;
   }
 
@@ -866,8 +869,8 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     pieces.push_back(std::move(whole));
   } else {
     Piece plan = whole;
-    if (plan.boundary.size() > kPlanTriangles) {
-      plan.boundary = simplified(whole.boundary, kPlanTriangles, size, lower);
+    if (plan.boundary.size() > options.plan_triangles) {
+      plan.boundary = simplified(whole.boundary, options.plan_triangles, size, lower);
     }
     const bool exact = plan.boundary.size() == whole.boundary.size();
     decomposer.measure(plan);

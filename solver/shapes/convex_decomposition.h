@@ -1,6 +1,7 @@
 // Approximate convex decomposition of a closed mesh.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "firn/convex_part.h"
@@ -11,6 +12,8 @@ struct DecomposeOptions {
   double tolerance = 0;  // m, wanted distance between the hulls' outer faces and the mesh
   double thinnest = 0;   // m, no cut leaves a piece thinner than this
   int max_parts = 1;     // at least 1
+  // Cuts are planned on a mesh of about so many triangles at most, and repeated on the whole one.
+  std::size_t plan_triangles = 2500;
 };
 
 struct Decomposition {

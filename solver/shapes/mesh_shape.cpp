@@ -16,7 +16,8 @@ constexpr std::size_t kMaxTriangles = 20000;  // of a mesh with contact parts
 // Parts of the smallest edge of the bounding box: wanted distance of hulls and mesh, allowed
 // distance of swept parts and mesh, and least thickness of a piece.
 constexpr double kTolerance = 0.016, kAllowed = 0.02, kThinnest = 0.05;
-constexpr double kThinner = 0.75;  // of the least thickness, where nothing else helps
+constexpr double kThinner = 0.75;          // of the least thickness, where nothing else helps
+constexpr std::size_t kPlanAgain = 10000;  // triangles that a repeated search plans on
 
 }  // namespace
 
@@ -63,6 +64,7 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     if (better) best = std::move(shape);
     // Neither more parts nor other cuts help then.
     if (best.contact_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus) break;
+    wanted.plan_triangles = kPlanAgain;
     // Too many parts come from cuts that leave much to do, as better ones would leave slivers.
     if (found.stopped_by_thickness || found.at_most_parts) {
       wanted.thinnest *= kThinner;
