@@ -22,10 +22,11 @@ struct Decomposition {
   bool stopped_by_thickness = false;  // a piece exceeds the tolerance, and no cut helps it
 };
 
-// Convex pieces, as half-spaces in mesh axes, that together hold the solid. Faces on a cut carry
-// exactly opposite planes on both sides; `internal` is not set. Pieces do not overlap by more than
-// a millionth of the size. The mesh must be sound; the order of its vertices and triangles does
-// not matter. The same mesh gives the same pieces, bit by bit.
+// Convex pieces, as half-spaces in mesh axes, that together hold the solid, its corners rounded to
+// 2^-32 of the diagonal of its box. Faces on a cut carry exactly opposite planes on both sides;
+// `internal` is not set. Pieces do not overlap by more than a millionth of the size. The mesh must
+// be sound; the order of its vertices and triangles, its unit and its place do not matter. The same
+// mesh gives the same pieces, bit by bit.
 Decomposition decompose(const TriangleMesh& mesh, const DecomposeOptions& options);
 
 // Thickness (m) that 95 % of the surface exceed: distance from a facet inwards to the opposite
