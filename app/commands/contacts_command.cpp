@@ -47,7 +47,7 @@ constexpr std::uint64_t kEnd = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kRows = 200;  // of a history, unless the user says otherwise
 
 // What is simulated again, and how far it goes.
-struct Inlet {
+struct ReplaySource {
   Case c;
   bool recorded = false;            // a results file
   std::string latest;               // words for the message: "the run's last frame, 0.6 s"
@@ -55,8 +55,8 @@ struct Inlet {
   std::uint64_t last_step = 0;      // that can be asked for
 };
 
-Inlet open_source(const Arguments& a) {
-  Inlet s;
+ReplaySource open_source(const Arguments& a) {
+  ReplaySource s;
   s.recorded = fs::path(a.file).extension() != ".toml";
   if (!s.recorded) {
     std::vector<Override> overrides;
@@ -83,7 +83,8 @@ Inlet open_source(const Arguments& a) {
   return s;
 }
 
-std::uint64_t asked_step(const Inlet& source, const std::string& option, const std::string& text) {
+std::uint64_t asked_step(const ReplaySource& source, const std::string& option,
+                         const std::string& text) {
   double time = 0;
   try {
     time = parse_quantity(text, dimension::time);
@@ -97,7 +98,7 @@ std::uint64_t asked_step(const Inlet& source, const std::string& option, const s
   return std::min(to_steps(source.c, time), source.last_step);
 }
 
-std::uint64_t instant_step(const Arguments& a, const Inlet& source) {
+std::uint64_t instant_step(const Arguments& a, const ReplaySource& source) {
   if (!a.time.empty()) return asked_step(source, "--time", a.time);
   if (!a.step) return source.last_frame;
   if (*a.step > source.last_step)
@@ -141,7 +142,7 @@ void check_combination(const Arguments& a) {
 
 // Refuses particles that the results file knows to be gone or still to come, before minutes of
 // replay. One that comes or leaves within a step of the instant is left to the replay.
-void check_presence(const Arguments& a, const Inlet& source, const ContactChoice& choice,
+void check_presence(const Arguments& a, const ReplaySource& source, const ContactChoice& choice,
                     std::uint64_t step) {
   if (!source.recorded || step == kEnd) return;
   const Recording recording(a.file);
@@ -161,7 +162,8 @@ void check_presence(const Arguments& a, const Inlet& source, const ContactChoice
 }
 
 // Runs the replay and prints how it was checked. Returns `done`; false: interrupted.
-bool simulate(const Arguments& a, const Inlet& source, ReplayOptions options, const bool& done) {
+bool simulate(const Arguments& a, const ReplaySource& source, ReplayOptions options,
+              const bool& done) {
   const double dt = source.c.model.timestep;
   ProgressMeter meter(dt);
   options.threads = a.threads > 0 ? a.threads : default_threads();
@@ -219,7 +221,7 @@ void tell_written(const Outputs& out) {
   if (!out.points.empty()) print_lines(stderr, "points for ParaView in {}\n", out.points);
 }
 
-int audit_instant(const Arguments& a, const Inlet& source) {
+int audit_instant(const Arguments& a, const ReplaySource& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
   const std::uint64_t step = instant_step(a, source);
   const Outputs out = outputs_of(a.output, choice.body < 0, true);
@@ -251,7 +253,7 @@ int audit_instant(const Arguments& a, const Inlet& source) {
   return ExitStatus::done;
 }
 
-int audit_history(const Arguments& a, const Inlet& source) {
+int audit_history(const Arguments& a, const ReplaySource& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
   const std::uint64_t from = asked_step(source, "--history", a.history[0]);
   const std::uint64_t to = asked_step(source, "--history", a.history[1]);
@@ -286,7 +288,7 @@ int audit_history(const Arguments& a, const Inlet& source) {
 int audit(const Arguments& a) {
   check_combination(a);
   if (a.quiet) spdlog::set_level(spdlog::level::warn);
-  const Inlet source = open_source(a);
+  const ReplaySource source = open_source(a);
   return a.history.empty() ? audit_instant(a, source) : audit_history(a, source);
 }
 

@@ -146,14 +146,14 @@ bool has_screen() {
 bool is_case(const fs::path& path) { return path.extension() == ".toml"; }
 
 // What makes the page, the files that are watched from the start, and what else it depends on.
-struct Inlet {
+struct PageSource {
   std::function<page::Page()> make;
   std::vector<std::string> files;
   std::function<bool()> at_work = [] { return false; };
   Clock::duration pause = {};  // between two pages, at least
 };
 // A study, a validation or a sweep: in progress, or its results.
-Inlet folder_source(const std::string& folder) {
+PageSource folder_source(const std::string& folder) {
   constexpr auto kPause = std::chrono::seconds(2);
   const fs::path path(folder);
   return {[folder] {
@@ -169,7 +169,7 @@ Inlet folder_source(const std::string& folder) {
           kPause};
 }
 
-Inlet source_of(const Arguments& a) {
+PageSource source_of(const Arguments& a) {
   const fs::path path = a.path;
   if (is_case(path)) {
     require_regular_file(a.path, "a case file");  // its errors are shown on the page, but not this
@@ -199,7 +199,7 @@ Inlet source_of(const Arguments& a) {
 }
 
 int view(const Arguments& a) {
-  const Inlet source = source_of(a);
+  const PageSource source = source_of(a);
   const interruption::Polled polled;
   PageServer server(a.port);
   const std::string title = fs::path(a.path).filename().string();
