@@ -96,8 +96,7 @@ std::vector<Facet> sorted_facets(const TriangleMesh& mesh) {
 
 // About `most` facets of nearly the same surface, by collapsed edges. The surface stays closed, and
 // its corners are corners of the mesh.
-std::vector<Facet> simplified(const std::vector<Facet>& facets, std::size_t most, double size,
-                              const Vec3& origin) {
+std::vector<Facet> simplified(const std::vector<Facet>& facets, std::size_t most, double size) {
   const auto less = [](const Vec3& a, const Vec3& b) { return before(a, b); };
   std::map<Vec3, unsigned, decltype(less)> known(less);
   std::vector<Vec3> corners;
@@ -109,7 +108,7 @@ std::vector<Facet> simplified(const std::vector<Facet>& facets, std::size_t most
       indices.push_back(at->second);
       if (!added) continue;
       corners.push_back(p);
-      for (int k = 0; k < 3; ++k) scaled.push_back(static_cast<float>((p(k) - origin(k)) / size));
+      for (int k = 0; k < 3; ++k) scaled.push_back(static_cast<float>(p(k) / size));
     }
   }
   constexpr float kAnyError = 1;  // of the size
@@ -855,7 +854,7 @@ class Decomposer {
   Vec3 origin_;
 };
 
-// decompose() of a mesh in a box with a diagonal of about 1.
+// decompose() of a mesh whose box begins at the origin and has a diagonal of about 1.
 Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& options) {
   const auto [lower, upper] = bounding_box(mesh);
   const double size = (upper - lower).norm();
@@ -870,7 +869,7 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
   } else {
     Piece plan = whole;
     if (plan.boundary.size() > options.plan_triangles) {
-      plan.boundary = simplified(whole.boundary, options.plan_triangles, size, lower);
+      plan.boundary = simplified(whole.boundary, options.plan_triangles, size);
     }
     const bool exact = plan.boundary.size() == whole.boundary.size();
     decomposer.measure(plan);
