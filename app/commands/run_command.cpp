@@ -11,6 +11,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string_view>
 
 #include "app/commands/commands.h"
@@ -93,6 +94,7 @@ void log_case(const Case& c, const std::string& results_file) {
   if (!c.start.empty()) spdlog::info("starts from {}", c.start);
   const toml::table resolved = toml::parse(c.resolved);
   tell_materials(c, resolved);
+  const std::set<std::string> rounded = shapes_with_stated_rounding(c);
   for (std::size_t i = 0; i < c.model.shapes.size(); ++i) {
     const Shape& shape = c.model.shapes[i];
     const auto count = std::count_if(
@@ -100,7 +102,7 @@ void log_case(const Case& c, const std::string& results_file) {
         [&](const Particle& particle) { return particle.shape == static_cast<int>(i); });
     spdlog::info("{} x {}: {}, {}", count, shape.name, kind_text(resolved, shape.name),
                  shape_line(shape));
-    const std::string warning = deviation_warning(shape, states_rounding(c, shape.name));
+    const std::string warning = deviation_warning(shape, rounded.contains(shape.name));
     if (!warning.empty()) spdlog::warn("{}", warning);
     const auto table = resolved["shapes"][shape.name];
     if (table["kind"].value_or("") != std::string_view("mesh")) continue;

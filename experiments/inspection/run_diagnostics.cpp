@@ -163,9 +163,12 @@ std::string energy_warning(const EnergyAccount& a) {
       a.gained, 100 * a.gained / a.turned_over, a.turned_over);
 }
 
-bool states_rounding(const Case& c, const std::string& shape) {
+std::set<std::string> shapes_with_stated_rounding(const Case& c) {
   const toml::table resolved = toml::parse(c.resolved);  // holds no rounding that was chosen
-  return static_cast<bool>(resolved["shapes"][shape]["rounding"]);
+  std::set<std::string> names;
+  for (const Shape& shape : c.model.shapes)
+    if (resolved["shapes"][shape.name]["rounding"]) names.insert(shape.name);
+  return names;
 }
 
 std::string deviation_warning(const Shape& shape, bool rounding_is_stated) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 
 #include "experiments/results/results_file.h"
@@ -53,7 +54,7 @@ std::string energy_warning(const EnergyAccount& account);
 // smallest edge (5 % where only a rounding that the case states is the reason), or would need more
 // parts than max_parts allows. Empty for all others.
 std::string deviation_warning(const Shape& shape, bool rounding_is_stated = false);
-// Whether the case states the rounding of this shape.
-bool states_rounding(const Case& c, const std::string& shape);
+// Names of the shapes whose rounding the case states.
+std::set<std::string> shapes_with_stated_rounding(const Case& c);
 
 }  // namespace firn

@@ -11,7 +11,7 @@ enum class MeshUse { particle, boundary };
 // no usual ice cube or part of an icemaker, and is one in another usual unit. Empty: none.
 std::string unit_advice(double longest_edge, double length_unit, MeshUse use);
 
-// Metres of a unit by its name, "mm". Throws InputError, one sentence.
+// Meters of a unit by its name, "mm". Throws InputError, one sentence.
 double parse_length_unit(const std::string& name);
 
 }  // namespace firn

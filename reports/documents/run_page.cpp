@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -223,8 +224,9 @@ void diagnostics_section(const Recording& recording, const Case& c, page::Page& 
   const double turned = last_finite(recording.series("/energy/dissipated"));
   const double late = last_finite(recording.series("/diagnostics/late_contacts"));
   page::Content& content = page.section("Diagnostics", "diagnostics");
+  const std::set<std::string> rounded = shapes_with_stated_rounding(c);
   for (const Shape& shape : c.model.shapes) {
-    const std::string warning = deviation_warning(shape, states_rounding(c, shape.name));
+    const std::string warning = deviation_warning(shape, rounded.contains(shape.name));
     if (!warning.empty()) content.note({Mark::caution, "shape"}, warning);
   }
   const std::string warning = contact_warning(contact_diagnostics(recording, c));
