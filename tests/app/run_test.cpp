@@ -75,8 +75,8 @@ TEST(RunCommand, NamesTheLikelyCauseOfDeepOverlapsAtItsEnd) {
   EXPECT_EQ(soft.status, 0) << soft.err;
   EXPECT_EQ(lines(soft.err), 1U) << soft.err;
   EXPECT_THAT(soft.err, HasSubstr("likely cause: the stiffness"));
-  const std::string told = nlohmann::json::parse(soft.out)["diagnostics"]["warning"];
-  EXPECT_THAT(told, HasSubstr("likely cause: the stiffness"));
+  const std::string warning = nlohmann::json::parse(soft.out)["diagnostics"]["warning"];
+  EXPECT_THAT(warning, HasSubstr("likely cause: the stiffness"));
   const Outcome good = run("case.duration=\"50 ms\"");
   EXPECT_EQ(good.err, "");
   EXPECT_EQ(nlohmann::json::parse(good.out)["diagnostics"]["warning"], "");

@@ -133,10 +133,10 @@ TEST(ShapeCommand, TellsAndDoesWhatRepairsAMesh) {
   auto open = box(10, 10, 10);
   open.pop_back();
   folder.write("open.stl", stl(open));
-  const Outcome told = folder.firn({"shape", "open.stl"});
-  EXPECT_EQ(told.status, 2);
-  EXPECT_THAT(told.out, HasSubstr("fills holes with 1 facet"));
-  EXPECT_THAT(told.err, HasSubstr("--repair-to FILE.stl writes it repaired"));
+  const Outcome refused = folder.firn({"shape", "open.stl"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.out, HasSubstr("fills holes with 1 facet"));
+  EXPECT_THAT(refused.err, HasSubstr("--repair-to FILE.stl writes it repaired"));
   EXPECT_EQ(folder.firn({"shape", "open.stl", "--repair-to", "whole.stl"}).status, 0);
   const Outcome whole = folder.firn({"shape", "whole.stl", "--json"});
   ASSERT_EQ(whole.status, 0) << whole.err;

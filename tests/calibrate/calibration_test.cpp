@@ -266,9 +266,9 @@ TEST(Refinement, AModelThatDoesNotExplainItsRunsIsNamed) {
                            "uncertainty = \"0.5 deg\"\n",
                            "center_replicates = 3\ndesign_points = 20\nruns_per_point = 2\n")),
         folder / "out", experiment);
-    const bool told = s.table.find("DOES NOT EXPLAIN ITS OWN RUNS") != std::string::npos;
-    EXPECT_EQ(told, !json::parse(s.json)["models"][0]["passes_cross_validation"].get<bool>());
-    return !told;
+    const bool is_stated = s.table.find("DOES NOT EXPLAIN ITS OWN RUNS") != std::string::npos;
+    EXPECT_EQ(is_stated, !json::parse(s.json)["models"][0]["passes_cross_validation"].get<bool>());
+    return !is_stated;
   };
   EXPECT_TRUE(explains(0));
   EXPECT_FALSE(explains(30));

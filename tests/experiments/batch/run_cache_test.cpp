@@ -101,7 +101,7 @@ void write_at_once(const std::string& file) {
     children.push_back(fork());
     if (children.back() != 0) continue;
     try {
-      RunCache store(file);  // made by whoever comes first
+      RunCache store(file);  // the first process creates it
       for (int i = 0; i < runs; ++i)
         store.add({"run" + std::to_string(i), "case", "p", {}},
                   finished({scalar("aor", i, "deg")}));
