@@ -9,7 +9,7 @@ ${CMAKE_CXX_STANDARD} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}}
 $<TARGET_PROPERTY:firn_flags,INTERFACE_COMPILE_OPTIONS>
 $<TARGET_PROPERTY:firn_flags,INTERFACE_COMPILE_DEFINITIONS>
 ${firn_solver_options} AVX2=${FIRN_AVX2}
-Eigen ${Eigen3_VERSION} libccd ${CCD_VERSION} meshoptimizer ${meshoptimizer_VERSION}
+Eigen ${Eigen3_VERSION} libccd ${CCD_VERSION} meshoptimizer ${meshoptimizer_VERSION} Simbody ${Simbody_VERSION}
 ")
 add_custom_target(firn_version_source
   COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${PROJECT_SOURCE_DIR} -DVERSION=${PROJECT_VERSION}

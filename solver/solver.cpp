@@ -354,6 +354,13 @@ std::vector<FrameState> Solver::frames() const {
   return out;
 }
 
+std::vector<CouplingState> Solver::couplings() const {
+  std::vector<CouplingState> out;
+  for (const CouplingMemory& c : impl_->state.couplings)
+    out.push_back({c.position, c.impulse, c.angular_impulse});
+  return out;
+}
+
 std::vector<BoundaryContactState> Solver::boundary_contacts() const {
   std::vector<BoundaryContactState> out;
   for (std::size_t k = 0; k < impl_->state.boundary_contacts.size(); ++k)
@@ -365,6 +372,8 @@ void Solver::clear_boundary_loads() {
   State& s = impl_->state;
   for (JointReaction& joint : s.joint_reactions)
     joint.impulse = joint.angular_impulse = Vec3::Zero();
+  for (CouplingMemory& coupling : s.couplings)
+    coupling.impulse = coupling.angular_impulse = Vec3::Zero();
   for (BoundaryContactMemory& contact : s.boundary_contacts) {
     contact.impulse = Vec3::Zero();
     contact.peak_normal_force = 0;

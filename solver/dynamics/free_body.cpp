@@ -7,8 +7,6 @@
 namespace firn {
 namespace {
 
-// A motor that has a target approaches it with this time constant, at most at its speed.
-constexpr double kApproach = 5e-3;  // s
 // So near to a stop a coordinate is on it.
 constexpr double kAtStop = 1e-12;
 
@@ -52,25 +50,6 @@ struct Axes {
 
 Vector rates(const FreeBodyMotion& m, Eigen::Index n) {
   return Eigen::Map<const Vector>(m.rate, n);
-}
-
-double spring_force(const Joint& axis, double coordinate) {
-  return -axis.stiffness * (coordinate - axis.rest);
-}
-
-// Speed of a motor that holds it. In the first half of a step that which arrives where the approach
-// to a target is at the step's end.
-double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfKick half) {
-  if (!motor.target) return motor.speed;
-  const double most = std::abs(motor.speed);
-  const double rate = half == HalfKick::first ? -std::expm1(-dt / kApproach) / dt : 1 / kApproach;
-  return std::clamp((*motor.target - coordinate) * rate, -most, most);
-}
-
-// N or N m: the most that a motor gives in a direction in which the axis moves at `rate`.
-double effort(const Motor& motor, double rate) {
-  if (motor.no_load_speed == kUnbounded) return motor.limit;
-  return motor.limit * std::clamp(1 - rate / motor.no_load_speed, 0.0, 1.0);
 }
 
 // But for rounding.
@@ -192,7 +171,7 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
     for (std::size_t k = 0; k < body.joints.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
       const Joint& axis = body.joints[k];
-      impulse[i] += h * (spring_force(axis, motion.coordinate[k]) - axis.damping * start[i]);
+      impulse[i] += h * (spring_load(axis, motion.coordinate[k]) - axis.damping * start[i]);
     }
     Vector now = start + inverse * impulse;
     result = {};
@@ -213,9 +192,9 @@ KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
         if (!motor->acts(t)) continue;
         result.driven = true;
         const double rate = start[static_cast<Eigen::Index>(k)];
-        motor_impulse[k] +=
-            push(k, motor_target_rate(*motor, motion.coordinate[k], dt, half),
-                 -h * effort(*motor, -rate), h * effort(*motor, rate), std::exchange(spent, 0));
+        motor_impulse[k] += push(k, motor_target_rate(*motor, motion.coordinate[k], dt, half),
+                                 -h * motor_load_limit(*motor, -rate),
+                                 h * motor_load_limit(*motor, rate), std::exchange(spent, 0));
       }
     }
     return now;

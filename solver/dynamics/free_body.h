@@ -4,6 +4,7 @@
 #include <array>
 
 #include "firn/motion.h"
+#include "solver/dynamics/joint_loads.h"
 
 namespace firn {
 
@@ -31,11 +32,6 @@ struct FreeBodyMotion {
   double* motor_impulse;
   double* limit_impulse;
 };
-
-// The half kicks of a step mirror each other: the first one takes forces that depend on the rates
-// as they are at its end, and the whole change of the parent's motion; the second one as they are
-// at its start.
-enum class HalfKick { first, second };
 
 // Which joints are held by friction, a motor or a limit.
 using HeldAxes = std::array<bool, kMostJoints>;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "firn/model.h"
 #include "solver/dynamics/free_body.h"
+#include "solver/dynamics/mechanism.h"
 #include "solver/model/bond_checks.h"
 
 namespace firn {
@@ -67,15 +69,37 @@ std::vector<char> used_shapes(const Model& model) {
   return used;
 }
 
+bool is_in_mechanism(const Model& model, int frame) {
+  const auto holds = [&](const MechanismMembers& m) {
+    return std::ranges::find(m.frames, frame) != m.frames.end();
+  };
+  return std::ranges::any_of(find_mechanisms(model.frames, model.couplings), holds);
+}
+
+// Takes the joints from a body that has inertia about all axes.
+void loosen(FreeBody& body) {
+  if (!(Eigen::SelfAdjointEigenSolver<Mat3>(body.inertia).eigenvalues().minCoeff() > 0)) return;
+  body.joints.clear();
+  for (int k = 0; k < 3; ++k) {
+    Joint& slide = body.joints.emplace_back();
+    slide.kind = Joint::Kind::translation;
+    slide.direction = Vec3::Unit(k);
+  }
+  body.free_rotation = true;
+}
+
 // How easily a boundary on a free body gives way where it is lightest, 1/kg; 0: it does not.
 double greatest_mobility(const Model& model, const Boundary& b) {
   const int free = free_frame(model.frames, b.frame);
   if (free < 0) return 0;
   const MotionFrame& frame = model.frames[static_cast<std::size_t>(free)];
+  FreeBody body = *frame.free;
+  // The bodies that carry it may give way too: in the worst case it is as light as a loose one.
+  if (is_in_mechanism(model, free)) loosen(body);
   double least = kUnbounded;
   const auto meet = [&](const Vec3& at) {
     const Vec3 arm = b.origin + b.orientation * at - frame.origin;
-    least = std::min(least, min_effective_mass(*frame.free, frame.origin, arm));
+    least = std::min(least, min_effective_mass(body, frame.origin, arm));
   };
   for (const Vec3& v : b.mesh.vertices) meet(v);
   if (b.mesh.vertices.empty()) meet(Vec3::Zero());
@@ -111,12 +135,36 @@ void check_frames(const Model& model) {
                        ": has a parent that is listed later; expected an earlier one");
     if (frame.free) check_free_body(frame);
     const int above = free_frame(model.frames, frame.parent);
-    if (above >= 0 && (frame.free || !frame.motions.empty()))
+    if (above >= 0 && !frame.motions.empty())
       throw InputError(
-          fmt::format("motion_frames.{}: moves on its own on the free frame \"{}\"; expected it to "
-                      "be fixed there",
+          fmt::format("motion_frames.{}: has motions on the free frame \"{}\"; expected "
+                      "it to be fixed there, or to be free with motors of its joints",
                       frame.name, model.frames[static_cast<std::size_t>(above)].name));
   }
+}
+
+void check_couplings(const Model& model) {
+  const int frames = static_cast<int>(model.frames.size());
+  for (const Coupling& c : model.couplings) {
+    const auto fail = [&](const std::string& what) {
+      throw InputError("couplings." + c.name + ": " + what);
+    };
+    if (c.a < -1 || c.b < -1 || c.a >= frames || c.b >= frames)
+      fail("ties frames that do not exist");
+    if (!c.ties_joints()) continue;
+    const auto has_joint = [&](int frame, int joint) {
+      if (frame < 0 || !model.frames[static_cast<std::size_t>(frame)].free) return false;
+      const auto& joints = model.frames[static_cast<std::size_t>(frame)].free->joints;
+      return joint >= 0 && joint < static_cast<int>(joints.size());
+    };
+    if (!has_joint(c.a, c.joint_a) || !has_joint(c.b, c.joint_b))
+      fail("ties a joint that does not exist; expected joints of free motion frames");
+    if (c.kind == Coupling::Kind::cam && (c.angles.size() < 4 || c.angles.size() != c.lifts.size()))
+      fail("has fewer than four angles, or not as many lifts");
+  }
+  // Their constructors check the rest.
+  for (MechanismMembers& members : find_mechanisms(model.frames, model.couplings))
+    Mechanism(model.frames, model.couplings, std::move(members));
 }
 
 }  // namespace
@@ -190,7 +238,17 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
               fmt::format("{:.4g} steps in the quarter period {:.4g} s of {}", steps,
                           quarter_period, what())};
   };
-  for (const MotionFrame& frame : model.frames) {
+  for (MechanismMembers& members : find_mechanisms(model.frames, model.couplings)) {
+    const std::string& first = model.frames[index(members.frames.front())].name;
+    const Mechanism mechanism(model.frames, model.couplings, std::move(members));
+    if (const double frequency = mechanism.highest_frequency(); frequency > 0)
+      swings(frequency, [&] {
+        return fmt::format("the mechanism of the motion frame \"{}\" on its springs", first);
+      });
+  }
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const MotionFrame& frame = model.frames[f];
+    if (is_in_mechanism(model, static_cast<int>(f))) continue;
     const double frequency = frame.free ? highest_frequency(*frame.free, frame.origin) : 0;
     if (frequency > 0)
       swings(frequency,
@@ -268,6 +326,7 @@ void validate(const Model& model) {
     if (s.parts.empty()) throw InputError("shapes." + s.name + ": has no parts to touch with");
   }
   check_frames(model);
+  check_couplings(model);
   check_boundary_contacts(model);
   check_bonds(model);
   check_statistics(model);

@@ -12,7 +12,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x4e52494600000007;  // "FIRN" and the layout's version
+constexpr std::uint64_t kMagic = 0x4e52494600000008;  // "FIRN" and the layout's version
 
 // The same walk over the state writes and reads it.
 class Writer {
@@ -127,6 +127,7 @@ void walk(Archive& ar, S& s) {
   ar.array(s.boundary_position);
   ar.array(s.boundary_orientation);
   ar.array(s.joint_reactions);
+  ar.array(s.couplings);
   ar.group("boundary contacts");
   ar.array(s.boundary_contacts);
   ar.array(s.boundary_patches);
@@ -245,6 +246,7 @@ std::vector<double> fingerprint(const Model& model) {
                            double(model.particles.size()),
                            double(model.boundaries.size()),
                            double(model.frames.size()),
+                           double(model.couplings.size()),
                            model.numerics.contact_margin,
                            model.numerics.contact_margin_limit,
                            model.numerics.contact_update_fraction,
@@ -354,7 +356,8 @@ void unpack(const std::vector<std::byte>& bytes, const Model& model, State& stat
       fresh.presence.size() != model.particles.size() ||
       fresh.boundary_present.size() != model.boundaries.size() ||
       fresh.frames.size() != model.frames.size() ||
-      fresh.joint_reactions.size() != model.frames.size() || !boundary_contacts_fit(fresh, model) ||
+      fresh.joint_reactions.size() != model.frames.size() ||
+      fresh.couplings.size() != model.couplings.size() || !boundary_contacts_fit(fresh, model) ||
       fresh.bonds.size() != model.bonds.size() || fresh.bond_loads.size() != model.bonds.size()) {
     throw RunError("checkpoint does not fit the case");
   }

@@ -105,6 +105,13 @@ struct JointReaction {
   double known = 0;                                             // 1: there was a last step
 };
 
+// Of a coupling: its point, and what it has done to its body b. All of equal alignment.
+struct CouplingMemory {
+  Vec3 position = Vec3::Zero();                                 // m, world
+  Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
+  Vec3 half_impulse = Vec3::Zero(), half_angular_impulse = Vec3::Zero();  // of the last half kick
+};
+
 struct State {
   double time = 0;  // s
   std::uint64_t steps = 0;
@@ -132,6 +139,7 @@ struct State {
   std::vector<Vec3> boundary_position;         // [B] m, local; of those that a frame carries
   std::vector<Quat> boundary_orientation;      // [B]
   std::vector<JointReaction> joint_reactions;  // [F]
+  std::vector<CouplingMemory> couplings;       // [couplings of the model]
   // Contacts between boundaries: patches and points of one behind those of the other, no holes.
   std::vector<BoundaryContactMemory> boundary_contacts;  // [boundary contacts of the model]
   std::vector<Patch> boundary_patches;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <utility>
 
 namespace firn {
 
@@ -116,6 +117,12 @@ Workspace::Workspace(const Model& model, int threads_or_0)
     : threads(threads_or_0 > 0 ? threads_or_0 : model.numerics.threads),
       bonds(model),
       statistics(model) {
+  mechanism_of.assign(model.frames.size(), -1);
+  for (MechanismMembers& members : find_mechanisms(model.frames, model.couplings)) {
+    for (const int f : members.frames)
+      mechanism_of[static_cast<std::size_t>(f)] = static_cast<int>(mechanisms.size());
+    mechanisms.emplace_back(model.frames, model.couplings, std::move(members));
+  }
   shapes = static_cast<int>(model.shapes.size());
   columns = shapes + static_cast<int>(model.boundaries.size());
   laws.resize(static_cast<std::size_t>(shapes) * columns);

@@ -15,6 +15,7 @@
 #include "solver/contact/contact_law_batch.h"
 #include "solver/contact/patch_builder.h"
 #include "solver/core/parallel.h"
+#include "solver/dynamics/mechanism.h"
 #include "solver/dynamics/rigid_body.h"
 #include "solver/state/contact_statistics_workspace.h"
 #include "solver/state/neighbor_list_arrays.h"
@@ -154,6 +155,7 @@ struct BoundaryMotionScratch {
   std::vector<RigidMotion> carried;    // [motions] by the motions before each
   std::array<std::vector<const Motor*>, kMostJoints> motors;  // [axes] of a free body
   std::vector<FrameMotion> frames;                            // at the start of the step
+  std::vector<BodyLoad> loads;  // [frames] on the bodies of mechanisms then
 };
 
 struct Workspace {
@@ -192,6 +194,8 @@ struct Workspace {
   StatisticsWorkspace statistics;
 
   BoundaryMotionScratch boundary_motion;
+  std::vector<Mechanism> mechanisms;
+  std::vector<int> mechanism_of;                        // [frames] -1: none
   std::vector<BoundaryContactTable> boundary_contacts;  // [boundary contacts of the model]
   TaskScratch boundary_scratch;
   // Written by a step while those of the state are read; then both change places.

@@ -114,18 +114,23 @@ FreeBodyMotion coordinates(FrameMotion& m) {
   return {m.coordinate, m.rate, m.motor_impulse, m.limit_impulse};
 }
 
+// Of the model and of stages.
+void gather_motors(const Model& model, const State& s, std::size_t f, std::size_t joint,
+                   std::vector<const Motor*>& motors) {
+  motors.clear();
+  for (const Motor& d : model.frames[f].free->joints[joint].motors) motors.push_back(&d);
+  for (std::size_t e = 0; e < s.stage_motors.size(); ++e) {
+    if (s.stage_motor_joint[e] == static_cast<int>(f * kMostJoints + joint))
+      motors.push_back(&s.stage_motors[e]);
+  }
+}
+
 HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& parents, std::size_t f,
               const BodyLoad& load, HalfKick half, BoundaryMotionScratch& scratch) {
   const MotionFrame& frame = model.frames[f];
   auto& motors = scratch.motors;
-  for (std::size_t k = 0; k < frame.free->joints.size(); ++k) {
-    motors[k].clear();
-    for (const Motor& d : frame.free->joints[k].motors) motors[k].push_back(&d);
-    for (std::size_t e = 0; e < s.stage_motors.size(); ++e) {
-      if (s.stage_motor_joint[e] == static_cast<int>(f * kMostJoints + k))
-        motors[k].push_back(&s.stage_motors[e]);
-    }
-  }
+  for (std::size_t k = 0; k < frame.free->joints.size(); ++k)
+    gather_motors(model, s, f, k, motors[k]);
   FrameMotion& motion = s.frames[f];
   const FreeBodyState scene = scene_of(model, s, parents, f, load);
   KickResult result = integrate_free_body(*frame.free, frame.origin, motors.data(), scene, s.time,
@@ -134,6 +139,81 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   apply_joint_limits(*frame.free, frame.origin, scene, half == HalfKick::first ? model.timestep : 0,
                      coordinates(motion), result.held);
   return result.held;
+}
+
+// Contacts' force and torque about the frame's origin, on the rigid body that the frame is.
+BodyLoad load_on_body(const Model& model, const State& s, int frame) {
+  BodyLoad sum;
+  const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
+  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
+    if (free_frame(model.frames, model.boundaries[b].frame) != frame) continue;
+    const BodyLoad& load = s.boundary_load[b];
+    const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
+    sum.force += load.force;
+    sum.torque += load.torque + arm.cross(load.force);
+  }
+  return sum;
+}
+
+// `grounds`: where frames are when the loads act; how they move comes from the state.
+MechanismState mechanism_state(const Model& model, State& s,
+                               const std::vector<FrameMotion>& grounds,
+                               const Mechanism& mechanism) {
+  MechanismState at;
+  const MechanismMembers& members = mechanism.members();
+  if (members.ground >= 0) {
+    const auto g = static_cast<std::size_t>(members.ground);
+    at.ground = RotationMap(grounds[g].rotation);
+    at.ground_origin = model.frames[g].origin;
+    at.ground_spin = s.frames[g].spin;
+    at.ground_velocity_change = s.frames[g].velocity_change;
+    at.ground_spin_change = s.frames[g].spin_change;
+  }
+  at.gravity = model.gravity;
+  at.time = s.time;
+  at.dt = model.timestep;
+  for (const int f : members.frames) {
+    const BodyLoad load = load_on_body(model, s, f);
+    at.loads.push_back({load.force, load.torque});
+    at.motion.push_back(coordinates(s.frames[static_cast<std::size_t>(f)]));
+    auto& motors = at.motors.emplace_back();
+    const std::size_t joints = model.frames[static_cast<std::size_t>(f)].free->joints.size();
+    motors.resize(joints);
+    for (std::size_t k = 0; k < joints; ++k)
+      gather_motors(model, s, static_cast<std::size_t>(f), k, motors[k]);
+  }
+  return at;
+}
+
+// A kick of a whole mechanism, and the drift of its coordinates after the first one.
+void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>& grounds,
+                    Mechanism& mechanism, HalfKick half) {
+  const MechanismState at = mechanism_state(model, s, grounds, mechanism);
+  const MechanismMembers& members = mechanism.members();
+  const std::vector<JointLoad> by_couplings =
+      half == HalfKick::first ? mechanism.kick_and_drift(at) : mechanism.second_kick(at);
+  for (std::size_t f = 0; f < members.frames.size(); ++f) {
+    const auto acts = [&](const Motor* motor) { return motor->acts(s.time); };
+    const auto any = [&](const auto& motors) { return std::ranges::any_of(motors, acts); };
+    s.frames[static_cast<std::size_t>(members.frames[f])].driven =
+        std::ranges::any_of(at.motors[f], any) ? 1 : 0;
+  }
+  const Vec3 ground = members.ground < 0
+                          ? Vec3(Vec3::Zero())
+                          : grounds[static_cast<std::size_t>(members.ground)].position;
+  for (std::size_t c = 0; c < members.couplings.size(); ++c) {
+    CouplingMemory& memory = s.couplings[static_cast<std::size_t>(members.couplings[c])];
+    memory.position = ground + mechanism.coupling_point(c, at);
+    memory.impulse += by_couplings[c].force;
+    memory.angular_impulse += by_couplings[c].torque;
+    if (half == HalfKick::first) {  // both halves act between the last two velocities
+      memory.half_impulse += by_couplings[c].force;
+      memory.half_angular_impulse += by_couplings[c].torque;
+    } else {
+      memory.half_impulse = by_couplings[c].force;
+      memory.half_angular_impulse = by_couplings[c].torque;
+    }
+  }
 }
 
 // Where the coordinates of a free body put it in its parent's axes.
@@ -146,11 +226,24 @@ Vec3 position_of(const FreeBody& body, const Vec3& rest, const FrameMotion& moti
   return position;
 }
 
-// What the parent has done to a free body over the step from the loads and poses at its start, by
-// the change of the body's momenta from the step before.
-void note_reaction(const Model& model, const FreeBody& body, const Vec3& origin,
-                   const BodyLoad& load, const FrameMotion& before, const FrameMotion& now,
-                   JointReaction& joint) {
+// Turns a body of joints by the change of its coordinates since `before`.
+void turn_member(const FreeBody& body, const FrameMotion& before, const FrameMotion& now,
+                 Place& place) {
+  for (std::size_t k = 0; k < body.joints.size(); ++k) {
+    const Joint& joint = body.joints[k];
+    if (joint.kind != Joint::Kind::rotation) continue;
+    place.orientation = Quat(Eigen::AngleAxisd(now.coordinate[k], joint.direction));
+    place.turned = joint.direction * (now.coordinate[k] - before.coordinate[k]);
+  }
+}
+
+// What all but contacts and gravity have done to a free body over the step from the loads and poses
+// at its start, by the change of the body's momenta from the step before; N s, and N m s about the
+// body's origin.
+JointLoad other_impulse(const Model& model, const FreeBody& body, const Vec3& origin,
+                        const BodyLoad& load, const FrameMotion& before, const FrameMotion& now,
+                        JointReaction& joint) {
+  JointLoad other;
   const double dt = model.timestep;
   const RotationMap from(before.rotation), to(now.rotation);
   const Vec3 arm = from * (body.center - origin);
@@ -161,16 +254,58 @@ void note_reaction(const Model& model, const FreeBody& body, const Vec3& origin,
   if (joint.known > 0) {
     const Vec3 momentum =
         body.mass * (velocity - joint.center_velocity) - body.mass * model.gravity * dt;
-    joint.impulse += momentum - load.force * dt;
-    joint.angular_impulse +=
+    other.force = momentum - load.force * dt;
+    other.torque =
         angular_momentum - joint.angular_momentum + arm.cross(momentum) - load.torque * dt;
   }
   joint.center_velocity = velocity;
   joint.angular_momentum = angular_momentum;
   joint.known = 1;
+  return other;
 }
 
-void advance_frame(const Model& model, State& s, std::size_t f, BoundaryMotionScratch& scratch) {
+void note_reaction(const JointLoad& parent, JointReaction& joint) {
+  joint.impulse += parent.force;
+  joint.angular_impulse += parent.torque;
+}
+
+// The joints of a mechanism from its last bodies on: a joint bears what its body receives, but for
+// couplings, and what the joints of the bodies on it bear.
+void note_reactions(const Model& model, State& s, const std::vector<FrameMotion>& before,
+                    const std::vector<BodyLoad>& loads, const Mechanism& mechanism) {
+  const MechanismMembers& members = mechanism.members();
+  std::vector<JointLoad> borne(model.frames.size());
+  const auto add = [&](int frame, const Vec3& at, const Vec3& force, const Vec3& torque) {
+    const int f = free_frame(model.frames, frame);
+    if (f < 0) return;
+    JointLoad& load = borne[static_cast<std::size_t>(f)];
+    load.force += force;
+    load.torque += torque + (at - before[static_cast<std::size_t>(f)].position).cross(force);
+  };
+  for (const int c : members.couplings) {
+    const Coupling& coupling = model.couplings[static_cast<std::size_t>(c)];
+    if (coupling.ties_joints()) continue;  // through the bearings
+    const CouplingMemory& memory = s.couplings[static_cast<std::size_t>(c)];
+    add(coupling.b, memory.position, -memory.half_impulse, -memory.half_angular_impulse);
+    add(coupling.a, memory.position, memory.half_impulse, memory.half_angular_impulse);
+  }
+  for (std::size_t k = members.frames.size(); k-- > 0;) {
+    const auto f = static_cast<std::size_t>(members.frames[k]);
+    const MotionFrame& frame = model.frames[f];
+    const bool is_known = s.joint_reactions[f].known > 0;
+    const JointLoad own = other_impulse(model, *frame.free, frame.origin, loads[f], before[f],
+                                        s.frames[f], s.joint_reactions[f]);
+    if (!is_known) continue;
+    borne[f].force += own.force;
+    borne[f].torque += own.torque;
+    note_reaction(borne[f], s.joint_reactions[f]);
+    add(frame.parent, before[f].position, borne[f].force, borne[f].torque);
+  }
+}
+
+// The coordinates of a member of a mechanism have been advanced before.
+void advance_frame(const Model& model, State& s, std::size_t f, bool is_member,
+                   BoundaryMotionScratch& scratch) {
   const std::vector<FrameMotion>& before = scratch.frames;
   const MotionFrame& frame = model.frames[f];
   FrameMotion& motion = s.frames[f];
@@ -182,7 +317,10 @@ void advance_frame(const Model& model, State& s, std::size_t f, BoundaryMotionSc
   const Vec3 parent_origin = origin_of(model, frame.parent);
   Place place{s.frame_position[f], s.frame_orientation[f]};
   BodyLoad load;
-  if (frame.free) {
+  if (is_member) {
+    turn_member(*frame.free, before[f], motion, place);
+    place.position = position_of(*frame.free, frame.origin - parent_origin, motion);
+  } else if (frame.free) {
     load = load_on_frame(model, s, static_cast<int>(f));
     const HeldAxes held = kick(model, s, before, f, load, HalfKick::first, scratch);
     place.turned =
@@ -204,8 +342,10 @@ void advance_frame(const Model& model, State& s, std::size_t f, BoundaryMotionSc
   motion.spin = spin;
   motion.position = position;
   Eigen::Map<Mat3>(motion.rotation) = rotation;
-  if (frame.free)
-    note_reaction(model, *frame.free, frame.origin, load, before[f], motion, s.joint_reactions[f]);
+  if (frame.free && !is_member)
+    note_reaction(other_impulse(model, *frame.free, frame.origin, load, before[f], motion,
+                                s.joint_reactions[f]),
+                  s.joint_reactions[f]);
 }
 
 void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotionScratch& scratch) {
@@ -242,7 +382,20 @@ void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotio
 void advance_boundaries(const Model& model, Workspace& w, State& s) {
   BoundaryMotionScratch& scratch = w.boundary_motion;
   scratch.frames = s.frames;
-  for (std::size_t f = 0; f < model.frames.size(); ++f) advance_frame(model, s, f, scratch);
+  std::vector<BodyLoad>& loads = scratch.loads;  // at the start of the step
+  loads.assign(w.mechanisms.empty() ? 0 : model.frames.size(), {});
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const int of = w.mechanism_of[f];
+    if (of >= 0) {
+      Mechanism& mechanism = w.mechanisms[static_cast<std::size_t>(of)];
+      loads[f] = load_on_body(model, s, static_cast<int>(f));
+      if (mechanism.members().frames.front() == static_cast<int>(f))
+        kick_mechanism(model, s, scratch.frames, mechanism, HalfKick::first);
+    }
+    advance_frame(model, s, f, of >= 0, scratch);
+  }
+  for (const Mechanism& mechanism : w.mechanisms)
+    note_reactions(model, s, scratch.frames, loads, mechanism);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b, scratch);
 }
 
@@ -262,8 +415,13 @@ BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
 void finish_frames(const Model& model, Workspace& w, State& s) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const BodyLoad load = load_on_frame(model, s, static_cast<int>(f));
-    if (model.frames[f].free)
+    if (const int of = w.mechanism_of[f]; of >= 0) {
+      Mechanism& mechanism = w.mechanisms[static_cast<std::size_t>(of)];
+      if (mechanism.members().frames.front() == static_cast<int>(f))
+        kick_mechanism(model, s, s.frames, mechanism, HalfKick::second);
+    } else if (model.frames[f].free) {
       kick(model, s, s.frames, f, load, HalfKick::second, w.boundary_motion);
+    }
     s.frames[f].impulse += load.force * model.timestep;
     s.frames[f].angular_impulse += load.torque * model.timestep;
   }
@@ -273,6 +431,9 @@ void place_boundaries(const Model& model, State& s) {
   const std::size_t n = model.particles.size();
   s.frames.resize(model.frames.size());
   s.joint_reactions.resize(model.frames.size());
+  s.couplings.resize(model.couplings.size());
+  for (std::size_t c = 0; c < model.couplings.size(); ++c)
+    s.couplings[c].position = model.couplings[c].position;
   s.frame_position.resize(model.frames.size());
   s.frame_orientation.resize(model.frames.size(), Quat::Identity());
   for (std::size_t f = 0; f < model.frames.size(); ++f) {

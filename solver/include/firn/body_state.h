@@ -63,6 +63,14 @@ struct FrameState {
   Vec3 reaction_impulse = Vec3::Zero(), reaction_angular_impulse = Vec3::Zero();
 };
 
+// What a coupling does to its body b, at the end of a step.
+struct CouplingState {
+  Vec3 position = Vec3::Zero();  // m, world, of its point
+  // N s, N m s about that point, world, since the last clear_boundary_loads(). Of a gear or cam:
+  // along or about the axis of joint_b.
+  Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
+};
+
 // A contact between two boundaries, at the end of a step.
 struct BoundaryContactState {
   double gap = 0;                // m, least; negative: overlap; a lower bound while apart

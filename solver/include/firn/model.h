@@ -85,6 +85,7 @@ struct Model {
   std::vector<Particle> particles;  // all that will ever exist, in order of their ids
   std::vector<Boundary> boundaries;
   std::vector<MotionFrame> frames;
+  std::vector<Coupling> couplings;  // of free frames
   std::vector<BoundaryContact> boundary_contacts;
   std::vector<BeamLaw> beams;
   std::vector<Bond> bonds;  // act while both particles are there, until they break

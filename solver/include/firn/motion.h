@@ -96,6 +96,30 @@ struct MotionFrame {
   std::optional<FreeBody> free;
 };
 
+// Ties two bodies of a mechanism in addition to the joints of its tree: closes loops, gears joints.
+// A body is a free frame with what is fixed to it, or the frame that the mechanism stands on.
+struct Coupling {
+  enum class Kind {
+    ball,   // the bodies share the point `position`
+    hinge,  // and the axis through it along `direction`
+    weld,   // they move as one
+    slot,   // the point of b stays on the line along `direction`, which belongs to a
+    gear,   // the coordinate of joint_b is `ratio` times that of joint_a
+    cam     // it is the lift at the coordinate of joint_a, which turns
+  };
+  Kind kind = Kind::ball;
+  std::string name;
+  int a = -1, b = -1;                                       // frames; -1: the world
+  Vec3 position = Vec3::Zero(), direction = Vec3::UnitZ();  // m, unit; world at t = 0
+  int joint_a = 0, joint_b = 0;                             // of free frames a and b
+  double ratio = 1;                                         // of the units of the joints
+  // rad, ascending within one turn, and m or rad: of a cam, again in every turn. The lift at the
+  // angle 0 is 0: both parts are drawn there.
+  std::vector<double> angles, lifts;
+
+  bool ties_joints() const { return kind == Kind::gear || kind == Kind::cam; }
+};
+
 // True when `frame` is `above` or a descendant of it. -1: the world, which has no parent.
 bool descends_from(const std::vector<MotionFrame>& frames, int frame, int above);
 // The free frame among `frame` and its ancestors; -1: none.

@@ -116,6 +116,7 @@ class Solver {
   Quat shape_orientation(int particle) const;
   const std::vector<BoundaryState>& boundaries() const;
   std::vector<FrameState> frames() const;
+  std::vector<CouplingState> couplings() const;                 // [couplings of the model]
   std::vector<BoundaryContactState> boundary_contacts() const;  // [boundary contacts of the model]
   // Contacts' force and moment, about its origin, on all that a frame carries, at this step.
   Load frame_load(int frame) const;

@@ -1,0 +1,30 @@
+#include "solver/dynamics/joint_loads.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+namespace {
+
+// A motor that has a target approaches it with this time constant, at most at its speed.
+constexpr double kApproach = 5e-3;  // s
+
+}  // namespace
+
+double spring_load(const Joint& joint, double coordinate) {
+  return -joint.stiffness * (coordinate - joint.rest);
+}
+
+double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfKick half) {
+  if (!motor.target) return motor.speed;
+  const double most = std::abs(motor.speed);
+  const double rate = half == HalfKick::first ? -std::expm1(-dt / kApproach) / dt : 1 / kApproach;
+  return std::clamp((*motor.target - coordinate) * rate, -most, most);
+}
+
+double motor_load_limit(const Motor& motor, double rate) {
+  if (motor.no_load_speed == kUnbounded) return motor.limit;
+  return motor.limit * std::clamp(1 - rate / motor.no_load_speed, 0.0, 1.0);
+}
+
+}  // namespace firn

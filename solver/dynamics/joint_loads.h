@@ -1,0 +1,21 @@
+// What springs and motors do along the axis of a joint.
+#pragma once
+
+#include "firn/motion.h"
+
+namespace firn {
+
+// The half kicks of a step mirror each other: the first one takes forces that depend on the rates
+// as they are at its end, and the whole change of the parent's motion; the second one as they are
+// at its start.
+enum class HalfKick { first, second };
+
+// N or N m, at this coordinate.
+double spring_load(const Joint& joint, double coordinate);
+// Speed of a motor that holds it. In the first half of a step that which arrives where the approach
+// to a target is at the step's end.
+double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfKick half);
+// N or N m: the most that a motor gives in a direction in which the axis moves at `rate`.
+double motor_load_limit(const Motor& motor, double rate);
+
+}  // namespace firn

@@ -1,0 +1,643 @@
+#include "solver/dynamics/mechanism.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "solver/dynamics/cam.h"
+#include "solver/dynamics/multibody_tree.h"
+
+namespace firn {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Rates that are found by repetition differ by less than this part from one to the next.
+constexpr double kSameRates = 1e-14;
+constexpr int kMostSweeps = 200;
+// Errors of couplings that count as none, m or 1; and when they were never met.
+constexpr double kMet = 1e-13, kUnmet = 1e-7;
+// Rows of couplings that are so nearly multiples of others add nothing.
+constexpr double kDependent = 1e-11;
+
+// Least-squares solution of least norm, whatever the scales of the rows.
+class ConstraintSolver {
+ public:
+  explicit ConstraintSolver(const MatrixXd& matrix) {
+    // Rows along which nothing can move hold rounding alone.
+    const double least =
+        kDependent * (matrix.rows() > 0 ? matrix.diagonal().cwiseAbs().maxCoeff() : 0);
+    scale_ = VectorXd::Zero(matrix.rows());
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+      if (const double d = std::abs(matrix(i, i)); d > least) scale_[i] = 1 / std::sqrt(d);
+    factors_.setThreshold(kDependent);
+    if (matrix.rows() > 0) factors_.compute(scale_.asDiagonal() * matrix * scale_.asDiagonal());
+  }
+  MatrixXd solve(const MatrixXd& right) const {
+    if (right.rows() == 0) return right;
+    return scale_.asDiagonal() * factors_.solve(MatrixXd(scale_.asDiagonal() * right));
+  }
+
+ private:
+  VectorXd scale_;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> factors_;
+};
+
+// An impulse on one coordinate: at most `below` while its rate is less than `at`, at least `above`
+// while it is more, and whatever holds it there in between.
+struct BoundedImpulse {
+  double at = 0;                // m/s or rad/s
+  double below = 0, above = 0;  // N s or N m s, above <= below
+  double* given = nullptr;      // receives its part; null: not recorded
+};
+
+struct CoordinateSolution {
+  double rate = 0, impulse = 0;
+  bool held = false;  // at one of the rates that the impulses hold
+};
+
+// The rate u = u0 + w p of a coordinate whose impulse p is the sum of `impulses` at that rate,
+// which is unique as p falls with u. `impulses` are in order of `at`.
+CoordinateSolution balance(double u0, double w, const std::vector<BoundedImpulse>& impulses) {
+  double sum = 0;
+  for (const BoundedImpulse& i : impulses) sum += i.below;
+  for (std::size_t k = 0; k < impulses.size();) {
+    const double at = impulses[k].at;
+    if (u0 + w * sum <= at) return {u0 + w * sum, sum, false};
+    double after = 0;
+    for (std::size_t j = 0; j < impulses.size(); ++j)
+      after += impulses[j].at <= at ? impulses[j].above : impulses[j].below;
+    const double needed = (at - u0) / w;
+    if (needed >= after) return {at, needed, true};
+    sum = after;
+    while (k < impulses.size() && impulses[k].at == at) ++k;
+  }
+  return {u0 + w * sum, sum, false};
+}
+
+// What each of the impulses gives of `total`. Those that hold share what the others leave in the
+// order of `impulses`.
+void share_impulse(const CoordinateSolution& solution, double total,
+                   const std::vector<BoundedImpulse>& impulses) {
+  double rest = total;
+  const auto acts_here = [&](const BoundedImpulse& i) {
+    return solution.held && i.at == solution.rate;
+  };
+  const auto outside = [&](const BoundedImpulse& i) {
+    return solution.rate < i.at ? i.below : i.above;
+  };
+  for (const BoundedImpulse& i : impulses)
+    if (!acts_here(i)) rest -= outside(i);
+  for (const BoundedImpulse& i : impulses) {
+    double given = outside(i);
+    if (acts_here(i)) {
+      given = std::clamp(rest, i.above, i.below);
+      rest -= given;
+    }
+    if (i.given) *i.given += given;
+  }
+}
+
+// The bounded impulses of all coordinates at once, coordinate by coordinate until none changes.
+class Holds {
+ public:
+  // `mobility`: [n x n] change of the rates by impulses along the coordinates, of which couplings
+  // have taken nothing in `free_mobility`.
+  Holds(std::vector<std::vector<BoundedImpulse>> bounds, const MatrixXd& mobility,
+        const MatrixXd& free_mobility)
+      : bounds_(std::move(bounds)),
+        mobility_(mobility),
+        solutions_(bounds_.size()),
+        impulses_(VectorXd::Zero(mobility.rows())) {
+    for (std::size_t i = 0; i < bounds_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      // Else the couplings do not let it move.
+      if (!bounds_[i].empty() && mobility(k, k) > 1e-12 * free_mobility(k, k)) active_.push_back(i);
+    }
+  }
+
+  // `rates`: those without these impulses, which are added.
+  void apply(VectorXd& rates) {
+    rates += mobility_ * impulses_;
+    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+      double change = 0;
+      for (const std::size_t i : active_) {
+        const auto k = static_cast<Eigen::Index>(i);
+        const double w = mobility_(k, k);
+        solutions_[i] = balance(rates[k] - w * impulses_[k], w, bounds_[i]);
+        const double more = solutions_[i].impulse - impulses_[k];
+        impulses_[k] = solutions_[i].impulse;
+        rates += mobility_.col(k) * more;
+        change = std::max(change, std::abs(w * more));
+      }
+      if (change <= kSameRates * rates.lpNorm<Eigen::Infinity>()) break;
+    }
+    for (const std::size_t i : active_)  // but for rounding it has it
+      if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
+  }
+
+  const VectorXd& impulses() const { return impulses_; }
+  // Gives each of the bounded impulses its part.
+  void share() const {
+    for (const std::size_t i : active_)
+      share_impulse(solutions_[i], impulses_[static_cast<Eigen::Index>(i)], bounds_[i]);
+  }
+
+ private:
+  std::vector<std::vector<BoundedImpulse>> bounds_;
+  const MatrixXd& mobility_;
+  std::vector<std::size_t> active_;  // coordinates
+  std::vector<CoordinateSolution> solutions_;
+  VectorXd impulses_;
+};
+
+bool has_same_rates(const VectorXd& a, const VectorXd& b) {
+  return (a - b).lpNorm<Eigen::Infinity>() <= kSameRates * b.lpNorm<Eigen::Infinity>();
+}
+
+TreeLoop::Kind loop_kind(Coupling::Kind kind) {
+  switch (kind) {
+    case Coupling::Kind::hinge:
+      return TreeLoop::Kind::hinge;
+    case Coupling::Kind::weld:
+      return TreeLoop::Kind::weld;
+    case Coupling::Kind::slot:
+      return TreeLoop::Kind::slot;
+    default:
+      return TreeLoop::Kind::ball;
+  }
+}
+
+int ground_of(const std::vector<MotionFrame>& frames, int frame) {
+  for (int free = free_frame(frames, frame); free >= 0; free = free_frame(frames, frame))
+    frame = frames[static_cast<std::size_t>(free)].parent;
+  return frame;
+}
+
+std::string name_of_frame(const std::vector<MotionFrame>& frames, int frame) {
+  return frame < 0 ? "the world"
+                   : fmt::format("\"{}\"", frames[static_cast<std::size_t>(frame)].name);
+}
+
+}  // namespace
+
+std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
+                                              const std::vector<Coupling>& couplings) {
+  // Each free frame with the least number of those that it is tied to.
+  std::vector<int> group(frames.size());
+  std::iota(group.begin(), group.end(), 0);
+  const auto root = [&](int f) {
+    while (group[static_cast<std::size_t>(f)] != f) f = group[static_cast<std::size_t>(f)];
+    return f;
+  };
+  const auto tie = [&](int a, int b) {
+    const int x = root(a), y = root(b);
+    group[static_cast<std::size_t>(std::max(x, y))] = std::min(x, y);
+  };
+  std::vector<char> tied(frames.size(), 0);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const int above = frames[f].free ? free_frame(frames, frames[f].parent) : -1;
+    if (above < 0) continue;
+    tie(static_cast<int>(f), above);
+    tied[f] = tied[static_cast<std::size_t>(above)] = 1;
+  }
+  for (const Coupling& c : couplings) {
+    const auto fail = [&](const std::string& what) {
+      throw InputError("couplings." + c.name + ": " + what);
+    };
+    const int a = free_frame(frames, c.a), b = free_frame(frames, c.b);
+    if (a == b && !(c.ties_joints() && a >= 0 && c.joint_a != c.joint_b))
+      fail(a < 0 ? "ties nothing that a force can move; expected a free motion frame"
+                 : "ties a body to itself; expected two different ones");
+    const int on = ground_of(frames, a < 0 ? b : a);
+    const auto is_ground = [&](int frame, int free) { return free >= 0 || frame == on; };
+    if (!is_ground(c.a, a) || !is_ground(c.b, b) || ground_of(frames, b < 0 ? a : b) != on)
+      fail(
+          fmt::format("ties {} and {}, which do not stand on the same frame; expected parts of one "
+                      "machine, or the frame that it stands on",
+                      name_of_frame(frames, c.a), name_of_frame(frames, c.b)));
+    if (a >= 0 && b >= 0) tie(a, b);
+    tied[static_cast<std::size_t>(a >= 0 ? a : b)] =
+        tied[static_cast<std::size_t>(b >= 0 ? b : a)] = 1;
+  }
+  std::vector<MechanismMembers> out;
+  std::vector<int> place(frames.size(), -1);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    if (!tied[f]) continue;
+    const auto r = static_cast<std::size_t>(root(static_cast<int>(f)));
+    if (place[r] < 0) {
+      place[r] = static_cast<int>(out.size());
+      out.emplace_back().ground = ground_of(frames, static_cast<int>(f));
+    }
+    MechanismMembers& members = out[static_cast<std::size_t>(place[r])];
+    if (frames[f].free->free_rotation)
+      throw InputError(fmt::format(
+          "motion_frames.{}: turns freely in a mechanism; expected joints, as other bodies are "
+          "attached to it, or it to them",
+          frames[f].name));
+    members.frames.push_back(static_cast<int>(f));
+  }
+  for (std::size_t c = 0; c < couplings.size(); ++c) {
+    const int a = free_frame(frames, couplings[c].a), b = free_frame(frames, couplings[c].b);
+    const auto r = static_cast<std::size_t>(root(a < 0 ? b : a));
+    out[static_cast<std::size_t>(place[r])].couplings.push_back(static_cast<int>(c));
+  }
+  return out;
+}
+
+struct Mechanism::Impl {
+  MechanismMembers members;
+  std::string name;                        // of the first frame
+  std::vector<const MotionFrame*> frames;  // [frames of the members]
+  std::vector<const Coupling*> couplings;  // [couplings of the members]
+  // Of each coupling: its loop in the tree, or the coordinates that it ties.
+  struct Tie {
+    int loop = -1;
+    int coordinate_a = -1, coordinate_b = -1;
+    int body_b = -1;  // number in the tree
+    std::optional<Cam> cam;
+  };
+  std::vector<Tie> ties;
+  std::vector<std::pair<std::size_t, std::size_t>> joint;  // [coordinates] frame and joint
+  VectorXd damping, armature, stiffness;                   // [coordinates]
+  MultibodyTree tree;
+
+  static std::vector<TreeBody> bodies_of(const std::vector<MotionFrame>& all,
+                                         const MechanismMembers& members) {
+    std::vector<TreeBody> bodies;
+    for (const int f : members.frames) {
+      const MotionFrame& frame = all[static_cast<std::size_t>(f)];
+      TreeBody body;
+      body.parent = number_of(members, free_frame(all, frame.parent));
+      body.origin = frame.origin;
+      body.mass = frame.free->mass;
+      body.center = frame.free->center;
+      body.inertia = frame.free->inertia;
+      for (const Joint& j : frame.free->joints)
+        body.joints.push_back({j.kind == Joint::Kind::rotation, j.direction});
+      bodies.push_back(std::move(body));
+    }
+    return bodies;
+  }
+  static int number_of(const MechanismMembers& members, int frame) {
+    const auto at = std::ranges::find(members.frames, frame);
+    return at == members.frames.end() ? -1 : static_cast<int>(at - members.frames.begin());
+  }
+  static std::vector<TreeLoop> loops_of(const std::vector<MotionFrame>& all,
+                                        const std::vector<Coupling>& couplings,
+                                        const MechanismMembers& members) {
+    std::vector<TreeLoop> loops;
+    for (const int c : members.couplings) {
+      const Coupling& one = couplings[static_cast<std::size_t>(c)];
+      if (one.ties_joints()) continue;
+      loops.push_back({loop_kind(one.kind), number_of(members, free_frame(all, one.a)),
+                       number_of(members, free_frame(all, one.b)), one.position, one.direction});
+    }
+    return loops;
+  }
+
+  Impl(const std::vector<MotionFrame>& all, const std::vector<Coupling>& given,
+       MechanismMembers with)
+      : members(std::move(with)), tree(bodies_of(all, members), loops_of(all, given, members)) {
+    for (const int f : members.frames) frames.push_back(&all[static_cast<std::size_t>(f)]);
+    name = frames.front()->name;
+    const int n = tree.coordinates();
+    joint.resize(static_cast<std::size_t>(n));
+    damping = armature = stiffness = VectorXd::Zero(n);
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      for (std::size_t k = 0; k < frames[f]->free->joints.size(); ++k) {
+        const Joint& one = frames[f]->free->joints[k];
+        const int i = tree.coordinate(static_cast<int>(f), static_cast<int>(k));
+        joint[static_cast<std::size_t>(i)] = {f, k};
+        damping[i] = one.damping;
+        armature[i] = one.armature;
+        stiffness[i] = one.stiffness;
+      }
+    }
+    int loops = 0;
+    for (const int c : members.couplings) {
+      const Coupling& one = given[static_cast<std::size_t>(c)];
+      couplings.push_back(&one);
+      Tie tie;
+      const int a = number_of(members, free_frame(all, one.a));
+      tie.body_b = number_of(members, free_frame(all, one.b));
+      if (one.ties_joints()) {
+        tie.coordinate_a = tree.coordinate(a, one.joint_a);
+        tie.coordinate_b = tree.coordinate(tie.body_b, one.joint_b);
+        if (one.kind == Coupling::Kind::cam) tie.cam.emplace(one.angles, one.lifts);
+      } else {
+        tie.loop = loops++;
+      }
+      ties.push_back(std::move(tie));
+    }
+    check_cams();
+  }
+
+  void check_cams() const {
+    for (std::size_t c = 0; c < ties.size(); ++c) {
+      if (!ties[c].cam) continue;
+      const double lift = ties[c].cam->lift(0);
+      if (std::abs(lift) > 1e-12)
+        throw InputError(
+            fmt::format("couplings.{}: the cam lifts by {:.6g} at the angle 0, where "
+                        "both parts are drawn; expected 0",
+                        couplings[c]->name, lift));
+    }
+  }
+
+  MatrixXd mass_matrix() const {
+    MatrixXd mass = tree.mass_matrix();
+    mass.diagonal() += armature;
+    return mass;
+  }
+
+  // Of the tree where it is placed, at the coordinates q.
+  MatrixXd constraint_matrix(const VectorXd& q) const {
+    const MatrixXd loops = tree.constraint_matrix();
+    MatrixXd g = MatrixXd::Zero(loops.rows() + tied_joints(), q.size());
+    g.topRows(loops.rows()) = loops;
+    Eigen::Index row = loops.rows();
+    for (std::size_t c = 0; c < ties.size(); ++c) {
+      const Tie& tie = ties[c];
+      if (tie.loop >= 0) continue;
+      g(row, tie.coordinate_a) -=
+          tie.cam ? tie.cam->slope(q[tie.coordinate_a]) : couplings[c]->ratio;
+      g(row++, tie.coordinate_b) += 1;
+    }
+    return g;
+  }
+  VectorXd constraint_errors(const VectorXd& q) const {
+    const VectorXd loops = tree.constraint_errors();
+    VectorXd errors(loops.size() + tied_joints());
+    errors.head(loops.size()) = loops;
+    Eigen::Index row = loops.size();
+    for (std::size_t c = 0; c < ties.size(); ++c) {
+      const Tie& tie = ties[c];
+      if (tie.loop >= 0) continue;
+      const double a = q[tie.coordinate_a];
+      errors[row++] = q[tie.coordinate_b] - (tie.cam ? tie.cam->lift(a) : couplings[c]->ratio * a);
+    }
+    return errors;
+  }
+  Eigen::Index tied_joints() const {
+    return std::ranges::count_if(ties, [](const Tie& t) { return t.loop < 0; });
+  }
+
+  VectorXd gather(const MechanismState& s, double* FreeBodyMotion::*what) const {
+    VectorXd out(static_cast<Eigen::Index>(joint.size()));
+    for (std::size_t i = 0; i < joint.size(); ++i)
+      out[static_cast<Eigen::Index>(i)] = (s.motion[joint[i].first].*what)[joint[i].second];
+    return out;
+  }
+  void scatter(const MechanismState& s, double* FreeBodyMotion::*what, const VectorXd& from) const {
+    for (std::size_t i = 0; i < joint.size(); ++i)
+      (s.motion[joint[i].first].*what)[joint[i].second] = from[static_cast<Eigen::Index>(i)];
+  }
+
+  struct Arm {
+    Vec3 center, from_ground;  // m, of the centre of mass from the body's and the ground's origin
+    Mat3 inertia;              // kg m^2
+  };
+  Arm arm_of(std::size_t f, const TreePose& pose, const MechanismState& s) const {
+    const FreeBody& body = *frames[f]->free;
+    const Vec3 center = pose.rotation * (body.center - frames[f]->origin);
+    return {center, pose.origin + center - s.ground_origin,
+            pose.rotation * body.inertia * pose.rotation.transpose()};
+  }
+
+  // Along the coordinates, by contacts, gravity, the ground's turning, springs and the motion
+  // itself, at the place and the rates of the tree.
+  VectorXd forces(const MechanismState& s, const VectorXd& q) const {
+    const Mat3 to_ground = s.ground.transpose();
+    const Vec3 spin = to_ground * s.ground_spin, gravity = to_ground * s.gravity;
+    std::vector<TreeLoad> loads(frames.size());
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const TreePose pose = tree.pose(static_cast<int>(f));
+      const Arm arm = arm_of(f, pose, s);
+      const Vec3 velocity = pose.velocity + pose.spin.cross(arm.center);
+      const Vec3 acceleration = spin.cross(spin.cross(arm.from_ground)) + 2 * spin.cross(velocity);
+      const Vec3 own = frames[f]->free->mass * (gravity - acceleration);
+      const Vec3 momentum = arm.inertia * spin;
+      const Vec3 turning = pose.spin.cross(momentum) - arm.inertia * pose.spin.cross(spin) +
+                           spin.cross(arm.inertia * (spin + pose.spin));
+      loads[f].force = to_ground * s.loads[f].force + own;
+      loads[f].torque = to_ground * s.loads[f].torque + arm.center.cross(own) - turning;
+    }
+    VectorXd out = tree.generalized_forces(loads);
+    for (std::size_t i = 0; i < joint.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      out[k] += spring_load(joint_at(i), q[k]);
+    }
+    return out;
+  }
+  const Joint& joint_at(std::size_t i) const {
+    return frames[joint[i].first]->free->joints[joint[i].second];
+  }
+
+  // Along the coordinates, by the change of the ground's motion.
+  VectorXd jump(const MechanismState& s) const {
+    const Vec3 velocity = s.ground.transpose() * s.ground_velocity_change,
+               spin = s.ground.transpose() * s.ground_spin_change;
+    if (velocity.isZero(0) && spin.isZero(0)) return VectorXd::Zero(tree.coordinates());
+    std::vector<TreeLoad> impulses(frames.size());
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const Arm arm = arm_of(f, tree.pose(static_cast<int>(f)), s);
+      impulses[f].force = -frames[f]->free->mass * (velocity + spin.cross(arm.from_ground));
+      impulses[f].torque = arm.center.cross(impulses[f].force) - arm.inertia * spin;
+    }
+    return tree.generalized_impulses(impulses);
+  }
+
+  // What friction, motors and limits can do to each coordinate.
+  std::vector<std::vector<BoundedImpulse>> bounded_impulses(const MechanismState& s, HalfKick half,
+                                                            const VectorXd& q,
+                                                            const VectorXd& u) const {
+    std::vector<std::vector<BoundedImpulse>> all(joint.size());
+    const double h = 0.5 * s.dt;
+    for (std::size_t i = 0; i < joint.size(); ++i) {
+      const auto [f, k] = joint[i];
+      const Joint& one = joint_at(i);
+      const auto at = static_cast<Eigen::Index>(i);
+      std::vector<BoundedImpulse>& impulses = all[i];
+      if (one.friction > 0) impulses.push_back({0, h * one.friction, -h * one.friction, nullptr});
+      for (const Motor* motor : s.motors[f][k]) {
+        if (!motor->acts(s.time)) continue;
+        impulses.push_back({motor_target_rate(*motor, q[at], s.dt, half),
+                            h * motor_load_limit(*motor, u[at]),
+                            -h * motor_load_limit(*motor, -u[at]), s.motion[f].motor_impulse + k});
+      }
+      add_limits(one, q[at], u[at], half == HalfKick::first ? s.dt : 0,
+                 s.motion[f].limit_impulse + k, impulses);
+      std::ranges::stable_sort(impulses, {}, &BoundedImpulse::at);
+    }
+    return all;
+  }
+  // So near to a limit a coordinate is on it.
+  static constexpr double kOnLimit = 1e-12;
+  static void add_limits(const Joint& one, double q, double u, double dt, double* given,
+                         std::vector<BoundedImpulse>& impulses) {
+    const double near = dt > 0 ? 0 : kOnLimit * (1 + std::abs(q));
+    const auto arrives = [&](double limit) { return dt > 0 ? (limit - q) / dt : 0; };
+    const double e = one.limit_restitution;
+    if (one.lower > -kUnbounded && (dt > 0 || q < one.lower + near)) {
+      const double rate =
+          u * dt + q < one.lower + near && u < 0 && e > 0 ? -e * u : arrives(one.lower);
+      impulses.push_back({rate, kUnbounded, 0, given});
+    }
+    if (one.upper < kUnbounded && (dt > 0 || q > one.upper - near)) {
+      const double rate =
+          u * dt + q > one.upper - near && u > 0 && e > 0 ? -e * u : arrives(one.upper);
+      impulses.push_back({rate, 0, -kUnbounded, given});
+    }
+  }
+
+  std::vector<JointLoad> kick(const MechanismState& s, HalfKick half) {
+    const bool first = half == HalfKick::first;
+    const double h = 0.5 * s.dt;
+    const VectorXd q = gather(s, &FreeBodyMotion::coordinate),
+                   start = gather(s, &FreeBodyMotion::rate);
+    tree.place(q, start);
+    const MatrixXd mass = mass_matrix();
+    MatrixXd resists = mass;
+    if (first) resists.diagonal() += h * damping;
+    const MatrixXd mobility = resists.llt().solve(MatrixXd::Identity(mass.rows(), mass.cols()));
+    const MatrixXd g = constraint_matrix(q);
+    const MatrixXd along = mobility * g.transpose();
+    const ConstraintSolver constraint(g * along);
+    const MatrixXd tied_mobility = mobility - along * constraint.solve(along.transpose());
+
+    VectorXd known = mass * start;
+    if (first) {
+      known += jump(s);
+    } else {
+      known -= h * damping.cwiseProduct(start);
+    }
+    Holds holds(bounded_impulses(s, half, q, start), tied_mobility, mobility);
+    VectorXd u = start, applied, end = q;
+    // Rates of the constraints: 0, or what meets them at the end of the step.
+    VectorXd wanted = VectorXd::Zero(g.rows());
+    double error = 0;
+    for (int r = 0; r < kMostSweeps; ++r) {
+      if (r > 0) tree.place(q, u);
+      applied = known + h * forces(s, q);
+      VectorXd next = mobility * applied;
+      next -= along * constraint.solve(g * next - wanted);
+      holds.apply(next);
+      const bool is_same = !first || has_same_rates(next, u);
+      u = next;
+      if (first) end = q + s.dt * u;
+      if (first && g.rows() > 0) {
+        tree.place(end, u);
+        const VectorXd errors = constraint_errors(end);
+        const double before = std::exchange(error, errors.lpNorm<Eigen::Infinity>());
+        // Rounding may end the descent above kMet.
+        const bool is_met = error <= kMet || (r > 5 && error < kUnmet && error >= before);
+        if (is_same && is_met) break;
+        if (!is_met) wanted -= errors / s.dt;
+      } else if (is_same) {
+        break;
+      }
+    }
+    if (!(error < kUnmet))
+      throw RunError(
+          fmt::format("the mechanism of the motion frame \"{}\" cannot meet its couplings "
+                      "at {:.6g} s: they are off by {:.3g}",
+                      name, s.time, error));
+    holds.share();
+    tree.place(q, u);
+    const VectorXd multipliers =
+        constraint.solve(along.transpose() * (resists * u - applied - holds.impulses()));
+    scatter(s, &FreeBodyMotion::coordinate, end);
+    scatter(s, &FreeBodyMotion::rate, u);
+    return coupling_loads(s, multipliers);
+  }
+
+  std::vector<JointLoad> coupling_loads(const MechanismState& s,
+                                        const VectorXd& multipliers) const {
+    std::vector<JointLoad> out(ties.size());
+    if (ties.empty()) return out;
+    const Eigen::Index rows = multipliers.size() - tied_joints();
+    Eigen::Index row = rows;
+    for (std::size_t c = 0; c < ties.size(); ++c) {
+      const Tie& tie = ties[c];
+      JointLoad& load = out[c];
+      if (tie.loop < 0) {
+        const auto [f, k] = joint[static_cast<std::size_t>(tie.coordinate_b)];
+        const Joint& one = frames[f]->free->joints[k];
+        const Vec3 axis = s.ground * (axes_of_parent(f) * one.direction) * multipliers[row++];
+        (one.kind == Joint::Kind::rotation ? load.torque : load.force) = axis;
+        continue;
+      }
+      const std::vector<TreeLoad> loads = tree.loop_loads(tie.loop, multipliers.head(rows));
+      const Vec3 at = point(c);
+      Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+      const auto add = [&](std::size_t body, double sign) {
+        const TreeLoad& one = loads[body];
+        const Vec3 arm = at - tree.pose(static_cast<int>(body)).origin;
+        force += sign * one.force;
+        torque += sign * (one.torque - arm.cross(one.force));
+      };
+      if (tie.body_b >= 0) {
+        add(static_cast<std::size_t>(tie.body_b), 1);
+      } else {
+        for (std::size_t b = 0; b < loads.size(); ++b) add(b, -1);
+      }
+      load = {s.ground * force, s.ground * torque};
+    }
+    return out;
+  }
+  Mat3 axes_of_parent(std::size_t f) const {
+    const int above = parent_body[f];
+    return above < 0 ? Mat3(Mat3::Identity()) : Mat3(tree.pose(above).rotation);
+  }
+  // m, in the axes of the ground.
+  Vec3 point(std::size_t coupling) const {
+    const int b = ties[coupling].body_b;
+    const Vec3& drawn = couplings[coupling]->position;
+    if (b < 0) return drawn;
+    const TreePose pose = tree.pose(b);
+    return pose.origin + pose.rotation * (drawn - frames[static_cast<std::size_t>(b)]->origin);
+  }
+  std::vector<int> parent_body;  // [frames] number in the tree; -1: the ground
+};
+
+Mechanism::Mechanism(const std::vector<MotionFrame>& frames, const std::vector<Coupling>& couplings,
+                     MechanismMembers members)
+    : impl_(std::make_unique<Impl>(frames, couplings, std::move(members))) {
+  for (const int f : impl_->members.frames)
+    impl_->parent_body.push_back(Impl::number_of(
+        impl_->members, free_frame(frames, frames[static_cast<std::size_t>(f)].parent)));
+}
+Mechanism::~Mechanism() = default;
+Mechanism::Mechanism(Mechanism&&) noexcept = default;
+Mechanism& Mechanism::operator=(Mechanism&&) noexcept = default;
+
+const MechanismMembers& Mechanism::members() const { return impl_->members; }
+
+std::vector<JointLoad> Mechanism::kick_and_drift(const MechanismState& state) {
+  return impl_->kick(state, HalfKick::first);
+}
+
+std::vector<JointLoad> Mechanism::second_kick(const MechanismState& state) {
+  return impl_->kick(state, HalfKick::second);
+}
+
+Vec3 Mechanism::coupling_point(std::size_t coupling, const MechanismState& state) const {
+  return state.ground * (impl_->point(coupling) - state.ground_origin);
+}
+
+double Mechanism::highest_frequency() const {
+  const VectorXd root = impl_->stiffness.cwiseSqrt();
+  if (root.isZero(0)) return 0;
+  const VectorXd zero = VectorXd::Zero(root.size());
+  impl_->tree.place(zero, zero);
+  const MatrixXd squares = root.asDiagonal() * impl_->mass_matrix().inverse() * root.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(squares, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+}
+
+}  // namespace firn

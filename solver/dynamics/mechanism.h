@@ -1,0 +1,80 @@
+// Mechanisms: free frames that stand on each other, or that couplings tie together.
+//
+// The coordinates q of all joints and their rates u follow M(q) u' = f(q, u, t) + G(q)^T l with the
+// constraints c(q) = 0 of the couplings, G = dc/dq. A step is symmetric in time, and so of second
+// order (RATTLE: Andersen, J. Comput. Phys. 52 (1983) 24,
+// https://doi.org/10.1016/0021-9991(83)90014-1):
+//   M(q0) (u - u0) = dt/2 f(q0, u) + G(q0)^T l0,   q1 = q0 + dt u,   c(q1) = 0,
+//   M(q1) (u1 - u) = dt/2 f(q1, u) + G(q1)^T l1,   G(q1) u1 = 0.
+// Friction, motors and limits of the joints are impulses within their bounds in both halves, such
+// that what sticks sticks and what is driven has its speed exactly.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "firn/motion.h"
+#include "solver/dynamics/free_body.h"
+
+namespace firn {
+
+// Free frames in order of their numbers, and what ties them.
+struct MechanismMembers {
+  std::vector<int> frames;
+  std::vector<int> couplings;
+  int ground = -1;  // the frame that all of them stand on, which no force moves; -1: the world
+};
+
+// Of all mechanisms. A free frame on its own belongs to none. Throws InputError, naming frame or
+// coupling, when parts of a mechanism stand on different grounds, or a coupling ties no two bodies.
+std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
+                                              const std::vector<Coupling>& couplings);
+
+struct JointLoad {
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // N and N m, or N s and N m s
+};
+
+// One instant of a mechanism, in world axes.
+struct MechanismState {
+  Mat3 ground = Mat3::Identity();     // axes of the ground -> world
+  Vec3 ground_origin = Vec3::Zero();  // m, of the ground as drawn
+  Vec3 ground_spin = Vec3::Zero();    // rad/s
+  // Of the ground since the last step: accelerations times the time step, jumps included.
+  Vec3 ground_velocity_change = Vec3::Zero(), ground_spin_change = Vec3::Zero();
+  Vec3 gravity = Vec3::Zero();         // m/s^2
+  double time = 0, dt = 0;             // s
+  std::vector<JointLoad> loads;        // [frames] N, N m by contacts, about the frame's origin
+  std::vector<FreeBodyMotion> motion;  // [frames]
+  std::vector<std::vector<std::vector<const Motor*>>> motors;  // [frames][joints]
+};
+
+class Mechanism {
+ public:
+  // Keeps pointers into both. Throws InputError, naming a coupling, when it does not hold as drawn.
+  Mechanism(const std::vector<MotionFrame>& frames, const std::vector<Coupling>& couplings,
+            MechanismMembers members);
+  ~Mechanism();
+  Mechanism(Mechanism&&) noexcept;
+  Mechanism& operator=(Mechanism&&) noexcept;
+
+  const MechanismMembers& members() const;
+
+  // The first half kick and the drift; the second half kick at the new place. They change
+  // coordinates, rates and impulses of state.motion. Return what each coupling of the members
+  // has done to its body b: N s, and N m s about its point; of a gear or cam, along joint_b.
+  // Throw RunError when the couplings cannot be met any more.
+  std::vector<JointLoad> kick_and_drift(const MechanismState& state);
+  std::vector<JointLoad> second_kick(const MechanismState& state);
+  // m, world: the point of a coupling as its body b carries it, against the ground's origin, at the
+  // start of the last kick.
+  Vec3 coupling_point(std::size_t coupling, const MechanismState& state) const;
+
+  // Of its springs alone, as drawn, without couplings, rad/s; 0: it has none.
+  double highest_frequency() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace firn
