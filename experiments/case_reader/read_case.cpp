@@ -8,6 +8,7 @@
 #include "experiments/case_reader/material_values.h"
 #include "experiments/case_reader/model/boundaries.h"
 #include "experiments/case_reader/model/boundary_contacts.h"
+#include "experiments/case_reader/model/couplings.h"
 #include "experiments/case_reader/model/materials.h"
 #include "experiments/case_reader/model/motion_frames.h"
 #include "experiments/case_reader/model/shapes.h"
@@ -214,7 +215,7 @@ Case read_case_text(const std::string& text, const std::string& source,
               "particles",  "motion_frames",    "boundaries", "boundary_contacts", "fills",
               "inlets",     "tag_rules",        "sensors",    "limit_switches",    "outlets",
               "stages",     "experiment",       "measure",    "numerics",          "output",
-              "statistics", "initial_state",    "bonds"});
+              "statistics", "initial_state",    "bonds",      "couplings"});
   Case c;
   c.source = source;
   c.material_records = std::move(applied);
@@ -230,6 +231,7 @@ Case read_case_text(const std::string& text, const std::string& source,
   model.interactions = std::move(interactions.laws);
   model.shapes = read_shapes(root, model.materials, directory);
   model.frames = read_motion_frames(root);
+  model.couplings = read_couplings(root, model.frames);
   model.boundaries = read_boundaries(root, model.materials, model.frames, directory);
   complete_free_bodies(root, model);
   model.boundary_contacts = read_boundary_contacts(root, model);

@@ -41,8 +41,8 @@ hdf5::File open_results(const std::string& file, const std::string& name) {
 }
 
 bool is_series(const std::string& path) {
-  for (const char* group :
-       {"/energy/", "/boundaries/", "/motion_frames/", "/boundary_contacts/", "/diagnostics/"})
+  for (const char* group : {"/energy/", "/boundaries/", "/motion_frames/", "/couplings/",
+                            "/boundary_contacts/", "/diagnostics/"})
     if (path.starts_with(group)) return true;
   return false;
 }

@@ -119,6 +119,11 @@ std::vector<Column> result_columns(const Model& model) {
     for (const char* name : {"coordinate", "rate", "motor_load", "limit_load"})
       columns.push_back({group + "/" + name, "SI", {axes}});
   }
+  for (const Coupling& coupling : model.couplings) {
+    const std::string group = "/couplings/" + coupling.name;
+    columns.push_back({group + "/force", "N", {3}});
+    columns.push_back({group + "/torque", "N m", {3}});
+  }
   for (const BoundaryContact& contact : model.boundary_contacts) {
     const std::string group = "/boundary_contacts/" + contact.name;
     columns.push_back({group + "/force", "N", {3}});
@@ -147,6 +152,11 @@ std::vector<double> result_row(const Solver& solver, double interval) {
   const std::vector<FrameState> frames = solver.frames();
   for (std::size_t f = 0; f < frames.size(); ++f) {
     add_frame(row, frames[f], solver.model().frames[f].free, interval);
+  }
+  for (const CouplingState& coupling : solver.couplings()) {
+    const double per_time = interval > 0 ? 1 / interval : 0;
+    row.add(Vec3(coupling.impulse * per_time));
+    row.add(Vec3(coupling.angular_impulse * per_time));
   }
   for (const BoundaryContactState& contact : solver.boundary_contacts())
     add_contact(row, contact, interval);

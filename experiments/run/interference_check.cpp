@@ -232,6 +232,7 @@ Model bare(const Case& c) {
 Model held(const Case& c) {
   Model model = bare(c);
   for (MotionFrame& frame : model.frames) frame.free.reset();
+  model.couplings.clear();
   model.boundary_contacts.clear();
   return model;
 }
@@ -362,6 +363,24 @@ void drive_through(const Case& c, int frame, BoundaryPairs& pairs) {
   }
 }
 
+// The first of the free frames that carry a free one, itself if none does.
+int first_body(const Case& c, int frame) {
+  int first = frame;
+  while ((frame = free_frame(c.model.frames, frame)) >= 0) {
+    first = frame;
+    frame = c.model.frames[index(frame)].parent;
+  }
+  return first;
+}
+
+// Couplings move other bodies with it, so that it cannot be moved alone.
+bool is_coupled(const Case& c, int frame) {
+  const int first = first_body(c, frame);
+  return std::ranges::any_of(c.model.couplings, [&](const Coupling& coupling) {
+    return first_body(c, coupling.a) == first || first_body(c, coupling.b) == first;
+  });
+}
+
 void check_boundaries(const Case& c) {
   BoundaryPairs pairs(c);
   if (pairs.none()) return;
@@ -371,7 +390,8 @@ void check_boundaries(const Case& c) {
   for (const Path& path : paths_of(c))
     if (path.length > 0) follow(c, path, pairs);
   for (std::size_t f = 0; f < c.model.frames.size(); ++f)
-    if (c.model.frames[f].free) drive_through(c, static_cast<int>(f), pairs);
+    if (c.model.frames[f].free && !is_coupled(c, static_cast<int>(f)))
+      drive_through(c, static_cast<int>(f), pairs);
 }
 
 void check_particles(const Case& c) {

@@ -32,6 +32,7 @@ constexpr std::size_t materials = 200;
 constexpr std::size_t shapes = 2000;
 constexpr std::size_t interactions = 20'000;
 constexpr std::size_t boundary_contacts = 1000;
+constexpr std::size_t couplings = 1000;
 
 // JSON.
 constexpr int json_depth = 64;             // arrays and objects inside each other

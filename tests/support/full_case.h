@@ -97,6 +97,20 @@ direction = [1, 0, 0]
 kind = "translation"
 direction = [0, 0, 1]
 
+[[motion_frames]]
+name = "hammer"
+parent = "arm"
+position = "0 0 0.6 m"
+[motion_frames.free]
+mass = "10 g"
+center = "0 0.05 0.6 m"
+inertia = "1e-5 1e-5 1e-5 kg m^2"
+joints = [{ kind = "rotation", direction = [1, 0, 0] }]
+[[couplings]]
+kind = "gear"
+between = ["arm", "hammer"]
+ratio = "100 rad/m"
+
 [[boundaries]]
 name = "floor"
 material = "plastic"

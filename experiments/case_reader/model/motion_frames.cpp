@@ -212,11 +212,11 @@ FreeBody read_free_body(const TomlTable& t) {
   return body;
 }
 
-// All meshes that a frame carries, in world axes at t = 0.
+// All meshes that are fixed to a free frame, in world axes at t = 0.
 TriangleMesh carried_mesh(const TomlTable& t, const Model& model, int frame) {
   TriangleMesh all;
   for (const Boundary& b : model.boundaries) {
-    if (!descends_from(model.frames, b.frame, frame)) continue;
+    if (free_frame(model.frames, b.frame) != frame) continue;
     if (!inspect(b.mesh).sound() || b.mesh.triangles.empty()) {
       t.fail("", fmt::format("carries \"{}\", whose mesh is not closed, so that it has no mass; "
                              "expected mass, center and inertia",

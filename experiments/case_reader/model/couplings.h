@@ -1,0 +1,14 @@
+// [[couplings]]: what ties the bodies of a mechanism in addition to their joints.
+#pragma once
+
+#include <vector>
+
+#include "experiments/text/toml_document.h"
+#include "firn/model.h"
+
+namespace firn {
+
+// Motion frames have been read.
+std::vector<Coupling> read_couplings(const TomlTable& root, const std::vector<MotionFrame>& frames);
+
+}  // namespace firn

@@ -1,0 +1,178 @@
+// [[couplings]] of a case, from the file to results.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "experiments/results/results_file.h"
+#include "experiments/run/run.h"
+#include "tests/support/results_folder.h"
+
+namespace firn {
+namespace {
+
+using testing::HasSubstr;
+
+// A ram on a crank, as in docs/scenes.md, that pushes a cube along a table.
+constexpr const char* kRam = R"(
+[case]
+duration = "1 s"
+[materials.ice]
+density = "917 kg/m^3"
+young_modulus = "1 MPa"
+[materials.steel]
+density = "7800 kg/m^3"
+young_modulus = "10 MPa"
+[interactions.ice-steel]
+static_friction = 0.1
+restitution = 0.3
+[interactions.ice-ice]
+static_friction = 0.1
+restitution = 0.3
+[shapes.cube]
+kind = "box"
+size = "20 20 20 mm"
+material = "ice"
+[[particles]]
+shape = "cube"
+position = "200 0 0 mm"
+[[boundaries]]
+name = "table"
+kind = "plane"
+material = "steel"
+point = "0 0 -10 mm"
+normal = [0, 0, 1]
+[[boundaries]]
+name = "ram"
+kind = "box"
+material = "steel"
+size = "40 30 16 mm"
+position = "160 0 0 mm"
+motion_frame = "piston"
+[[motion_frames]]
+name = "crank"
+[motion_frames.free]
+mass = "100 g"
+center = "20 0 0 mm"
+inertia = "1e-5 1e-4 1e-4 kg m^2"
+joints = [{ kind = "rotation", direction = [0, -1, 0], motors = [{ speed = "60 rpm", max_load = "5 N m" }] }]
+[[motion_frames]]
+name = "rod"
+parent = "crank"
+position = "40 0 0 mm"
+[motion_frames.free]
+mass = "50 g"
+center = "100 0 0 mm"
+inertia = "1e-5 1e-4 1e-4 kg m^2"
+joints = [{ kind = "rotation", direction = [0, -1, 0] }]
+[[motion_frames]]
+name = "piston"
+position = "160 0 0 mm"
+[motion_frames.free]
+mass = "200 g"
+center = "160 0 0 mm"
+inertia = "1e-4 1e-4 1e-4 kg m^2"
+joints = [{ kind = "translation", direction = [1, 0, 0] }]
+[[couplings]]
+kind = "ball"
+between = ["rod", "piston"]
+position = "160 0 0 mm"
+)";
+
+std::string error_of(const std::string& text) {
+  try {
+    read_case_text(text, "c.toml", ".");
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, text.npos) << from;
+  return at == text.npos ? text : text.replace(at, from.size(), to);
+}
+
+using CouplingCase = ResultsFolder;
+
+TEST_F(CouplingCase, DriveARamThatPushesACube) {
+  const Case c = read_case_text(kRam, "c.toml", ".");
+  RunOptions options;
+  options.results_file = path("ram.h5");
+  ASSERT_EQ(run(c, options).status, RunStatus::finished);
+  const Recording recording(path("ram.h5"));
+  const std::vector<double> time = recording.frame_times();
+  const std::vector<double> angle = recording.series("/motion_frames/crank/coordinate"),
+                            place = recording.series("/motion_frames/piston/coordinate"),
+                            force = recording.series("/couplings/rod-piston/force");
+  ASSERT_EQ(angle.size(), time.size());
+  ASSERT_EQ(force.size(), 3 * time.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    EXPECT_NEAR(angle[i], 2 * std::numbers::pi * time[i], 1e-3);  // but for the start
+    const double a = angle[i], z = 0.04 * std::sin(a);
+    EXPECT_NEAR(place[i], 0.04 * std::cos(a) + std::sqrt(0.12 * 0.12 - z * z) - 0.16, 1e-9);
+    largest = std::max(largest, std::abs(force[3 * i]));
+  }
+  EXPECT_GT(largest, 0.1);
+  // The ram starts at its dead centre, 10 mm before the cube, and does not come nearer.
+  EXPECT_LT(largest, 20);
+}
+
+TEST_F(CouplingCase, StopTheRunWhereTheyCannotBeMet) {
+  // The crank is longer than the rod, which is driven beyond its reach.
+  const std::string coupled = "between = [\"rod\", \"piston\"]\nposition = ";
+  const std::string unlimited = replaced(kRam, ", max_load = \"5 N m\"", "");
+  const std::string short_rod =
+      replaced(unlimited, coupled + "\"160 0 0 mm\"", coupled + "\"75 0 0 mm\"");
+  const Case c = read_case_text(short_rod, "c.toml", ".");
+  RunOptions options;
+  options.results_file = path("short.h5");
+  const RunSummary summary = run(c, options);
+  EXPECT_EQ(summary.status, RunStatus::failed);
+  EXPECT_THAT(summary.reason, HasSubstr("cannot meet its couplings at 0.1"));
+}
+
+TEST(CouplingReader, RefusesWhatTiesNothingInOneLine) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return error_of(replaced(kRam, from, to));
+  };
+  const std::string between = "between = [\"rod\", \"piston\"]\nposition = \"160 0 0 mm\"\n",
+                    ball = "kind = \"ball\"\n";
+  EXPECT_EQ(error_of(kRam), "");
+  EXPECT_THAT(with("\"rod\", \"piston\"", "\"rod\", \"pistol\""),
+              HasSubstr("unknown motion frame \"pistol\""));
+  EXPECT_THAT(with("\"rod\", \"piston\"", "\"rod\", \"rod\""), HasSubstr("two bodies"));
+  EXPECT_EQ(with("\"rod\", \"piston\"", "\"rod\", \"world\""), "");
+  EXPECT_THAT(with(ball, "kind = \"spring\"\n"), HasSubstr("c.toml:"));
+  EXPECT_THAT(with(ball, "kind = \"slot\"\n"), HasSubstr("direction"));
+  EXPECT_THAT(with(ball, "kind = \"gear\"\n"), HasSubstr("position"));
+  const auto geared = [&](const std::string& keys) {
+    return error_of(replaced(replaced(kRam, ball, ""), between, keys));
+  };
+  EXPECT_EQ(geared("kind = \"gear\"\nbetween = [\"crank\", \"rod\"]\nratio = -2\n"), "");
+  EXPECT_EQ(geared("kind = \"gear\"\nbetween = [\"crank\", \"piston\"]\nratio = \"3 mm/rad\"\n"),
+            "");
+  EXPECT_THAT(geared("kind = \"gear\"\nbetween = [\"crank\", \"piston\"]\nratio = 3\n"),
+              HasSubstr("ratio"));
+  EXPECT_THAT(geared("kind = \"gear\"\nbetween = [\"crank\", \"world\"]\nratio = 3\n"),
+              HasSubstr("without joints"));
+  EXPECT_THAT(
+      geared("kind = \"gear\"\nbetween = [\"crank\", \"rod\"]\nratio = 2\njoints = [0, 1]\n"),
+      HasSubstr("joint 1 of \"rod\""));
+  const std::string cam = "kind = \"cam\"\nbetween = [\"crank\", \"piston\"]\n";
+  EXPECT_EQ(geared(cam + "angles = [\"0 deg\", \"90 deg\", \"180 deg\", \"270 deg\"]\n"
+                         "lifts = [\"0 mm\", \"5 mm\", \"9 mm\", \"5 mm\"]\n"),
+            "");
+  EXPECT_THAT(geared(cam + "angles = [\"0 deg\", \"90 deg\", \"180 deg\", \"360 deg\"]\n"
+                           "lifts = [\"0 mm\", \"5 mm\", \"9 mm\", \"5 mm\"]\n"),
+              HasSubstr("span a turn"));
+  EXPECT_THAT(geared(cam + "angles = [\"0 deg\", \"90 deg\", \"180 deg\", \"270 deg\"]\n"
+                           "lifts = [\"1 mm\", \"5 mm\", \"9 mm\", \"5 mm\"]\n"),
+              HasSubstr("at the angle 0"));
+}
+
+}  // namespace
+}  // namespace firn
