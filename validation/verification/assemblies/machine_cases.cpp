@@ -8,7 +8,8 @@
 
 namespace firn::verification {
 
-std::vector<VerificationCase> drive_cases();  // drive_cases.cpp
+std::vector<VerificationCase> drive_cases();    // drive_cases.cpp
+std::vector<VerificationCase> linkage_cases();  // linkage_cases.cpp
 
 namespace {
 
@@ -270,8 +271,9 @@ std::vector<VerificationCase> machine_cases() {
                     "mu = l / h on",
        .remark = "l and h: of the tip from the hinge, along the slide and across it.",
        .run = arm}};
-  std::vector<VerificationCase> more = drive_cases();
-  all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+  for (std::vector<VerificationCase> more : {drive_cases(), linkage_cases()})
+    all.insert(all.end(), std::make_move_iterator(more.begin()),
+               std::make_move_iterator(more.end()));
   return all;
 }
 
