@@ -16,7 +16,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Rates that are found by repetition differ by less than this part from one to the next.
+// Rates that are found by repetition differ by less than this part of what they are the sum of from
+// one to the next.
 constexpr double kSameRates = 1e-14;
 constexpr int kMostSweeps = 200;
 // Errors of couplings that count as none, m or 1; and when they were never met.
@@ -120,8 +121,8 @@ class Holds {
     }
   }
 
-  // `rates`: those without these impulses, which are added.
-  void apply(VectorXd& rates) {
+  // `rates`: those without these impulses, which are added; changes below `small` are none.
+  void apply(VectorXd& rates, double small) {
     rates += mobility_ * impulses_;
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       double change = 0;
@@ -134,7 +135,7 @@ class Holds {
         rates += mobility_.col(k) * more;
         change = std::max(change, std::abs(w * more));
       }
-      if (change <= kSameRates * rates.lpNorm<Eigen::Infinity>()) break;
+      if (change <= small) break;
     }
     for (const std::size_t i : active_)  // but for rounding it has it
       if (solutions_[i].held) rates[static_cast<Eigen::Index>(i)] = solutions_[i].rate;
@@ -154,10 +155,6 @@ class Holds {
   std::vector<CoordinateSolution> solutions_;
   VectorXd impulses_;
 };
-
-bool has_same_rates(const VectorXd& a, const VectorXd& b) {
-  return (a - b).lpNorm<Eigen::Infinity>() <= kSameRates * b.lpNorm<Eigen::Infinity>();
-}
 
 TreeLoop::Kind loop_kind(Coupling::Kind kind) {
   switch (kind) {
@@ -525,9 +522,12 @@ struct Mechanism::Impl {
       if (r > 0) tree.place(q, u);
       applied = known + h * forces(s, q);
       VectorXd next = mobility * applied;
+      // Rounding of what may cancel, as where friction holds a load.
+      const double small =
+          kSameRates * (mobility.cwiseAbs() * applied.cwiseAbs()).lpNorm<Eigen::Infinity>();
       next -= along * constraint.solve(g * next - wanted);
-      holds.apply(next);
-      const bool is_same = !first || has_same_rates(next, u);
+      holds.apply(next, small);
+      const bool is_same = !first || (next - u).lpNorm<Eigen::Infinity>() <= small;
       u = next;
       if (first) end = q + s.dt * u;
       if (first && g.rows() > 0) {
