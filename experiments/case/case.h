@@ -170,8 +170,9 @@ struct Measure {
   int points = 0;
   // load: force of contacts on a boundary (or on a motion frame, when there is none) along a
   // direction of the world (0: its magnitude), during one stage (empty: all the time).
-  // load, curve: `contact` is a boundary contact, in place of both; -1: none.
-  int contact = -1;
+  // load, curve: `contact` is a boundary contact and `coupling` a coupling, in place of both; -1:
+  // none.
+  int contact = -1, coupling = -1;
   Vec3 direction = Vec3::Zero();  // unit
   std::string stage;
 };

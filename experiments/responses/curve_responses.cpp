@@ -56,7 +56,7 @@ Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::
   if (what == "coordinate") return {column(what), turns ? "rad" : "m"};
   if (what == "rate") return {column(what), turns ? "rad/s" : "m/s"};
   if (what == "motor_load") return {column(what), turns ? "N m" : "N"};
-  if (what == "force") return {lengths(r.series(group + "force")), "N"};
+  if (what == "force" || what == "reaction_force") return {lengths(r.series(group + what)), "N"};
   const std::vector<double> rate = column("rate"), times = r.frame_times();
   std::vector<double> acceleration(rate.size(), 0);
   for (std::size_t i = 1; i < rate.size(); ++i)
@@ -67,7 +67,8 @@ Signal of_frame(const Recording& r, const Case& c, const Measure& m, const std::
 
 Signal signal_of(const Recording& r, const Case& c, const Measure& m, const std::string& what) {
   if (what == "time") return {r.frame_times(), "s"};
-  return m.boundary.empty() && m.contact < 0 ? of_frame(r, c, m, what) : of_part(r, c, m, what);
+  const bool is_frame = m.boundary.empty() && m.contact < 0 && m.coupling < 0;
+  return is_frame ? of_frame(r, c, m, what) : of_part(r, c, m, what);
 }
 
 // So many of them, the first and the last included.

@@ -47,12 +47,12 @@ std::vector<Response> load_responses(const Recording& recording, const Case& c) 
       peak = std::max(peak, load);
     }
     if (duration == 0) continue;
-    const std::string what =
-        fmt::format("force of contacts on \"{}\"{}{}", part,
-                    along ? fmt::format(" along ({:g}, {:g}, {:g})", m.direction.x(),
-                                        m.direction.y(), m.direction.z())
-                          : "",
-                    m.stage.empty() ? "" : fmt::format(" in stage \"{}\"", m.stage));
+    const std::string what = fmt::format(
+        "force of {} \"{}\"{}{}", m.coupling >= 0 ? "the coupling" : "contacts on", part,
+        along ? fmt::format(" along ({:g}, {:g}, {:g})", m.direction.x(), m.direction.y(),
+                            m.direction.z())
+              : "",
+        m.stage.empty() ? "" : fmt::format(" in stage \"{}\"", m.stage));
     out.push_back({m.name + "_load_mean", {impulse / duration}, {}, "N", what + ", mean", 1});
     out.push_back(
         {m.name + "_load_peak", {peak}, {}, "N", what + ", largest mean over an output frame", 1});

@@ -1,4 +1,5 @@
-// The part of a machine that a measure is about: a boundary contact, a boundary or a motion frame.
+// The part of a machine that a measure is about: a boundary contact, a coupling, a boundary or a
+// motion frame.
 #pragma once
 
 #include <string>
@@ -9,12 +10,14 @@ namespace firn {
 
 inline std::string measured_part(const Case& c, const Measure& m) {
   if (m.contact >= 0) return c.model.boundary_contacts[static_cast<std::size_t>(m.contact)].name;
+  if (m.coupling >= 0) return c.model.couplings[static_cast<std::size_t>(m.coupling)].name;
   return m.boundary.empty() ? c.model.frames[static_cast<std::size_t>(m.frame)].name : m.boundary;
 }
 
 // Of the results file, with a slash at its end.
 inline std::string part_group(const Case& c, const Measure& m) {
   const char* group = m.contact >= 0       ? "/boundary_contacts/"
+                      : m.coupling >= 0    ? "/couplings/"
                       : m.boundary.empty() ? "/motion_frames/"
                                            : "/boundaries/";
   return group + measured_part(c, m) + "/";

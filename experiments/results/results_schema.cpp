@@ -99,7 +99,8 @@ constexpr Dataset kDatasets[] = {
      "T,A", "SI", R::finite, "", "load by the joint limits, N or N m; mean over the interval",
      "/motion_frames/<frame>/stop"},
     {"/couplings/<coupling>/force", optional, "", real, "T,3", "N", R::finite, "",
-     "of a case with [couplings](scenes.md#couplings): on the second body; of a gear or cam, along "
+     "of a case with [couplings](scenes.md#mechanisms): on the second body; of a gear or cam, "
+     "along "
      "its joint; mean over the interval"},
     {"/couplings/<coupling>/torque", together, "/couplings/<coupling>/force", real, "T,3", "N m",
      R::finite, "", "about the coupling's point; of a gear or cam, about its joint"},

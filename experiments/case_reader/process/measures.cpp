@@ -107,9 +107,10 @@ void read_accelerometer(const TomlTable& t, const Model& model, double frame_int
 
 // Of a measure of a part of a machine.
 void require_one_body(const TomlTable& t) {
-  if (t.has("boundary") + t.has("motion_frame") + t.has("boundary_contact") != 1)
+  if (t.has("boundary") + t.has("motion_frame") + t.has("boundary_contact") + t.has("coupling") !=
+      1)
     t.fail("boundary",
-           "motion_frame and boundary_contact exclude each other; expected one of them");
+           "motion_frame, boundary_contact and coupling exclude each other; expected one of them");
   if (t.string("name", "").empty())
     t.fail("name", "is missing; expected a name, which the responses bear");
 }
@@ -120,9 +121,15 @@ int contact_index(const TomlTable& t, const Model& model) {
   return index_of(t, "boundary_contact", t.string("boundary_contact"), names, "boundary contact");
 }
 
+int coupling_index(const TomlTable& t, const Model& model) {
+  std::vector<std::string_view> names;
+  for (const Coupling& coupling : model.couplings) names.push_back(coupling.name);
+  return index_of(t, "coupling", t.string("coupling"), names, "coupling");
+}
+
 void read_curve(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
-  t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "axis", "x", "y",
-           "points", "cfc"});
+  t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "coupling", "axis", "x",
+           "y", "points", "cfc"});
   require_one_body(t);
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
@@ -135,6 +142,11 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
     if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
     m.x = t.choice("x", {"time"}, "time");
     m.y = t.choice("y", {"force", "peak_normal_force"});
+  } else if (t.has("coupling")) {
+    m.coupling = coupling_index(t, model);
+    if (t.has("axis")) t.fail("axis", "goes with motion_frame; expected it left out");
+    m.x = t.choice("x", {"time"}, "time");
+    m.y = t.choice("y", {"force", "torque"});
   } else {
     m.frame = frame_index(t, "motion_frame", model.frames);
     m.axis = t.integer("axis", 0, 0);
@@ -142,7 +154,8 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
     if (!free || m.axis >= static_cast<int>(free->joints.size()))
       t.fail("axis", "is none of a free motion frame; expected one");
     m.x = t.choice("x", {"time", "coordinate"}, "time");
-    m.y = t.choice("y", {"coordinate", "rate", "acceleration", "motor_load", "force"});
+    m.y = t.choice("y",
+                   {"coordinate", "rate", "acceleration", "motor_load", "force", "reaction_force"});
   }
   m.points = t.integer("points", 2, 500);
   if (m.points > 20000) t.fail("points", "are too many for a response; expected 20000 at most");
@@ -151,13 +164,16 @@ void read_curve(const TomlTable& t, const Model& model, double frame_interval, M
 }
 
 void read_load(const TomlTable& t, const Case& c, Measure& m) {
-  t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "direction", "stage"});
+  t.allow({"kind", "name", "boundary", "motion_frame", "boundary_contact", "coupling", "direction",
+           "stage"});
   require_one_body(t);
   if (t.has("boundary")) {
     m.boundary = t.string("boundary");
     boundary_index(t, "boundary", m.boundary, c.model.boundaries);
   } else if (t.has("boundary_contact")) {
     m.contact = contact_index(t, c.model);
+  } else if (t.has("coupling")) {
+    m.coupling = coupling_index(t, c.model);
   } else {
     m.frame = frame_index(t, "motion_frame", c.model.frames);
   }

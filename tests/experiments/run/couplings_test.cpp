@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "experiments/responses/curve_responses.h"
+#include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
 #include "tests/support/results_folder.h"
@@ -80,6 +83,25 @@ between = ["rod", "piston"]
 position = "160 0 0 mm"
 )";
 
+constexpr const char* kMeasures = R"(
+[[measure]]
+kind = "load"
+name = "pin"
+coupling = "rod-piston"
+direction = [1, 0, 0]
+[[measure]]
+kind = "curve"
+name = "pin"
+coupling = "rod-piston"
+y = "force"
+[[measure]]
+kind = "curve"
+name = "bearing"
+motion_frame = "crank"
+x = "coordinate"
+y = "reaction_force"
+)";
+
 std::string error_of(const std::string& text) {
   try {
     read_case_text(text, "c.toml", ".");
@@ -98,7 +120,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 using CouplingCase = ResultsFolder;
 
 TEST_F(CouplingCase, DriveARamThatPushesACube) {
-  const Case c = read_case_text(kRam, "c.toml", ".");
+  const Case c = read_case_text(std::string(kRam) + kMeasures, "c.toml", ".");
   RunOptions options;
   options.results_file = path("ram.h5");
   ASSERT_EQ(run(c, options).status, RunStatus::finished);
@@ -117,6 +139,16 @@ TEST_F(CouplingCase, DriveARamThatPushesACube) {
     largest = std::max(largest, std::abs(force[3 * i]));
   }
   EXPECT_GT(largest, 0.1);
+  const std::vector<Response> loads = load_responses(recording, c);
+  ASSERT_EQ(loads.size(), 2u);
+  EXPECT_EQ(loads[1].name, "pin_load_peak");
+  EXPECT_GT(loads[1].value[0], 0.1);
+  const std::vector<Response> curves = curve_responses(recording, c);
+  ASSERT_EQ(curves.size(), 4u);
+  EXPECT_EQ(curves[1].name, "pin_curve_y");
+  EXPECT_EQ(curves[3].name, "bearing_curve_y");
+  // The bearing carries the weight of crank and rod and more.
+  EXPECT_GT(*std::ranges::max_element(curves[3].value), 1);
   // The ram starts at its dead centre, 10 mm before the cube, and does not come nearer.
   EXPECT_LT(largest, 20);
 }
@@ -145,6 +177,10 @@ TEST(CouplingReader, RefusesWhatTiesNothingInOneLine) {
   EXPECT_THAT(with("\"rod\", \"piston\"", "\"rod\", \"pistol\""),
               HasSubstr("unknown motion frame \"pistol\""));
   EXPECT_THAT(with("\"rod\", \"piston\"", "\"rod\", \"rod\""), HasSubstr("two bodies"));
+  EXPECT_EQ(error_of(std::string(kRam) + kMeasures), "");
+  EXPECT_THAT(error_of(replaced(std::string(kRam) + kMeasures, "coupling = \"rod-piston\"",
+                                "coupling = \"rod-crank\"")),
+              HasSubstr("unknown coupling \"rod-crank\""));
   EXPECT_EQ(with("\"rod\", \"piston\"", "\"rod\", \"world\""), "");
   EXPECT_THAT(with(ball, "kind = \"spring\"\n"), HasSubstr("c.toml:"));
   EXPECT_THAT(with(ball, "kind = \"slot\"\n"), HasSubstr("direction"));
