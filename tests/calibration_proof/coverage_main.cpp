@@ -9,14 +9,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "calibrate/inference/goodness_of_fit.h"
 #include "calibrate/inference/posterior.h"
-#include "calibrate/numerics/random.h"
 #include "experiments/storage/sha256.h"
-#include "experiments/system/input_file.h"
-#include "experiments/system/input_limits.h"
-#include "experiments/text/toml_document.h"
-#include "tests/calibration_proof/formula.h"
-#include "tests/calibration_proof/problems.h"
+#include "tests/calibration_proof/covered_problem.h"
+#include "tests/support/fake_experiment.h"
 
 namespace firn::proof {
 namespace {
@@ -26,110 +23,11 @@ using Eigen::VectorXd;
 using nlohmann::json;
 using Values = std::vector<double>;
 
-// A response with its own scatter: normal noise, and a shift in some of the runs.
-struct CoveredResponse {
-  std::string name;
-  double uncertainty = 0;
-  Formula value, noise, shift, shift_share;
-  double mean(const Values& v) const { return value(v) + shift(v) * shift_share(v); }
-};
-
-struct CoveredProblem {
-  std::string name;
-  std::vector<Parameter> parameters;
-  std::vector<CoveredResponse> responses;
-  std::vector<std::string> truths;  // "prior", "border", "corner"
-};
-
-CoveredProblem read_problem(const TomlTable& t) {
-  t.allow({"name", "truths", "parameters", "responses"});
-  CoveredProblem p;
-  p.name = t.string("name");
-  p.truths = t.strings("truths");
-  if (p.truths.empty()) p.truths = {"prior"};
-  for (const std::string& truth : p.truths)
-    if (truth != "prior" && truth != "border" && truth != "corner")
-      t.fail("truths", "has another word; expected some of prior, border, corner");
-  std::vector<std::string> names;
-  for (const TomlTable& q : t.tables("parameters")) {
-    q.allow({"name", "min", "max", "scale"});
-    Parameter a;
-    a.name = q.string("name");
-    a.min = q.number("min");
-    a.max = q.number("max");
-    a.logarithmic = q.choice("scale", {"linear", "log"}, "linear") == "log";
-    names.push_back(a.name);
-    p.parameters.push_back(a);
-  }
-  for (const TomlTable& q : t.tables("responses")) {
-    q.allow({"name", "value", "uncertainty", "noise", "shift", "shift_share"});
-    const auto formula = [&](const char* key, const std::string& otherwise) {
-      return q.at(key, [&] { return parse_formula(q.string(key, otherwise), names); });
-    };
-    p.responses.push_back({q.string("name"), q.number("uncertainty"),
-                           q.at("value", [&] { return parse_formula(q.string("value"), names); }),
-                           formula("noise", "0"), formula("shift", "0"),
-                           formula("shift_share", "0")});
-  }
-  if (p.parameters.empty() || p.responses.empty())
-    t.fail("", "has no parameters or no responses; expected both");
-  return p;
-}
-
-std::vector<CoveredProblem> read_problems(const std::string& file) {
-  TomlDocument document(
-      read_input_file(file, "a file of coverage problems (TOML)", input_limits::toml_bytes), file);
-  const TomlTable root = TomlTable::root(document);
-  root.allow({"problems"});
-  std::vector<CoveredProblem> all;
-  for (const TomlTable& t : root.tables("problems")) all.push_back(read_problem(t));
-  return all;
-}
-
-VectorXd draw_truth(const CoveredProblem& p, const std::string& where, std::mt19937_64& random) {
-  VectorXd u(static_cast<Index>(p.parameters.size()));
-  const auto end = [&] { return uniform(random) < 0.5 ? 0.0 : 1.0; };
-  for (double& x : u) x = where == "corner" ? end() : uniform(random);
-  if (where == "border")
-    u[static_cast<Index>(random() % static_cast<std::uint64_t>(u.size()))] = end();
-  return u;
-}
-
-Values values_at(const CoveredProblem& p, const VectorXd& u) {
-  Values v;
-  for (std::size_t i = 0; i < p.parameters.size(); ++i)
-    v.push_back(std::clamp(p.parameters[i].from_unit(u[static_cast<Index>(i)]), p.parameters[i].min,
-                           p.parameters[i].max));
-  return v;
-}
-
-// The study as problems.h writes it: with parameters p0, p1, ...
-json solve(const CoveredProblem& p, const Values& truth, const std::vector<double>& target,
-           int runs, int seed) {
-  Problem plain;
-  for (const Parameter& a : p.parameters) plain.parameters.push_back({a.min, a.max, a.logarithmic});
-  plain.truth = truth;
-  for (const CoveredResponse& r : p.responses)
-    plain.responses.push_back({r.name, r.uncertainty, 0, {}});
-  FakeExperiment experiment([&](const FakeExperiment::Values& keys, std::mt19937_64& random) {
-    const Values v = plain.values(keys);
-    std::vector<Response> all;
-    for (const CoveredResponse& r : p.responses) {
-      const double noise = r.noise(v) * normal(random);
-      const double shift = uniform(random) < r.shift_share(v) ? r.shift(v) : 0;
-      all.push_back(scalar(r.name, r.value(v) + noise + shift, "1"));
-    }
-    return finished(all);
-  });
-  const Folder folder("coverage");
-  const std::string file = folder.write("study.toml", study_text(plain, target, runs, seed));
-  return json::parse(run_study(file, folder / "out", experiment).json);
-}
-
 struct Tally {
-  int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, intervals = 0, parameters = 0;
-  int infeasible = 0, unconfirmed = 0, confirmed_values = 0, combinations = 0, far_off = 0;
-  double log_width = 0, confirmed_z2 = 0;
+  int studies = 0, region_95 = 0, region_68 = 0, ideal_95 = 0, ideal_68 = 0, intervals = 0;
+  int parameters = 0, infeasible = 0, ideal_infeasible = 0, unconfirmed = 0, confirmed_values = 0;
+  int combinations = 0, far_off = 0, predictions = 0;
+  double log_width = 0, confirmed_z2 = 0, model_z2 = 0;
 };
 
 void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values& truth,
@@ -150,7 +48,19 @@ void judge_study(const CoveredProblem& p, const VectorXd& truth_u, const Values&
     return cost;
   };
   const Posterior ideal = sample_density(exact, static_cast<int>(truth.size()));
-  t.ideal_95 += ideal.hpd_level(exact(truth_u)) <= 0.95;
+  const double ideal_level = ideal.hpd_level(exact(truth_u));
+  t.ideal_95 += ideal_level <= 0.95;
+  t.ideal_68 += ideal_level <= 0.68;
+  // The same test of fit with the exact responses, at the best of the samples.
+  const double least = *std::min_element(ideal.cost.begin(), ideal.cost.end());
+  t.ideal_infeasible +=
+      chi_square_tail(least, j["goodness_of_fit"]["degrees_of_freedom"].get<double>()) < 0.05;
+  for (const CoveredResponse& r : p.responses) {
+    const json& fit = compared["fit"][r.name];
+    t.model_z2 += std::pow(
+        (fit["value"].get<double>() - r.mean(truth)) / fit["uncertainty"].get<double>(), 2);
+    ++t.predictions;
+  }
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const json& q = j["parameters"][i];
     double mean = 0, square = 0;
@@ -194,7 +104,7 @@ Tally cover(const CoveredProblem& p, const std::string& where, int studies, int 
     std::vector<double> target;
     for (const CoveredResponse& r : p.responses)
       target.push_back(r.mean(truth) + r.uncertainty * normal(random));
-    judge_study(p, u, truth, target, solve(p, truth, target, runs, 1 + 10000 * s), t);
+    judge_study(p, u, truth, target, solve_covered(p, truth, target, runs, 1 + 10000 * s), t);
   }
   return t;
 }
@@ -203,23 +113,25 @@ void print_row(const std::string& name, const Tally& t) {
   const auto share = [](int part, int of) {
     return of == 0 ? std::string("-") : fmt::format("{:.0f} %", 100.0 * part / of);
   };
-  fmt::print("| {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} | {} | {:.2f} |\n", name,
-             t.studies, share(t.region_95, t.studies), share(t.ideal_95, t.studies),
-             share(t.region_68, t.studies), share(t.intervals, t.parameters),
-             std::exp(t.log_width / std::max(1, t.parameters)), t.far_off, t.combinations,
-             t.infeasible, t.unconfirmed,
-             std::sqrt(t.confirmed_z2 / std::max(1, t.confirmed_values)));
+  const auto ratio = [](double z2, int of) { return std::sqrt(z2 / std::max(1, of)); };
+  fmt::print(
+      "| {} | {} | {} | {} | {} | {} | {} | {:.2f} | {} of {} | {} ({}) | {} | {:.2f} | {:.2f} |\n",
+      name, t.studies, share(t.region_95, t.studies), share(t.ideal_95, t.studies),
+      share(t.region_68, t.studies), share(t.ideal_68, t.studies), share(t.intervals, t.parameters),
+      std::exp(t.log_width / std::max(1, t.parameters)), t.far_off, t.combinations, t.infeasible,
+      t.ideal_infeasible, t.unconfirmed, ratio(t.confirmed_z2, t.confirmed_values),
+      ratio(t.model_z2, t.predictions));
   std::fflush(stdout);
 }
 
 void add(Tally& sum, const Tally& t) {
-  for (int Tally::*n :
-       {&Tally::studies, &Tally::region_95, &Tally::region_68, &Tally::ideal_95, &Tally::intervals,
-        &Tally::parameters, &Tally::infeasible, &Tally::unconfirmed, &Tally::confirmed_values,
-        &Tally::combinations, &Tally::far_off})
+  for (int Tally::*n : {&Tally::studies, &Tally::region_95, &Tally::region_68, &Tally::ideal_95,
+                        &Tally::ideal_68, &Tally::intervals, &Tally::parameters, &Tally::infeasible,
+                        &Tally::ideal_infeasible, &Tally::unconfirmed, &Tally::confirmed_values,
+                        &Tally::combinations, &Tally::far_off, &Tally::predictions})
     sum.*n += t.*n;
-  sum.log_width += t.log_width;
-  sum.confirmed_z2 += t.confirmed_z2;
+  for (double Tally::*x : {&Tally::log_width, &Tally::confirmed_z2, &Tally::model_z2})
+    sum.*x += t.*x;
 }
 
 // Chance of at most so many successes of so many tries.
@@ -248,11 +160,12 @@ int main(int argc, char** argv) {
   app.add_option("--to", to, "last problem, by number")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
-    const std::vector<CoveredProblem> problems = read_problems(file);
+    const std::vector<CoveredProblem> problems = read_covered_problems(file);
     fmt::print(
-        "| problem, truth | studies | 95 % region | of the ideal | 68 % region | 95 % intervals | "
-        "width over ideal | determined off by > 2u | infeasible | unconfirmed | confirmed "
-        "error over stated |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+        "| problem, truth | studies | 95 % region | of the ideal | 68 % region | of the ideal | "
+        "95 % intervals | width over ideal | determined off by > 2u | infeasible (ideal) | "
+        "unconfirmed | confirmed error over stated | model error over stated |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     Tally all;
     for (int i = from; i < static_cast<int>(problems.size()) && i <= to; ++i) {
       const CoveredProblem& p = problems[static_cast<std::size_t>(i)];

@@ -1,0 +1,380 @@
+// Methods of calibration on the same problems of a text file (problems.toml): Firn, CMA-ES on the
+// mean, restarts of BOBYQA on the mean, and a Latin hypercube with a quadratic. Prints Markdown
+// tables: the distance from the targets for a number of runs, coverage, and behavior under misfit.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+
+#include "calibrate/inference/goodness_of_fit.h"
+#include "calibrate/inference/posterior.h"
+#include "calibrate/numerics/experimental_design.h"
+#include "calibrate/numerics/optimize.h"
+#include "calibrate/numerics/random.h"
+#include "experiments/storage/sha256.h"
+#include "tests/calibration_proof/covered_problem.h"
+#include "tests/support/fake_experiment.h"
+
+namespace firn::proof {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using nlohmann::json;
+
+// A study of one problem: its truth, what was measured of it, and the runs that a method makes.
+struct Laboratory {
+  const CoveredProblem& problem;
+  std::vector<double> truth, target;
+  std::uint64_t seed = 1;
+  std::mt19937_64 random{1};
+
+  Index dimensions() const { return static_cast<Index>(problem.parameters.size()); }
+  // Distance of so many runs' mean from the targets, in standard deviations of the measurements
+  // (root mean square).
+  double simulated_distance(const VectorXd& u, int replicates) {
+    const std::vector<double> v = values_at(problem, u);
+    double sum = 0;
+    for (std::size_t k = 0; k < target.size(); ++k) {
+      double mean = 0;
+      for (int i = 0; i < replicates; ++i) mean += problem.responses[k].run(v, random) / replicates;
+      sum += std::pow((mean - target[k]) / problem.responses[k].uncertainty, 2);
+    }
+    return std::sqrt(sum / static_cast<double>(target.size()));
+  }
+  double true_distance(const std::vector<double>& v) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < target.size(); ++k)
+      sum += std::pow((problem.responses[k].mean(v) - target[k]) / problem.responses[k].uncertainty,
+                      2);
+    return std::sqrt(sum / static_cast<double>(target.size()));
+  }
+};
+
+// What a method says at its end.
+struct MethodAnswer {
+  std::vector<double> values;
+  std::optional<bool> region;     // holds the truth; nothing: the method states none
+  int inside = 0, intervals = 0;  // of the stated 95 % intervals, those that hold the truth
+  std::optional<bool> misfit;     // says that the targets are not met; nothing: it has no test
+};
+
+MethodAnswer by_firn(Laboratory& lab, int runs) {
+  const json j =
+      solve_covered(lab.problem, lab.truth, lab.target, runs, static_cast<int>(lab.seed % 100000));
+  MethodAnswer a;
+  a.misfit = j["verdict"] == "infeasible" || j["verdict"] == "unconfirmed";
+  for (std::size_t i = 0; i < lab.truth.size(); ++i) {
+    a.values.push_back(j["estimate"]["parameters"]["p" + std::to_string(i)]);
+    const json& q = j["parameters"][i]["interval_95"];
+    a.inside += q[0] <= lab.truth[i] && lab.truth[i] <= q[1];
+    ++a.intervals;
+  }
+  a.region = j["compare"][0]["hpd_level"].get<double>() <= 0.95;
+  return a;
+}
+
+// Least squares of a quadratic polynomial of one response, with the variance of its mean.
+class Quadratic {
+ public:
+  Quadratic(const std::vector<VectorXd>& u, const VectorXd& y) {
+    const Index n = y.size(), terms = basis(u.front()).size();
+    MatrixXd h(n, terms);
+    for (Index i = 0; i < n; ++i) h.row(i) = basis(u[static_cast<std::size_t>(i)]).transpose();
+    const Eigen::ColPivHouseholderQR<MatrixXd> qr(h);
+    coefficients_ = qr.solve(y);
+    const double left = (y - h * coefficients_).squaredNorm();
+    covariance_ = (h.transpose() * h).ldlt().solve(MatrixXd::Identity(terms, terms)) * left /
+                  static_cast<double>(std::max<Index>(1, n - terms));
+  }
+  double mean(const VectorXd& u) const { return basis(u).dot(coefficients_); }
+  double variance(const VectorXd& u) const {
+    const VectorXd h = basis(u);
+    const VectorXd spread = covariance_ * h;
+    return h.dot(spread);
+  }
+  static Index terms(Index d) { return basis(VectorXd::Zero(d)).size(); }
+
+ private:
+  static VectorXd basis(const VectorXd& u) {
+    const Index d = u.size();
+    VectorXd h(1 + d + d * (d + 1) / 2);
+    h[0] = 1;
+    h.segment(1, d) = u;
+    for (Index i = 0, k = 1 + d; i < d; ++i)
+      for (Index j = i; j < d; ++j) h[k++] = u[i] * u[j];
+    return h;
+  }
+  VectorXd coefficients_;
+  MatrixXd covariance_;
+};
+
+// One run at each point of a Latin hypercube. Region and intervals as of Firn's posterior, with the
+// polynomials for the responses.
+MethodAnswer by_quadratic(Laboratory& lab, int runs) {
+  const Index d = lab.dimensions();
+  const std::vector<VectorXd> u =
+      maximin_latin_hypercube(runs, static_cast<int>(d), lab.seed, std::vector<VectorXd>{});
+  std::vector<Quadratic> models;
+  for (const CoveredResponse& r : lab.problem.responses) {
+    VectorXd y(runs);
+    for (Index i = 0; i < runs; ++i)
+      y[i] = r.run(values_at(lab.problem, u[static_cast<std::size_t>(i)]), lab.random);
+    models.emplace_back(u, y);
+  }
+  const auto squares = [&](const VectorXd& x, bool with_logarithm) {
+    double sum = 0;
+    for (std::size_t k = 0; k < models.size(); ++k) {
+      const double v = std::pow(lab.problem.responses[k].uncertainty, 2) + models[k].variance(x);
+      sum +=
+          std::pow(models[k].mean(x) - lab.target[k], 2) / v + (with_logarithm ? std::log(v) : 0);
+    }
+    return sum;
+  };
+  const std::function<double(const VectorXd&)> cost = [&](const VectorXd& x) {
+    return squares(x, true);
+  };
+  const Minimum best = minimize(cost, VectorXd::Zero(d), VectorXd::Ones(d), 600);
+  const Posterior posterior = sample_density(cost, static_cast<int>(d));
+  VectorXd truth_u(d);
+  for (Index i = 0; i < d; ++i)
+    truth_u[i] = lab.problem.parameters[static_cast<std::size_t>(i)].to_unit(
+        lab.truth[static_cast<std::size_t>(i)]);
+  MethodAnswer a;
+  a.values = values_at(lab.problem, best.x);
+  a.region = posterior.hpd_level(cost(truth_u)) <= 0.95;
+  for (Index i = 0; i < d; ++i) {
+    std::vector<double> x;
+    for (const VectorXd& sample : posterior.u) x.push_back(sample[i]);
+    a.inside += weighted_quantile(x, posterior.weight, 0.025) <= truth_u[i] &&
+                truth_u[i] <= weighted_quantile(x, posterior.weight, 0.975);
+    ++a.intervals;
+  }
+  const double freedom = std::max(1.0, static_cast<double>(models.size()) - static_cast<double>(d));
+  a.misfit = chi_square_tail(squares(best.x, false), freedom) < 0.05;
+  return a;
+}
+
+constexpr int mean_of = 2;  // replicates of an evaluation of a search
+
+// CMA-ES (Hansen, The CMA evolution strategy: a tutorial, 2016) in the unit cube; points beyond it
+// are moved onto it. The answer is the mean of the last distribution, and the stated interval
+// two of its standard deviations, as of an uncertainty read off the last generation.
+MethodAnswer by_cma_es(Laboratory& lab, int runs) {
+  const Index d = lab.dimensions();
+  const auto n = static_cast<double>(d);
+  const int lambda = 4 + static_cast<int>(3 * std::log(n)), parents = lambda / 2;
+  VectorXd weights(parents);
+  for (int i = 0; i < parents; ++i) weights[i] = std::log((lambda + 1) / 2.0) - std::log(i + 1.0);
+  weights /= weights.sum();
+  const double effective = 1 / weights.squaredNorm();
+  const double c_sigma = (effective + 2) / (n + effective + 5);
+  const double damping = 1 + 2 * std::max(0.0, std::sqrt((effective - 1) / (n + 1)) - 1) + c_sigma;
+  const double c_path = (4 + effective / n) / (n + 4 + 2 * effective / n);
+  const double c_one = 2 / ((n + 1.3) * (n + 1.3) + effective);
+  const double c_mu =
+      std::min(1 - c_one, 2 * (effective - 2 + 1 / effective) / ((n + 2) * (n + 2) + effective));
+  const double normal_length = std::sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n * n));
+  VectorXd mean = VectorXd::Constant(d, 0.5), path = VectorXd::Zero(d), step_path = path;
+  MatrixXd covariance = MatrixXd::Identity(d, d);
+  double sigma = 0.3;
+  for (int left = runs, generation = 1; left >= lambda * mean_of; ++generation) {
+    left -= lambda * mean_of;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance);
+    const VectorXd roots = eigen.eigenvalues().cwiseMax(1e-20).cwiseSqrt();
+    std::vector<std::pair<double, VectorXd>> children;
+    for (int i = 0; i < lambda; ++i) {
+      VectorXd z(d);
+      for (double& x : z) x = normal(lab.random);
+      const VectorXd u =
+          (mean + sigma * (eigen.eigenvectors() * roots.cwiseProduct(z))).cwiseMax(0).cwiseMin(1);
+      children.emplace_back(lab.simulated_distance(u, mean_of), u);
+    }
+    std::sort(children.begin(), children.end(),
+              [](const auto& a, const auto& b) { return a.first < b.first; });
+    const VectorXd before = mean;
+    mean.setZero();
+    for (int i = 0; i < parents; ++i)
+      mean += weights[i] * children[static_cast<std::size_t>(i)].second;
+    const VectorXd step = (mean - before) / sigma;
+    const VectorXd whitened =
+        eigen.eigenvectors() * (eigen.eigenvectors().transpose() * step).cwiseQuotient(roots);
+    step_path =
+        (1 - c_sigma) * step_path + std::sqrt(c_sigma * (2 - c_sigma) * effective) * whitened;
+    const bool moving = step_path.norm() / std::sqrt(1 - std::pow(1 - c_sigma, 2.0 * generation)) <
+                        (1.4 + 2 / (n + 1)) * normal_length;
+    path =
+        (1 - c_path) * path + (moving ? std::sqrt(c_path * (2 - c_path) * effective) : 0.0) * step;
+    MatrixXd ranks = MatrixXd::Zero(d, d);
+    for (int i = 0; i < parents; ++i) {
+      const VectorXd y = (children[static_cast<std::size_t>(i)].second - before) / sigma;
+      ranks += weights[i] * y * y.transpose();
+    }
+    covariance = (1 - c_one - c_mu + (moving ? 0.0 : c_one * c_path * (2 - c_path))) * covariance +
+                 c_one * path * path.transpose() + c_mu * ranks;
+    sigma =
+        std::min(1.0, sigma * std::exp(c_sigma / damping * (step_path.norm() / normal_length - 1)));
+  }
+  MethodAnswer a;
+  a.values = values_at(lab.problem, mean);
+  for (Index i = 0; i < d; ++i) {
+    const double u = lab.problem.parameters[static_cast<std::size_t>(i)].to_unit(
+        lab.truth[static_cast<std::size_t>(i)]);
+    a.inside += std::abs(u - mean[i]) <= 1.96 * sigma * std::sqrt(covariance(i, i));
+    ++a.intervals;
+  }
+  return a;
+}
+
+// BOBYQA from the middle and then from random places, until the runs are used; the best that it
+// saw.
+MethodAnswer by_restarts(Laboratory& lab, int runs) {
+  const Index d = lab.dimensions();
+  double least = std::numeric_limits<double>::infinity();
+  VectorXd best = VectorXd::Constant(d, 0.5), start = best;
+  for (int left = runs / mean_of; left >= 2 * d + 2;) {
+    const auto seen = [&](const VectorXd& u) {
+      --left;
+      const double distance = lab.simulated_distance(u, mean_of);
+      if (distance < least) {
+        least = distance;
+        best = u;
+      }
+      return distance * distance;
+    };
+    minimize_locally(seen, VectorXd::Zero(d), VectorXd::Ones(d), start, 0.2, left);
+    for (double& x : start) x = uniform(lab.random);
+  }
+  MethodAnswer a;
+  a.values = values_at(lab.problem, best);
+  return a;
+}
+
+struct Method {
+  std::string name;
+  std::function<MethodAnswer(Laboratory&, int)> answer;
+  std::vector<int> ladder;  // numbers of runs that are tried
+};
+
+Laboratory laboratory(const CoveredProblem& p, int study, double errors, double shift) {
+  const std::uint64_t base = std::stoull(sha256(p.name + "compared").substr(0, 12), nullptr, 16);
+  Laboratory lab{p, {}, {}, base + static_cast<std::uint64_t>(study), std::mt19937_64{1}};
+  std::mt19937_64 random(lab.seed);
+  lab.truth = values_at(p, draw_truth(p, "prior", random));
+  for (const CoveredResponse& r : p.responses)
+    lab.target.push_back(r.mean(lab.truth) + errors * r.uncertainty * normal(random));
+  // The first target is too large by so many standard deviations.
+  lab.target[0] += shift * p.responses[0].uncertainty;
+  lab.random.seed(lab.seed + 77);
+  return lab;
+}
+
+double median_of(std::vector<double> x) {
+  std::sort(x.begin(), x.end());
+  return x[x.size() / 2];
+}
+
+void accuracy_table(const std::vector<const CoveredProblem*>& problems,
+                    const std::vector<Method>& methods, int studies) {
+  fmt::print("| problem |");
+  for (const Method& m : methods) fmt::print(" {} |", m.name);
+  fmt::print("\n|---|");
+  for (std::size_t i = 0; i < methods.size(); ++i) fmt::print("---|");
+  fmt::print("\n");
+  for (const CoveredProblem* p : problems) {
+    fmt::print("| {} |", p->name);
+    for (const Method& m : methods) {
+      std::vector<std::string> cells;
+      for (const int runs : m.ladder) {
+        if (m.name != "Firn" &&
+            runs < Quadratic::terms(static_cast<Index>(p->parameters.size())) + 2)
+          continue;
+        std::vector<double> distances;
+        for (int s = 0; s < studies; ++s) {
+          Laboratory lab = laboratory(*p, s, 0, 0);
+          distances.push_back(lab.true_distance(m.answer(lab, runs).values));
+        }
+        cells.push_back(fmt::format("{}: {:.2f}", runs, median_of(distances)));
+      }
+      fmt::print(" {} |", fmt::join(cells, ", "));
+      std::fflush(stdout);
+    }
+    fmt::print("\n");
+  }
+}
+
+void coverage_table(const std::vector<const CoveredProblem*>& problems,
+                    const std::vector<Method>& methods, int studies, int runs, double shift) {
+  fmt::print(
+      "\n| problem | method | 95 % region | 95 % intervals | says that the targets are not met |\n"
+      "|---|---|---|---|---|\n");
+  for (const CoveredProblem* p : problems)
+    for (const Method& m : methods) {
+      int regions = 0, inside = 0, intervals = 0, misfits = 0;
+      bool states_region = true, states_misfit = true;
+      for (int s = 0; s < studies; ++s) {
+        Laboratory lab = laboratory(*p, s, 1, shift);
+        const MethodAnswer a = m.answer(lab, runs);
+        states_region = states_region && a.region.has_value();
+        states_misfit = states_misfit && a.misfit.has_value();
+        regions += a.region.value_or(false);
+        misfits += a.misfit.value_or(false);
+        inside += a.inside;
+        intervals += a.intervals;
+      }
+      const auto share = [](bool stated, int part, int of) {
+        return stated && of > 0 ? fmt::format("{} of {}", part, of) : std::string("states none");
+      };
+      fmt::print("| {} | {} | {} | {} | {} |\n", p->name, m.name,
+                 share(states_region, regions, studies), share(true, inside, intervals),
+                 share(states_misfit, misfits, studies));
+      std::fflush(stdout);
+    }
+}
+
+}  // namespace
+}  // namespace firn::proof
+
+int main(int argc, char** argv) {
+  using namespace firn::proof;
+  CLI::App app("Firn next to other methods, on the same problems.");
+  std::string file;
+  int studies = 20, runs = 40;
+  std::vector<std::string> names = {"heap and flow", "two lines that cross",
+                                    "curved valley", "steep exponential",
+                                    "kink",          "three parameters, three targets"};
+  app.add_option("PROBLEMS.toml", file)->required();
+  app.add_option("--studies", studies, "for each cell of a table")->capture_default_str();
+  app.add_option("--runs", runs, "of each study of coverage and misfit")->capture_default_str();
+  app.add_option("--problem", names, "of these names");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::vector<CoveredProblem> all = read_covered_problems(file);
+    std::vector<const CoveredProblem*> problems, overdetermined;
+    for (const CoveredProblem& p : all) {
+      if (std::find(names.begin(), names.end(), p.name) != names.end()) problems.push_back(&p);
+      if (p.responses.size() > p.parameters.size()) overdetermined.push_back(&p);
+    }
+    const std::vector<int> many = {20, 40, 80, 160, 320};
+    const std::vector<Method> methods = {{"Firn", by_firn, {20, 40, 80}},
+                                         {"CMA-ES on the mean", by_cma_es, many},
+                                         {"BOBYQA with restarts", by_restarts, many},
+                                         {"Latin hypercube, quadratic", by_quadratic, many}};
+    fmt::print("## Distance from the targets\n\n");
+    accuracy_table(problems, methods, studies);
+    fmt::print("\n## Coverage\n");
+    coverage_table(problems, methods, studies, runs, 0);
+    fmt::print("\n## One target wrong by six standard deviations\n");
+    coverage_table(overdetermined, methods, studies, runs, 6);
+    return 0;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "firn: {}\n", e.what());
+    return 2;
+  }
+}
