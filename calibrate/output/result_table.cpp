@@ -209,6 +209,28 @@ void print_identified(Out& out, const Study& study, const CalibrationResult& a) 
   }
 }
 
+// Response of each target as the posterior predicts it, next to its measurement.
+void print_predicted(Out& out, const Study& study, const CalibrationResult& a) {
+  if (a.predictive.empty()) return;
+  print(out, "\nPredicted responses: median, and 95 % interval\n  {:<28}{:>22}{:>40}{:>30}\n",
+        "target", "measured", "mean response", "one run");
+  for (std::size_t k = 0; k < a.predictive.size(); ++k) {
+    const Target& t = study.targets[k];
+    print(out, "  {:<28}{:>22}", t.response.label + unit_suffix(t.unit),
+          fmt::format("{:.4g} +- {:.2g}", t.value, t.uncertainty));
+    if (!a.predictive[k]) {
+      print(out, "{:>40}\n", "no finite prediction");
+      continue;
+    }
+    const auto interval = [](const PredictiveDistribution& d) {
+      return fmt::format("{:.4g} to {:.4g}", d.quantiles.front(), d.quantiles.back());
+    };
+    const PredictiveDistribution& mean = a.predictive[k]->mean_response;
+    print(out, "{:>40}{:>30}\n", fmt::format("{:.4g}, {}", mean.quantiles[2], interval(mean)),
+          interval(a.predictive[k]->single_run));
+  }
+}
+
 void print_valley(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.ridge.empty()) return;
   print(out, "\nEqually good parameters, from one end of the valley to the other\n");
@@ -327,6 +349,7 @@ std::string render_table(const Study& study, const CalibrationResult& a) {
   }
   print_direct(out, a);
   print_identified(out, study, a);
+  print_predicted(out, study, a);
   print_valley(out, study, a);
   print_advice(out, a);
   if (!a.stopped.empty())

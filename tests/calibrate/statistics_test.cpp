@@ -308,6 +308,33 @@ TEST(Report, EachFitIsFollowedByItsSimulation) {
   EXPECT_EQ(lines, 2) << o.summary.table;
 }
 
+TEST(Report, TheTableHasThePredictedResponseOfEachTarget) {
+  std::mt19937_64 random(8);
+  for (int s = 0; s < 3; ++s) {
+    const double a = 0.2 + 0.6 * uniform(random), b = 0.2 + 0.6 * uniform(random);
+    const Outcome o =
+        carry_out(study_text(unit_square, {{10 + 8 * a, 0.4}, {10 + 8 * b, 0.4}}, 30, 1 + 1000 * s),
+                  [](const Values& v, auto& noise) {
+                    return std::vector{10 + 8 * v.at("a") + 0.2 * normal(noise),
+                                       10 + 8 * v.at("b") + 0.2 * normal(noise)};
+                  });
+    const std::string& table = o.summary.table;
+    const std::size_t begin = table.find("Predicted responses");
+    ASSERT_NE(begin, table.npos) << table;
+    for (const json& t : o.j["targets"]) {
+      const std::size_t line = table.find("  " + t["response"].get<std::string>() + " ", begin);
+      ASSERT_NE(line, table.npos) << table;
+      const std::string text = table.substr(line, table.find('\n', line) - line);
+      const json& mean = t["posterior_predictive"]["mean_response"]["quantiles"];
+      const json& run = t["posterior_predictive"]["single_run"]["quantiles"];
+      EXPECT_THAT(text, HasSubstr(fmt::format("{:.4g}, {:.4g} to {:.4g}", mean[2].get<double>(),
+                                              mean[0].get<double>(), mean[4].get<double>())));
+      EXPECT_THAT(text, HasSubstr(fmt::format("{:.4g} to {:.4g}", run[0].get<double>(),
+                                              run[4].get<double>())));
+    }
+  }
+}
+
 // Squares of `seeds` deviations at random places; in a corner they are `factor` times as large.
 LocalNoise scattered(int sites, int seeds, double factor, std::uint64_t seed) {
   std::mt19937_64 random(seed);
