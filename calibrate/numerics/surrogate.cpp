@@ -19,10 +19,14 @@ using Eigen::VectorXd;
 // Standard deviations believed of the trend's coefficients, in units of the spread of the data,
 // for coordinates that run from -1 to 1.
 constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
-// Where departure and length are looked for and what is thought of them beforehand: a tenth of the
-// spread, and shapes as wide as most of the range. Keeps a handful of points from choosing wonders.
-constexpr double departure_guess = 0.1, departure_spread = 1.2;  // of ln(sd)
-constexpr double length_guess = 0.8, length_spread = 0.6;        // of ln(length)
+// Where departure and length are looked for and what is thought of them beforehand: a process of a
+// tenth of the spread, lack of fit of a fiftieth, and shapes as wide as most of the range. Keeps a
+// handful of points from choosing wonders. With one run at most points, data hardly distinguish
+// lack of fit from noise: a larger guess makes models less sure than they are
+// (docs/calibration-proof.md).
+constexpr double process_guess = 0.1, lack_of_fit_guess = 0.02;
+constexpr double departure_spread = 1.2;                   // of ln(sd)
+constexpr double length_guess = 0.8, length_spread = 0.6;  // of ln(length)
 constexpr double least_departure = 1e-4, most_departure = 3, most_noise = 10;
 constexpr double least_length = 0.1, most_length = 5;
 constexpr double jitter = 1e-10;
@@ -144,12 +148,24 @@ void Surrogate::factorize(Member& m) const {
   m.covariance = covariance(m);
   m.weights = m.covariance->solve(z_);
   m.precision = m.covariance->solve(MatrixXd::Identity(n, n)).diagonal();
+  if (form_.matern) return;
+  // Independent departures: the posterior of the coefficients says all, with no difference of large
+  // numbers.
+  const VectorXd precision =
+      (m.departure_variance + m.noise_factor * z_noise_.array() + jitter).inverse();
+  MatrixXd information = h_.transpose() * precision.asDiagonal() * h_;
+  information.diagonal() += belief_.cwiseInverse();
+  m.coefficient_covariance = information.ldlt().solve(MatrixXd::Identity(h_.cols(), h_.cols()));
+  const MatrixXd gain = m.coefficient_covariance * h_.transpose() * precision.asDiagonal();
+  m.coefficients = gain * z_;
+  m.noise_covariance = m.noise_factor * gain * z_noise_.asDiagonal() * gain.transpose();
 }
 
 // Minus the logarithm of likelihood times belief, for the logarithms of departure sd, lengths and,
 // unless it is known, noise sd over the stated one.
 double Surrogate::objective(const VectorXd& p) const {
-  double penalty = log_normal_penalty(p[0], departure_guess, departure_spread);
+  double penalty =
+      log_normal_penalty(p[0], form_.matern ? process_guess : lack_of_fit_guess, departure_spread);
   const Member m = member(p);
   for (Index i = 0; i < m.lengths.size(); ++i)
     penalty += log_normal_penalty(p[1 + i], length_guess, length_spread);
@@ -220,48 +236,69 @@ Surrogate Surrogate::mixed_with(const Surrogate& other, double share) const {
   return s;
 }
 
+Surrogate::MemberPrediction Surrogate::predict_polynomial(const Member& m, const VectorXd& h,
+                                                          const MatrixXd& dh) const {
+  const VectorXd spread = m.coefficient_covariance * h;
+  MemberPrediction p{h.dot(m.coefficients),
+                     h.dot(spread) + m.departure_variance,
+                     h.dot(m.noise_covariance * h),
+                     {},
+                     {}};
+  if (dh.size() == 0) return p;
+  p.mean_gradient = dh.transpose() * m.coefficients;
+  p.variance_gradient = 2 * dh.transpose() * spread;
+  return p;
+}
+
+Surrogate::MemberPrediction Surrogate::predict_process(const Member& m, const VectorXd& u,
+                                                       const VectorXd& h,
+                                                       const MatrixXd& dh) const {
+  const VectorXd bh = belief_.asDiagonal() * h;
+  const MatrixXd apart = (-data_.u).rowwise() + u.transpose();
+  const ArrayXd r = scaled_norms(apart, m.lengths);
+  VectorXd k = h_ * bh;
+  k.array() += m.departure_variance * matern(r);
+  // The half solution squared, not k . w: it loses no digits to the wide belief in the trend.
+  VectorXd half = m.covariance->transpositionsP() * k;
+  m.covariance->matrixL().solveInPlace(half);
+  VectorXd w = half.cwiseQuotient(m.covariance->vectorD());
+  const double explained = half.dot(w);
+  m.covariance->matrixU().solveInPlace(w);
+  w = m.covariance->transpositionsP().transpose() * w;
+  MemberPrediction p{k.dot(m.weights),
+                     std::max(0.0, h.dot(bh) + m.departure_variance - explained),
+                     m.noise_factor * w.cwiseAbs2().dot(z_noise_),
+                     {},
+                     {}};
+  if (dh.size() == 0) return p;
+  MatrixXd dk = h_ * (belief_.asDiagonal() * dh);  // [points, parameters]
+  dk += (m.departure_variance * matern_slope(r)).matrix().asDiagonal() * apart *
+        m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
+  p.mean_gradient = dk.transpose() * m.weights;
+  p.variance_gradient = 2 * (dh.transpose() * bh - dk.transpose() * w);
+  return p;
+}
+
 Prediction Surrogate::predict_alone(const VectorXd& u, bool gradients) const {
   const Index d = u.size();
   const double share = 1 / static_cast<double>(members_.size());
-  const VectorXd h = basis(u), bh = belief_.asDiagonal() * h, trend = h_ * bh;
-  const MatrixXd apart = (-data_.u).rowwise() + u.transpose();
-  MatrixXd dh, trend_gradient;  // [points, parameters]
-  if (gradients) {
-    dh = basis_gradient(u);
-    trend_gradient = h_ * (belief_.asDiagonal() * dh);
-  }
+  const VectorXd h = basis(u);
+  const MatrixXd dh = gradients ? basis_gradient(u) : MatrixXd();
   // Moments of the mixture, standardised: of each member's mean and square, and its variance.
   double mean = 0, square = 0, variance = 0, noise = 0;
   VectorXd mean_gradient = VectorXd::Zero(d), square_gradient = VectorXd::Zero(d),
            variance_gradient = VectorXd::Zero(d);
   for (const Member& m : members_) {
-    VectorXd k = trend;
-    ArrayXd r;
-    if (form_.matern) {
-      r = scaled_norms(apart, m.lengths);
-      k.array() += m.departure_variance * matern(r);
-    }
-    // The half solution squared, not k . w: it loses no digits to the wide belief in the trend.
-    VectorXd half = m.covariance->transpositionsP() * k;
-    m.covariance->matrixL().solveInPlace(half);
-    VectorXd w = half.cwiseQuotient(m.covariance->vectorD());
-    const double explained = half.dot(w);
-    m.covariance->matrixU().solveInPlace(w);
-    w = m.covariance->transpositionsP().transpose() * w;
-    const double its_mean = k.dot(m.weights);
-    mean += share * its_mean;
-    square += share * its_mean * its_mean;
-    variance += share * std::max(0.0, h.dot(bh) + m.departure_variance - explained);
-    noise += share * m.noise_factor * w.cwiseAbs2().dot(z_noise_);
+    const MemberPrediction one =
+        form_.matern ? predict_process(m, u, h, dh) : predict_polynomial(m, h, dh);
+    mean += share * one.mean;
+    square += share * one.mean * one.mean;
+    variance += share * one.variance;
+    noise += share * one.noise;
     if (!gradients) continue;
-    MatrixXd dk = trend_gradient;
-    if (form_.matern)
-      dk += (m.departure_variance * matern_slope(r)).matrix().asDiagonal() * apart *
-            m.lengths.cwiseAbs2().cwiseInverse().asDiagonal();
-    const VectorXd its_gradient = dk.transpose() * m.weights;
-    mean_gradient += share * its_gradient;
-    square_gradient += share * 2 * its_mean * its_gradient;
-    variance_gradient += share * 2 * (dh.transpose() * bh - dk.transpose() * w);
+    mean_gradient += share * one.mean_gradient;
+    square_gradient += share * 2 * one.mean * one.mean_gradient;
+    variance_gradient += share * one.variance_gradient;
   }
   // What members disagree by is uncertain as well.
   variance = inflation_ * (variance + std::max(0.0, square - mean * mean));
@@ -304,6 +341,13 @@ VectorXd Surrogate::leave_one_out_z() const {
     z[i] = l.error / std::sqrt(l.variance);
   }
   return z;
+}
+
+VectorXd Surrogate::leave_one_out_errors() const {
+  VectorXd errors(z_.size());
+  for (Index i = 0; i < errors.size(); ++i)
+    errors[i] = left_out(i).error * scale_ * (form_.logarithm ? data_.y[i] : 1);
+  return errors;
 }
 
 double Surrogate::leave_one_out_score() const {

@@ -54,6 +54,9 @@ class Surrogate {
 
   Prediction predict(const Eigen::VectorXd& u) const { return predict(u, false); }
   Prediction predict_with_gradients(const Eigen::VectorXd& u) const { return predict(u, true); }
+  // Of each point, what it is above the prediction by all others [points]; response's own unit, to
+  // first order for a logarithm.
+  Eigen::VectorXd leave_one_out_errors() const;
   // Leave-one-out errors over their standard deviations, [points], and the sum of the logarithms of
   // the predictive densities (response's own unit, so that forms can be compared).
   Eigen::VectorXd leave_one_out_z() const;
@@ -80,6 +83,15 @@ class Surrogate {
     std::optional<Eigen::LDLT<Eigen::MatrixXd>> covariance;  // [points, points], once factorised
     Eigen::VectorXd precision;                               // diagonal of its inverse
     Eigen::VectorXd weights;                                 // its inverse times z
+    // Of independent departures: posterior of the trend's coefficients, and the part of its
+    // covariance that the noise makes.
+    Eigen::VectorXd coefficients;
+    Eigen::MatrixXd coefficient_covariance, noise_covariance;
+  };
+  // What one member predicts; standardised. Gradients are empty unless asked for.
+  struct MemberPrediction {
+    double mean = 0, variance = 0, noise = 0;
+    Eigen::VectorXd mean_gradient, variance_gradient;
   };
   // A point left out, as all others see it; standardised.
   struct LeftOut {
@@ -87,6 +99,11 @@ class Surrogate {
   };
   Prediction predict(const Eigen::VectorXd& u, bool gradients) const;
   Prediction predict_alone(const Eigen::VectorXd& u, bool gradients) const;
+  // By the basis h at u and, for gradients, its derivatives dh.
+  MemberPrediction predict_polynomial(const Member& member, const Eigen::VectorXd& h,
+                                      const Eigen::MatrixXd& dh) const;
+  MemberPrediction predict_process(const Member& member, const Eigen::VectorXd& u,
+                                   const Eigen::VectorXd& h, const Eigen::MatrixXd& dh) const;
   void fit();
   void factorize(Member& member) const;
   Eigen::LDLT<Eigen::MatrixXd> covariance(const Member& member) const;
