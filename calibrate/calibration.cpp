@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "calibrate/inference/repeats.h"
 #include "calibrate/numerics/experimental_design.h"
 
 namespace firn {
@@ -204,24 +205,49 @@ void Calibration::check_outliers() {
   constexpr std::size_t points_at_most = 4;
   constexpr int seeds = 3;  // enough to find the outlier among them
   a_.outliers = mark_outliers(study_, a_.points);
-  std::vector<Point> again;
   std::vector<std::size_t> where;
+  std::vector<int> more;
   int left =
       study_.budget.runs > 0 ? seeds_left() - seeds_reserved() : std::numeric_limits<int>::max();
   for (const std::size_t i : doubtful_points(study_, a_.points, points_at_most)) {
-    const int more = seeds - static_cast<int>(a_.points[i].seeds.size());
-    if (more > left) break;
-    left -= more;
+    more.push_back(seeds - static_cast<int>(a_.points[i].seeds.size()));
+    if (more.back() > left) break;
+    left -= more.back();
     where.push_back(i);
-    again.push_back(a_.points[i]);
-    std::uint64_t next = again.back().seeds.back();
-    for (int k = 0; k < more; ++k) again.back().seeds.push_back(++next);
   }
-  if (again.empty()) return;
-  progress_.phase("repeating possible outliers");
-  campaign_.run(again);
-  for (std::size_t i = 0; i < where.size(); ++i) a_.points[where[i]] = again[i];
+  if (where.empty()) return;
+  run_more_seeds("repeating possible outliers", where, more);
   a_.outliers = mark_outliers(study_, a_.points);
+}
+
+// The next seeds at points that have some.
+void Calibration::run_more_seeds(const std::string& phase, const std::vector<std::size_t>& points,
+                                 const std::vector<int>& seeds) {
+  std::vector<Point> again;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    again.push_back(a_.points[points[i]]);
+    std::uint64_t next = again.back().seeds.back();
+    for (int k = 0; k < seeds[i]; ++k) again.back().seeds.push_back(++next);
+  }
+  progress_.phase(phase);
+  campaign_.run(again);
+  for (std::size_t i = 0; i < points.size(); ++i) a_.points[points[i]] = again[i];
+}
+
+// Where points with one run scatter by more than seeds do at the middle of the ranges, second runs
+// decide once whether that is noise. False when there is nothing to repeat.
+bool Calibration::repeat_points() {
+  constexpr int points_at_most = 5;
+  if (repeated_ || replicates_per_point_ != 1 || study_.budget.replicates_per_point < 2 ||
+      !scatter_exceeds_noise(study_, *a_.knowledge))
+    return false;
+  repeated_ = true;
+  const int most = std::min(points_at_most, seeds_left() - seeds_reserved());
+  const std::vector<std::size_t> where = points_to_repeat(
+      study_, *a_.knowledge, a_.points, static_cast<std::size_t>(std::max(0, most)));
+  if (where.empty()) return false;
+  run_more_seeds("repeating points", where, std::vector<int>(where.size(), 1));
+  return true;
 }
 
 // False when the finished runs are too few for a model.
@@ -332,6 +358,15 @@ bool Calibration::worth_refining() {
 }
 
 void Calibration::refine() {
+  if (repeat_points()) {
+    ++a_.rounds;
+    return;
+  }
+  // The noise was found to be larger than at the middle of the ranges.
+  if (repeated_ && noise_exceeds_measurement(study_, *a_.knowledge)) {
+    replicates_per_point_ = study_.budget.replicates_per_point;
+    point_multiplier_ = 1;
+  }
   std::vector<Point> batch;
   std::vector<VectorXd> taken;
   for (const Point& p : a_.points) taken.push_back(p.u);

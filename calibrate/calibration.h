@@ -46,6 +46,9 @@ class Calibration {
   bool noise_is_negligible() const;
   bool explore_further();
   void check_outliers();
+  void run_more_seeds(const std::string& phase, const std::vector<std::size_t>& points,
+                      const std::vector<int>& seeds);
+  bool repeat_points();
   bool fit();
   void record_estimate(const std::string& after);
   void judge_fit();
@@ -78,6 +81,7 @@ class Calibration {
   int replicates_per_point_ = 1;  // at each point of the design and of the refinement
   std::size_t reused_ = 0;        // points
   int point_multiplier_ = 1;      // times as many as planned
+  bool repeated_ = false;         // points with one run, for their noise
   bool budget_used_ = false;      // refinement ended for want of runs
 };
 
