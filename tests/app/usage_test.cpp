@@ -5,6 +5,7 @@
 #include "experiments/storage/version.h"
 #include "firn/contact_model.h"
 #include "tests/app/program.h"
+#include "tests/support/replaced.h"
 #include "tests/support/small_cases.h"
 
 namespace firn::cli {
@@ -13,11 +14,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 // Exit status 2, nothing on standard output, one line on standard error.
 void expect_one_line(const Outcome& o, const std::string& about) {

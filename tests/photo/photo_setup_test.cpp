@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/replaced.h"
+
 namespace firn {
 namespace {
 
@@ -43,11 +45,7 @@ end = "298.5 mm"
 end_margin = "40 mm"
 )";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 std::string refusal(const std::string& text) {
   try {

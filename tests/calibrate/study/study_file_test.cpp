@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/fake_experiment.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
@@ -24,11 +25,7 @@ std::string message(const Folder& folder, const std::string& text) {
   return "no complaint";
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 TEST(StudyFile, ReadsEverything) {
   const Folder folder("file");

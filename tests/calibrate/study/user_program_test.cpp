@@ -14,6 +14,7 @@
 
 #include "calibrate/study/study_file.h"
 #include "tests/support/fake_experiment.h"
+#include "tests/support/replaced.h"
 
 namespace firn {
 namespace {
@@ -61,11 +62,7 @@ value = 1
 uncertainty = 0.05
 )toml";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 class UserProgramTest : public testing::Test {
  protected:

@@ -12,6 +12,7 @@
 
 #include "experiments/meshes/mesh_file.h"
 #include "firn/shape.h"
+#include "tests/support/replaced.h"
 #include "tests/support/scratch_folder.h"
 
 namespace firn {
@@ -40,11 +41,7 @@ std::string outcome(const std::string& name, const std::string& text) {
 const std::string kCorners = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\n";
 const std::string kFaces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, text.npos) << from;
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 std::string facet(const char* a, const char* b, const char* c) {
   std::string text = "facet normal 0 0 0\nouter loop\n";

@@ -6,6 +6,7 @@
 #include "experiments/responses/load_responses.h"
 #include "experiments/results/results_file.h"
 #include "experiments/run/run.h"
+#include "tests/support/replaced.h"
 #include "tests/support/results_folder.h"
 
 namespace firn {
@@ -85,11 +86,7 @@ std::string error_of(const std::string& text) {
   return "";
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, text.npos) << from;
-  return at == text.npos ? text : text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 using BoundaryContactCase = ResultsFolder;
 
