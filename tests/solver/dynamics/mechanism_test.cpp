@@ -13,33 +13,17 @@
 namespace firn {
 namespace {
 
+using scenes::add_bar;
 using scenes::add_mover;
+using scenes::drive_at;
 using scenes::hinge;
 using scenes::mechanism;
+using scenes::pin;
+using scenes::runge_kutta;
 using scenes::slider;
 using std::numbers::pi;
 
 constexpr double kG = scenes::kGravity;
-
-// A slender bar in the plane of x and z, about a hinge along -y at `from`, so that angles go from x
-// to z. Its parent: a frame, or -1.
-int add_bar(Model& model, const std::string& name, double mass, const Vec3& from, const Vec3& to,
-            int parent) {
-  const double own = mass * (to - from).squaredNorm() / 12;
-  const int frame = add_mover(model, name, mass, 0.5 * (from + to), Vec3(own, own, own),
-                              {hinge(-Vec3::UnitY())}, from);
-  model.frames[static_cast<std::size_t>(frame)].parent = parent;
-  return frame;
-}
-
-Coupling pin(int a, int b, const Vec3& position) {
-  Coupling c;
-  c.name = "pin " + std::to_string(a) + " " + std::to_string(b);
-  c.a = a;
-  c.b = b;
-  c.position = position;
-  return c;
-}
 
 double coordinate(const Solver& solver, int frame, std::size_t joint = 0) {
   return solver.frames().at(static_cast<std::size_t>(frame)).joints.at(joint).coordinate;
@@ -57,30 +41,12 @@ Solver run_for(Model model, double timestep, double duration,
   return solver;
 }
 
-// Fourth-order Runge-Kutta with steps small enough that its error does not count.
-std::vector<double> integrate(
-    std::vector<double> y, double duration, int steps,
-    const std::function<std::vector<double>(const std::vector<double>&)>& f) {
-  const double h = duration / steps;
-  const auto plus = [](std::vector<double> a, const std::vector<double>& b, double times) {
-    for (std::size_t i = 0; i < a.size(); ++i) a[i] += times * b[i];
-    return a;
-  };
-  for (int k = 0; k < steps; ++k) {
-    const auto k1 = f(y), k2 = f(plus(y, k1, h / 2)), k3 = f(plus(y, k2, h / 2)),
-               k4 = f(plus(y, k3, h));
-    for (std::size_t i = 0; i < y.size(); ++i)
-      y[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
-  }
-  return y;
-}
-
 // Two bars, drawn horizontal, one on the end of the other.
 constexpr double kL1 = 0.2, kL2 = 0.15, kM1 = 0.3, kM2 = 0.2;
 Model double_pendulum() {
   Model model = mechanism();
-  const int upper = add_bar(model, "upper", kM1, Vec3::Zero(), Vec3(kL1, 0, 0), -1);
-  add_bar(model, "lower", kM2, Vec3(kL1, 0, 0), Vec3(kL1 + kL2, 0, 0), upper);
+  const int upper = add_bar(model, kM1, Vec3::Zero(), Vec3(kL1, 0, 0), -1);
+  add_bar(model, kM2, Vec3(kL1, 0, 0), Vec3(kL1 + kL2, 0, 0), upper);
   return model;
 }
 
@@ -107,7 +73,7 @@ double energy_of_double_pendulum(const Solver& solver) {
 }
 
 TEST(Mechanism, DoublePendulumSwingsAsLagrangesEquationsOfSecondOrderInTheStep) {
-  const std::vector<double> exact = integrate({0, 0, 0, 0}, 0.5, 20000, double_pendulum_rates);
+  const std::vector<double> exact = runge_kutta({0, 0, 0, 0}, 0.5, 20000, double_pendulum_rates);
   std::vector<double> errors;
   for (const double dt : {2e-3, 1e-3, 5e-4}) {
     const Solver solver = run_for(double_pendulum(), dt, 0.5);
@@ -137,7 +103,7 @@ TEST(Mechanism, PendulumOnACartMovesAsLagrangesEquations) {
   Model model = mechanism();
   const int base =
       add_mover(model, "cart", cart, Vec3::Zero(), Vec3::Ones(), {slider(Vec3::UnitX())});
-  add_bar(model, "bar", bob, Vec3::Zero(), Vec3(2 * arm, 0, 0), base);
+  add_bar(model, bob, Vec3::Zero(), Vec3(2 * arm, 0, 0), base);
   const auto rates = [&](const std::vector<double>& y) {
     const double c = std::cos(y[1]), s = std::sin(y[1]);
     const double i = own + bob * arm * arm, k = bob * arm;
@@ -146,17 +112,10 @@ TEST(Mechanism, PendulumOnACartMovesAsLagrangesEquations) {
     return std::vector<double>{y[2], y[3], (f1 * i - m * f2) / det,
                                ((cart + bob) * f2 - m * f1) / det};
   };
-  const std::vector<double> exact = integrate({0, 0, 0, 0}, 0.4, 20000, rates);
+  const std::vector<double> exact = runge_kutta({0, 0, 0, 0}, 0.4, 20000, rates);
   const Solver solver = run_for(model, 1e-4, 0.4);
   EXPECT_NEAR(coordinate(solver, 0), exact[0], 1e-6);
   EXPECT_NEAR(coordinate(solver, 1), exact[1], 2e-5);
-}
-
-Motor at_speed(double speed, double limit = kUnbounded) {
-  Motor motor;
-  motor.speed = speed;
-  motor.limit = limit;
-  return motor;
 }
 
 // A crank about the origin, a rod on its end, and a piston along x that holds the rod's end.
@@ -165,8 +124,8 @@ struct SliderCrank {
   int crank, rod, piston;
   SliderCrank(double r, double l, double height) {
     const Vec3 end(r, 0, 0), wrist(r + std::sqrt(l * l - height * height), 0, height);
-    crank = add_bar(model, "crank", 0.1, Vec3::Zero(), end, -1);
-    rod = add_bar(model, "rod", 0.2, end, wrist, crank);
+    crank = add_bar(model, 0.1, Vec3::Zero(), end, -1);
+    rod = add_bar(model, 0.2, end, wrist, crank);
     piston = add_mover(model, "piston", 0.3, wrist, Vec3::Ones(), {slider(Vec3::UnitX())}, wrist);
     model.couplings = {pin(rod, piston, wrist)};
   }
@@ -180,8 +139,7 @@ TEST(Mechanism, SliderCrankFollowsItsClosedFormOverWholeTurns) {
                  height = std::uniform_real_distribution(-0.04, 0.04)(random),
                  speed = std::uniform_real_distribution(-30.0, 30.0)(random);
     SliderCrank machine(r, l, height);
-    machine.model.frames[static_cast<std::size_t>(machine.crank)].free->joints[0].motors = {
-        at_speed(speed)};
+    drive_at(machine.model, machine.crank, speed);
     machine.model.timestep = 1e-4;
     const double drawn = r + std::sqrt(l * l - height * height);
     Solver solver(machine.model);
@@ -200,8 +158,7 @@ TEST(Mechanism, SliderCrankFollowsItsClosedFormOverWholeTurns) {
 
 TEST(Mechanism, TheMotorOfASliderCrankGivesTheWorkThatItsPartsReceive) {
   SliderCrank machine(0.04, 0.15, 0.01);
-  machine.model.frames[static_cast<std::size_t>(machine.crank)].free->joints[0].motors = {
-      at_speed(20)};
+  drive_at(machine.model, machine.crank, 20);
   machine.model.timestep = 5e-5;
   Solver solver(machine.model);
   const auto energy = [&] {
@@ -241,11 +198,11 @@ TEST(Mechanism, TheMotorOfASliderCrankGivesTheWorkThatItsPartsReceive) {
 TEST(Mechanism, FourBarLinkageFollowsTheCircleOfItsRocker) {
   const Vec3 pivot(0.2, 0, 0), end(0, 0, 0.05), joint = Vec3(0.18, 0, 0.15);
   Model model = mechanism();
-  const int crank = add_bar(model, "crank", 0.1, Vec3::Zero(), end, -1);
-  const int coupler = add_bar(model, "coupler", 0.2, end, joint, crank);
-  const int rocker = add_bar(model, "rocker", 0.2, pivot, joint, -1);
+  const int crank = add_bar(model, 0.1, Vec3::Zero(), end, -1);
+  const int coupler = add_bar(model, 0.2, end, joint, crank);
+  const int rocker = add_bar(model, 0.2, pivot, joint, -1);
   model.couplings = {pin(coupler, rocker, joint)};
-  model.frames[static_cast<std::size_t>(crank)].free->joints[0].motors = {at_speed(12)};
+  drive_at(model, crank, 12);
   model.timestep = 1e-4;
   const double l = (joint - end).norm(), c = (joint - pivot).norm();
   Solver solver(model);
@@ -269,7 +226,7 @@ TEST(Mechanism, LoopOfHingesWithDependentRowsHoldsAndBearsItsLoad) {
   // A beam of two hinges to the world cannot move: each bears half of its weight.
   for (const Coupling::Kind kind : {Coupling::Kind::ball, Coupling::Kind::hinge}) {
     Model model = mechanism();
-    const int beam = add_bar(model, "beam", 2, Vec3::Zero(), Vec3(0.4, 0, 0), -1);
+    const int beam = add_bar(model, 2, Vec3::Zero(), Vec3(0.4, 0, 0), -1);
     model.couplings = {pin(-1, beam, Vec3(0.4, 0, 0))};
     model.couplings[0].kind = kind;
     model.couplings[0].direction = Vec3::UnitY();
@@ -286,8 +243,8 @@ TEST(Mechanism, LoopOfHingesWithDependentRowsHoldsAndBearsItsLoad) {
 
 TEST(Mechanism, JointsBearWhatHangsOnThem) {
   Model model = mechanism();  // hanging straight down
-  const int upper = add_bar(model, "upper", 1, Vec3::Zero(), Vec3(0, 0, -0.2), -1);
-  add_bar(model, "lower", 0.5, Vec3(0, 0, -0.2), Vec3(0, 0, -0.3), upper);
+  const int upper = add_bar(model, 1, Vec3::Zero(), Vec3(0, 0, -0.2), -1);
+  add_bar(model, 0.5, Vec3(0, 0, -0.2), Vec3(0, 0, -0.3), upper);
   model.timestep = 1e-4;
   Solver solver(model);
   for (int k = 0; k < 10; ++k) solver.step();
@@ -343,8 +300,7 @@ TEST(Mechanism, GearsShareTheirInertiaByTheSquareOfTheRatio) {
     gear.kind = Coupling::Kind::gear;
     gear.ratio = ratio;
     model.couplings = {gear};
-    Motor motor = at_speed(1e6, 0.01);
-    model.frames[static_cast<std::size_t>(a)].free->joints[0].motors = {motor};
+    drive_at(model, a, 1e6, 0.01);
     const Solver solver = run_for(model, 1e-4, 0.1);
     const double expected = 0.01 * 0.1 / (1e-3 + ratio * ratio * 2e-3);
     EXPECT_NEAR(rate(solver, a), expected, 1e-9 * expected);
@@ -362,7 +318,7 @@ TEST(Mechanism, FollowerLiesOnTheCamAtEveryAngle) {
   lift.angles = {0, 1, 2, 3, 4, 5};
   lift.lifts = {0, 0, 0.01, 0.02, 0.02, 0.005};
   model.couplings = {lift};
-  model.frames[static_cast<std::size_t>(cam)].free->joints[0].motors = {at_speed(2)};
+  drive_at(model, cam, 2);
   model.timestep = 1e-3;
   Solver solver(model);
   double highest = 0, lowest = 0;
@@ -390,7 +346,7 @@ TEST(Mechanism, PointStaysInItsSlotAndWeldHoldsAll) {
   // A yoke: the crank's pin in a slot along z of a slide along x moves it as r cos(a).
   const double r = 0.03;
   Model model = mechanism();
-  const int crank = add_bar(model, "crank", 0.1, Vec3::Zero(), Vec3(r, 0, 0), -1);
+  const int crank = add_bar(model, 0.1, Vec3::Zero(), Vec3(r, 0, 0), -1);
   const int yoke = add_mover(model, "yoke", 0.4, Vec3(r, 0, 0), Vec3::Ones(),
                              {slider(Vec3::UnitX())}, Vec3(r, 0, 0));
   const int tip = add_mover(model, "tip", 0.1, Vec3(0.2, 0, 0), Vec3::Ones(),
@@ -401,7 +357,7 @@ TEST(Mechanism, PointStaysInItsSlotAndWeldHoldsAll) {
   slot.direction = Vec3::UnitZ();
   weld.kind = Coupling::Kind::weld;
   model.couplings = {slot, weld};
-  model.frames[static_cast<std::size_t>(crank)].free->joints[0].motors = {at_speed(9)};
+  drive_at(model, crank, 9);
   model.timestep = 1e-4;
   Solver solver(model);
   for (int k = 0; k < 9000; ++k) {
@@ -436,8 +392,7 @@ TEST(Mechanism, LimitStopsAndMotorStalls) {
   SliderCrank machine(0.04, 0.15, 0);
   auto& piston = machine.model.frames[static_cast<std::size_t>(machine.piston)].free->joints[0];
   piston.lower = -0.03;
-  auto& crank = machine.model.frames[static_cast<std::size_t>(machine.crank)].free->joints[0];
-  crank.motors = {at_speed(5, 2)};
+  drive_at(machine.model, machine.crank, 5, 2);
   const Solver solver = run_for(machine.model, 1e-4, 1);
   EXPECT_NEAR(coordinate(solver, machine.piston), -0.03, 1e-9);
   EXPECT_NEAR(rate(solver, machine.crank), 0, 1e-6);
@@ -463,10 +418,10 @@ TEST(Mechanism, StandsOnAGroundThatIsMoved) {
       model.frames.push_back(ground);
     } else {
       add_mover(model, "ground", 1e3, Vec3::Zero(), Vec3::Ones(), {hinge(Vec3::UnitZ())});
-      model.frames[0].free->joints[0].motors = {at_speed(6)};
+      drive_at(model, 0, 6);
     }
-    const int upper = add_bar(model, "upper", kM1, Vec3(0.1, 0, 0), Vec3(0.1 + kL1, 0, 0), 0);
-    add_bar(model, "lower", kM2, Vec3(0.1 + kL1, 0, 0), Vec3(0.1 + kL1 + kL2, 0, 0), upper);
+    const int upper = add_bar(model, kM1, Vec3(0.1, 0, 0), Vec3(0.1 + kL1, 0, 0), 0);
+    add_bar(model, kM2, Vec3(0.1 + kL1, 0, 0), Vec3(0.1 + kL1 + kL2, 0, 0), upper);
     return model;
   };
   // Both jump to their speed at the start, which leaves the bars the same.
@@ -481,7 +436,7 @@ TEST(Mechanism, BodiesOfAMechanismTouchEachOther) {
   Model model = mechanism();
   const int cart =
       add_mover(model, "cart", 0.5, Vec3::Zero(), Vec3::Ones(), {slider(Vec3::UnitX())});
-  const int bar = add_bar(model, "bar", 0.2, Vec3::Zero(), Vec3(0.2, 0, 0), cart);
+  const int bar = add_bar(model, 0.2, Vec3::Zero(), Vec3(0.2, 0, 0), cart);
   model.frames[static_cast<std::size_t>(bar)].free->joints[0].damping = 0.05;
   const int low = scenes::add_ball(model, "low", Vec3(0.15, 0, -0.04), 0.02, cart);
   const int high = scenes::add_ball(model, "high", Vec3(0.15, 0, 0.005), 0.02, bar);
@@ -501,8 +456,7 @@ TEST(Mechanism, BodiesOfAMechanismTouchEachOther) {
 
 TEST(Mechanism, ResumesBitForBit) {
   SliderCrank machine(0.04, 0.15, 0.01);
-  machine.model.frames[static_cast<std::size_t>(machine.crank)].free->joints[0].motors = {
-      at_speed(20, 1)};
+  drive_at(machine.model, machine.crank, 20, 1);
   machine.model.timestep = 1e-4;
   Solver whole(machine.model), first(machine.model), second(machine.model);
   for (int k = 0; k < 700; ++k) whole.step();

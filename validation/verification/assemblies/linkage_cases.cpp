@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <random>
 
@@ -19,38 +17,10 @@ namespace {
 
 using namespace scenes;
 
-using State4 = std::array<double, 4>;  // two coordinates and their rates
+constexpr int kReferenceSteps = 5000;  // so many that their error does not count
 
-// Fourth-order Runge-Kutta with steps so small that its error does not count.
-State4 integrate(State4 y, double duration, const std::function<State4(const State4&)>& rates) {
-  constexpr int kSteps = 5000;
-  const double h = duration / kSteps;
-  const auto plus = [](State4 a, const State4& b, double times) {
-    for (std::size_t i = 0; i < a.size(); ++i) a[i] += times * b[i];
-    return a;
-  };
-  for (int k = 0; k < kSteps; ++k) {
-    const State4 a = rates(y), b = rates(plus(y, a, h / 2)), c = rates(plus(y, b, h / 2)),
-                 d = rates(plus(y, c, h));
-    for (std::size_t i = 0; i < y.size(); ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
-  }
-  return y;
-}
-
-// A slender bar in the plane of x and z on a hinge along -y.
-int add_bar(Model& model, double mass, const Vec3& from, const Vec3& to, int parent) {
-  const double own = mass * (to - from).squaredNorm() / 12;
-  const int frame =
-      add_mover(model, fmt::format("bar {}", model.frames.size()), mass, 0.5 * (from + to),
-                Vec3::Constant(own), {hinge(-Vec3::UnitY())}, from);
-  model.frames[static_cast<std::size_t>(frame)].parent = parent;
-  return frame;
-}
-
-void drive_at(Model& model, int frame, double speed) {
-  Motor motor;
-  motor.speed = speed;
-  model.frames[static_cast<std::size_t>(frame)].free->joints[0].motors = {motor};
+double drawn(std::mt19937& random, double low, double high) {
+  return std::uniform_real_distribution(low, high)(random);
 }
 
 double coordinate_of(const Solver& solver, int frame) {
@@ -60,21 +30,18 @@ double coordinate_of(const Solver& solver, int frame) {
 // Lagrange's equations of bars of m1, l1 and m2, l2, for a and the angle b of the second against
 // the first.
 double double_pendulum_error(std::mt19937& random) {
-  const auto drawn = [&](double low, double high) {
-    return std::uniform_real_distribution(low, high)(random);
-  };
-  const double l1 = drawn(0.1, 0.3), l2 = drawn(0.1, 0.3), m1 = drawn(0.1, 0.5),
-               m2 = drawn(0.1, 0.5);
-  const auto rates = [&](const State4& y) {
+  const double l1 = drawn(random, 0.1, 0.3), l2 = drawn(random, 0.1, 0.3),
+               m1 = drawn(random, 0.1, 0.5), m2 = drawn(random, 0.1, 0.5);
+  const auto rates = [&](const std::vector<double>& y) {
     const double a = y[0], c = y[0] + y[1], da = y[2], dc = y[2] + y[3];
     const double i1 = m1 * l1 * l1 / 3 + m2 * l1 * l1, i2 = m2 * l2 * l2 / 3, k = m2 * l1 * l2 / 2;
     const double m = k * std::cos(c - a), s = k * std::sin(c - a), det = i1 * i2 - m * m;
     const double f1 = s * dc * dc - (m1 / 2 + m2) * kGravity * l1 * std::cos(a),
                  f2 = -s * da * da - m2 * kGravity * l2 / 2 * std::cos(c);
     const double dda = (f1 * i2 - m * f2) / det, ddc = (i1 * f2 - m * f1) / det;
-    return State4{y[2], y[3], dda, ddc - dda};
+    return std::vector<double>{y[2], y[3], dda, ddc - dda};
   };
-  const State4 exact = integrate({}, 0.3, rates);
+  const std::vector<double> exact = runge_kutta({0, 0, 0, 0}, 0.3, kReferenceSteps, rates);
   Model model = mechanism();
   const int upper = add_bar(model, m1, Vec3::Zero(), Vec3(l1, 0, 0), -1);
   const int lower = add_bar(model, m2, Vec3(l1, 0, 0), Vec3(l1 + l2, 0, 0), upper);
@@ -87,17 +54,16 @@ double double_pendulum_error(std::mt19937& random) {
 
 // The same of a bar on a cart.
 double cart_error(std::mt19937& random) {
-  const auto drawn = [&](double low, double high) {
-    return std::uniform_real_distribution(low, high)(random);
-  };
-  const double cart = drawn(0.1, 1), bob = drawn(0.1, 0.5), length = drawn(0.1, 0.3),
-               i = bob * length * length / 3, k = bob * length / 2;
-  const auto rates = [&](const State4& y) {
+  const double cart = drawn(random, 0.1, 1), bob = drawn(random, 0.1, 0.5),
+               length = drawn(random, 0.1, 0.3), i = bob * length * length / 3,
+               k = bob * length / 2;
+  const auto rates = [&](const std::vector<double>& y) {
     const double c = std::cos(y[1]), m = -k * std::sin(y[1]), det = (cart + bob) * i - m * m;
     const double f1 = k * c * y[3] * y[3], f2 = -k * kGravity * c;
-    return State4{y[2], y[3], (f1 * i - m * f2) / det, ((cart + bob) * f2 - m * f1) / det};
+    return std::vector<double>{y[2], y[3], (f1 * i - m * f2) / det,
+                               ((cart + bob) * f2 - m * f1) / det};
   };
-  const State4 exact = integrate({}, 0.3, rates);
+  const std::vector<double> exact = runge_kutta({0, 0, 0, 0}, 0.3, kReferenceSteps, rates);
   Model model = mechanism();
   const int base =
       add_mover(model, "cart", cart, Vec3::Zero(), Vec3::Ones(), {slider(Vec3::UnitX())});
@@ -109,22 +75,10 @@ double cart_error(std::mt19937& random) {
                     coordinate_of(solver, bar) - exact[1]);
 }
 
-Coupling pin(int a, int b, const Vec3& position) {
-  Coupling c;
-  c.name = fmt::format("pin of {} and {}", a, b);
-  c.a = a;
-  c.b = b;
-  c.position = position;
-  return c;
-}
-
 // m, of the piston of a driven slider-crank from its closed form, at most over a turn.
 double slider_crank_error(std::mt19937& random) {
-  const auto drawn = [&](double low, double high) {
-    return std::uniform_real_distribution(low, high)(random);
-  };
-  const double r = drawn(0.02, 0.05), l = drawn(0.12, 0.2), height = drawn(-0.04, 0.04),
-               reach = r + std::sqrt(l * l - height * height);
+  const double r = drawn(random, 0.02, 0.05), l = drawn(random, 0.12, 0.2),
+               height = drawn(random, -0.04, 0.04), reach = r + std::sqrt(l * l - height * height);
   const Vec3 end(r, 0, 0), wrist(reach, 0, height);
   Model model = mechanism();
   const int crank = add_bar(model, 0.1, Vec3::Zero(), end, -1),
@@ -148,11 +102,8 @@ double slider_crank_error(std::mt19937& random) {
 // m, of the pin between coupler and rocker from where two circles meet, at most over a turn of the
 // crank, which is the shortest link (Grashof).
 double four_bar_error(std::mt19937& random) {
-  const auto drawn = [&](double low, double high) {
-    return std::uniform_real_distribution(low, high)(random);
-  };
-  const double r = drawn(0.03, 0.05), base = drawn(0.18, 0.22), l = drawn(0.17, 0.2),
-               c = drawn(0.17, 0.2);
+  const double r = drawn(random, 0.03, 0.05), base = drawn(random, 0.18, 0.22),
+               l = drawn(random, 0.17, 0.2), c = drawn(random, 0.17, 0.2);
   const Vec3 pivot(base, 0, 0);
   const auto meeting = [&](double angle) {
     const Vec3 from(r * std::cos(angle), 0, r * std::sin(angle)), apart = pivot - from;
@@ -182,10 +133,8 @@ double four_bar_error(std::mt19937& random) {
 
 // Relative error of the speed that a constant torque gives two geared rotors.
 double gear_error(std::mt19937& random) {
-  const auto drawn = [&](double low, double high) {
-    return std::uniform_real_distribution(low, high)(random);
-  };
-  const double own = drawn(1e-3, 5e-3), other = drawn(1e-3, 5e-3), ratio = drawn(-4, 4);
+  const double own = drawn(random, 1e-3, 5e-3), other = drawn(random, 1e-3, 5e-3),
+               ratio = drawn(random, -4, 4);
   Model model = mechanism();
   const int a = add_mover(model, "a", 1, Vec3::Zero(), Vec3(1, own, 1), {hinge(Vec3::UnitY())});
   const int b = add_mover(model, "b", 1, Vec3(0.1, 0, 0), Vec3(1, other, 1), {hinge(Vec3::UnitY())},
@@ -194,8 +143,7 @@ double gear_error(std::mt19937& random) {
   gear.kind = Coupling::Kind::gear;
   gear.ratio = ratio;
   model.couplings = {gear};
-  drive_at(model, a, 1e6);
-  model.frames[static_cast<std::size_t>(a)].free->joints[0].motors[0].limit = 0.01;
+  drive_at(model, a, 1e6, 0.01);
   model.timestep = 1e-4;
   Solver solver(model);
   run(solver, 0.1);
