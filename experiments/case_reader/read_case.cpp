@@ -261,9 +261,11 @@ Case read_case_text(const std::string& text, const std::string& source,
   }
   check_interactions(root, model, interactions.given);
   if (c.automatic_timestep) {
-    const TimestepAdvice advice = advise_timestep(model, c.steps_per_loading);
-    model.timestep = advice.timestep;
-    c.timestep_reason = advice.reason;
+    root.at("", [&] {
+      const TimestepAdvice advice = advise_timestep(model, c.steps_per_loading);
+      model.timestep = advice.timestep;
+      c.timestep_reason = advice.reason;
+    });
   }
   check_steps(root, c);
   root.at("", [&] { validate(model); });

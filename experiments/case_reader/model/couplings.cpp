@@ -48,13 +48,10 @@ void read_cam(const TomlTable& t, bool follower_turns, Coupling& c) {
 
 // Key of a coupling of joints, with its dimension: of the second joint over the first.
 double read_ratio(const TomlTable& t, bool first_turns, bool second_turns) {
-  if (first_turns == second_turns) {
-    const double ratio = t.number("ratio");
-    if (ratio == 0) t.fail("ratio", "is 0; expected another number");
-    return ratio;
-  }
   const Dimension per_angle{1, 0, 0, -1}, per_length{-1, 0, 0, 1};
-  const double ratio = t.quantity("ratio", first_turns ? per_angle : per_length, Sign::any);
+  const double ratio = first_turns == second_turns
+                           ? t.number("ratio")
+                           : t.quantity("ratio", first_turns ? per_angle : per_length, Sign::any);
   if (ratio == 0) t.fail("ratio", "is 0; expected another value");
   return ratio;
 }
@@ -77,8 +74,8 @@ std::vector<Coupling> read_couplings(const TomlTable& root,
     c.name = fresh_name(t, couplings);
     std::vector<std::string_view> keys{"kind", "between", "name"};
     if (kind == "gear" || kind == "cam") {
-      keys.insert(keys.end(), {"joints"});
-      keys.push_back(kind == "gear" ? "ratio" : "angles");
+      keys.emplace_back("joints");
+      keys.emplace_back(kind == "gear" ? "ratio" : "angles");
       if (kind == "cam") keys.emplace_back("lifts");
       t.allow(keys);
       const std::vector<int> joints = t.integers("joints");

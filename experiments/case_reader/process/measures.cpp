@@ -115,16 +115,21 @@ void require_one_body(const TomlTable& t) {
     t.fail("name", "is missing; expected a name, which the responses bear");
 }
 
-int contact_index(const TomlTable& t, const Model& model) {
+// The index of the element that `key` names.
+template <class Named>
+int named_index(const TomlTable& t, std::string_view key, const std::vector<Named>& all,
+                std::string_view what) {
   std::vector<std::string_view> names;
-  for (const BoundaryContact& contact : model.boundary_contacts) names.push_back(contact.name);
-  return index_of(t, "boundary_contact", t.string("boundary_contact"), names, "boundary contact");
+  for (const Named& one : all) names.push_back(one.name);
+  return index_of(t, key, t.string(key), names, what);
+}
+
+int contact_index(const TomlTable& t, const Model& model) {
+  return named_index(t, "boundary_contact", model.boundary_contacts, "boundary contact");
 }
 
 int coupling_index(const TomlTable& t, const Model& model) {
-  std::vector<std::string_view> names;
-  for (const Coupling& coupling : model.couplings) names.push_back(coupling.name);
-  return index_of(t, "coupling", t.string("coupling"), names, "coupling");
+  return named_index(t, "coupling", model.couplings, "coupling");
 }
 
 void read_curve(const TomlTable& t, const Model& model, double frame_interval, Measure& m) {
