@@ -210,10 +210,11 @@ void Calibration::check_outliers() {
   int left =
       study_.budget.runs > 0 ? seeds_left() - seeds_reserved() : std::numeric_limits<int>::max();
   for (const std::size_t i : doubtful_points(study_, a_.points, points_at_most)) {
-    more.push_back(seeds - static_cast<int>(a_.points[i].seeds.size()));
-    if (more.back() > left) break;
-    left -= more.back();
+    const int missing = seeds - static_cast<int>(a_.points[i].seeds.size());
+    if (missing > left) break;
+    left -= missing;
     where.push_back(i);
+    more.push_back(missing);
   }
   if (where.empty()) return;
   run_more_seeds("repeating possible outliers", where, more);
