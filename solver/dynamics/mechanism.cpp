@@ -250,6 +250,7 @@ struct Mechanism::Impl {
   MechanismMembers members;
   std::string name;                        // of the first frame
   std::vector<const MotionFrame*> frames;  // [frames of the members]
+  std::vector<int> parent_body;            // [frames] number in the tree; -1: the ground
   std::vector<const Coupling*> couplings;  // [couplings of the members]
   // Of each coupling: its loop in the tree, or the coordinates that it ties.
   struct Tie {
@@ -300,7 +301,11 @@ struct Mechanism::Impl {
   Impl(const std::vector<MotionFrame>& all, const std::vector<Coupling>& given,
        MechanismMembers with)
       : members(std::move(with)), tree(bodies_of(all, members), loops_of(all, given, members)) {
-    for (const int f : members.frames) frames.push_back(&all[static_cast<std::size_t>(f)]);
+    for (const int f : members.frames) {
+      const MotionFrame& frame = all[static_cast<std::size_t>(f)];
+      frames.push_back(&frame);
+      parent_body.push_back(number_of(members, free_frame(all, frame.parent)));
+    }
     name = frames.front()->name;
     const int n = tree.coordinates();
     joint.resize(static_cast<std::size_t>(n));
@@ -602,16 +607,11 @@ struct Mechanism::Impl {
     const TreePose pose = tree.pose(b);
     return pose.origin + pose.rotation * (drawn - frames[static_cast<std::size_t>(b)]->origin);
   }
-  std::vector<int> parent_body;  // [frames] number in the tree; -1: the ground
 };
 
 Mechanism::Mechanism(const std::vector<MotionFrame>& frames, const std::vector<Coupling>& couplings,
                      MechanismMembers members)
-    : impl_(std::make_unique<Impl>(frames, couplings, std::move(members))) {
-  for (const int f : impl_->members.frames)
-    impl_->parent_body.push_back(Impl::number_of(
-        impl_->members, free_frame(frames, frames[static_cast<std::size_t>(f)].parent)));
-}
+    : impl_(std::make_unique<Impl>(frames, couplings, std::move(members))) {}
 Mechanism::~Mechanism() = default;
 Mechanism::Mechanism(Mechanism&&) noexcept = default;
 Mechanism& Mechanism::operator=(Mechanism&&) noexcept = default;

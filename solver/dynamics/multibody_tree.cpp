@@ -159,10 +159,6 @@ int MultibodyTree::coordinate(int body, int joint) const {
 
 void MultibodyTree::place(const Eigen::VectorXd& coordinates, const Eigen::VectorXd& rates) {
   impl_->state.updQ() = simbody(coordinates);
-  set_rates(rates);
-}
-
-void MultibodyTree::set_rates(const Eigen::VectorXd& rates) {
   impl_->state.updU() = simbody(rates);
   impl_->system.realize(impl_->state, SimTK::Stage::Velocity);
 }

@@ -59,7 +59,6 @@ class MultibodyTree {
 
   // Poses for these coordinates [n] and rates [n]: what the functions below refer to.
   void place(const Eigen::VectorXd& coordinates, const Eigen::VectorXd& rates);
-  void set_rates(const Eigen::VectorXd& rates);
 
   Eigen::MatrixXd mass_matrix() const;  // [n x n]
   // [m x n]: rates of the errors of all loops. Rows may depend on each other.

@@ -69,11 +69,12 @@ std::vector<char> used_shapes(const Model& model) {
   return used;
 }
 
-bool is_in_mechanism(const Model& model, int frame) {
-  const auto holds = [&](const MechanismMembers& m) {
-    return std::ranges::find(m.frames, frame) != m.frames.end();
-  };
-  return std::ranges::any_of(find_mechanisms(model.frames, model.couplings), holds);
+// [frames] 1: a mechanism moves it.
+std::vector<char> frames_of_mechanisms(const Model& model) {
+  std::vector<char> members(model.frames.size(), 0);
+  for (const MechanismMembers& m : find_mechanisms(model.frames, model.couplings))
+    for (const int f : m.frames) members[index(f)] = 1;
+  return members;
 }
 
 // Takes the joints from a body that has inertia about all axes.
@@ -89,13 +90,14 @@ void loosen(FreeBody& body) {
 }
 
 // How easily a boundary on a free body gives way where it is lightest, 1/kg; 0: it does not.
-double greatest_mobility(const Model& model, const Boundary& b) {
+double greatest_mobility(const Model& model, const std::vector<char>& in_mechanism,
+                         const Boundary& b) {
   const int free = free_frame(model.frames, b.frame);
   if (free < 0) return 0;
   const MotionFrame& frame = model.frames[static_cast<std::size_t>(free)];
   FreeBody body = *frame.free;
   // The bodies that carry it may give way too: in the worst case it is as light as a loose one.
-  if (is_in_mechanism(model, free)) loosen(body);
+  if (in_mechanism[index(free)]) loosen(body);
   double least = kUnbounded;
   const auto meet = [&](const Vec3& at) {
     const Vec3 arm = b.origin + b.orientation * at - frame.origin;
@@ -185,8 +187,10 @@ namespace {
 
 TimestepAdvice advise_for_contacts(const Model& model, double steps) {
   const std::vector<char> used = used_shapes(model);
+  const std::vector<char> in_mechanism = frames_of_mechanisms(model);
   std::vector<double> mobility;
-  for (const Boundary& b : model.boundaries) mobility.push_back(greatest_mobility(model, b));
+  for (const Boundary& b : model.boundaries)
+    mobility.push_back(greatest_mobility(model, in_mechanism, b));
   std::vector<Spring> springs;
   for (std::size_t i = 0; i < model.shapes.size(); ++i) {
     if (!used[i]) continue;
@@ -246,9 +250,10 @@ TimestepAdvice advise_timestep(const Model& model, double steps) {
         return fmt::format("the mechanism of the motion frame \"{}\" on its springs", first);
       });
   }
+  const std::vector<char> in_mechanism = frames_of_mechanisms(model);
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const MotionFrame& frame = model.frames[f];
-    if (is_in_mechanism(model, static_cast<int>(f))) continue;
+    if (in_mechanism[f]) continue;
     const double frequency = frame.free ? highest_frequency(*frame.free, frame.origin) : 0;
     if (frequency > 0)
       swings(frequency,

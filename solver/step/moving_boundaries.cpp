@@ -141,12 +141,13 @@ HeldAxes kick(const Model& model, State& s, const std::vector<FrameMotion>& pare
   return result.held;
 }
 
-// Contacts' force and torque about the frame's origin, on the rigid body that the frame is.
-BodyLoad load_on_body(const Model& model, const State& s, int frame) {
+// Contacts' force and torque about the origin of a frame, on boundaries whose frame has `holds`.
+template <class Predicate>
+BodyLoad sum_loads(const Model& model, const State& s, int frame, Predicate&& holds) {
   BodyLoad sum;
   const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
-    if (free_frame(model.frames, model.boundaries[b].frame) != frame) continue;
+    if (!holds(model.boundaries[b].frame)) continue;
     const BodyLoad& load = s.boundary_load[b];
     const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
     sum.force += load.force;
@@ -155,12 +156,21 @@ BodyLoad load_on_body(const Model& model, const State& s, int frame) {
   return sum;
 }
 
+// On the rigid bodies of a mechanism, at their frames' places in `loads` [frames].
+void gather_loads(const Model& model, const State& s, const MechanismMembers& members,
+                  std::vector<BodyLoad>& loads) {
+  loads.resize(model.frames.size());
+  for (const int f : members.frames)
+    loads[static_cast<std::size_t>(f)] =
+        sum_loads(model, s, f, [&](int carrier) { return free_frame(model.frames, carrier) == f; });
+}
+
 // `grounds`: where frames are when the loads act; how they move comes from the state.
 MechanismState mechanism_state(const Model& model, State& s,
                                const std::vector<FrameMotion>& grounds,
-                               const Mechanism& mechanism) {
+                               const std::vector<BodyLoad>& loads,
+                               const MechanismMembers& members) {
   MechanismState at;
-  const MechanismMembers& members = mechanism.members();
   if (members.ground >= 0) {
     const auto g = static_cast<std::size_t>(members.ground);
     at.ground = RotationMap(grounds[g].rotation);
@@ -173,7 +183,7 @@ MechanismState mechanism_state(const Model& model, State& s,
   at.time = s.time;
   at.dt = model.timestep;
   for (const int f : members.frames) {
-    const BodyLoad load = load_on_body(model, s, f);
+    const BodyLoad& load = loads[static_cast<std::size_t>(f)];
     at.loads.push_back({load.force, load.torque});
     at.motion.push_back(coordinates(s.frames[static_cast<std::size_t>(f)]));
     auto& motors = at.motors.emplace_back();
@@ -185,11 +195,13 @@ MechanismState mechanism_state(const Model& model, State& s,
   return at;
 }
 
-// A kick of a whole mechanism, and the drift of its coordinates after the first one.
+// A kick of a whole mechanism, and the drift of its coordinates after the first one. Leaves the
+// loads on its bodies in `loads`.
 void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>& grounds,
-                    Mechanism& mechanism, HalfKick half) {
-  const MechanismState at = mechanism_state(model, s, grounds, mechanism);
+                    Mechanism& mechanism, HalfKick half, std::vector<BodyLoad>& loads) {
   const MechanismMembers& members = mechanism.members();
+  gather_loads(model, s, members, loads);
+  const MechanismState at = mechanism_state(model, s, grounds, loads, members);
   const std::vector<JointLoad> by_couplings =
       half == HalfKick::first ? mechanism.kick_and_drift(at) : mechanism.second_kick(at);
   for (std::size_t f = 0; f < members.frames.size(); ++f) {
@@ -382,34 +394,23 @@ void advance_boundary(const Model& model, State& s, std::size_t b, BoundaryMotio
 void advance_boundaries(const Model& model, Workspace& w, State& s) {
   BoundaryMotionScratch& scratch = w.boundary_motion;
   scratch.frames = s.frames;
-  std::vector<BodyLoad>& loads = scratch.loads;  // at the start of the step
-  loads.assign(w.mechanisms.empty() ? 0 : model.frames.size(), {});
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const int of = w.mechanism_of[f];
     if (of >= 0) {
       Mechanism& mechanism = w.mechanisms[static_cast<std::size_t>(of)];
-      loads[f] = load_on_body(model, s, static_cast<int>(f));
       if (mechanism.members().frames.front() == static_cast<int>(f))
-        kick_mechanism(model, s, scratch.frames, mechanism, HalfKick::first);
+        kick_mechanism(model, s, scratch.frames, mechanism, HalfKick::first, scratch.loads);
     }
     advance_frame(model, s, f, of >= 0, scratch);
   }
   for (const Mechanism& mechanism : w.mechanisms)
-    note_reactions(model, s, scratch.frames, loads, mechanism);
+    note_reactions(model, s, scratch.frames, scratch.loads, mechanism);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) advance_boundary(model, s, b, scratch);
 }
 
 BodyLoad load_on_frame(const Model& model, const State& s, int frame) {
-  BodyLoad sum;
-  const Vec3& origin = s.frames[static_cast<std::size_t>(frame)].position;
-  for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
-    if (!descends_from(model.frames, model.boundaries[b].frame, frame)) continue;
-    const BodyLoad& load = s.boundary_load[b];
-    const Vec3 arm = s.motion[model.particles.size() + b].position - origin;
-    sum.force += load.force;
-    sum.torque += load.torque + arm.cross(load.force);
-  }
-  return sum;
+  return sum_loads(model, s, frame,
+                   [&](int carrier) { return descends_from(model.frames, carrier, frame); });
 }
 
 void finish_frames(const Model& model, Workspace& w, State& s) {
@@ -418,7 +419,7 @@ void finish_frames(const Model& model, Workspace& w, State& s) {
     if (const int of = w.mechanism_of[f]; of >= 0) {
       Mechanism& mechanism = w.mechanisms[static_cast<std::size_t>(of)];
       if (mechanism.members().frames.front() == static_cast<int>(f))
-        kick_mechanism(model, s, s.frames, mechanism, HalfKick::second);
+        kick_mechanism(model, s, s.frames, mechanism, HalfKick::second, w.boundary_motion.loads);
     } else if (model.frames[f].free) {
       kick(model, s, s.frames, f, load, HalfKick::second, w.boundary_motion);
     }
