@@ -431,6 +431,39 @@ TEST(Mechanism, StandsOnAGroundThatIsMoved) {
   EXPECT_NEAR(coordinate(a, 2), coordinate(b, 2), 1e-4);
 }
 
+TEST(Mechanism, LoopOnAMovedGroundLoadsItsPinAsOnAHeavyOneThatIsDriven) {
+  const auto solve = [](bool prescribed) {
+    Model model = mechanism();
+    if (prescribed) {
+      MotionFrame ground;
+      ground.name = "ground";
+      Motion& turn = ground.motions.emplace_back();
+      turn.kind = Motion::Kind::rotation;
+      turn.axis = Vec3::UnitZ();
+      turn.angular_speed = 6;
+      model.frames.push_back(ground);
+    } else {
+      add_mover(model, "ground", 1e3, Vec3::Zero(), Vec3::Constant(1e3), {hinge(Vec3::UnitZ())});
+      drive_at(model, 0, 6);
+    }
+    const Vec3 start(0.1, 0, 0), end(0.14, 0, 0), wrist(0.28, 0, 0.02);
+    const int crank = add_bar(model, 0.1, start, end, 0),
+              rod = add_bar(model, 0.2, end, wrist, crank),
+              piston = add_mover(model, "piston", 0.3, wrist, Vec3::Constant(1e-4),
+                                 {slider(Vec3::UnitX())}, wrist);
+    model.frames[static_cast<std::size_t>(piston)].parent = 0;
+    model.couplings = {pin(rod, piston, wrist)};
+    return run_for(model, 1e-4, 0.3);
+  };
+  const Solver a = solve(true), b = solve(false);
+  EXPECT_GT(std::abs(coordinate(a, 1)), 0.1);
+  EXPECT_GT(a.couplings()[0].impulse.norm(), 0.1);
+  for (const int frame : {1, 2, 3}) EXPECT_NEAR(coordinate(a, frame), coordinate(b, frame), 1e-6);
+  EXPECT_LT((a.couplings()[0].position - b.couplings()[0].position).norm(), 1e-6);
+  EXPECT_LT((a.couplings()[0].impulse - b.couplings()[0].impulse).norm(), 1e-4);
+  EXPECT_LT((a.frames()[3].reaction_impulse - b.frames()[3].reaction_impulse).norm(), 1e-4);
+}
+
 TEST(Mechanism, BodiesOfAMechanismTouchEachOther) {
   // A ball on the lower bar comes to rest on a ball of the cart.
   Model model = mechanism();
