@@ -37,6 +37,11 @@ void* counted_or_null(Request... request) noexcept {
 
 }  // namespace
 
+// GCC takes the memory for that of another operator new where the thread sanitizer is in the build.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
+
 // All forms: a sanitizer has its own of those that are left out, which free() does not fit.
 void* operator new(std::size_t size) { return counted(size); }
 void* operator new[](std::size_t size) { return counted(size); }
