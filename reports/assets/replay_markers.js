@@ -2,7 +2,7 @@
 'use strict';
 const FirnReplayMarkers = (() => {
   const COLOURS = {'fill': 0x0072b2, 'inlet': 0x56b4e9, 'sensor': 0x009e73, 'outlet': 0xd55e00, 'tag rule': 0xe69f00,
-                   'measurement': 0xcc79a7, 'motion': 0x8a5a00, 'free body': 0x7a3fb0};
+                   'measurement': 0xcc79a7, 'motion': 0x8a5a00, 'free body': 0x7a3fb0, 'coupling': 0xb71c1c};
   const css = (number) => '#' + number.toString(16).padStart(6, '0');
 
   // All parts as one mesh, each drawn smaller about its middle, so that gaps show where one ends.
@@ -22,10 +22,10 @@ const FirnReplayMarkers = (() => {
     constructor(scene, replay) {
       this.scene = scene;
       this.list = [];
-      this.kinds = new Map();  // kind -> {colour, count}
+      this.kinds = new Map();  // kind -> {color, count}
       this.box = new THREE.Box3();
       for (const marker of replay.markers || []) {
-        const known = this.kinds.get(marker.kind) || {colour: css(COLOURS[marker.kind] || 0x666666), count: 0};
+        const known = this.kinds.get(marker.kind) || {color: css(COLOURS[marker.kind] || 0x666666), count: 0};
         ++known.count;
         this.kinds.set(marker.kind, known);
         const made = {marker, group: new THREE.Group(), at: new THREE.Vector3()};
@@ -43,37 +43,51 @@ const FirnReplayMarkers = (() => {
     resize(radius) {
       for (const {marker, group, at} of this.list) {
         group.remove(...group.children);
-        const colour = COLOURS[marker.kind] || 0x666666;
-        if (marker.form === 'box') this.addBox(marker, group, at, colour, radius);
-        else if (marker.form === 'plane') this.addPlane(marker, group, at, colour, radius);
-        else this.addAxis(marker, group, at, colour, radius);
+        const color = COLOURS[marker.kind] || 0x666666;
+        if (marker.form === 'box') this.addBox(marker, group, at, color, radius);
+        else if (marker.form === 'plane') this.addPlane(marker, group, at, color, radius);
+        else if (marker.form === 'point') this.addPoint(marker, group, at, color, radius);
+        else if (marker.form === 'line') this.addLine(marker, group, at, color);
+        else this.addAxis(marker, group, at, color, radius);
       }
     }
-    addBox(marker, group, at, colour, radius) {
+    addBox(marker, group, at, color, radius) {
       const low = new THREE.Vector3(...marker.low), high = new THREE.Vector3(...marker.high);
       const size = high.clone().sub(low).max(new THREE.Vector3(1, 1, 1).multiplyScalar(1e-3 * radius));
       const geometry = new THREE.BoxBufferGeometry(size.x, size.y, size.z);
-      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry), new THREE.LineBasicMaterial({color: colour}));
-      const body = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({color: colour, transparent: true, opacity: 0.08,
+      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry), new THREE.LineBasicMaterial({color}));
+      const body = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({color, transparent: true, opacity: 0.08,
           depthWrite: false}));
       group.add(edges, body);
       group.position.copy(low).add(high).multiplyScalar(0.5);
       at.copy(group.position);
       at.z = high.z;
     }
-    addPlane(marker, group, at, colour, radius) {
+    addPlane(marker, group, at, color, radius) {
       const normal = new THREE.Vector3(...marker.normal).normalize();
       const plane = new THREE.Mesh(new THREE.PlaneBufferGeometry(radius, radius), new THREE.MeshBasicMaterial({
-          color: colour, transparent: true, opacity: 0.15, side: THREE.DoubleSide, depthWrite: false}));
+          color, transparent: true, opacity: 0.15, side: THREE.DoubleSide, depthWrite: false}));
       plane.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), normal);
-      const arrow = new THREE.ArrowHelper(normal, new THREE.Vector3(), 0.2 * radius, colour, 0.06 * radius, 0.04 * radius);
+      const arrow = new THREE.ArrowHelper(normal, new THREE.Vector3(), 0.2 * radius, color, 0.06 * radius, 0.04 * radius);
       group.add(plane, arrow);
       group.position.set(...marker.point);
       at.copy(group.position);
     }
-    addAxis(marker, group, at, colour, radius) {
+    addPoint(marker, group, at, color, radius) {
+      group.add(new THREE.Mesh(new THREE.SphereBufferGeometry(0.025 * radius, 16, 12),
+          new THREE.MeshBasicMaterial({color, depthTest: false})));
+      group.position.set(...marker.point);
+      at.copy(group.position);
+    }
+    addLine(marker, group, at, color) {
+      const low = new THREE.Vector3(...marker.low), high = new THREE.Vector3(...marker.high);
+      group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints([low, high]),
+          new THREE.LineBasicMaterial({color, depthTest: false})));
+      at.copy(low).add(high).multiplyScalar(0.5);
+    }
+    addAxis(marker, group, at, color, radius) {
       const direction = new THREE.Vector3(...marker.direction).normalize(), length = 0.5 * radius;
-      const arrow = new THREE.ArrowHelper(direction, direction.clone().multiplyScalar(-0.5 * length), length, colour,
+      const arrow = new THREE.ArrowHelper(direction, direction.clone().multiplyScalar(-0.5 * length), length, color,
           0.08 * radius, 0.05 * radius);
       group.add(arrow);
       if (marker.turns) {
@@ -83,10 +97,10 @@ const FirnReplayMarkers = (() => {
           const angle = 1.5 * Math.PI * k / 36;
           points.push(new THREE.Vector3(Math.cos(angle), Math.sin(angle), 0).multiplyScalar(0.12 * radius));
         }
-        const ring = new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({color: colour}));
+        const ring = new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({color}));
         ring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), direction);
         const tip = new THREE.Mesh(new THREE.ConeBufferGeometry(0.025 * radius, 0.06 * radius, 12),
-            new THREE.MeshBasicMaterial({color: colour}));
+            new THREE.MeshBasicMaterial({color}));
         tip.position.set(0, -0.12 * radius, 0);
         tip.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(1, 0, 0));
         ring.add(tip);

@@ -59,8 +59,7 @@ Vec3 middle_of(const Case& c, int frame) {
     if (!descends_from(c.model.frames, b.frame, frame)) continue;
     for (const Vec3& v : b.mesh.vertices) box.extend(b.origin + b.orientation * v);
   }
-  return box.isEmpty() ? c.model.frames[static_cast<std::size_t>(frame)].origin
-                       : Vec3(box.center());
+  return box.isEmpty() ? c.model.frames[index(frame)].origin : Vec3(box.center());
 }
 Vec3 middle_of(const Boundary& b) {
   Eigen::AlignedBox3d box;
@@ -82,6 +81,67 @@ std::string range_text(const Joint& axis) {
   return text;
 }
 
+// Where the axis of a joint of a free frame is drawn, m, world at t = 0.
+Vec3 place_of_joint(const Case& c, int frame, int joint) {
+  const MotionFrame& owner = c.model.frames[index(frame)];
+  return owner.free->joints[index(joint)].kind == Joint::Kind::rotation ? owner.origin
+                                                                        : middle_of(c, frame);
+}
+
+// The ratio of a gear in the units of the case file: mm in place of m.
+std::string gear_text(const Case& c, const Coupling& gear) {
+  const auto slides = [&](int frame, int joint) {
+    return c.model.frames[index(frame)].free->joints[index(joint)].kind == Joint::Kind::translation;
+  };
+  const bool a = slides(gear.a, gear.joint_a), b = slides(gear.b, gear.joint_b);
+  if (a == b) return fmt::format("gear {:.4g}", gear.ratio);
+  return b ? fmt::format("gear {:.4g} mm/rad", gear.ratio * 1e3)
+           : fmt::format("gear {:.4g} rad/mm", gear.ratio * 1e-3);
+}
+
+void add_couplings(Json& markers, const Case& c) {
+  for (const Coupling& coupling : c.model.couplings) {
+    using Kind = Coupling::Kind;
+    const auto named = [&](const std::string& kind) { return coupling.name + ", " + kind; };
+    const auto axis = [&](const char* kind, bool turns) {
+      return axis_marker("coupling", named(kind), coupling.position, coupling.direction, turns);
+    };
+    const auto point = [&](const char* kind) {
+      return Json{{"kind", "coupling"},
+                  {"form", "point"},
+                  {"name", named(kind)},
+                  {"point", vector_json(coupling.position)}};
+    };
+    const auto tie = [&](const std::string& kind) {
+      return Json{{"kind", "coupling"},
+                  {"form", "line"},
+                  {"name", named(kind)},
+                  {"low", vector_json(place_of_joint(c, coupling.a, coupling.joint_a))},
+                  {"high", vector_json(place_of_joint(c, coupling.b, coupling.joint_b))}};
+    };
+    switch (coupling.kind) {
+      case Kind::ball:
+        markers.push_back(point("ball"));
+        break;
+      case Kind::weld:
+        markers.push_back(point("weld"));
+        break;
+      case Kind::hinge:
+        markers.push_back(axis("hinge", true));
+        break;
+      case Kind::slot:
+        markers.push_back(axis("slot", false));
+        break;
+      case Kind::gear:
+        markers.push_back(tie(gear_text(c, coupling)));
+        break;
+      case Kind::cam:
+        markers.push_back(tie("cam"));
+        break;
+    }
+  }
+}
+
 void add_axes(Json& markers, const Case& c) {
   const Model& model = c.model;
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
@@ -100,12 +160,11 @@ void add_axes(Json& markers, const Case& c) {
   for (const Stage& stage : c.stages) {
     for (const Stage::StartedMotion& start : stage.motions) {
       const bool by_frame = start.frame >= 0;
-      const std::string& mover =
-          by_frame ? model.frames[static_cast<std::size_t>(start.frame)].name
-                   : model.boundaries[static_cast<std::size_t>(start.boundary)].name;
+      const std::string& mover = by_frame ? model.frames[index(start.frame)].name
+                                          : model.boundaries[index(start.boundary)].name;
       add_motion(markers, mover + ", stage " + stage.name, start.motion,
                  by_frame ? middle_of(c, start.frame)
-                          : middle_of(model.boundaries[static_cast<std::size_t>(start.boundary)]));
+                          : middle_of(model.boundaries[index(start.boundary)]));
     }
   }
 }
@@ -197,6 +256,7 @@ Json markers_json(const Case& c) {
           box_marker("measurement", m.name.empty() ? "heap" : m.name, m.region_min, m.region_max));
   }
   add_axes(markers, c);
+  add_couplings(markers, c);
   return markers;
 }
 
@@ -225,7 +285,7 @@ void place_view(page::Page& page, page::Content& content, const std::string& anc
   page.add_data("replay-data-" + anchor, data);
   page.add_style(asset("replay.css"));
   for (const char* script :
-       {"three.min.js", "replay_data.js", "replay_colours.js", "replay_markers.js",
+       {"three.min.js", "replay_data.js", "replay_colors.js", "replay_markers.js",
         "replay_scene.js", "replay_maps.js", "replay.js", "replay_views.js"})
     page.add_script(asset(script));
 }

@@ -6,6 +6,8 @@
 
 #include <random>
 
+#include "reports/replay/replay_data.h"
+
 namespace firn {
 namespace {
 
@@ -171,6 +173,46 @@ TEST(CasePage, NamesWhatTheCaseDeclares) {
        {"machine", "part 0", "second", "arm", "ice on ice", "id=\"replay-case\""})
     EXPECT_THAT(html, HasSubstr(word));
   EXPECT_THAT(html, Not(HasSubstr("exit <1>")));
+}
+
+TEST(SceneMarkers, ShowEveryKindOfCoupling) {
+  const auto body = [](const std::string& name, const std::string& place, const char* joint) {
+    return fmt::format(
+        "[[motion_frames]]\nname = \"{}\"\nposition = \"{} mm\"\n[motion_frames.free]\nmass = "
+        "\"100 "
+        "g\"\ninertia = \"1e-4 1e-4 1e-4 kg m^2\"\njoints = [{{ kind = \"{}\", direction = [0, 0, "
+        "1] }}]\n",
+        name, place, joint);
+  };
+  const auto tie = [](const std::string& kind, const std::string& more) {
+    return fmt::format(
+        "[[couplings]]\nname = \"the {0}\"\nkind = \"{0}\"\nbetween = [\"wheel\", \"rack\"]\n{1}\n",
+        kind, more);
+  };
+  const std::string at = "position = \"10 20 30 mm\"\n", along = "direction = [0, 3, 0]\n";
+  const std::string text =
+      kHead + body("wheel", "0 0 0", "rotation") + body("rack", "100 0 0", "translation") +
+      tie("ball", at) + tie("weld", at) + tie("hinge", at + along) + tie("slot", at + along) +
+      tie("gear", "ratio = \"5 mm/rad\"") +
+      tie("cam",
+          "angles = [\"0 deg\", \"90 deg\", \"180 deg\", \"270 deg\"]\nlifts = "
+          "[\"0 mm\", \"1 mm\", \"2 mm\", \"1 mm\"]");
+  std::vector<replay::Json> markers;
+  for (const replay::Json& marker : replay::markers_json(read_case_text(text, "tied.toml", ".")))
+    if (marker.at("kind") == "coupling") markers.push_back(marker);
+  ASSERT_EQ(markers.size(), 6u);
+  const char* names[] = {"the ball, ball", "the weld, weld",          "the hinge, hinge",
+                         "the slot, slot", "the gear, gear 5 mm/rad", "the cam, cam"};
+  const char* forms[] = {"point", "point", "axis", "axis", "line", "line"};
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_EQ(markers[k].at("name"), names[k]);
+    EXPECT_EQ(markers[k].at("form"), forms[k]);
+    if (k < 4) EXPECT_NEAR(markers[k].at("point").at(1).get<double>(), 0.02, 1e-12);
+  }
+  EXPECT_TRUE(markers[2].at("turns"));
+  EXPECT_FALSE(markers[3].at("turns"));
+  EXPECT_EQ(markers[2].at("direction"), replay::Json({0.0, 1.0, 0.0}));
+  EXPECT_NEAR(markers[4].at("high").at(0).get<double>(), 0.1, 1e-12);
 }
 
 }  // namespace
