@@ -303,7 +303,7 @@ void Calibration::report_estimate() const {
   for (const Combination& c : combinations(study_, *a_.knowledge, best_)) {
     if (!c.identifiable) continue;
     const std::string text = combination_text(study_, c);
-    determined.push_back(fmt::format("{} = {:.3g} +- {:.2g}", text, c.value, c.sd));
+    determined.push_back(fmt::format("{} = {:.3g} ± {:.2g}", text, c.value, c.sd));
     j["determined"].push_back({{"combination", text}, {"value", c.value}, {"uncertainty", c.sd}});
   }
   for (const Target& t : study_.targets)

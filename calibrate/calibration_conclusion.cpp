@@ -155,8 +155,8 @@ void Calibration::describe_knowledge() {
     if (const Observation& o = a_.best.observed[k];
         o.standard_error > agreement * study_.targets[k].uncertainty)
       a_.cautions.push_back(
-          fmt::format("{} is confirmed to +- {:.2g} only, and was measured to +- {:.2g}",
-                      o.response, o.standard_error, study_.targets[k].uncertainty));
+          fmt::format("{} is confirmed to ± {:.2g} only, and was measured to ± {:.2g}", o.response,
+                      o.standard_error, study_.targets[k].uncertainty));
   for (const ResponseModel& m : a_.knowledge->targets)
     if (!m.passes_cross_validation())
       a_.cautions.push_back(

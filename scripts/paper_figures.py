@@ -112,7 +112,7 @@ def main():
         # 4: the cube, as it lies on a table.
         cube = work / "cube.h5"
         run(FIRN, "run", ROOT / "cases/icemaker/platen_test.toml", "--set", "case.duration=20 ms", "-o", cube)
-        f.still("figure-04-cube", cube, size=(600, 400), t=0, hide="upper platen,lower platen", colour="batch",
+        f.still("figure-04-cube", cube, size=(600, 400), t=0, hide="upper platen,lower platen", color="batch",
                 view="-1.2,0.7,0.14,0,0,0.01")
 
         # 5: what stays in the drained box, with the lines through both slopes.
@@ -124,12 +124,12 @@ def main():
         run(FIRN, "run", ROOT / "cases/icemaker/harvest.toml", "--set", "case.duration=4 s", "-o", short)
         f.plot("figure-06-angles", f.page(short)[1], "moving-parts")
         for letter, t in (("a", 18.0), ("b", 19.5)):
-            f.still(f"figure-06{letter}-harvest", harvest, t=t, hide="cover,chute,container,guard", colour="batch", view=BUCKET)
+            f.still(f"figure-06{letter}-harvest", harvest, t=t, hide="cover,chute,container,guard", color="batch", view=BUCKET)
 
         # 7: the bucket is out; what fell behind it is marked, with its way.
         pull = runs.file("bucket pull")
         state = dict(t=round(sum(number(v) for k, v in responses(pull).items() if k.startswith("duration_")), 2),
-                     hide="cover,container,guard", colour="batch", view="-1.05,0.35,1.1,0,0.1,0")
+                     hide="cover,container,guard", color="batch", view="-1.05,0.35,1.1,0,0.1,0")
         lost = [p for p in particles(pull, work) if p["lost_time [s]"]]
         if lost:
             last = max(lost, key=lambda p: float(p["lost_time [s]"]))
@@ -140,7 +140,7 @@ def main():
         half = runs.file("auger, half full")
         r = responses(half)
         start = number(r["duration_harvest"]) + number(r["duration_settle"])
-        f.still("figure-08-half-full", half, t=round(start + 0.5 * number(r["duration_dispense"]), 2), colour="time",
+        f.still("figure-08-half-full", half, t=round(start + 0.5 * number(r["duration_dispense"]), 2), color="time",
                 hide="mold,ejector,stripper,cover,arm,guard", view=AUGER)
         f.plot("figure-09-batches", work / "suite", "mixing-2")
 
@@ -149,7 +149,7 @@ def main():
         r = responses(full)
         start = number(r["duration_harvest"]) + number(r["duration_settle"])
         for letter, t in (("a", start + 0.05), ("b", start + number(r["duration_dispense"]))):
-            f.still(f"figure-10{letter}-columns", full, t=round(t, 2), colour="tag",
+            f.still(f"figure-10{letter}-columns", full, t=round(t, 2), color="tag",
                     hide="mold,ejector,stripper,cover,arm,guard", view=AUGER)
         f.plot("figure-10c-columns", work / "suite", "columns-2")
 

@@ -230,7 +230,7 @@ std::string render_table(const Validation& v) {
       text += fmt::format("    {}: {}\n", s.response, s.word);
     for (const VariantEffect& r : c.choices)
       text += fmt::format(
-          "    {} with {}: {:.3g} instead of {:.3g} {} (difference +- {:.2g}, {} "
+          "    {} with {}: {:.3g} instead of {:.3g} {} (difference ± {:.2g}, {} "
           "seeds)\n",
           r.response, r.choice, r.after, r.before, r.unit, r.error, r.seeds);
     for (const AssumptionResult& a : c.assumptions)

@@ -118,7 +118,7 @@ void add_export_command(CLI::App& app, int& status) {
                    "and web pages;\n"
                    "mp4: a film from a fixed viewpoint, drawn by ffmpeg;\n"
                    "png: a picture of the drained heap, or of the whole scene, bodies\n"
-                   "coloured by their tags")
+                   "colored by their tags")
       ->check(CLI::IsMember({"vtk", "csv", "gltf", "mp4", "png"}))
       ->required();
   command

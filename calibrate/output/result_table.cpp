@@ -15,7 +15,7 @@ using Out = fmt::memory_buffer;
 
 std::string observed_text(const Observation& o) {
   if (o.sample.count == 0) return "no value";
-  return fmt::format("{:.4g} +- {:.2g}{}", o.sample.mean, o.standard_error, unit_suffix(o.unit));
+  return fmt::format("{:.4g} ± {:.2g}{}", o.sample.mean, o.standard_error, unit_suffix(o.unit));
 }
 
 std::string counts_text(const CheckedSet& set) {
@@ -37,7 +37,7 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
   print(out, "Targets\n");
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    print(out, "  {} = {:.4g} +- {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
+    print(out, "  {} = {:.4g} ± {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
           unit_suffix(t.unit));
     print(out, "    {}\n", t.source);
     if (!a.knowledge) continue;
@@ -97,7 +97,7 @@ void print_checked(Out& out, const Study& study, const CheckedSet& set) {
   };
   // The targets come first among what was observed.
   for (std::size_t k = 0; k < set.predicted.size(); ++k) {
-    print(out, "    {:<22} fit {:.4g} +- {:.2g}{}", study.targets[k].response.label,
+    print(out, "    {:<22} fit {:.4g} ± {:.2g}{}", study.targets[k].response.label,
           set.predicted[k].mean, std::sqrt(set.predicted[k].variance),
           unit_suffix(study.targets[k].unit));
     if (k < set.observed.size()) print(out, ", simulated {}", simulated(set.observed[k]));
@@ -197,13 +197,13 @@ void print_identified(Out& out, const Study& study, const CalibrationResult& a) 
       continue;
     }
     print(out,
-          "  determined:      {} = {:.3f} +- {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
+          "  determined:      {} = {:.3f} ± {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
           "surrogate {:.3f})\n",
           combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
           std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
     if (c.bends())
       print(out,
-            "    +- {:.3f} near the answer; farther off the equally good parameters bend away from "
+            "    ± {:.3f} near the answer; farther off the equally good parameters bend away from "
             "it, by {:.3f} (root mean square)\n",
             c.sd, c.spread);
   }
@@ -217,7 +217,7 @@ void print_predicted(Out& out, const Study& study, const CalibrationResult& a) {
   for (std::size_t k = 0; k < a.predictive.size(); ++k) {
     const Target& t = study.targets[k];
     print(out, "  {:<28}{:>22}", t.response.label + unit_suffix(t.unit),
-          fmt::format("{:.4g} +- {:.2g}", t.value, t.uncertainty));
+          fmt::format("{:.4g} ± {:.2g}", t.value, t.uncertainty));
     if (!a.predictive[k]) {
       print(out, "{:>40}\n", "no finite prediction");
       continue;
@@ -273,8 +273,8 @@ void print_numerics(Out& out, const CalibrationResult& a) {
   for (const NumericsOutcome& n : a.numerics) {
     print(out, "  {}\n", n.name);
     for (const NumericsOutcome::Shift& s : n.shifts)
-      print(out, "    {:<22} moves by {:.3g} +- {:.2g}{}{}\n", s.response, s.value,
-            s.standard_error, unit_suffix(s.unit),
+      print(out, "    {:<22} moves by {:.3g} ± {:.2g}{}{}\n", s.response, s.value, s.standard_error,
+            unit_suffix(s.unit),
             std::abs(s.value) > 2 * s.standard_error ? ": MORE THAN THE NOISE" : "");
     if (n.shifts.empty()) print(out, "    no run finished\n");
   }

@@ -166,7 +166,7 @@ void collect(const toml::table& table, const std::string& path, std::vector<std:
 std::vector<ScopeLimit> scope_of(const Study& study, const std::vector<SimulatedCase>& cases) {
   std::string tests;
   for (const Target& t : study.targets)
-    tests += fmt::format("{}{} = {:.4g} +- {:.2g}{}", tests.empty() ? "" : ", ", t.response.label,
+    tests += fmt::format("{}{} = {:.4g} ± {:.2g}{}", tests.empty() ? "" : ", ", t.response.label,
                          t.value, t.uncertainty, unit_suffix(t.unit));
   std::vector<ScopeLimit> scope = {{"test", fmt::format("fitted to {}", tests)}};
   std::set<std::string> bound;

@@ -120,7 +120,7 @@ Prior read_scalar_prior(const TomlTable& t, const Study& study) {
     t.allow({"parameter", "kind", "mean", "sd"});
     prior.a = in_unit_of(t, "mean", p);
     prior.b = above(t, "sd", in_unit_of(t, "sd", p), 0);
-    prior.text = fmt::format("normal, {} +- {}", with_unit(prior.a, p), with_unit(prior.b, p));
+    prior.text = fmt::format("normal, {} ± {}", with_unit(prior.a, p), with_unit(prior.b, p));
   } else if (kind == "log-normal") {
     t.allow({"parameter", "kind", "median", "factor"});
     prior.kind = Prior::Kind::log_normal;

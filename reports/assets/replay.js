@@ -1,7 +1,7 @@
-// The replay's controls: time, colours, boundaries, particles, links to a state.
+// The replay's controls: time, colors, boundaries, particles, links to a state.
 'use strict';
 const FirnReplay = (() => {
-  const {make, round, clamp, SCALE_CSS, modesOf} = FirnReplayColours;
+  const {make, round, clamp, SCALE_CSS, modesOf} = FirnReplayColors;
 
   class Player {
     // `name`: of this replay in links, where a page has several.
@@ -62,7 +62,7 @@ const FirnReplay = (() => {
       const bar = make('div', {class: 'replay-bar'}, this.play, step('One frame back', -1, '\u25c2'),
           step('One frame on', 1, '\u25b8'), this.scrub, this.clock, make('label', {}, 'Speed ', this.speed));
 
-      this.colour = make('select', {change: () => this.setMode(this.colour.value)},
+      this.color = make('select', {change: () => this.setMode(this.color.value)},
           ...Object.entries(this.modes).map(([key, mode]) => make('option', {value: key}, mode.name)));
       this.legend = make('div', {class: 'replay-legend'});
       this.opacity = make('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: '0.25',
@@ -73,7 +73,7 @@ const FirnReplay = (() => {
       this.facts = make('dl', {'aria-live': 'polite'});
       const act = (text, does) => make('button', {type: 'button', click: does}, text);
       const side = make('div', {class: 'replay-side'},
-          make('fieldset', {class: 'replay-colours'}, make('legend', {}, 'Colours'), make('label', {}, 'by ', this.colour), this.legend),
+          make('fieldset', {class: 'replay-colors'}, make('legend', {}, 'Colors'), make('label', {}, 'by ', this.color), this.legend),
           make('fieldset', {}, make('legend', {}, 'Boundaries'), this.walls,
                make('label', {class: 'replay-opacity'}, 'opacity ', this.opacity)),
           make('fieldset', {}, make('legend', {}, 'One particle'),
@@ -97,7 +97,7 @@ const FirnReplay = (() => {
         const box = make('input', {type: 'checkbox', checked: '',
             change: () => this.want(b, box.checked)});
         this.walls.append(make('label', {}, box, make('span', {class: 'replay-swatch',
-            style: `background: ${boundary.colour}`}), ' ', this.r.boundaries[b].name));
+            style: `background: ${boundary.color}`}), ' ', this.r.boundaries[b].name));
         return box;
       });
       if (!this.boxes.length) this.walls.append('none');
@@ -108,12 +108,12 @@ const FirnReplay = (() => {
       const markers = this.view.markers, panel = make('fieldset', {class: 'replay-marks'},
           make('legend', {}, 'Setup')), list = make('div', {class: 'replay-walls'});
       this.markBoxes = new Map();
-      for (const [kind, {colour, count}] of markers.kinds) {
+      for (const [kind, {color, count}] of markers.kinds) {
         const box = make('input', {type: 'checkbox', change: () => { markers.show(kind, box.checked); this.ask(); }});
         box.checked = Boolean(this.r.setup);
         markers.show(kind, box.checked);
         this.markBoxes.set(kind, box);
-        list.append(make('label', {}, box, make('span', {class: 'replay-swatch', style: `background: ${colour}`}),
+        list.append(make('label', {}, box, make('span', {class: 'replay-swatch', style: `background: ${color}`}),
             ` ${kind} (${count})`));
       }
       if (this.view.hasParts) {
@@ -137,13 +137,13 @@ const FirnReplay = (() => {
 
     setMode(key) {
       this.mode = key;
-      this.colour.value = key;
+      this.color.value = key;
       const mode = this.modes[key];
       this.legend.replaceChildren();
       if (mode.swatches) {
-        for (const [colour, text] of mode.swatches) {
+        for (const [color, text] of mode.swatches) {
           this.legend.append(make('span', {class: 'replay-kind'},
-              make('span', {class: 'replay-swatch', style: `background: ${colour}`}), ' ', text));
+              make('span', {class: 'replay-swatch', style: `background: ${color}`}), ' ', text));
         }
       } else {
         const unit = mode.unit ? ` ${mode.unit}` : '';
@@ -346,7 +346,8 @@ const FirnReplay = (() => {
     apply(given) {
       const number = (key) => Number(given.get(key));
       if (given.has('t') && Number.isFinite(number('t'))) { this.stop(); this.seek(number('t')); }
-      if (given.get('colour') in this.modes) this.setMode(given.get('colour'));
+      const color = given.get('color') || given.get('colour');  // the word of addresses up to version 0.1
+      if (color in this.modes) this.setMode(color);
       if (given.has('hide')) {
         const hidden = given.get('hide').split(',');
         this.view.boundaries.forEach((boundary, b) => {
@@ -381,11 +382,11 @@ const FirnReplay = (() => {
       if (given.has('play')) this.start();
       this.ask();
     }
-    // #t=12.5&colour=batch&hide=bucket,flap&particle=7&opacity=0.2&map=peak_stress&log=1&shape=cube
+    // #t=12.5&color=batch&hide=bucket,flap&particle=7&opacity=0.2&map=peak_stress&log=1&shape=cube
     // &alone=1&view=AZIMUTH,ELEVATION,DISTANCE,X,Y,Z, and replay=NAME in front where a page has several
     hash() {
       const o = this.view.orbit, parts = this.name ? {replay: this.name} : {};
-      Object.assign(parts, {t: round(this.t, 6), colour: this.mode}, this.maps.state());
+      Object.assign(parts, {t: round(this.t, 6), color: this.mode}, this.maps.state());
       const hidden = this.r.boundaries.filter((_, b) => !this.boxes[b].checked).map((b) => b.name);
       if (hidden.length) parts.hide = hidden.join(',');
       if (this.markBoxes && this.markBoxes.size)

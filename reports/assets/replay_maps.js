@@ -1,7 +1,7 @@
 // Where boundaries and shapes are hit: fields on triangles, their scales, and values that are pointed at.
 'use strict';
 const FirnReplayMaps = (() => {
-  const {make, round, onScale, SCALE_CSS} = FirnReplayColours;
+  const {make, round, onScale, SCALE_CSS} = FirnReplayColors;
   const UNTOUCHED = [0.74, 0.76, 0.79];
   const PREFIXES = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k'], [1, ''], [1e-3, 'm'], [1e-6, '\u00b5'], [1e-9, 'n']];
 
@@ -14,7 +14,7 @@ const FirnReplayMaps = (() => {
   };
 
   // From 0, or from the lowest hundredth; to the largest, or to the highest hundredth where a few
-  // triangles would leave all others one colour.
+  // triangles would leave all others one color.
   const rangeOf = (lists, logarithmic) => {
     const all = Float64Array.from(lists.flatMap((list) => list.filter((v) => v > 0))).sort();
     if (!all.length) return null;
@@ -25,7 +25,7 @@ const FirnReplayMaps = (() => {
     const value = (s) => logarithmic ? low * (high / low) ** s : s * high;
     return {share, value, largest, over, under: logarithmic && all[0] < low, touched: all.length};
   };
-  const coloursOf = (values, range) => {
+  const colorsOf = (values, range) => {
     const out = new Float32Array(3 * values.length);
     values.forEach((v, i) => {
       if (v > 0 && range) onScale(range.share(v), out, 3 * i);
@@ -67,7 +67,7 @@ const FirnReplayMaps = (() => {
       this.set(-1, '');
     }
 
-    // Those that are coloured together: all watched boundaries, or one shape.
+    // Those that are colored together: all watched boundaries, or one shape.
     targets() { return this.shape < 0 ? this.boundaries : [this.r.maps[this.shape]]; }
     fieldsOf(target) { return target.map.fields; }
 
@@ -97,9 +97,9 @@ const FirnReplayMaps = (() => {
       this.range = this.key ? rangeOf(lists, this.log.checked) : null;
       for (const b of this.boundaries) {
         const values = this.shape < 0 && this.key && this.valuesOf(b);
-        this.view.paintBoundary(b.body, values ? coloursOf(values, this.range) : null);
+        this.view.paintBoundary(b.body, values ? colorsOf(values, this.range) : null);
       }
-      if (this.shape >= 0) this.view.paintShape(this.shape, coloursOf(lists[0], this.range));
+      if (this.shape >= 0) this.view.paintShape(this.shape, colorsOf(lists[0], this.range));
     }
 
     tellScale() {
@@ -126,7 +126,7 @@ const FirnReplayMaps = (() => {
           .map((t) => `"${t.name}" is drawn with ${t.map.fields[0].values.length} of ${t.map.computed} triangles`);
       this.note.textContent = `Of the whole run${each}: largest ${quantity(largest, field.unit)}` +
           (targets.length > 1 ? ` on "${where.name}"` : '') + `; ${touched} of ${triangles} triangles touched, ` +
-          `the others grey.` + coarse.map((text) => ` ${text}.`).join('') + ' Click or tap one for its value.';
+          `the others gray.` + coarse.map((text) => ` ${text}.`).join('') + ' Click or tap one for its value.';
     }
 
     placeOfLargest() {

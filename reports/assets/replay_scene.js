@@ -11,7 +11,7 @@ const FirnReplayScene = (() => {
     return geometry;
   };
 
-  // three.js r111 has no colour of an instance: the shader gets one.
+  // three.js r111 has no color of an instance: the shader gets one.
   const tinted = () => {
     const material = new THREE.MeshLambertMaterial({color: 0xffffff});
     material.onBeforeCompile = (shader) => {
@@ -23,7 +23,7 @@ const FirnReplayScene = (() => {
     return material;
   };
 
-  // A colour for each triangle, little shaded: what it is on the scale must be seen.
+  // A color for each triangle, little shaded: what it is on the scale must be seen.
   const mapped = () => {
     const material = new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors, side: THREE.DoubleSide});
     material.onBeforeCompile = (shader) => {
@@ -33,9 +33,9 @@ const FirnReplayScene = (() => {
     };
     return material;
   };
-  const paint = (geometry, colours) => {
-    const corners = new Float32Array(3 * colours.length);
-    for (let i = 0; i < corners.length; ++i) corners[i] = colours[3 * Math.floor(i / 9) + i % 3];
+  const paint = (geometry, colors) => {
+    const corners = new Float32Array(3 * colors.length);
+    for (let i = 0; i < corners.length; ++i) corners[i] = colors[3 * Math.floor(i / 9) + i % 3];
     geometry.setAttribute('color', new THREE.BufferAttribute(corners, 3));
   };
 
@@ -161,7 +161,7 @@ const FirnReplayScene = (() => {
     get hasParts() { return this.groups.some((group) => group.pieces); }
 
     addBoundaries() {
-      const {WALLS} = FirnReplayColours;
+      const {WALLS} = FirnReplayColors;
       this.boundaries = this.replay.boundaries.map((boundary, b) => {
         const material = new THREE.MeshLambertMaterial({color: WALLS[b % WALLS.length],
             // A plane is seen from its free side alone, or those in front would veil the scene.
@@ -171,7 +171,7 @@ const FirnReplayScene = (() => {
         mesh.matrixAutoUpdate = false;
         mesh.frustumCulled = false;
         this.scene.add(mesh);
-        return {mesh, material, wanted: true, colour: '#' + material.color.getHexString(), body: this.replay.particles + b};
+        return {mesh, material, wanted: true, color: '#' + material.color.getHexString(), body: this.replay.particles + b};
       });
       this.setOpacity(0.25);
     }
@@ -186,11 +186,11 @@ const FirnReplayScene = (() => {
       }
     }
 
-    // A colour for each triangle, opaque; null: as it was.
-    paintBoundary(b, colours) {
+    // A color for each triangle, opaque; null: as it was.
+    paintBoundary(b, colors) {
       const {mesh, material} = this.boundaries[b];
-      if (colours) paint(mesh.geometry, colours);
-      mesh.material = colours ? this.map = this.map || mapped() : material;
+      if (colors) paint(mesh.geometry, colors);
+      mesh.material = colors ? this.map = this.map || mapped() : material;
     }
 
     // A shape by its map in place of the scene; -1: the scene.
@@ -209,7 +209,7 @@ const FirnReplayScene = (() => {
       this.orbit = this.shape ? this.shape.orbit : this.sceneOrbit;
       (this.shape ? this.shape.scene : this.scene).add(this.sky, this.light, this.light.target);
     }
-    paintShape(k, colours) { paint(this.shapes.get(k).mesh.geometry, colours); }
+    paintShape(k, colors) { paint(this.shapes.get(k).mesh.geometry, colors); }
 
     // Looks at a triangle of a boundary's map, or of the shape's that is shown, from its free side.
     face(b, triangle) {
@@ -311,8 +311,8 @@ const FirnReplayScene = (() => {
       return true;
     }
 
-    // `colour(id, t, frame, out, at)` writes red, green, blue.
-    show(t, colour) {
+    // `color(id, t, frame, out, at)` writes red, green, blue.
+    show(t, color) {
       const r = this.replay, frame = r.frameAt(t), m = this.matrix.elements;
       for (const group of this.groups) {
         let n = 0;
@@ -323,7 +323,7 @@ const FirnReplayScene = (() => {
           rotation(this.quaternion, m);
           m[12] = this.position[0]; m[13] = this.position[1]; m[14] = this.position[2];
           matrices.set(m, 16 * n);
-          colour(id, t, frame, tints, 3 * n);
+          color(id, t, frame, tints, 3 * n);
           if (id === this.selected) tints.set([1.6, 0.45, 0.1], 3 * n);
           group.shown.push(id);
           ++n;

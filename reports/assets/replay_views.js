@@ -2,7 +2,7 @@
 // a page opens fast, and no more than a browser has contexts for.
 'use strict';
 const FirnReplayViews = (() => {
-  const {make} = FirnReplayColours;
+  const {make} = FirnReplayColors;
   const MOST = 3;  // contexts at a time; browsers end the oldest beyond 8 to 16, phones sooner
   const live = [];
 

@@ -47,6 +47,7 @@ std::string headline(const Json& results) {
   std::string sentence = text(results, "headline");
   const std::string verdict = text(results, "verdict") + ": ";
   if (sentence.starts_with(verdict)) sentence.erase(0, verdict.size());
+  // Results of earlier builds have it in ASCII.
   for (std::size_t at = 0; (at = sentence.find(" +- ", at)) != std::string::npos;)
     sentence.replace(at, 4, " ± ");
   return sentence;

@@ -83,7 +83,7 @@ std::string cell_html(const Cell& cell, bool right) {
   return html + "</td>";
 }
 
-// A plot whose colours the page names gets them itself, and a white ground.
+// A plot whose colors the page names gets them itself, and a white ground.
 std::string standing_alone(const std::string& svg) {
   const std::string_view css = asset("page.css");
   const std::size_t from = css.find(":root"), to = css.find('}', from);

@@ -20,7 +20,7 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
     text.replace(at, from.size(), to);
 }
 
-// gnuplot writes a colour as rgb(1,2,3) or rgb(  1,   2,   3).
+// gnuplot writes a color as rgb(1,2,3) or rgb(  1,   2,   3).
 void name_color(std::string& svg, int blue, const std::string& variable) {
   for (const std::string& written :
        {fmt::format("rgb(1,2,{})", blue), fmt::format("rgb(  1,   2, {:3})", blue)})

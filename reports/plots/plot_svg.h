@@ -10,7 +10,7 @@
 
 namespace firn::plots {
 
-// Colours are names for those of the page's style sheet: gnuplot gets a placeholder color,
+// Colors are names for those of the page's style sheet: gnuplot gets a placeholder color,
 // which the SVG replaces by var(--ink). Quoted for gnuplot.
 namespace ink {
 constexpr const char* text = "'#010203'";

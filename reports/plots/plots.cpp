@@ -475,7 +475,7 @@ std::string draw(const HeatMap& map) {
         write_series(drawing, fmt::format("marks{}", k), map.marks[k], map.x, map.y, any);
     if (!any) continue;
     const bool line = map.marks[k].style == Style::line || map.marks[k].style == Style::step;
-    // Light in dark: seen on every colour of the map.
+    // Light in dark: seen on every color of the map.
     const std::array<const char*, 2> colors = {"'#000000'", "'#ffffff'"};
     for (std::size_t pass = 0; pass < 2; ++pass) {
       const std::string title = pass == 1 && !map.marks[k].name.empty()

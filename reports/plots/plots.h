@@ -1,5 +1,5 @@
-// Plots for pages: data in, one inline <svg> out. Colours follow the page's (light, dark, paper),
-// and text is the page's; series differ by dash and marker as well as by colour. Values that are
+// Plots for pages: data in, one inline <svg> out. Colors follow the page's (light, dark, paper),
+// and text is the page's; series differ by dash and marker as well as by color. Values that are
 // not finite (on a log axis: not positive) are gaps. Units are those of the numbers as given:
 // nothing is converted. Log axes have ticks at 1, 2, ... 9 times each power of ten, with as many
 // labels as there is room for. All throw InputError without gnuplot.

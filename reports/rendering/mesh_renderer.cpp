@@ -101,7 +101,7 @@ class Shader {
 
   const DepthBuffer& buffer() const { return buffer_; }
 
-  // The colour of one sample.
+  // The color of one sample.
   Eigen::Vector3f shade(int x, int y) const {
     const std::size_t k = buffer_.at(x, y);
     const Color& background = scene_.background;

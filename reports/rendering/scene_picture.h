@@ -22,7 +22,7 @@ struct ScenePicture {
   std::string title, subtitle;
   std::vector<Wall> walls;
   std::vector<PlacedMesh> particles;
-  std::vector<int> tags;  // of the particles; empty, or all the same: the colour of ice
+  std::vector<int> tags;  // of the particles; empty, or all the same: the color of ice
   int width = 1800;       // pixels of the whole picture; the height follows
 };
 

@@ -109,7 +109,7 @@ TEST(Colors, SeriesAreToldApartByEveryEye) {
 }
 
 TEST(Colors, ParticlesStandOutFromBoundaries) {
-  const std::string js = asset_text("replay_colours.js");
+  const std::string js = asset_text("replay_colors.js");
   const auto list = [&](const std::string& name) {
     const std::size_t from = js.find("const " + name + " = ["), to = js.find(']', from);
     const std::string text = js.substr(from, to - from);

@@ -96,7 +96,7 @@ std::string softening_headline(const std::vector<SofteningResult>& all, double r
   for (const SofteningResult& s : all) {
     if (!std::isfinite(s.exponent)) continue;
     text += fmt::format("{}{} grows as E^{:.2f}", text.empty() ? "" : ", ", s.response, s.exponent);
-    if (std::isfinite(s.exponent_error)) text += fmt::format(" (+- {:.2f})", s.exponent_error);
+    if (std::isfinite(s.exponent_error)) text += fmt::format(" (± {:.2f})", s.exponent_error);
   }
   if (text.empty()) return "nothing can be said about the stiffness";
   return fmt::format("{}; ice has {:.3g} GPa", text, real_modulus * 1e-9);

@@ -55,7 +55,7 @@ struct Linear {
 };
 
 TEST(Identify, TwoLinesThatCrossDetermineBothParameters) {
-  // p = 0.4 +- 0.02 and q = 0.7 +- 0.05, straight.
+  // p = 0.4 ± 0.02 and q = 0.7 ± 0.05, straight.
   const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.7, 0.05}});
   const NegativeLogPosterior misfit(line.study, *line.knowledge);
   const VectorXd best = misfit.best().x;
@@ -75,7 +75,7 @@ TEST(Identify, TwoLinesThatCrossDetermineBothParameters) {
 }
 
 TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
-  const Linear line({{3, 4, 3.5, 0.1}});  // (3 p + 4 q) / 5 = 0.7 +- 0.02
+  const Linear line({{3, 4, 3.5, 0.1}});  // (3 p + 4 q) / 5 = 0.7 ± 0.02
   const NegativeLogPosterior misfit(line.study, *line.knowledge);
   const VectorXd best = misfit.best().x;
   const auto c = combinations(line.study, *line.knowledge, best);

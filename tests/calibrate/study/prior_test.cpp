@@ -258,7 +258,7 @@ TEST(StudyWithPriors, AMaterialRecordAndStatedKindsNarrowTheAnswer) {
                                       "[[priors]]\nparameter = \"mu2\"\nkind = \"uniform\"\n")),
           folder / "s", experiment)
           .json);
-  // 0.06 +- 10 %, and the angle determines the other friction: within 10 % / 0.2 * 0.5 and 5 % /
+  // 0.06 ± 10 %, and the angle determines the other friction: within 10 % / 0.2 * 0.5 and 5 % /
   // 0.2.
   for (const json& j : {from_record, stated}) {
     const auto end = [&](std::size_t i, std::size_t k) {

@@ -171,14 +171,14 @@ TEST(RunPlots, DrawingKeepsPeaks) {
   EXPECT_EQ(c.x[static_cast<std::size_t>(std::ranges::min_element(c.y) - c.y.begin())], 70'001);
 }
 
-// Colours, hidden boundaries and a particle by the address, then what the page says of itself.
+// Colors, hidden boundaries and a particle by the address, then what the page says of itself.
 TEST_F(RunPage, PlaysInABrowser) {
   if (!has_browser())
     GTEST_SKIP() << "chromium is not installed: the replay is not tried in a browser";
   const fs::path page = folder_ / "fall.html";
   run_page(file()).write(page.string());
   const std::string view =
-      element(document_of(page, "#t=0.5&colour=speed&hide=panel&particle=0"), "replay-run");
+      element(document_of(page, "#t=0.5&color=speed&hide=panel&particle=0"), "replay-run");
   expect_in(view, "data-ready=\"yes\"");
   expect_in(view, "data-frames=\"61\"");
   expect_in(view, "data-shown=\"2\"");

@@ -76,7 +76,7 @@ class ReplayPage : public ResultsFolder {
   }
 };
 
-TEST_F(ReplayPage, MapsAreColouredAndTheirScalesTold) {
+TEST_F(ReplayPage, MapsAreColoredAndTheirScalesTold) {
   if (!has_browser()) GTEST_SKIP() << "chromium is not installed: maps are not drawn";
   const std::string file = written(1, "");
   const std::string slab = element(document_of(file, "#t=0.2&map=peak_stress&log=1"), "replay-n1");

@@ -129,7 +129,7 @@ constexpr Kind kKinds[] = {
        s.pose.rotation = random.rotation();
        set_separation(s, some_normal(s.a, random), signed_power(random, 1, 13));
      }},
-    {"grazing, 0 +- 1e-12 of the size",
+    {"grazing, 0 ± 1e-12 of the size",
      [](Scene& s, Random& random) {
        s.pose.rotation = random.below(2) ? axes_onto_axes(random) : random.rotation();
        s.pose.translation = random.direction() * random.uniform(0, 0.5) * reach_of(s);

@@ -57,7 +57,7 @@ void expect_alike(const std::vector<Bed>& a, const std::vector<Bed>& b, double B
   const double error = std::sqrt(scatter / (n * (n - 1)));
   EXPECT_LT(error, 0.02 * mean);  // or the test could not tell
   EXPECT_LT(std::abs(difference), 0.005 * mean + 3 * error)
-      << "mean " << mean << ", difference " << difference << " +- " << error;
+      << "mean " << mean << ", difference " << difference << " ± " << error;
 }
 
 TEST(ContactToleranceLong, PlainPathAndDefaultAgreeOnFallingAndSettledBeds) {

@@ -36,7 +36,7 @@ RunGroup group(RunGroup::Purpose purpose, const std::vector<double>& values, dou
   return g;
 }
 
-// An experiment that gives 10 deg +- 0.1 in 100 repeats.
+// An experiment that gives 10 deg ± 0.1 in 100 repeats.
 struct Comparisons : testing::Test {
   Comparisons() {
     suite.experiments.push_back({"heap", "", {}, {1, 2, 3}, {}});

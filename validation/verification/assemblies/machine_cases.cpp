@@ -267,7 +267,7 @@ std::vector<VerificationCase> machine_cases() {
        .run = binding},
       {.name = "machine.arm",
        .title = "An arm rests on a slide that is driven out and in",
-       .reference = "N = m g x / (l +- mu h); the drive bears mu N; the arm locks the way in from "
+       .reference = "N = m g x / (l ± mu h); the drive bears mu N; the arm locks the way in from "
                     "mu = l / h on",
        .remark = "l and h: of the tip from the hinge, along the slide and across it.",
        .run = arm}};

@@ -136,7 +136,7 @@ std::vector<VerificationCase> packing_cases() {
        .title = "Packing fraction of the Platonic solids",
        .reference =
            "plastic dice, loosest (fluidised) .51 .54 .52 .51 .50, densest (vibrated) .64 "
-           ".67 .64 .63 .59, +- .01 (Baker and Kudrolli 2010); densest lattices .856 1 .947 "
+           ".67 .64 .63 .59, ± .01 (Baker and Kudrolli 2010); densest lattices .856 1 .947 "
            ".904 .836",
        .remark =
            "NOT REACHED: the published numbers themselves, and that cubes lie densest. 350 dice of "

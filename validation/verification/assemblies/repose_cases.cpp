@@ -51,7 +51,7 @@ Sample wedges(const Model& model, const Column& c) {
 }
 
 Check rises(const std::string& what, const Sample& high, const Sample& low, double errors = 3) {
-  return {fmt::format("{}: {:.1f} +- {:.1f} over {:.1f} +- {:.1f} deg, in standard errors", what,
+  return {fmt::format("{}: {:.1f} ± {:.1f} over {:.1f} ± {:.1f} deg, in standard errors", what,
                       high.mean, high.error, low.mean, low.error),
           (high.mean - low.mean) / std::hypot(high.error, low.error),
           errors,
@@ -94,7 +94,7 @@ std::vector<Check> repose_trends() {
                          wedges(dice_model(base), dice_column(9))));
   const auto same = [&](const std::string& what, const Dice& d) {
     const Sample s = wedges(dice_model(d), column);
-    checks.push_back({fmt::format("{}: {:.1f} +- {:.1f} and {:.1f} +- {:.1f} deg, difference", what,
+    checks.push_back({fmt::format("{}: {:.1f} ± {:.1f} and {:.1f} ± {:.1f} deg, difference", what,
                                   s.mean, s.error, b.mean, b.error),
                       s.mean - b.mean, 0, 1 + 2 * std::hypot(s.error, b.error), Bound::absolute,
                       "deg"});
@@ -170,8 +170,8 @@ std::vector<VerificationCase> repose_cases() {
        "little, as bodies roll before they slide: it is asked only that the slope does not fall.",
        Tier::full, repose_trends},
       {"bulk.concavity", "A concave shape lies steeper than its convex hull",
-       "Duverger and others (2023): concave grains 35.95 +- .88 degrees, their convex twins "
-       "31.26 +- .95; the sign, beyond three standard errors",
+       "Duverger and others (2023): concave grains 35.95 ± .88 degrees, their convex twins "
+       "31.26 ± .95; the sign, beyond three standard errors",
        "150 crosses of six arms, or as many of their hulls, collapse as in bulk.repose. At a "
        "friction "
        "of 0.1 they lie twice as steep; at 0.4 the difference is of the size of its scatter over 4 "

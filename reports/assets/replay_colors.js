@@ -1,6 +1,6 @@
-// What the parts of a replay share: elements, numbers, colours of particles.
+// What the parts of a replay share: elements, numbers, colors of particles.
 'use strict';
-const FirnReplayColours = (() => {
+const FirnReplayColors = (() => {
   // Elements by one call: text children are plain, functions among the attributes are listeners.
   const make = (tag, attributes = {}, ...children) => {
     const element = document.createElement(tag);
@@ -18,11 +18,11 @@ const FirnReplayColours = (() => {
   // color-blind readers.
   const SCALE = [[70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58],
                  [253, 231, 37]].map((c) => c.map((v) => v / 255));
-  // Okabe and Ito's, for a few kinds, in the order of hues that plots have; black is dark grey.
+  // Okabe and Ito's, for a few kinds, in the order of hues that plots have; black is dark gray.
   const KINDS = ['#56b4e9', '#e69f00', '#009e73', '#cc79a7', '#f0e442', '#0072b2', '#d55e00', '#444444'];
   // Boundaries are dull, so that the ice stands out.
   const WALLS = ['#8c9bad', '#b3a48f', '#93a792', '#a993a8', '#a9a58c', '#8fa5a8', '#b09a94', '#9a9a9a'];
-  const GREY = [0.62, 0.66, 0.7];
+  const GRAY = [0.62, 0.66, 0.7];
   const onScale = (share, out, at) => {
     const x = clamp(share, 0, 1) * (SCALE.length - 1), i = Math.min(Math.floor(x), SCALE.length - 2);
     for (let k = 0; k < 3; ++k) out[at + k] = SCALE[i][k] + (x - i) * (SCALE[i + 1][k] - SCALE[i][k]);
@@ -31,14 +31,14 @@ const FirnReplayColours = (() => {
   const hex = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
   const SCALE_CSS = `linear-gradient(to right, ${SCALE.map(css).join(', ')})`;
 
-  // Whole numbers that mark kinds: few get a colour each, many a scale.
+  // Whole numbers that mark kinds: few get a color each, many a scale.
   const kinds = (name, values, none, words = []) => {
     const known = [...new Set(values)].filter((v) => v !== none).sort((a, b) => a - b);
     if (known.length <= KINDS.length) {
-      const colours = new Map(known.map((v, i) => [v, hex(KINDS[i])]));
+      const colors = new Map(known.map((v, i) => [v, hex(KINDS[i])]));
       return {
         name, swatches: known.map((v, i) => [KINDS[i], words[v] || String(v)]),
-        write: (id, t, frame, out, at) => out.set(colours.get(values[id]) || GREY, at),
+        write: (id, t, frame, out, at) => out.set(colors.get(values[id]) || GRAY, at),
       };
     }
     return scale(name, '', known[0], known[known.length - 1], (id) => values[id] === none ? NaN : values[id]);
@@ -46,7 +46,7 @@ const FirnReplayColours = (() => {
   const scale = (name, unit, low, high, value) => ({
     name, unit, low, high, write: (id, t, frame, out, at) => {
       const v = value(id, t, frame);
-      if (Number.isNaN(v)) out.set(GREY, at);
+      if (Number.isNaN(v)) out.set(GRAY, at);
       else onScale(high > low ? (v - low) / (high - low) : 0, out, at);
     },
     at: (share) => low + share * (high - low),
@@ -57,7 +57,7 @@ const FirnReplayColours = (() => {
     return {
       name, unit, low, high, under: true, write: (id, t, frame, out, at) => {
         const v = value(id, t, frame);
-        if (Number.isNaN(v)) out.set(GREY, at);
+        if (Number.isNaN(v)) out.set(GRAY, at);
         else onScale(v > low ? Math.log10(v / low) / decades : 0, out, at);
       },
       at: (share) => low * 10 ** (decades * share),
@@ -77,7 +77,7 @@ const FirnReplayColours = (() => {
       if (speed > 0) speeds.push(speed);
     }
     speeds.sort((a, b) => a - b);
-    // Falling bodies would leave all others one colour.
+    // Falling bodies would leave all others one color.
     const fast = speeds.length ? speeds[Math.floor(0.95 * (speeds.length - 1))] : 1;
     return {
       batch: kinds('batch', r.batch, -1),
