@@ -14,14 +14,14 @@ namespace firn {
 namespace {
 
 // A number of a column in the unit of the data.
-double number_in_unit(const MeasuredData& d, const CsvRow& row, const CsvColumn& column,
+double number_in_unit(const std::string& file, const CsvRow& row, const CsvColumn& column,
                       double factor) {
-  const double value = csv_number(d.file, row, column) / factor;
+  const double value = csv_number(file, row, column) / factor;
   if (!std::isfinite(value))
     throw InputError(
         fmt::format("{}:{}: {}: is \"{}\"; expected a number that is finite in the "
                     "unit of the measurement",
-                    d.file, row.line, column.name, row.fields[column.index]));
+                    file, row.line, column.name, row.fields[column.index]));
   return value;
 }
 
@@ -35,7 +35,8 @@ void read_values(const TomlTable& t, MeasuredData& d) {
   if (!censored.empty()) marks = find_csv_column(d.file, rows.front(), censored, std::nullopt);
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const bool open = marks && csv_number(d.file, rows[i], *marks) != 0;
-    (open ? d.right_censored : d.values).push_back(number_in_unit(d, rows[i], values, unit.factor));
+    (open ? d.right_censored : d.values)
+        .push_back(number_in_unit(d.file, rows[i], values, unit.factor));
   }
 }
 
@@ -56,6 +57,44 @@ void read_classes(const TomlTable& t, MeasuredData& d) {
     sum += d.counts.back();
   }
   if (!(sum > 0)) throw InputError(fmt::format("{}: {}: counts nothing", d.file, counts));
+}
+
+// The recorder's zero and sign.
+struct RecorderZero {
+  double tare = 0;       // what it shows without a load, in the unit of the data
+  double tare_over = 0;  // above 0: the tare is the mean over this stretch of x, from its least on
+  bool inverted = false;
+};
+RecorderZero read_zero(const TomlTable& t, const Unit& x_unit, const Unit& unit) {
+  RecorderZero zero;
+  zero.tare = t.optional_quantity("tare", unit.dimension, Sign::any).value_or(0) / unit.factor;
+  zero.tare_over = t.optional_quantity("tare_over", x_unit.dimension, Sign::positive).value_or(0) /
+                   x_unit.factor;
+  zero.inverted = t.boolean("invert", false);
+  if (t.has("tare") && t.has("tare_over"))
+    t.fail("tare_over", "does not go with tare; expected one of them");
+  return zero;
+}
+// x and samples in the units of `zero`.
+void apply_zero(const RecorderZero& zero, const TomlTable& t, const std::vector<double>& x,
+                std::vector<double>& samples) {
+  double tare = zero.tare;
+  if (zero.tare_over > 0) {
+    const auto [least, greatest] = std::ranges::minmax(x);
+    if (zero.tare_over >= greatest - least)
+      t.fail("tare_over",
+             fmt::format("is as long as the data; expected a stretch without load, shorter than "
+                         "{:.4g}",
+                         greatest - least));
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (x[i] > least + zero.tare_over) continue;
+      sum += samples[i];
+      ++count;
+    }
+    tare = sum / count;
+  }
+  for (double& sample : samples) sample = (zero.inverted ? -1 : 1) * (sample - tare);
 }
 
 // Resamples by linear interpolation at steps of `interval`: filters need equal steps.
@@ -81,6 +120,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
   const double cfc = t.optional_quantity("cfc", dimension::frequency, Sign::positive).value_or(0);
   const double threshold = t.quantity("threshold", unit.dimension, Sign::positive) / unit.factor;
   const double dead_time = t.quantity("dead_time", dimension::time, Sign::non_negative, "0 s");
+  const RecorderZero zero = read_zero(t, parse_unit("s"), unit);
   if (!d.present) return;
   const std::vector<CsvRow> rows = read_csv_table(d.file);
   const CsvColumn time = find_csv_column(d.file, rows.front(), time_column, dimension::time);
@@ -88,7 +128,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
   double interval = 0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     d.time.push_back(csv_number(d.file, rows[i], time));
-    d.samples.push_back(number_in_unit(d, rows[i], signal, unit.factor));
+    d.samples.push_back(number_in_unit(d.file, rows[i], signal, unit.factor));
     if (i == 1) continue;
     const double step = d.time[i - 1] - d.time[i - 2];
     if (!(step > 0))
@@ -104,6 +144,7 @@ void read_trace(const TomlTable& t, MeasuredData& d) {
         fmt::format("{}: {}: two times are only {} s apart; expected samples about "
                     "evenly spaced",
                     d.file, time_column, interval));
+  apply_zero(zero, t, d.time, d.samples);
   resample(d.time, d.samples, interval);  // the smallest step of the file
   if (cfc > 0) {
     if (interval * cfc * kSamplesPerClass > 1)
@@ -128,6 +169,7 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
   d.align = align == "none"    ? MeasuredData::Alignment::none
             : align == "onset" ? MeasuredData::Alignment::onset
                                : MeasuredData::Alignment::best;
+  const RecorderZero zero = read_zero(t, x_unit, unit);
   if (!d.present) return;
   const std::vector<CsvRow> rows = read_csv_table(d.file);
   const CsvColumn xs = find_csv_column(d.file, rows.front(), x, x_unit.dimension);
@@ -139,13 +181,14 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
     const std::string mark = marks ? rows[i].fields[marks->index] : "";
     if (d.repeats.empty() || mark != before) d.repeats.emplace_back();
     before = mark;
-    d.repeats.back().x.push_back(number_in_unit(d, rows[i], xs, x_unit.factor));
-    d.repeats.back().y.push_back(number_in_unit(d, rows[i], ys, unit.factor));
+    d.repeats.back().x.push_back(number_in_unit(d.file, rows[i], xs, x_unit.factor));
+    d.repeats.back().y.push_back(number_in_unit(d.file, rows[i], ys, unit.factor));
   }
   for (MeasuredData::Repeat& r : d.repeats) {
     if (r.x.size() < 3)
       throw InputError(fmt::format("{}: a repeat holds {} samples; expected three at least", d.file,
                                    r.x.size()));
+    apply_zero(zero, t, r.x, r.y);
     if (cfc == 0) continue;
     // The filter asks for equal steps, here in x, which is then a time.
     const double interval = (r.x.back() - r.x.front()) / static_cast<double>(r.x.size() - 1);
@@ -161,6 +204,16 @@ void read_curve(const TomlTable& t, MeasuredData& d) {
 }
 
 }  // namespace
+
+std::vector<double> read_csv_values(const std::string& file, const std::string& column,
+                                    const Unit& unit) {
+  const std::vector<CsvRow> rows = read_csv_table(file);
+  const CsvColumn values = find_csv_column(file, rows.front(), column, unit.dimension);
+  std::vector<double> numbers;
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    numbers.push_back(number_in_unit(file, rows[i], values, unit.factor));
+  return numbers;
+}
 
 std::vector<double> peaks(const std::vector<double>& time, const std::vector<double>& samples,
                           double threshold, double dead_time) {
@@ -182,9 +235,9 @@ std::vector<double> peaks(const std::vector<double>& time, const std::vector<dou
 }
 
 MeasuredData read_measured_data(const TomlTable& t, const std::string& directory) {
-  t.allow({"kind", "file", "response", "unit", "source", "column", "classes", "counts", "time",
-           "cfc", "threshold", "dead_time", "right_censored", "x", "y", "x_unit", "repeat",
-           "align"});
+  t.allow({"kind",   "file",   "response", "unit",      "source",    "column",         "classes",
+           "counts", "time",   "cfc",      "threshold", "dead_time", "right_censored", "x",
+           "y",      "x_unit", "repeat",   "align",     "tare",      "tare_over",      "invert"});
   MeasuredData d;
   const std::string kind = t.choice("kind", {"values", "classes", "trace", "curve"});
   d.kind = kind == "values"    ? MeasuredData::Kind::values
@@ -206,7 +259,7 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
   belongs({"column"}, kind == "values" || kind == "trace");
   belongs({"right_censored"}, kind == "values");
   belongs({"time", "threshold", "dead_time"}, kind == "trace");
-  belongs({"cfc"}, kind == "trace" || kind == "curve");
+  belongs({"cfc", "tare", "tare_over", "invert"}, kind == "trace" || kind == "curve");
   belongs({"x", "y", "x_unit", "repeat", "align"}, kind == "curve");
   if (d.kind != MeasuredData::Kind::classes) d.unit = t.string("unit");
   if (d.kind == MeasuredData::Kind::values) read_values(t, d);

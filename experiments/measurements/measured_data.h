@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "experiments/text/toml_document.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 
@@ -44,6 +45,10 @@ struct MeasuredData {
 // [data] of a measurement; `directory`: where its file lies. Throws InputError for keys that are
 // wrong and for a file that is; none is no mistake.
 MeasuredData read_measured_data(const TomlTable& table, const std::string& directory);
+
+// The numbers of one column of a CSV file with a header, in `unit`. Throws InputError.
+std::vector<double> read_csv_values(const std::string& file, const std::string& column,
+                                    const Unit& unit);
 
 // The largest magnitude of each stretch in which a signal's magnitude stays above `threshold`,
 // stretches less than `dead_time` apart taken as one. Signs are kept.

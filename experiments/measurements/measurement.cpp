@@ -9,11 +9,13 @@
 #include <filesystem>
 
 #include "experiments/analysis/sample_statistics.h"
+#include "experiments/measurements/measured_data.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/number_text.h"
 #include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_document.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -51,14 +53,9 @@ void set_statistics(const std::vector<double>& values, Measurement& m) {
   m.repeats = static_cast<int>(values.size());
 }
 
-// The repeats one by one: they give the mean, the number and the scatter.
-void read_measured_values(const TomlTable& t, Measurement& m) {
-  for (const char* key : {"value", "repeats", "scatter"}) {
-    if (t.has(key)) t.fail(key, "follows from `values`; expected one of the two");
-  }
-  const std::vector<std::string> texts = t.strings("values");
-  if (texts.size() < 2) t.fail("values", "has fewer than two entries; expected at least two");
-  for (const std::string& text : texts) {
+// The list `values = ["10 deg", "11 deg"]`.
+void read_value_list(const TomlTable& t, Measurement& m) {
+  for (const std::string& text : t.strings("values")) {
     const UnitValue q = t.at("values", [&] { return parse_unit_value(text); });
     if (m.values.empty()) m.unit = q.unit;
     if (q.unit != m.unit) {
@@ -67,6 +64,27 @@ void read_measured_values(const TomlTable& t, Measurement& m) {
     }
     m.values.push_back(q.value);
   }
+}
+
+// The column `values = { file = "angles.csv", column = "angle", unit = "deg" }`.
+void read_value_column(const TomlTable& t, const std::string& directory, Measurement& m) {
+  t.allow({"file", "column", "unit"});
+  m.unit = t.string("unit");
+  const Unit unit = m.unit == "1" ? Unit{} : t.at("unit", [&] { return parse_unit(m.unit); });
+  const auto file = (std::filesystem::path(directory) / t.string("file")).lexically_normal();
+  m.values = read_csv_values(file.string(), t.string("column"), unit);
+}
+
+// The repeats one by one: they give the mean, the number and the scatter.
+void read_measured_values(const TomlTable& t, const std::string& directory, Measurement& m) {
+  for (const char* key : {"value", "repeats", "scatter"}) {
+    if (t.has(key)) t.fail(key, "follows from `values`; expected one of the two");
+  }
+  if (t.is_list("values"))
+    read_value_list(t, m);
+  else
+    read_value_column(t.required_table("values"), directory, m);
+  if (m.values.size() < 2) t.fail("values", "has fewer than two entries; expected at least two");
   m.scatter = ScatterKind::values;
   set_statistics(m.values, m);
 }
@@ -215,6 +233,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
   t.allow({"name", "response", "value", "values", "repeats", "status", "statement", "source",
            "experiment", "origin", "apparatus", "notes", "scatter", "systematic", "criteria",
            "data"});
+  const std::string directory = std::filesystem::path(source).parent_path().string();
   Measurement m;
   m.file = source;
   m.name = t.string("name");
@@ -224,8 +243,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     if (m.status != MeasurementStatus::qualitative)
       t.fail("data",
              "go with the status \"recorded\" or \"qualitative\"; expected values in `values`");
-    m.data = read_measured_data(t.required_table("data"),
-                                std::filesystem::path(source).parent_path().string());
+    m.data = read_measured_data(t.required_table("data"), directory);
   }
   const bool recorded = m.recorded = t.string("status") == "recorded";
   if (recorded && !m.data)
@@ -260,7 +278,7 @@ Measurement read_measurement_text(const std::string& text, const std::string& so
     t.fail("statement", "goes with the status \"qualitative\" only; expected a value");
   }
   if (t.has("values")) {
-    read_measured_values(t, m);
+    read_measured_values(t, directory, m);
   } else {
     const UnitValue value = quantity(t, "value");
     m.value = value.value;

@@ -98,11 +98,12 @@ std::vector<std::string> offset_caveats(const std::vector<SampledCurve>& simulat
   if (along < 0)
     caveats.push_back(
         fmt::format("measured and simulated {} have opposite signs: a simulated force is a "
-                    "magnitude",
+                    "magnitude; invert = true in [data] changes the sign of the measured one",
                     v.y_name));
   else if (v.range > 0 && std::sqrt(squares) / v.range < kLeft * v.difference)
     caveats.push_back(fmt::format(
-        "without a constant {} {} the difference is {} %: was the recorder set to zero?",
+        "without a constant {} {} the difference is {} %: where the recorder was not set to zero, "
+        "set tare or tare_over in [data]",
         number_text(offset, 3), v.y_unit, number_text(100 * std::sqrt(squares) / v.range, 2)));
   return caveats;
 }

@@ -13,6 +13,7 @@
 namespace firn {
 namespace {
 
+using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -138,6 +139,34 @@ TEST_F(MeasuredDataTest, TakesPeaksOfATrace) {
   EXPECT_NEAR(read(std::string(kTrace) + "cfc = \"1000 Hz\"\n").data->values.at(0), 100, 6);
   EXPECT_LT(read(std::string(kTrace) + "cfc = \"100 Hz\"\n").data->values.at(0), 60);
   EXPECT_THAT(complaint(std::string(kTrace) + "cfc = \"10000 Hz\"\n"), HasSubstr("a tenth"));
+}
+
+// A recorder that was not set to zero, and is wired the other way round.
+TEST_F(MeasuredDataTest, TaresAndInvertsTracesAndCurves) {
+  csv("time [ms],force [kN]\n0,0.002\n1,0.004\n2,0.003\n3,-0.097\n4,0.003\n5,0.003\n");
+  const std::string trace = kTrace;
+  EXPECT_NEAR(read(trace + "tare = \"3 N\"\n").data->values.at(0), -100, 1e-9);
+  EXPECT_NEAR(read(trace + "tare = \"3 N\"\ninvert = true\n").data->values.at(0), 100, 1e-9);
+  // The mean of the first three samples.
+  const Measurement m = read(trace + "tare_over = \"2 ms\"\ninvert = true\n");
+  EXPECT_NEAR(m.data->values.at(0), 100, 1e-9);
+  EXPECT_NEAR(m.data->samples.at(1), -1, 1e-9);
+  EXPECT_THAT(complaint(trace + "tare = \"3 N\"\ntare_over = \"2 ms\"\n"),
+              HasSubstr("tare_over: does not go with tare"));
+  EXPECT_THAT(complaint(trace + "tare_over = \"5 ms\"\n"), HasSubstr("as long as the data"));
+  EXPECT_THAT(complaint(trace + "tare_over = \"-1 ms\"\n"), HasSubstr("tare_over"));
+  EXPECT_THAT(complaint(trace + "tare = \"3 mm\"\n"), HasSubstr("tare"));
+  EXPECT_THAT(complaint(std::string(kValues) + "invert = true\n"), HasSubstr("does not go with"));
+
+  // Each repeat has its own zero; x runs down in the second.
+  csv("test,way [mm],force [kN]\na,0,0.5\na,1,0.7\na,2,-0.4\nb,3,2\nb,1,1.2\nb,0,1\n");
+  const std::string curve = std::string(kCurve) + "repeat = \"test\"\ninvert = true\n";
+  const Measurement c = read(curve + "tare_over = \"1 mm\"\n");
+  EXPECT_THAT(c.data->repeats.at(0).y,
+              ElementsAre(DoubleNear(100, 1e-9), DoubleNear(-100, 1e-9), DoubleNear(1000, 1e-9)));
+  EXPECT_NEAR(c.data->repeats.at(1).y.at(0), -900, 1e-9);
+  EXPECT_NEAR(read(curve + "tare = \"0.5 kN\"\n").data->repeats.at(0).y.at(2), 900, 1e-9);
+  EXPECT_THAT(complaint(curve + "tare_over = \"2 mm\"\n"), HasSubstr("shorter than 2"));
 }
 
 TEST_F(MeasuredDataTest, PeaksAreOneAStretch) {

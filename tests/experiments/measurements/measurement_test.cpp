@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "firn/math.h"
+#include "tests/support/results_folder.h"
 
 namespace firn {
 namespace {
@@ -69,6 +71,40 @@ TEST(Measurement, ComputesStatisticsOfGivenValues) {
   EXPECT_DOUBLE_EQ(m.standard_deviation, std::sqrt((2.25 + 0.25 + 4) / 2));
   EXPECT_EQ(m.minimum, 9);
   EXPECT_EQ(m.maximum, 12.5);
+}
+
+using MeasuredColumn = ResultsFolder;
+TEST_F(MeasuredColumn, GivesTheRepeats) {
+  const auto csv = [&](const std::string& text) { std::ofstream(path("angles.csv")) << text; };
+  const auto with = [&](const std::string& keys) {
+    return kHead + "values = { file = \"angles.csv\", " + keys + " }\n";
+  };
+  const auto read = [&](const std::string& keys) {
+    return read_measurement_text(with(keys), path("m.toml"));
+  };
+  const auto refusal = [&](const std::string& keys) -> std::string {
+    try {
+      read(keys);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(refusal("column = \"angle\", unit = \"deg\""), HasSubstr("angles.csv"));
+  csv("test;angle [deg];bounce\n1;9,5;0,31\n2;11;0,28\n3;12,5;0,31\n");
+  const Measurement m = read("column = \"angle\", unit = \"deg\"");
+  EXPECT_EQ(m.unit, "deg");
+  EXPECT_NEAR(m.value, 11, 1e-12);
+  EXPECT_NEAR(m.standard_deviation, 1.5, 1e-12);
+  EXPECT_EQ(m.repeats, 3);
+  EXPECT_NEAR(read("column = \"angle\", unit = \"rad\"").value, 11 * M_PI / 180, 1e-12);
+  EXPECT_NEAR(read("column = \"bounce\", unit = \"1\"").value, 0.3, 1e-12);
+  EXPECT_THAT(refusal("column = \"bounce\", unit = \"deg\""), HasSubstr("bounce"));
+  EXPECT_THAT(refusal("column = \"angel\", unit = \"deg\""), HasSubstr("angel"));
+  EXPECT_THAT(refusal("column = \"angle\""), HasSubstr("unit"));
+  EXPECT_THAT(refusal("column = \"angle\", unit = \"deg\", rows = 3"), HasSubstr("rows"));
+  csv("angle [deg]\n9\n");
+  EXPECT_THAT(refusal("column = \"angle\", unit = \"deg\""), HasSubstr("at least two"));
 }
 
 TEST(Measurement, QualitativeOnesHaveAStatementAndNoNumber) {
