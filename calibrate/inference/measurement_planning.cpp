@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace firn {
 namespace {
@@ -31,13 +32,26 @@ double weighted_sd(const std::vector<double>& x, const std::vector<double>& weig
   return std::sqrt(squares / w);
 }
 
+// What a measurement is expected to give where `model` predicts `p`. The first measurement of the
+// same response, of the value `known`, has the same error of the model: what it says of that error
+// is known already, and a second measurement does not average it out.
+struct Outcome {
+  double mean, variance;
+};
+Outcome outcome_of(const Prediction& p, double uncertainty, const std::optional<double>& known) {
+  const double own = uncertainty * uncertainty;
+  if (!known) return {p.mean, p.variance + own};
+  const double learned = p.variance / (p.variance + own);
+  return {p.mean + learned * (*known - p.mean), (1 - learned) * p.variance + own};
+}
+
 void judge(const Surrogate& model, const std::vector<VectorXd>& believed, const VectorXd& longest,
-           MeasurementValue& a) {
+           const std::optional<double>& known, MeasurementValue& a) {
   std::vector<double> mean, variance, along;
   for (const VectorXd& u : believed) {
-    const Prediction p = model.predict(u);
-    mean.push_back(p.mean);
-    variance.push_back(p.variance + a.uncertainty * a.uncertainty);
+    const Outcome outcome = outcome_of(model.predict(u), a.uncertainty, known);
+    mean.push_back(outcome.mean);
+    variance.push_back(outcome.variance);
     along.push_back(longest.dot(u));
   }
   const double before = weighted_sd(along, std::vector<double>(along.size(), 1.0));
@@ -68,14 +82,14 @@ std::vector<MeasurementValue> rank_measurements(const Study& study, const Respon
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
     all.push_back({t.response, true, t.uncertainty, t.unit, t.effort, 0, 1});
-    judge(knowledge.targets[k].surrogate.best, believed, posterior.longest, all.back());
+    judge(knowledge.targets[k].surrogate.best, believed, posterior.longest, t.value, all.back());
   }
   for (const Observed& o : study.observed) {
     if (o.uncertainty == 0) continue;
     for (const ResponseModel& m : knowledge.observed)
       if (m.response.label == o.response.label) {
         all.push_back({o.response, false, o.uncertainty, o.unit, o.effort, 0, 1});
-        judge(m.surrogate.best, believed, posterior.longest, all.back());
+        judge(m.surrogate.best, believed, posterior.longest, {}, all.back());
       }
   }
   const bool efforts =

@@ -24,7 +24,8 @@ struct MeasurementValue {
 //
 // Information is the mutual information of the outcome and the parameters (Lindley 1956), by nested
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
-// of the measurement's. Deterministic.
+// of the measurement's. A repeated measurement meets the same error of the surrogate as the first
+// one. Deterministic.
 std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
                                                 const Posterior& posterior);
 

@@ -78,11 +78,33 @@ std::string compared(const Json& j) {
   return joined(parts, "the study has no [[compare]] values");
 }
 
+// Share of the variance of the combination known best that the runs make: their scatter and what
+// lies between them. The measurements make the rest. 0: nothing is determined.
+double share_of_runs(const Json& j) {
+  for (const Json& c : j.value("combinations", Json::array())) {
+    if (!c.value("identifiable", false) || !c.contains("split")) continue;
+    const auto part = [&](const char* name) {
+      const double sd = value_of(c.at("split").value(name, Json()));
+      return sd * sd;
+    };
+    const double runs = part("seed_noise") + part("surrogate"), all = runs + part("measurement");
+    return all > 0 ? runs / all : 0;
+  }
+  return 0;
+}
+
 std::string next(const Json& j) {
+  const double runs = share_of_runs(j);
+  const std::string first =
+      runs > 0.5 ? fmt::format(
+                       "first more runs (a larger budget): they make {:.0f} % of the variance "
+                       "of what is determined; then ",
+                       100 * runs)
+                 : "";
   const Json advice = j.value("measure_next", Json::array());
-  if (advice.empty()) return "nothing is known to help";
+  if (advice.empty()) return first + "nothing is known to help";
   const Json& best = advice.front();
-  std::string text = best.value("response", std::string("?"));
+  std::string text = first + best.value("response", std::string("?"));
   if (best.value("repeats_a_target", false)) text += ", once more";
   text += fmt::format(": {} bits", number_text(value_of(best.at("information_bits")), 2));
   if (const double left = value_of(best.value("remaining_extent", Json())); !std::isnan(left))

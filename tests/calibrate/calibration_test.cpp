@@ -144,6 +144,30 @@ TEST(MeasurementValue, OfAGaussianInClosedForm) {
   EXPECT_NEAR(j["measure_next"][0]["remaining_extent"], std::sqrt(0.5), 0.02);
 }
 
+// Where the runs scatter more than the measurement, a second measurement halves the variance u^2 of
+// the measurement alone, and leaves v of the model: sqrt((v + u^2 / 2) / (v + u^2)) of the width.
+TEST(MeasurementValue, OfARepeatWhereTheRunsScatter) {
+  for (const double noise : {0.02, 0.1, 0.3}) {
+    const Folder folder("scatter");
+    FakeExperiment experiment([noise](const Values& v, std::mt19937_64& random) {
+      return finished({scalar("y", v.at("p") + noise * normal(random), "1")});
+    });
+    const std::string text =
+        "[study]\nname = \"fake\"\ncase = \"case.toml\"\n[budget]\nmax_runs = 30\n"
+        "[[parameters]]\nname = \"p\"\nkeys = [\"p\"]\nmin = "
+        "0\nmax = 1\n[[targets]]\nresponse = \"y\"\nvalue = 0.5\nuncertainty = 0.03\n";
+    const json j =
+        json::parse(run_study(folder.write("study.toml", text), folder / "out", experiment).json);
+    const json& split = j["targets"][0]["uncertainty_at_estimate"];
+    const double u = split["measurement"];
+    const double v = std::pow(split["seed_noise"].get<double>(), 2) +
+                     std::pow(split["surrogate"].get<double>(), 2);
+    EXPECT_NEAR(j["measure_next"][0]["remaining_extent"], std::sqrt((v + u * u / 2) / (v + u * u)),
+                0.04)
+        << "noise " << noise << ", " << std::sqrt(v) << " of the model";
+  }
+}
+
 TEST(Numerics, AStepThatMattersIsNamed) {
   const Folder folder("numerics");
   FakeExperiment experiment(bench);

@@ -17,5 +17,30 @@ TEST(StudyAnswer, RecommendsNothingWhereTheTargetsAreOutOfReach) {
             "nothing, since no values within the ranges meet all targets; nearest: mu = 0.155");
 }
 
+TEST(StudyAnswer, AdvisesMoreRunsWhereTheyLimitWhatIsDetermined) {
+  Json results = {
+      {"estimate", {{"parameters", {{"mu", 0.155}}}}},
+      {"verdict", "calibrated"},
+      {"combinations",
+       {{{"identifiable", true},
+         {"terms", {{{"parameter", "mu"}, {"coefficient", 1.0}}}},
+         {"value", 0.155},
+         {"uncertainty", 0.05},
+         {"split", {{"measurement", 0.01}, {"seed_noise", 0.03}, {"surrogate", 0.0}}}}}},
+      {"measure_next",
+       {{{"response", "angle"},
+         {"repeats_a_target", true},
+         {"information_bits", 0.1},
+         {"remaining_extent", 0.97}}}}};
+  const auto next = [&] { return study_answer(results).back().value; };
+  EXPECT_EQ(
+      next(),
+      "first more runs (a larger budget): they make 90 % of the variance of what is determined; "
+      "then angle, once more: 0.1 bits; the least known direction shrinks to 97 % of its length");
+  results["combinations"][0]["split"]["seed_noise"] = 0.005;
+  EXPECT_EQ(next(),
+            "angle, once more: 0.1 bits; the least known direction shrinks to 97 % of its length");
+}
+
 }  // namespace
 }  // namespace firn
