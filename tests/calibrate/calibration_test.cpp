@@ -153,7 +153,7 @@ TEST(MeasurementValue, OfARepeatWhereTheRunsScatter) {
       return finished({scalar("y", v.at("p") + noise * normal(random), "1")});
     });
     const std::string text =
-        "[study]\nname = \"fake\"\ncase = \"case.toml\"\n[budget]\nmax_runs = 30\n"
+        "[study]\nname = \"fake\"\ncase = \"case.toml\"\n[budget]\nruns = 30\n"
         "[[parameters]]\nname = \"p\"\nkeys = [\"p\"]\nmin = "
         "0\nmax = 1\n[[targets]]\nresponse = \"y\"\nvalue = 0.5\nuncertainty = 0.03\n";
     const json j =
