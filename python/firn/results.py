@@ -94,8 +94,9 @@ class Results:
         return {r.name: r for r in self._core.measure()}
 
     def series(self, path: str) -> _core.Floats:
-        """[T] or [T, width] values of a quantity that is kept with every frame."""
-        return self._core.series(path)
+        """[T] or [T, width] values of a quantity that is kept with every frame: "energy/kinetic", with
+        or without the slash of /energy/kinetic in front."""
+        return self._core.series(path if path.startswith("/") else "/" + path)
 
     # Tables
 

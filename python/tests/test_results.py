@@ -60,6 +60,7 @@ def test_series(results):
     # A path of files of format 1.
     assert (results.series("/health/patches") == results.series("/diagnostics/patches")).all()
     kinetic = results.series("/energy/kinetic")
+    assert (results.series("energy/kinetic") == kinetic).all()
     speed = (results.frame(10).velocity ** 2).sum(axis=1)
     assert kinetic[10] >= 0.5 * 916.7 * 8e-6 * speed.sum() * (1 - 1e-9)  # and rotation
     with pytest.raises(firn.InputError):
