@@ -1,7 +1,8 @@
-# firn_unity(TARGET): compiles the sources of a folder as one unit. Most of the time of a build goes to
-# the headers of the standard library, Eigen, fmt, nlohmann_json and CLI11; a unit parses and
-# instantiates them once. Names in anonymous namespaces are therefore unique within a folder. The solver
-# and the preset `tidy` compile each source alone, which finds missing #include lines.
+# firn_unity(TARGET [TOP]): compiles the sources of a folder as one unit; with TOP, those of a folder of the
+# library with all folders in it. Most of the time of a build goes to the headers of the standard
+# library, Eigen, fmt, nlohmann_json and CLI11; a unit parses and instantiates them once. Names in
+# anonymous namespaces are therefore unique within a unit. The preset `tidy` compiles each source
+# alone, which finds missing #include lines. Sources with compile options of their own stay alone.
 option(FIRN_UNITY_BUILD "compile each folder as one unit, for a shorter fresh build" ON)
 function(firn_unity target)
   if(NOT FIRN_UNITY_BUILD)
@@ -11,12 +12,15 @@ function(firn_unity target)
   get_target_property(sources ${target} SOURCES)
   foreach(source IN LISTS sources)
     get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(folder ${folder} ABSOLUTE)
     file(RELATIVE_PATH folder ${CMAKE_CURRENT_SOURCE_DIR} ${folder})
-    # Generated sources lie outside of the folder of the target. Verification cases and
-    # commands have the same short local names in each file.
-    if(NOT folder MATCHES "^[.][.]|^verification|^commands")
-      string(MAKE_C_IDENTIFIER "${folder}" group)
-      set_source_files_properties(${source} PROPERTIES UNITY_GROUP "folder_${group}")
+    if(folder MATCHES "^[.][.]")  # generated
+      continue()
     endif()
+    if(ARGV1 STREQUAL TOP)
+      string(REGEX REPLACE "/.*" "" folder "${folder}")
+    endif()
+    string(MAKE_C_IDENTIFIER "${folder}" group)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP "folder_${group}")
   endforeach()
 endfunction()

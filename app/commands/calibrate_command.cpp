@@ -50,7 +50,7 @@ int compare(const std::vector<std::string>& folders, bool json) {
   return ExitStatus::done;
 }
 
-struct Arguments {
+struct CalibrateArguments {
   std::vector<std::string> compare;  // folders of two studies, in place of a study
   StudyOptions options;
   BatchArguments batch;
@@ -96,7 +96,8 @@ void require_printable(const char* option, const std::string& text) {
 }
 
 // Whether the record could be written, before hours of work. Nothing when none is wanted.
-std::unique_ptr<MaterialDatabase> open_database(const Arguments& a, StudyOptions& options) {
+std::unique_ptr<MaterialDatabase> open_database(const CalibrateArguments& a,
+                                                StudyOptions& options) {
   if (options.save.name.empty()) return nullptr;
   if (options.save.author.empty()) options.save.author = account_name();
   for (const std::string& text : a.scope) options.save.scope.push_back(parse_scope(text));
@@ -129,7 +130,7 @@ std::string conclusion(const std::string& json, const std::string& page) {
   return text;
 }
 
-int run_study(const Arguments& a) {
+int run_study(const CalibrateArguments& a) {
   if (!a.compare.empty()) return compare(a.compare, a.batch.json);
   if (a.options.study_file.empty())
     throw InputError(
@@ -161,7 +162,7 @@ int run_study(const Arguments& a) {
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<CalibrateArguments>();
   StudyOptions* options = &a->options;
   CLI::App* command = app.add_subcommand("calibrate", "Fit parameters of a case to measurements");
   command

@@ -12,12 +12,12 @@
 namespace firn {
 namespace {
 
-struct Arguments {
+struct CheckResultsArguments {
   std::string file;
   bool describe = false;
 };
 
-int check(const Arguments& a) {
+int check(const CheckResultsArguments& a) {
   if (a.describe) {
     print_lines(stdout, "{}", results::description());
     return ExitStatus::done;
@@ -35,7 +35,7 @@ int check(const Arguments& a) {
 }  // namespace
 
 void add_check_results_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<CheckResultsArguments>();
   CLI::App* command =
       app.add_subcommand("check-results", "Whether a results file keeps to the schema");
   command->group("");  // nothing that people would type

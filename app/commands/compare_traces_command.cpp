@@ -13,13 +13,13 @@
 namespace firn {
 namespace {
 
-struct Arguments {
+struct CompareTracesArguments {
   std::string first, second;
   std::size_t listed = 10;
   bool json = false;
 };
 
-Json difference_json(const Arguments& a, const TraceDifference& d) {
+Json difference_json(const CompareTracesArguments& a, const TraceDifference& d) {
   Json document = {{"first", a.first},
                    {"second", a.second},
                    {"equal", d.equal},
@@ -39,7 +39,7 @@ Json difference_json(const Arguments& a, const TraceDifference& d) {
   return document;
 }
 
-void print_difference(const Arguments& a, const TraceDifference& d) {
+void print_difference(const CompareTracesArguments& a, const TraceDifference& d) {
   if (!d.same_case) print_lines(stdout, "the traces are of different cases\n");
   if (d.equal) {
     print_lines(stdout, "equal: {} steps, the last one {}\n", d.steps_compared, d.last_equal);
@@ -67,7 +67,7 @@ void print_difference(const Arguments& a, const TraceDifference& d) {
                 d.only_second, a.second);
 }
 
-int compare(const Arguments& a) {
+int compare(const CompareTracesArguments& a) {
   const TraceDifference d = compare_traces(a.first, a.second, a.listed);
   if (a.json)
     print_json(difference_json(a, d));
@@ -79,7 +79,7 @@ int compare(const Arguments& a) {
 }  // namespace
 
 void add_compare_traces_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<CompareTracesArguments>();
   CLI::App* command =
       app.add_subcommand("compare-traces", "Find the first step at which two traced runs differ");
   command->add_option("FIRST", a->first, "Trace of `firn run --trace-hashes`")

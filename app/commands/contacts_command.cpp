@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ContactsArguments {
   std::string file;
   std::string time;
   std::optional<std::uint64_t> step;
@@ -55,7 +55,7 @@ struct ReplaySource {
   std::uint64_t last_step = 0;      // that can be asked for
 };
 
-ReplaySource open_source(const Arguments& a) {
+ReplaySource open_source(const ContactsArguments& a) {
   ReplaySource s;
   s.recorded = fs::path(a.file).extension() != ".toml";
   if (!s.recorded) {
@@ -98,7 +98,7 @@ std::uint64_t asked_step(const ReplaySource& source, const std::string& option,
   return std::min(to_steps(source.c, time), source.last_step);
 }
 
-std::uint64_t instant_step(const Arguments& a, const ReplaySource& source) {
+std::uint64_t instant_step(const ContactsArguments& a, const ReplaySource& source) {
   if (!a.time.empty()) return asked_step(source, "--time", a.time);
   if (!a.step) return source.last_frame;
   if (*a.step > source.last_step)
@@ -107,7 +107,7 @@ std::uint64_t instant_step(const Arguments& a, const ReplaySource& source) {
   return *a.step;
 }
 
-ContactChoice choice_of(const Arguments& a, const Model& model) {
+ContactChoice choice_of(const ContactsArguments& a, const Model& model) {
   ContactChoice choice;
   if (!a.particle.empty()) {
     choice.body = find_body(model, a.particle, "--particle");
@@ -127,7 +127,7 @@ ContactChoice choice_of(const Arguments& a, const Model& model) {
   return choice;
 }
 
-void check_combination(const Arguments& a) {
+void check_contact_options(const ContactsArguments& a) {
   if (!a.particle.empty() && !a.pair.empty())
     throw InputError("--particle: and --pair were both given; expected one of them");
   if (!a.history.empty() && a.particle.empty() && a.pair.empty())
@@ -142,8 +142,8 @@ void check_combination(const Arguments& a) {
 
 // Refuses particles that the results file knows to be gone or still to come, before minutes of
 // replay. One that comes or leaves within a step of the instant is left to the replay.
-void check_presence(const Arguments& a, const ReplaySource& source, const ContactChoice& choice,
-                    std::uint64_t step) {
+void check_presence(const ContactsArguments& a, const ReplaySource& source,
+                    const ContactChoice& choice, std::uint64_t step) {
   if (!source.recorded || step == kEnd) return;
   const Recording recording(a.file);
   const std::vector<double> came = recording.insert_time(), left = recording.exit_time();
@@ -162,7 +162,7 @@ void check_presence(const Arguments& a, const ReplaySource& source, const Contac
 }
 
 // Runs the replay and prints how it was checked. Returns `done`; false: interrupted.
-bool simulate(const Arguments& a, const ReplaySource& source, ReplayOptions options,
+bool simulate(const ContactsArguments& a, const ReplaySource& source, ReplayOptions options,
               const bool& done) {
   const double dt = source.c.model.timestep;
   ProgressMeter meter(dt);
@@ -221,7 +221,7 @@ void tell_written(const Outputs& out) {
   if (!out.points.empty()) print_lines(stderr, "points for ParaView in {}\n", out.points);
 }
 
-int audit_instant(const Arguments& a, const ReplaySource& source) {
+int audit_instant(const ContactsArguments& a, const ReplaySource& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
   const std::uint64_t step = instant_step(a, source);
   const Outputs out = outputs_of(a.output, choice.body < 0, true);
@@ -253,7 +253,7 @@ int audit_instant(const Arguments& a, const ReplaySource& source) {
   return ExitStatus::done;
 }
 
-int audit_history(const Arguments& a, const ReplaySource& source) {
+int audit_history(const ContactsArguments& a, const ReplaySource& source) {
   const ContactChoice choice = choice_of(a, source.c.model);
   const std::uint64_t from = asked_step(source, "--history", a.history[0]);
   const std::uint64_t to = asked_step(source, "--history", a.history[1]);
@@ -285,8 +285,8 @@ int audit_history(const Arguments& a, const ReplaySource& source) {
   return ExitStatus::done;
 }
 
-int audit(const Arguments& a) {
-  check_combination(a);
+int audit(const ContactsArguments& a) {
+  check_contact_options(a);
   if (a.quiet) spdlog::set_level(spdlog::level::warn);
   const ReplaySource source = open_source(a);
   return a.history.empty() ? audit_instant(a, source) : audit_history(a, source);
@@ -295,7 +295,7 @@ int audit(const Arguments& a) {
 }  // namespace
 
 void add_contacts_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ContactsArguments>();
   CLI::App* command = app.add_subcommand(
       "contacts", "Simulate again up to an instant and print the contact forces");
   command

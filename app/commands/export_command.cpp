@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ExportArguments {
   std::string file;
   std::string format;
   std::string folder;
@@ -38,7 +38,7 @@ double instant(const std::string& text) {
   }
 }
 
-int export_picture(const Recording& recording, const Arguments& a) {
+int export_picture(const Recording& recording, const ExportArguments& a) {
   const std::size_t frames = recording.frame_times().size();
   if (frames == 0)
     throw InputError(a.file + ": holds no frame to draw; expected a run that has begun");
@@ -60,7 +60,7 @@ int export_picture(const Recording& recording, const Arguments& a) {
   return ExitStatus::done;
 }
 
-int export_film(const Recording& recording, const Arguments& a) {
+int export_film(const Recording& recording, const ExportArguments& a) {
   const std::string file =
       a.folder.empty() ? fs::path(a.file).replace_extension(".mp4").string() : a.folder;
   FilmOptions options;
@@ -80,7 +80,7 @@ int export_film(const Recording& recording, const Arguments& a) {
   return ExitStatus::done;
 }
 
-int export_file(const Arguments& a) {
+int export_file(const ExportArguments& a) {
   const Recording recording(a.file);
   if (a.format == "png") return export_picture(recording, a);
   if (a.format == "gltf") {
@@ -105,7 +105,7 @@ int export_file(const Arguments& a) {
 }  // namespace
 
 void add_export_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand(
       "export", "Write a results file for ParaView, spreadsheets or Blender, or as a picture");
   command->add_option("RUN.h5", a->file, "Results file of `firn run`")->required()->type_name("");

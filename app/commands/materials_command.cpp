@@ -18,7 +18,7 @@ namespace {
 
 using Access = MaterialDatabase::Access;
 
-struct Arguments {
+struct MaterialsArguments {
   std::vector<std::string> names;
   std::string first, second;  // of diff; of others the first alone
   std::string file;           // to read or to write
@@ -44,7 +44,7 @@ StoredRecord find(const MaterialDatabase& database, const std::string& text) {
   return database.find(choice.name, choice.version);
 }
 
-int list(const Arguments& a) {
+int list(const MaterialsArguments& a) {
   const MaterialDatabase database(a.database_file());
   std::vector<StoredRecord> newest;
   for (const std::string& name : database.names()) newest.push_back(database.find(name));
@@ -55,7 +55,7 @@ int list(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int show(const Arguments& a) {
+int show(const MaterialsArguments& a) {
   const StoredRecord stored = find(MaterialDatabase(a.database_file()), a.first);
   if (a.json)
     print_json(record_json(stored));
@@ -64,7 +64,7 @@ int show(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int history(const Arguments& a) {
+int history(const MaterialsArguments& a) {
   const MaterialDatabase database(a.database_file());
   const std::vector<StoredRecord> all = database.history(record_choice(a.first).name);
   if (a.json) {
@@ -82,7 +82,7 @@ int history(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int diff(const Arguments& a) {
+int diff(const MaterialsArguments& a) {
   const MaterialDatabase database(a.database_file());
   const StoredRecord from = find(database, a.first), to = find(database, a.second);
   const std::vector<RecordChange> all = changes(from.record, to.record);
@@ -96,7 +96,7 @@ int diff(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int tell_written(const Arguments& a, const MaterialDatabase& database,
+int tell_written(const MaterialsArguments& a, const MaterialDatabase& database,
                  const std::vector<StoredRecord>& written) {
   if (a.json) {
     print_json(records_json(written));
@@ -109,7 +109,7 @@ int tell_written(const Arguments& a, const MaterialDatabase& database,
   return ExitStatus::done;
 }
 
-int add(const Arguments& a) {
+int add(const MaterialsArguments& a) {
   const std::vector<ReadRecord> read = read_records_file(a.file);
   std::vector<MaterialRecord> records;
   for (const ReadRecord& r : read) {
@@ -124,7 +124,7 @@ int add(const Arguments& a) {
   return tell_written(a, database, database.add(records));
 }
 
-int import(const Arguments& a) {
+int import(const MaterialsArguments& a) {
   std::vector<StoredRecord> records;
   for (const ReadRecord& r : read_records_file(a.file))
     records.push_back({r.record, r.sha256, false});
@@ -132,7 +132,7 @@ int import(const Arguments& a) {
   return tell_written(a, database, database.import(records));
 }
 
-int write_export(const Arguments& a) {
+int write_export(const MaterialsArguments& a) {
   if (a.all == !a.names.empty())
     throw InputError("materials export: expected NAME[@VERSION]..., or --all");
   const MaterialDatabase database(a.database_file());
@@ -168,7 +168,7 @@ const char* to_string(Finding finding) {
 
 bool failed(const RecordCheck& check) { return check.finding == Finding::fails; }
 
-int verify(const Arguments& a) {
+int verify_materials(const MaterialsArguments& a) {
   const MaterialDatabase database(a.database_file());
   std::vector<RecordCheck> checks;
   for (const std::string& text : a.names.empty() ? database.names() : a.names) {
@@ -201,11 +201,12 @@ int verify(const Arguments& a) {
 }  // namespace
 
 void add_materials_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<MaterialsArguments>();
   a->replay_options.threads = default_threads();
   CLI::App* command = app.add_subcommand("materials", "Store and show material parameters");
   command->require_subcommand(1);
-  const auto sub = [&](const char* name, const char* what, int (*carry_out)(const Arguments&)) {
+  const auto sub = [&](const char* name, const char* what,
+                       int (*carry_out)(const MaterialsArguments&)) {
     CLI::App* s = command->add_subcommand(name, what);
     s->add_option("--database", a->database,
                   "File of your own records; $FIRN_MATERIALS, else firn/materials.db in\n"
@@ -215,7 +216,7 @@ void add_materials_command(CLI::App& app, int& status) {
     return s;
   };
   const auto reporting = [&](const char* name, const char* what,
-                             int (*carry_out)(const Arguments&)) {
+                             int (*carry_out)(const MaterialsArguments&)) {
     CLI::App* s = sub(name, what, carry_out);
     s->add_flag("--json", a->json, "Print JSON on standard output and nothing else");
     return s;
@@ -241,8 +242,8 @@ void add_materials_command(CLI::App& app, int& status) {
   export_command->add_flag("--all", a->all, "Every record, shipped ones too");
   export_command->add_option("-o,--output", a->file, "Standard output by default")
       ->type_name("FILE.json");
-  CLI::App* verify_command =
-      reporting("verify", "Recompute the hashes of records and of the data behind them", verify);
+  CLI::App* verify_command = reporting(
+      "verify", "Recompute the hashes of records and of the data behind them", verify_materials);
   verify_command->add_option("NAME[@VERSION]", a->names, "Records (all, when none is named)")
       ->type_name("");
   CLI::Option* replay = verify_command->add_flag(

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct MeasureArguments {
   std::string file;
   std::vector<std::string> photos;
   std::string setup, output, picture;
@@ -48,7 +48,7 @@ std::vector<Response> chosen(const std::vector<Response>& all,
   return some;
 }
 
-int measure_file(const Arguments& a) {
+int measure_file(const MeasureArguments& a) {
   std::vector<Requirement> requirements;
   for (const std::string& text : a.requirements) requirements.push_back(parse_requirement(text));
   const Recording recording(a.file);
@@ -146,7 +146,7 @@ void print_photo_table(const HeapPhotoResult& result) {
       result.scatter(), result.camera_uncertainty, result.threshold_uncertainty);
 }
 
-int measure_photos(const Arguments& a) {
+int measure_photos(const MeasureArguments& a) {
   std::string picture = a.picture;
   if (picture.empty() && !a.output.empty())
     picture = fs::path(a.output).replace_extension(".png").string();
@@ -181,7 +181,7 @@ int measure_photos(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int measure_what_is_named(const Arguments& a) {
+int measure_what_is_named(const MeasureArguments& a) {
   if (a.photos.empty()) {
     if (a.file.empty()) throw CLI::RequiredError("RUN.h5");
     return measure_file(a);
@@ -196,7 +196,7 @@ int measure_what_is_named(const Arguments& a) {
 }  // namespace
 
 void add_measure_command(CLI::App& app, int& status) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<MeasureArguments>();
   CLI::App* command =
       app.add_subcommand("measure",
                          "Measure the responses of a results file again, or the angle of repose in "

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct NewArguments {
   std::string name, from;
   bool list = false, json = false;
 };
@@ -70,7 +70,7 @@ std::string commands_of(const std::map<std::string, std::string_view>& files) {
   return commands;
 }
 
-int list_templates(const Arguments& a) {
+int list_templates(const NewArguments& a) {
   if (a.json) {
     Json list = Json::array();
     for (const auto& [name, files] : templates())
@@ -93,7 +93,7 @@ void require_free(const fs::path& folder) {
         fmt::format("{}: exists; expected the name of a new or an empty folder", folder.string()));
 }
 
-int create(const Arguments& a) {
+int create(const NewArguments& a) {
   const auto all = templates();
   std::vector<std::string> names;
   for (const auto& [name, files] : all) names.push_back(name);
@@ -124,7 +124,7 @@ int create(const Arguments& a) {
 }  // namespace
 
 void add_new_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<NewArguments>();
   CLI::App* command = app.add_subcommand(
       "new", "Make a folder with a case, a study or a validation that runs, to start from");
   command->add_option("NAME", a->name, "The folder; must be new or empty")->type_name("");

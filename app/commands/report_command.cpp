@@ -15,12 +15,12 @@
 namespace firn {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   std::string path, output, figures;
   bool json = false, no_replays = false;
 };
 
-int make_report(const Arguments& a) {
+int make_report(const ReportArguments& a) {
   const page::Page page = report_page(a.path, {.replays = !a.no_replays});
   const std::string output = a.output.empty() ? default_report_file(a.path).string() : a.output;
   if (std::filesystem::path(output).extension() == ".pdf")
@@ -43,7 +43,7 @@ int make_report(const Arguments& a) {
 }  // namespace
 
 void add_report_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report",
                                          "One HTML page that stands alone, from the results of a "
                                          "run (with a replay), a study, a validation or a sweep");

@@ -40,7 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct RunArguments {
   std::string case_file;
   std::string output;
   std::optional<std::uint64_t> seed;
@@ -222,7 +222,7 @@ int exit_status(const RunSummary& summary, const std::string& file,
   return ExitStatus::failed;
 }
 
-void check_combination(const Arguments& a) {
+void check_run_options(const RunArguments& a) {
   if (a.case_file.empty() && a.resume_file.empty()) {
     throw InputError("run: no case; expected CASE.toml or --resume RUN.h5");
   }
@@ -236,7 +236,7 @@ void check_combination(const Arguments& a) {
 }
 
 // "1200" or "1200:1210"
-TraceOptions trace_options(const Arguments& a) {
+TraceOptions trace_options(const RunArguments& a) {
   TraceOptions trace = a.trace;
   if (a.trace_numbers.empty()) return trace;
   const char* text = a.trace_numbers.c_str();
@@ -254,7 +254,7 @@ TraceOptions trace_options(const Arguments& a) {
   return trace;
 }
 
-Case read_case_to_run(const Arguments& a) {
+Case read_case_to_run(const RunArguments& a) {
   if (!a.resume_file.empty()) return Recording(a.resume_file).read_case();
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
@@ -262,8 +262,8 @@ Case read_case_to_run(const Arguments& a) {
   return read_case(a.case_file, overrides, a.materials);
 }
 
-int run_case(const Arguments& a) {
-  check_combination(a);
+int run_case(const RunArguments& a) {
+  check_run_options(a);
   if (a.verbose) spdlog::set_level(spdlog::level::debug);
   if (a.quiet) spdlog::set_level(spdlog::level::warn);
   std::vector<Requirement> requirements;
@@ -308,7 +308,7 @@ int run_case(const Arguments& a) {
 }  // namespace
 
 void add_run_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Simulate one case and measure its responses");
   command->add_option("CASE.toml", a->case_file, "Case file; docs/case-files.md lists its keys")
       ->type_name("");

@@ -24,7 +24,7 @@
 namespace firn {
 namespace {
 
-struct Arguments {
+struct ShapeArguments {
   std::string file;
   std::string length_unit = "mm";
   std::string density = "916.7 kg/m^3";
@@ -50,7 +50,7 @@ double option_quantity(const char* option, const std::string& text, const Dimens
   }
 }
 
-double length_unit_option(const Arguments& a) {
+double length_unit_option(const ShapeArguments& a) {
   try {
     return parse_length_unit(a.length_unit);
   } catch (const InputError& e) {
@@ -85,7 +85,7 @@ std::string repair_rows(const MeshRepair& r) {
 }
 
 // The union of the shells of a sound mesh in the file --united, and its facts.
-int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
+int write_union(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
                 const MeshConflicts& conflicts) {
   TriangleMesh united;
   try {
@@ -114,7 +114,7 @@ int write_union(const Arguments& a, const TriangleMesh& mesh, const MeshDefects&
 
 // An unsound mesh: its defects, the repair of them, and its place. Writes the mesh repaired or
 // united where that is requested and possible.
-int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
+int print_unsound(const ShapeArguments& a, const TriangleMesh& mesh, const MeshDefects& defects,
                   const MeshConflicts& conflicts, const MeshRepair& repair) {
   if (!a.united.empty()) {
     if (defects.sound()) return write_union(a, mesh, defects, conflicts);
@@ -156,7 +156,7 @@ int print_unsound(const Arguments& a, const TriangleMesh& mesh, const MeshDefect
 }
 
 // A mesh file as a boundary: it may be open.
-int print_boundary_mesh(const Arguments& a) {
+int print_boundary_mesh(const ShapeArguments& a) {
   if (!a.boundary.empty())
     throw InputError(fmt::format(
         "--boundary {}: {} is a mesh file; expected --boundary alone, or a case file (*.toml)",
@@ -201,7 +201,7 @@ int print_boundary_mesh(const Arguments& a) {
   return ExitStatus::done;
 }
 
-int print_mesh(const Arguments& a) {
+int print_mesh(const ShapeArguments& a) {
   if (!a.thickness.empty())
     throw InputError("--thickness: is that of a boundary; expected --boundary as well");
   if (!a.picture.empty()) {
@@ -246,7 +246,8 @@ int print_mesh(const Arguments& a) {
 }
 
 // One boundary of a case.
-int print_boundary(const Arguments& a, const Case& c, const std::vector<BoundaryFacts>& walls) {
+int print_boundary(const ShapeArguments& a, const Case& c,
+                   const std::vector<BoundaryFacts>& walls) {
   const auto wall = std::ranges::find(walls, a.boundary, &BoundaryFacts::name);
   if (wall == walls.end()) {
     std::vector<std::string_view> names;
@@ -275,7 +276,7 @@ int print_boundary(const Arguments& a, const Case& c, const std::vector<Boundary
   return ExitStatus::done;
 }
 
-int print_case(const Arguments& a) {
+int print_case(const ShapeArguments& a) {
   std::vector<Override> overrides;
   for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
   const Case c = read_case(a.file, overrides);
@@ -307,7 +308,7 @@ int print_case(const Arguments& a) {
 }  // namespace
 
 void add_shape_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ShapeArguments>();
   CLI::App* command = app.add_subcommand(
       "shape", "Print the facts of a mesh, or of a case's shapes and boundaries");
   command->add_option("FILE", a->file, "A mesh, STL or OBJ (*.obj), or a case file (*.toml)")

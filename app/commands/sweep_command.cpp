@@ -14,12 +14,12 @@
 namespace firn {
 namespace {
 
-struct Arguments {
+struct SweepArguments {
   BatchArguments batch;
   std::string sweep_file;
 };
 
-int run_sweep(const Arguments& a) {
+int run_sweep(const SweepArguments& a) {
   SweepOptions options;
   options.sweep_file = a.sweep_file;
   apply(a.batch, options);
@@ -39,7 +39,7 @@ int run_sweep(const Arguments& a) {
 }  // namespace
 
 void add_sweep_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<SweepArguments>();
   CLI::App* command =
       app.add_subcommand("sweep", "Run one case over values of its keys and over seeds");
   command

@@ -13,21 +13,21 @@
 namespace firn {
 namespace {
 
-struct Arguments {
+struct ValidateArguments {
   ValidationOptions options;
   BatchArguments batch;
   std::string require;
 };
 
 // Whether the verdicts are what --require asks for.
-bool requirement_met(const Arguments& a, const Validation& v) {
+bool requirement_met(const ValidateArguments& a, const Validation& v) {
   if (a.require.empty()) return true;
   const int wrong = v.count(ValidationVerdict::inconsistent);
   const int open = v.count(ValidationVerdict::inconclusive);
   return wrong == 0 && (a.require == "none-inconsistent" || open == 0);
 }
 
-int run_suite(const Arguments& a) {
+int run_suite(const ValidateArguments& a) {
   ValidationOptions options = a.options;
   apply(a.batch, options);
   const Validation v = validate(options);
@@ -44,7 +44,7 @@ int run_suite(const Arguments& a) {
 }  // namespace
 
 void add_validate_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ValidateArguments>();
   ValidationOptions* options = &a->options;
   CLI::App* command = app.add_subcommand(
       "validate", "Compare simulations with experiments, with both uncertainties, and judge");

@@ -22,7 +22,7 @@ namespace {
 
 using namespace verification;
 
-struct Arguments {
+struct VerifyArguments {
   std::vector<std::string> names;
   std::string page;
   int jobs = 0;
@@ -32,7 +32,7 @@ struct Arguments {
   bool json = false;
 };
 
-int list_cases(const Arguments& a) {
+int list_cases(const VerifyArguments& a) {
   const std::vector<VerificationCase> cases = select(a.names, true);
   if (a.json) {
     Json document = Json::array();
@@ -121,7 +121,7 @@ Json results_json(const std::vector<VerificationCase>& cases,
   return document;
 }
 
-int verify(const Arguments& a) {
+int verify(const VerifyArguments& a) {
   if (a.list) return list_cases(a);
   const std::vector<VerificationCase> cases = select(a.names, a.full);
   const int jobs =
@@ -161,7 +161,7 @@ int verify(const Arguments& a) {
 }  // namespace
 
 void add_verify_command(CLI::App& app, int& status) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<VerifyArguments>();
   CLI::App* command =
       app.add_subcommand("verify", "Compare the solver with closed forms and references");
   command->add_option("NAME", arguments->names, "Groups or cases (all, when none is named)")

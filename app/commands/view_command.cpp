@@ -36,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
+struct ViewArguments {
   std::string path;
   std::vector<std::string> settings;
   std::vector<std::string> materials;
@@ -143,7 +143,7 @@ bool has_screen() {
   return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
 }
 
-bool is_case(const fs::path& path) { return path.extension() == ".toml"; }
+bool names_case(const fs::path& path) { return path.extension() == ".toml"; }
 
 // What makes the page, the files that are watched from the start, and what else it depends on.
 struct PageSource {
@@ -169,9 +169,9 @@ PageSource folder_source(const std::string& folder) {
           kPause};
 }
 
-PageSource source_of(const Arguments& a) {
+PageSource source_of(const ViewArguments& a) {
   const fs::path path = a.path;
-  if (is_case(path)) {
+  if (names_case(path)) {
     require_regular_file(a.path, "a case file");  // its errors are shown on the page, but not this
     std::vector<Override> overrides;
     for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
@@ -198,7 +198,7 @@ PageSource source_of(const Arguments& a) {
   return {[file = a.path] { return report_page(file, {}); }, files};
 }
 
-int view(const Arguments& a) {
+int view(const ViewArguments& a) {
   const PageSource source = source_of(a);
   const interruption::Polled polled;
   PageServer server(a.port);
@@ -244,7 +244,7 @@ int view(const Arguments& a) {
 }  // namespace
 
 void add_view_command(CLI::App& app, int& status) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<ViewArguments>();
   CLI::App* command = app.add_subcommand(
       "view", "Show a case, a run, a study or a validation in the browser, and follow its changes");
   command

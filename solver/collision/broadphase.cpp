@@ -10,7 +10,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::size_t kGrain = 256;  // boxes a task
+constexpr std::size_t kBoxesPerTask = 256;  // boxes a task
 
 // Cell coordinates packed so that neighbours along z are neighbours in order.
 constexpr std::int64_t kOffset = 1 << 20;  // cells may be this far from the origin, either way
@@ -39,30 +39,32 @@ CellList sort_into_cells(const std::vector<Aabb>& boxes, int threads) {
   if (!(cell > 0)) cell = 1;
   const Vec3 sizes(cell, cell, cell / kFine);
   std::vector<KeyIndex> order(boxes.size());
-  parallel_for_blocks(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 c = (0.5 * (boxes[i].lower + boxes[i].upper)).cwiseQuotient(sizes);
-      std::int64_t at[3];
-      for (int k = 0; k < 3; ++k) {
-        at[k] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(c[k])),
-                                         -kOffset + 2 * kFine, kOffset - 2 * kFine);
-      }
-      order[i] = {cell_key(at[0], at[1], at[2]), static_cast<std::int32_t>(i)};
-    }
-  });
+  parallel_for_blocks(
+      threads, boxes.size(), kBoxesPerTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Vec3 c = (0.5 * (boxes[i].lower + boxes[i].upper)).cwiseQuotient(sizes);
+          std::int64_t at[3];
+          for (int k = 0; k < 3; ++k) {
+            at[k] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(c[k])),
+                                             -kOffset + 2 * kFine, kOffset - 2 * kFine);
+          }
+          order[i] = {cell_key(at[0], at[1], at[2]), static_cast<std::int32_t>(i)};
+        }
+      });
   sort_by_key(threads, order);
   CellList list;
   list.keys.resize(boxes.size());
   list.boxes.resize(boxes.size());
-  parallel_for_blocks(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const Aabb& box = boxes[order[k].number];
-      const Vec3 &l = box.lower, &u = box.upper;
-      list.keys[k] = order[k].key;
-      list.boxes[k] = {{l.x(), l.y(), l.z(), 0},
-                       {u.x(), u.y(), u.z(), static_cast<double>(order[k].number)}};
-    }
-  });
+  parallel_for_blocks(
+      threads, boxes.size(), kBoxesPerTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+          const Aabb& box = boxes[order[k].number];
+          const Vec3 &l = box.lower, &u = box.upper;
+          list.keys[k] = order[k].key;
+          list.boxes[k] = {{l.x(), l.y(), l.z(), 0},
+                           {u.x(), u.y(), u.z(), static_cast<double>(order[k].number)}};
+        }
+      });
   return list;
 }
 
@@ -127,26 +129,27 @@ AabbOverlaps find_aabb_overlaps(const std::vector<Aabb>& boxes, int threads) {
   AabbOverlaps out;
   out.places_.resize(boxes.size());
   const CellList list = sort_into_cells(boxes, threads);
-  out.found_.resize((boxes.size() + kGrain - 1) / kGrain);
-  parallel_for_blocks(threads, boxes.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    const auto task = static_cast<std::uint32_t>(begin / kGrain);
-    std::vector<std::int32_t>& found = out.found_[task];
-    std::vector<std::int32_t> some;  // of one box
-    walk_cells(list.keys, begin, end, [&](std::size_t k, std::span<const Row> rows) {
-      const MeetingBoxes meeting(list.boxes[k]);
-      std::size_t many = 0, most = 1;
-      for (const Row& row : rows) most += row.end - row.begin;
-      if (some.size() < most) some.resize(2 * most);
-      for (const Row& row : rows) {
-        many += meeting.find(list.boxes.data() + row.begin, list.boxes.data() + row.end,
-                             some.data() + many);
-      }
-      std::sort(some.data(), some.data() + many);
-      out.places_[static_cast<std::size_t>(list.boxes[k].upper.w)] = {
-          task, static_cast<std::uint32_t>(found.size()), static_cast<std::uint32_t>(many)};
-      found.insert(found.end(), some.data(), some.data() + many);
-    });
-  });
+  out.found_.resize((boxes.size() + kBoxesPerTask - 1) / kBoxesPerTask);
+  parallel_for_blocks(
+      threads, boxes.size(), kBoxesPerTask, [&](std::size_t begin, std::size_t end) {
+        const auto task = static_cast<std::uint32_t>(begin / kBoxesPerTask);
+        std::vector<std::int32_t>& found = out.found_[task];
+        std::vector<std::int32_t> some;  // of one box
+        walk_cells(list.keys, begin, end, [&](std::size_t k, std::span<const Row> rows) {
+          const MeetingBoxes meeting(list.boxes[k]);
+          std::size_t many = 0, most = 1;
+          for (const Row& row : rows) most += row.end - row.begin;
+          if (some.size() < most) some.resize(2 * most);
+          for (const Row& row : rows) {
+            many += meeting.find(list.boxes.data() + row.begin, list.boxes.data() + row.end,
+                                 some.data() + many);
+          }
+          std::sort(some.data(), some.data() + many);
+          out.places_[static_cast<std::size_t>(list.boxes[k].upper.w)] = {
+              task, static_cast<std::uint32_t>(found.size()), static_cast<std::uint32_t>(many)};
+          found.insert(found.end(), some.data(), some.data() + many);
+        });
+      });
   return out;
 }
 
@@ -160,7 +163,7 @@ struct IndexedBox {
 // Found by argument-dependent lookup from Eigen's tree.
 AlignedBox bounding_box(const IndexedBox& b) { return b.box; }
 
-struct Query {
+struct BoxQuery {
   const AlignedBox& box;
   std::vector<int>& found;
   bool intersectVolume(const AlignedBox& b) const { return b.intersects(box); }
@@ -194,7 +197,7 @@ AabbTree& AabbTree::operator=(AabbTree&&) noexcept = default;
 void AabbTree::find(const Aabb& query, std::vector<int>& found) const {
   const std::size_t first = found.size();
   const AlignedBox box(query.lower, query.upper);
-  Query q{box, found};
+  BoxQuery q{box, found};
   Eigen::BVIntersect(impl_->tree, q);
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(first), found.end());
 }

@@ -9,8 +9,8 @@ namespace firn {
 
 namespace {
 
-constexpr std::size_t kGrain = 256;  // bodies a task
-constexpr std::size_t kAhead = 8;    // bodies, to be fetched: their numbers may be any
+constexpr std::size_t kSpheresPerTask = 256;  // bodies a task
+constexpr std::size_t kSpheresAhead = 8;      // bodies, to be fetched: their numbers may be any
 
 // The bits of x, 21 of them, with room for two more behind each.
 std::uint64_t spread_bits(std::uint64_t x) {
@@ -35,15 +35,16 @@ std::vector<int> morton_order(const Model& model, const Workspace& w, const Stat
     lowest = lowest.cwiseMin(s.motion[i].position);
   }
   const double cell = *std::max_element(w.reach.begin(), w.reach.begin() + w.shapes);
-  parallel_for_blocks(w.threads, order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      const Vec3 from = s.motion[order[n].number].position - lowest;
-      for (int k = 0; k < 3; ++k) {
-        const double at = from[k] / cell;
-        order[n].key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
-      }
-    }
-  });
+  parallel_for_blocks(
+      w.threads, order.size(), kSpheresPerTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+          const Vec3 from = s.motion[order[n].number].position - lowest;
+          for (int k = 0; k < 3; ++k) {
+            const double at = from[k] / cell;
+            order[n].key |= spread_bits(static_cast<std::uint64_t>(at < kMost ? at : kMost)) << k;
+          }
+        }
+      });
   sort_by_key(w.threads, order);
   std::vector<int> particles;
   particles.reserve(order.size());
@@ -118,10 +119,11 @@ BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, 
     }
     for (std::size_t p = parts; p % kSize != 0; ++p) put(p, kNowhere, 0);
   };
-  parallel_for_blocks(w.threads, out.particle.size(), kGrain,
+  parallel_for_blocks(w.threads, out.particle.size(), kSpheresPerTask,
                       [&](std::size_t begin, std::size_t end) {
                         for (std::size_t k = begin; k < end; ++k) {
-                          if (k + kAhead < end) fetch_body(s, out.particle[k + kAhead]);
+                          if (k + kSpheresAhead < end)
+                            fetch_body(s, out.particle[k + kSpheresAhead]);
                           place(k);
                         }
                       });

@@ -13,7 +13,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::size_t kGrain = 64;  // bodies a task
+constexpr std::size_t kBodiesPerTask = 64;  // bodies a task
 
 // A quarter of the skin, and as much again for each time that a body is faster than the average;
 // at constant speed no body then needs a rebuild before the average body has moved a quarter.
@@ -354,9 +354,9 @@ void refresh_neighbours(const Model& model, Workspace& w, State& s) {
   const std::size_t present = spheres.particle.size();
   const PreviousPairs old_pairs(s.pairs, s.motion.size(), threads);
   std::vector<NeighborListChunk>& pieces = w.list_chunks;
-  pieces.resize((present + kGrain - 1) / kGrain);
-  parallel_for_blocks(threads, present, kGrain, [&](std::size_t begin, std::size_t end) {
-    NeighborListChunk& piece = pieces[begin / kGrain];
+  pieces.resize((present + kBodiesPerTask - 1) / kBodiesPerTask);
+  parallel_for_blocks(threads, present, kBodiesPerTask, [&](std::size_t begin, std::size_t end) {
+    NeighborListChunk& piece = pieces[begin / kBodiesPerTask];
     piece.clear();
     PairFinder pairs(model, w, s, spheres, piece);
     const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);

@@ -34,7 +34,7 @@ struct Facet {
   bool cap = false;
 };
 
-struct Piece {
+struct CutPiece {
   std::vector<Facet> boundary;
   std::vector<HalfSpace> path;    // cuts that lead from the solid to the piece; it lies below all
   std::vector<HalfSpace> cuts;    // those that the piece reaches
@@ -161,7 +161,7 @@ class Decomposer {
       : solid_(solid), options_(options), size_(size), snap_(1e-9 * size), origin_(origin) {}
 
   // Gives the piece its hull and what follows from it. False for a flat or empty piece.
-  bool measure(Piece& piece) const {
+  bool measure(CutPiece& piece) const {
     std::vector<Vec3> points = piece.inner;
     for (const auto& f : piece.boundary) {
       if (!f.cap) points.insert(points.end(), f.corners.begin(), f.corners.end());
@@ -171,9 +171,9 @@ class Decomposer {
   }
 
   // Both sides of a cut. Nothing when a side is empty, flat or too thin.
-  std::optional<std::array<Piece, 2>> split(const Piece& piece, const HalfSpace& cut) const {
+  std::optional<std::array<CutPiece, 2>> split(const CutPiece& piece, const HalfSpace& cut) const {
     if (piece.cuts.size() >= kMaxCuts) return std::nullopt;
-    std::array<Piece, 2> sides;
+    std::array<CutPiece, 2> sides;
     clip(piece.boundary, cut, sides[0].boundary, sides[1].boundary);
     for (int i = 0; i < 2; ++i) {
       const HalfSpace below = i == 0 ? HalfSpace{cut.normal, cut.offset, false}
@@ -204,16 +204,16 @@ class Decomposer {
 
   // Repeats on `piece` the tree of cuts that led to `leaves`, from `depth` cuts on. A cut that
   // would leave a side empty, flat or too thin is left out; the cuts of the larger side follow.
-  void repeat_cuts(Piece piece, const std::vector<const Piece*>& leaves, std::size_t depth,
-                   std::vector<Piece>& result) const {
+  void repeat_cuts(CutPiece piece, const std::vector<const CutPiece*>& leaves, std::size_t depth,
+                   std::vector<CutPiece>& result) const {
     if (leaves.size() == 1) {
       result.push_back(std::move(piece));
       return;
     }
     const HalfSpace cut = leaves[0]->path[depth];
-    std::array<std::vector<const Piece*>, 2> parts;
+    std::array<std::vector<const CutPiece*>, 2> parts;
     std::array<double, 2> volumes{};
-    for (const Piece* leaf : leaves) {
+    for (const CutPiece* leaf : leaves) {
       const int side = leaf->path[depth].normal == cut.normal ? 0 : 1;
       parts[side].push_back(leaf);
       volumes[side] += leaf->volume;
@@ -227,7 +227,7 @@ class Decomposer {
 
   // Corners of the hull; of very many those that keep it within a tenth of the tolerance, and all
   // on cuts, so that neighbours still share their faces.
-  std::vector<Vec3> fewer_corners(const Piece& piece) const {
+  std::vector<Vec3> fewer_corners(const CutPiece& piece) const {
     constexpr std::size_t kMany = 1000;
     if (piece.corners.size() <= kMany) return piece.corners;
     const auto coarse = quick_hull(piece.corners, 0.1 * options_.tolerance);
@@ -245,13 +245,13 @@ class Decomposer {
     return result;
   }
 
-  bool convex_enough(const Piece& p) const { return p.deviation <= options_.tolerance; }
+  bool convex_enough(const CutPiece& p) const { return p.deviation <= options_.tolerance; }
 
   // Cuts the worst piece again and again.
-  std::vector<Piece> cut_down(std::vector<Piece> pieces, const Rule& rule,
-                              const std::vector<ReflexEdge>& reflex) const {
+  std::vector<CutPiece> cut_down(std::vector<CutPiece> pieces, const Rule& rule,
+                                 const std::vector<ReflexEdge>& reflex) const {
     while (static_cast<int>(pieces.size()) < options_.max_parts) {
-      Piece* worst = nullptr;
+      CutPiece* worst = nullptr;
       for (auto& p : pieces) {
         if (!p.final && !convex_enough(p) && (!worst || p.deviation > worst->deviation)) worst = &p;
       }
@@ -269,16 +269,16 @@ class Decomposer {
 
   // Joins pairs of pieces, best first, whose common hull is near the surface and keeps clear of all
   // other pieces.
-  std::vector<Piece> merge(std::vector<Piece> pieces) const {
+  std::vector<CutPiece> merge(std::vector<CutPiece> pieces) const {
     struct Pair {
       std::size_t a, b;
-      Piece whole;
+      CutPiece whole;
     };
     std::vector<Pair> pairs;
     std::vector<char> alive(pieces.size(), 1);
     const auto consider = [&](std::size_t a, std::size_t b) {
       if (!touch(pieces[a], pieces[b])) return;
-      Piece whole;
+      CutPiece whole;
       if (!join(pieces[a], pieces[b], whole)) return;
       if (!convex_enough(whole)) return;
       pairs.push_back({a, b, std::move(whole)});
@@ -308,7 +308,7 @@ class Decomposer {
         if (alive[k]) consider(k, fresh);
       }
     }
-    std::vector<Piece> result;
+    std::vector<CutPiece> result;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       if (alive[i]) result.push_back(std::move(pieces[i]));
     }
@@ -325,7 +325,7 @@ class Decomposer {
   }
 
   // Corners within the solid of both sides of a cut.
-  void add_inner(const Piece& piece, const HalfSpace& cut, std::vector<Vec3>& below,
+  void add_inner(const CutPiece& piece, const HalfSpace& cut, std::vector<Vec3>& below,
                  std::vector<Vec3>& above) const {
     for (const Vec3& p : piece.inner) {
       const double height = cut.normal.dot(p) - cut.offset;
@@ -351,7 +351,7 @@ class Decomposer {
     }
   }
 
-  bool set_hull(Piece& piece, const std::vector<Vec3>& points) const {
+  bool set_hull(CutPiece& piece, const std::vector<Vec3>& points) const {
     const auto hull = quick_hull(points, snap_);
     if (!hull) return false;
     piece.planes = hull->planes;
@@ -382,7 +382,7 @@ class Decomposer {
   }
 
   // A facet in the plane of a cut is surface there, and at the hull.
-  bool lies_in_cut(const Piece& piece, const Facet& f) const {
+  bool lies_in_cut(const CutPiece& piece, const Facet& f) const {
     for (const auto& cut : piece.cuts) {
       if ((cut.normal - f.normal).squaredNorm() < 1e-12 &&
           std::abs(cut.normal.dot(f.corners[0]) - cut.offset) < 1e-6 * size_) {
@@ -392,7 +392,7 @@ class Decomposer {
     return false;
   }
 
-  bool set_deviation(Piece& piece) const {
+  bool set_deviation(CutPiece& piece) const {
     piece.deviation = 0;
     std::size_t surface = 0;
     for (const auto& f : piece.boundary) surface += !f.cap;
@@ -426,13 +426,13 @@ class Decomposer {
     return true;
   }
 
-  static double depth_below(const Piece& piece, std::size_t plane, const Vec3& p, double most) {
+  static double depth_below(const CutPiece& piece, std::size_t plane, const Vec3& p, double most) {
     const HalfSpace& h = piece.planes[plane];
     return h.internal ? most : std::min(most, h.offset - h.normal.dot(p));
   }
 
   // All facets by depth, deepest first.
-  std::vector<Notch> notches(const Piece& piece) const {
+  std::vector<Notch> notches(const CutPiece& piece) const {
     std::vector<Notch> result;
     const std::size_t stride = 1 + piece.boundary.size() / 4000;
     for (std::size_t i = 0; i < piece.boundary.size(); i += stride) {
@@ -450,7 +450,7 @@ class Decomposer {
     return result;
   }
 
-  double depth_of(const Piece& piece, const Vec3& p) const {
+  double depth_of(const CutPiece& piece, const Vec3& p) const {
     double depth = kInfinity;
     for (const auto& h : piece.planes) {
       if (!h.internal) depth = std::min(depth, h.offset - h.normal.dot(p));
@@ -576,7 +576,7 @@ class Decomposer {
     }
   }
 
-  static Mat3 principal_axes(const Piece& piece) {
+  static Mat3 principal_axes(const CutPiece& piece) {
     double total = 0;
     Vec3 mean = Vec3::Zero();
     for (const auto& f : piece.boundary) {
@@ -597,7 +597,7 @@ class Decomposer {
   }
 
   // Planes worth trying.
-  std::vector<HalfSpace> candidates(const Piece& piece, const Rule& rule,
+  std::vector<HalfSpace> candidates(const CutPiece& piece, const Rule& rule,
                                     const std::vector<ReflexEdge>& reflex) const {
     std::vector<HalfSpace> result;
     const auto add = [&](const Vec3& normal, double offset) {
@@ -659,7 +659,7 @@ class Decomposer {
 
   // Along the walls of deep notches.
   template <typename Add>
-  void add_walls(const Piece& piece, const std::vector<Notch>& deep, const Add& add) const {
+  void add_walls(const CutPiece& piece, const std::vector<Notch>& deep, const Add& add) const {
     constexpr int kWalls = 14;
     int walls = 0;
     for (const auto& notch : deep) {
@@ -673,7 +673,8 @@ class Decomposer {
 
   // Through concave edges: along either facet, and between them.
   template <typename Add>
-  void add_reflex(const Piece& piece, const std::vector<ReflexEdge>& reflex, const Add& add) const {
+  void add_reflex(const CutPiece& piece, const std::vector<ReflexEdge>& reflex,
+                  const Add& add) const {
     constexpr std::size_t kEdges = 8;
     std::vector<std::pair<double, const ReflexEdge*>> edges;
     for (const auto& e : reflex) {
@@ -707,7 +708,7 @@ class Decomposer {
   }
 
   // Up to three directions that the largest areas of the surface face.
-  static std::vector<Vec3> main_normals(const Piece& piece) {
+  static std::vector<Vec3> main_normals(const CutPiece& piece) {
     std::vector<std::pair<double, Vec3>> groups;
     for (const auto& f : piece.boundary) {
       if (f.cap) continue;
@@ -731,7 +732,7 @@ class Decomposer {
 
   // Of a cut with normal n: what is left to do on both sides. A side that is convex enough costs
   // nothing.
-  double cost(const std::array<Piece, 2>& sides, const Vec3& n, const Rule& rule) const {
+  double cost(const std::array<CutPiece, 2>& sides, const Vec3& n, const Rule& rule) const {
     const double unit = size_ * size_ * size_;
     double sum = 0, least = kInfinity;
     for (const auto& s : sides) {
@@ -768,7 +769,7 @@ class Decomposer {
            0.001 * cap / (size_ * size_);
   }
 
-  double thickness(const Piece& piece) const {
+  double thickness(const CutPiece& piece) const {
     double least = kInfinity;
     for (const auto& h : piece.planes) {
       double deepest = 0;
@@ -778,9 +779,9 @@ class Decomposer {
     return least;
   }
 
-  std::optional<std::array<Piece, 2>> best_split(const Piece& piece, const Rule& rule,
-                                                 const std::vector<ReflexEdge>& reflex) const {
-    std::optional<std::array<Piece, 2>> best;
+  std::optional<std::array<CutPiece, 2>> best_split(const CutPiece& piece, const Rule& rule,
+                                                    const std::vector<ReflexEdge>& reflex) const {
+    std::optional<std::array<CutPiece, 2>> best;
     double best_cost = kInfinity;
     for (const auto& cut : candidates(piece, rule, reflex)) {
       auto sides = split(piece, cut);
@@ -795,9 +796,9 @@ class Decomposer {
     return best;
   }
 
-  bool touch(const Piece& a, const Piece& b) const {
+  bool touch(const CutPiece& a, const CutPiece& b) const {
     Vec3 low[2], high[2];
-    const Piece* both[2] = {&a, &b};
+    const CutPiece* both[2] = {&a, &b};
     for (int i = 0; i < 2; ++i) {
       low[i] = high[i] = both[i]->corners[0];
       for (const Vec3& p : both[i]->corners) {
@@ -810,11 +811,11 @@ class Decomposer {
         .all();
   }
 
-  bool join(const Piece& a, const Piece& b, Piece& whole) const {
+  bool join(const CutPiece& a, const CutPiece& b, CutPiece& whole) const {
     const auto opposite = [this](const HalfSpace& x, const HalfSpace& y) {
       return same_plane(x, {-y.normal, -y.offset, false});
     };
-    const auto take = [&](const Piece& from, const Piece& other) {
+    const auto take = [&](const CutPiece& from, const CutPiece& other) {
       for (const auto& cut : from.cuts) {
         const bool shared = std::any_of(other.cuts.begin(), other.cuts.end(),
                                         [&](const HalfSpace& h) { return opposite(cut, h); });
@@ -837,9 +838,9 @@ class Decomposer {
   }
 
   // True when a plane of either hull separates the two.
-  bool apart(const Piece& a, const Piece& b) const {
+  bool apart(const CutPiece& a, const CutPiece& b) const {
     const double gap = 1e-6 * size_;
-    const auto separates = [gap](const Piece& x, const Piece& y) {
+    const auto separates = [gap](const CutPiece& x, const CutPiece& y) {
       return std::any_of(x.planes.begin(), x.planes.end(), [&](const HalfSpace& h) {
         return std::all_of(y.corners.begin(), y.corners.end(),
                            [&](const Vec3& p) { return h.normal.dot(p) >= h.offset - gap; });
@@ -858,16 +859,16 @@ class Decomposer {
 Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& options) {
   const auto [lower, upper] = bounding_box(mesh);
   const double size = (upper - lower).norm();
-  Piece whole;
+  CutPiece whole;
   whole.boundary = sorted_facets(mesh);
   const Interior interior(mesh);
   const Decomposer decomposer(interior, options, size, (lower + upper) / 2);
   if (!decomposer.measure(whole)) throw InputError("the mesh is flat; expected a solid");
-  std::vector<Piece> pieces;
+  std::vector<CutPiece> pieces;
   if (decomposer.convex_enough(whole) || options.max_parts == 1) {
     pieces.push_back(std::move(whole));
   } else {
-    Piece plan = whole;
+    CutPiece plan = whole;
     if (plan.boundary.size() > options.plan_triangles) {
       plan.boundary = simplified(whole.boundary, options.plan_triangles, size);
     }
@@ -875,7 +876,7 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     decomposer.measure(plan);
     const auto reflex = reflex_edges(plan.boundary, size);
     struct Outcome {
-      std::vector<Piece> tree, merged;
+      std::vector<CutPiece> tree, merged;
       double score = kInfinity;
     };
     using Cost = Rule::Cost;
@@ -902,7 +903,7 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     if (exact) {
       pieces = std::move(best.merged);
     } else {
-      std::vector<const Piece*> leaves;
+      std::vector<const CutPiece*> leaves;
       for (const auto& leaf : best.tree) leaves.push_back(&leaf);
       decomposer.repeat_cuts(whole, leaves, 0, pieces);
       pieces = decomposer.merge(std::move(pieces));

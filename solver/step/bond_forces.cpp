@@ -9,7 +9,7 @@ namespace firn {
 
 namespace {
 
-constexpr std::size_t kGrain = 64;  // bonds a task
+constexpr std::size_t kBondsPerTask = 64;  // bonds a task
 
 const Shape& shape_of(const Model& model, int particle) {
   return model.shapes[model.particles[particle].shape];
@@ -151,9 +151,11 @@ BondWorkspace::BondWorkspace(const Model& model)
 }
 
 void compute_bond_forces(const Model& model, int threads, BondWorkspace& w, State& s) {
-  parallel_for_blocks(threads, model.bonds.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) s.bond_loads[k] = strained(model, w, s, k);
-  });
+  parallel_for_blocks(threads, model.bonds.size(), kBondsPerTask,
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t k = begin; k < end; ++k)
+                          s.bond_loads[k] = strained(model, w, s, k);
+                      });
   for (const double lost : w.lost) s.lost_in_bonds += lost;
 }
 

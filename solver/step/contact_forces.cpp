@@ -12,8 +12,8 @@ namespace firn {
 
 namespace {
 
-constexpr std::ptrdiff_t kAhead = 12;  // pairs, whose bodies and contacts are fetched
-constexpr std::size_t kPoints = 128;   // bytes: what most pairs have
+constexpr std::ptrdiff_t kPairsAhead = 12;  // pairs, whose bodies and contacts are fetched
+constexpr std::size_t kPoints = 128;        // bytes: what most pairs have
 
 // a x b; the fourth number is zero.
 [[gnu::always_inline]] inline void cross(const Four& a, const Four& b, Four& out) {
@@ -111,7 +111,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
     fetch_bytes<Cache::first>(points + pair.first_point, kPoints);
   };
   for (const ActivePair* pair = begin; pair != end; ++pair) {
-    if (end - pair > kAhead) fetch_contacts(pair[kAhead]);
+    if (end - pair > kPairsAhead) fetch_contacts(pair[kPairsAhead]);
     const auto k = static_cast<std::size_t>(pair - begin);
     __builtin_prefetch(next_loads + k / 2, 1);  // about half as many as active pairs
     if (k < next_active.size()) fetch(&next_active[k]);
@@ -125,7 +125,7 @@ void advance_patches(const Model& model, const Workspace& w, State& s, const Pai
   }
   if (block.size() > 0) flush();
   if (next) {
-    for (std::size_t k = 0; k < std::min<std::size_t>(kAhead, next_active.size()); ++k)
+    for (std::size_t k = 0; k < std::min<std::size_t>(kPairsAhead, next_active.size()); ++k)
       fetch_contacts(next_active[k]);
   }
 }

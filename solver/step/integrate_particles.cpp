@@ -10,8 +10,8 @@
 namespace firn {
 
 namespace {
-constexpr std::size_t kGrain = 128;  // bodies a task
-constexpr std::size_t kAhead = 32;   // bodies, to be fetched
+constexpr std::size_t kBodiesPerTask = 128;  // bodies a task
+constexpr std::size_t kBodiesAhead = 32;     // bodies, to be fetched
 
 // Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
 struct Crew {
@@ -238,34 +238,35 @@ void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& m
 void integrate_positions(const Model& model, Workspace& w, State& s, bool both_kicks) {
   const double dt = model.timestep;
   const std::size_t n = model.particles.size();
-  w.needs_rebuild.assign((n + kGrain - 1) / kGrain, 0);
+  w.needs_rebuild.assign((n + kBodiesPerTask - 1) / kBodiesPerTask, 0);
   const auto move = [&](std::size_t begin, bool goes_on) {
-    const std::size_t end = std::min(n, begin + kGrain);
+    const std::size_t end = std::min(n, begin + kBodiesPerTask);
     bool leaves = false;
     if (both_kicks) {
       // Not stored in the state: no other function needs them, and each is a cache line.
-      BodyLoad loads[kGrain];
+      BodyLoad loads[kBodiesPerTask];
       sum_loads(w, s, begin, end, loads);
       // Dampers of bonds read them (bond_forces.cpp).
       if (!s.bonds.empty()) std::copy_n(loads, end - begin, s.load.data() + begin);
       const Mover mover(model, w, s, loads, begin);
-      LoadPrefetcher ahead(w, end, goes_on ? std::min(n, end + kGrain) : end);
+      LoadPrefetcher ahead(w, end, goes_on ? std::min(n, end + kBodiesPerTask) : end);
       for_crews(s, begin, end, [&](Crew& crew) {
         ahead.fetch_some();
-        if (goes_on || crew.body[0] + kAhead < end) fetch_bodies(s, crew.body[0] + kAhead);
+        if (goes_on || crew.body[0] + kBodiesAhead < end)
+          fetch_bodies(s, crew.body[0] + kBodiesAhead);
         leaves |= kick_and_drift_crew<2>(mover, crew);
       });
     } else {
       const Mover mover(model, w, s, s.load.data(), 0);
       for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
     }
-    w.needs_rebuild[begin / kGrain] = leaves;
+    w.needs_rebuild[begin / kBodiesPerTask] = leaves;
   };
   const std::size_t ranges = w.needs_rebuild.size();
   parallel_for_blocks(
       w.threads, ranges, ranges_of_task(w.threads, ranges),
       [&](std::size_t first, std::size_t last) {
-        for (std::size_t r = first; r < last; ++r) move(r * kGrain, r + 1 < last);
+        for (std::size_t r = first; r < last; ++r) move(r * kBodiesPerTask, r + 1 < last);
       },
       &w.body_shares);
   for (std::size_t b = 0; b < model.boundaries.size(); ++b) {
@@ -287,7 +288,7 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
 }
 
 void finish_velocities(const Model& model, const Workspace& w, State& s) {
-  parallel_for_blocks(w.threads, model.particles.size(), kGrain,
+  parallel_for_blocks(w.threads, model.particles.size(), kBodiesPerTask,
                       [&](std::size_t begin, std::size_t end) {
                         BodyLoad* const loads = s.load.data() + begin;
                         sum_loads(w, s, begin, end, loads);

@@ -291,13 +291,13 @@ std::vector<Check> incline() {
   return checks;
 }
 
-struct Rest {
+struct SettledHeap {
   int bodies = 0, creeping = 0;  // farther than 10 um in a second
   double farthest = 0;           // m
   double kinetic = 0, rise = 0;  // of m g 1 um of all at the end; of the height energy
 };
 
-void rest(std::uint64_t seed, Rest& out) {
+void rest(std::uint64_t seed, SettledHeap& out) {
   constexpr int kBodies = 24;
   Model model = scenes::empty(scenes::law(0.1, 0.3), scenes::law(0.3, 0.3));
   scenes::add_particles(model, scenes::add_shape(model, scenes::crescent()), kBodies);
@@ -322,7 +322,7 @@ void rest(std::uint64_t seed, Rest& out) {
 }
 
 std::vector<Check> pile() {
-  Rest r;
+  SettledHeap r;
   for (std::uint64_t seed = 3; seed < 6; ++seed) rest(seed, r);
   return {{.what = fmt::format("bodies that creep by more than 10 um in 1 s, of {} in 3 piles",
                                r.bodies),

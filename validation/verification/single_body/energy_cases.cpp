@@ -55,7 +55,7 @@ std::function<Shape(scenes::Random&)> crescent(double dish) {
   };
 }
 
-std::function<Shape(scenes::Random&)> sphere() {
+std::function<Shape(scenes::Random&)> any_sphere() {
   return [](scenes::Random&) {
     return make_sphere(10e-3, scenes::ice_options(kMass, kStiffness, -1));
   };
@@ -64,7 +64,7 @@ std::function<Shape(scenes::Random&)> sphere() {
 std::vector<Family> families() {
   const Vec3 cube(22e-3, 22e-3, 22e-3), brick(30e-3, 20e-3, 12e-3);
   constexpr double flat = 4 * kDegree;
-  return {{"sphere on a plane", sphere()},
+  return {{"sphere on a plane", any_sphere()},
           {"cube on a plane", box(cube)},
           {"box on a plane", box(brick)},
           {"random hull on a plane", random_hull},
@@ -74,7 +74,7 @@ std::vector<Family> families() {
           {"crescent near flat on a plane", crescent(1e-3), Target::plane, flat},
           {"cube on a mesh", box(cube), Target::mesh},
           {"crescent on a mesh", crescent(1e-3), Target::mesh},
-          {"two spheres", sphere(), Target::each_other},
+          {"two spheres", any_sphere(), Target::each_other},
           {"two cubes", box(cube), Target::each_other},
           {"two random hulls", random_hull, Target::each_other},
           {"two crescents", crescent(1e-3), Target::each_other},
