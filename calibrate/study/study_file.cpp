@@ -11,6 +11,7 @@
 #include "calibrate/study/read_parameters.h"
 #include "experiments/measurements/bench_tests.h"
 #include "experiments/measurements/measurement.h"
+#include "experiments/text/response_aliases.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/text/toml_document.h"
@@ -195,10 +196,10 @@ Target stated_target(const TomlTable& t, const Study& study) {
 
 // What a list of bench tests says of measuring this response.
 void take_from_list(const TomlTable& t, const std::vector<BenchTest>& list, Observed& o) {
-  const std::string name = t.string("bench_test");
+  const std::string name = t.string("bench_test"), current = current_response_name(name);
   for (const BenchTest& test : list)
     for (const BenchResponse& response : test.responses)
-      if (test.name == name && response.name == o.response.name) {
+      if ((test.name == name || test.name == current) && response.name == o.response.name) {
         o.uncertainty = response.standard_uncertainty(test.repeats);
         o.unit = response.unit;
         o.effort = test.effort(test.repeats);
