@@ -207,7 +207,9 @@ TEST(SceneMarkers, ShowEveryKindOfCoupling) {
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_EQ(markers[k].at("name"), names[k]);
     EXPECT_EQ(markers[k].at("form"), forms[k]);
-    if (k < 4) EXPECT_NEAR(markers[k].at("point").at(1).get<double>(), 0.02, 1e-12);
+    if (k < 4) {
+      EXPECT_NEAR(markers[k].at("point").at(1).get<double>(), 0.02, 1e-12);
+    }
   }
   EXPECT_TRUE(markers[2].at("turns"));
   EXPECT_FALSE(markers[3].at("turns"));
