@@ -55,6 +55,7 @@ std::string error_line(std::string text) {
 }
 
 int print_error(const std::string& text, int status) {
+  interruption::wait_for_end();
   print_lines(stderr, "firn: {}\n", error_line(text));
   return status;
 }
@@ -168,6 +169,7 @@ int main_program(int argc, char** argv) {
     }
   };
   status = parse_and_run();
+  interruption::wait_for_end();
   try {
     finish_standard_output();
   } catch (const WriteError& e) {

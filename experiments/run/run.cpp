@@ -144,9 +144,11 @@ RunSummary run(const Case& c, const RunOptions& options) {
   RunSummary summary;
   try {
     kept_earlier = keep_earlier_results(options.results_file);  // a killed run is kept whole, too
+    std::optional<interruption::Uninterrupted> created(std::in_place);
     lock = std::make_shared<ResultsLock>(options.results_file);
     interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
                                          interruption::Temporary(kept_copy(options.results_file))};
+    created.reset();
     recorder.emplace(Recorder::create(lock, result_columns(c.model)));
     recorder->with_file([&](hdf5::File& file) {
       write_header(file, c);

@@ -27,11 +27,12 @@ constexpr auto kPatience = std::chrono::milliseconds(1200);
 
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+std::atomic<bool> ending = false;
 std::atomic<int> polled = 0, not_polled = 0;
 sem_t arrived;  // of this process alone: a forked child that gets a signal does not post it
 
 struct Registry {
-  std::mutex mutex;
+  std::recursive_mutex mutex;
   std::vector<std::string> temporary, advice;
 };
 
@@ -48,11 +49,21 @@ void on_signal(int) {
   errno = before;
 }
 
+// Other threads may add a file to a folder while it is removed.
+void remove_from_others(const std::string& path) {
+  constexpr int kAttempts = 100;
+  std::error_code error;
+  for (int k = 0; k < kAttempts; ++k) {
+    std::filesystem::remove_all(path, error);
+    if (!error) return;
+  }
+}
+
 [[noreturn]] void end_at_once() {
   Registry& all = registry();
+  ending = true;
   const std::lock_guard lock(all.mutex);
-  std::error_code ignored;
-  for (const std::string& path : all.temporary) std::filesystem::remove_all(path, ignored);
+  for (const std::string& path : all.temporary) remove_from_others(path);
   print_lines(stderr, "firn: interrupted{}\n",
               all.advice.empty() ? "" : fmt::format("; {}", all.advice.back()));
   _exit(kStatus);
@@ -89,6 +100,13 @@ Polled::Polled() { ++polled; }
 Polled::~Polled() { --polled; }
 NotPolled::NotPolled() { ++not_polled; }
 NotPolled::~NotPolled() { --not_polled; }
+
+Uninterrupted::Uninterrupted() { registry().mutex.lock(); }
+Uninterrupted::~Uninterrupted() { registry().mutex.unlock(); }
+
+void wait_for_end() {
+  while (ending) std::this_thread::sleep_for(kPause);
+}
 
 Temporary::Temporary(std::string path) : path_(std::move(path)) {
   Registry& all = registry();

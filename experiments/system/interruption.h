@@ -32,6 +32,20 @@ class NotPolled {
   NotPolled& operator=(const NotPolled&) = delete;
 };
 
+// While it lives, the program is not ended at once. Holds from before a file is created until it is
+// registered as a Temporary: a signal in between would leave it behind. Nests within a thread.
+class Uninterrupted {
+ public:
+  Uninterrupted();
+  ~Uninterrupted();
+  Uninterrupted(const Uninterrupted&) = delete;
+  Uninterrupted& operator=(const Uninterrupted&) = delete;
+};
+
+// Does not return when the program is being ended at once: the end of the work that its removed
+// files have caused must not come first.
+void wait_for_end();
+
 // A file, or a folder with all it holds, that is removed if the program is ended at once.
 class Temporary {
  public:

@@ -220,6 +220,7 @@ class OutputFile::Buffer : public std::streambuf {
   void open_unused() {
     static std::atomic<unsigned> count = 0;
     while (descriptor_.number() < 0) {
+      const interruption::Uninterrupted created;
       temporary_ = fmt::format("{}/.firn-{}-{}.writing", folder_of(target_), getpid(), count++);
       descriptor_ =
           Descriptor(::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));

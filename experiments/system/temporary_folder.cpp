@@ -21,6 +21,8 @@ std::string make_folder(const std::string& name) {
 }  // namespace
 
 TemporaryFolder::TemporaryFolder(const std::string& name)
+    : TemporaryFolder(name, interruption::Uninterrupted()) {}
+TemporaryFolder::TemporaryFolder(const std::string& name, const interruption::Uninterrupted&)
     : path_(make_folder(name)), temporary_(path_.string()) {}
 
 TemporaryFolder::~TemporaryFolder() {

@@ -22,6 +22,8 @@ class TemporaryFolder {
   std::string file(const std::string& name) const { return (path_ / name).string(); }
 
  private:
+  TemporaryFolder(const std::string& name, const interruption::Uninterrupted&);
+
   std::filesystem::path path_;
   interruption::Temporary temporary_;
 };
