@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <mutex>
 #include <numeric>
 #include <set>
+#include <thread>
 
 #include "firn/math.h"
 
@@ -84,18 +84,27 @@ std::vector<CaseResult> run_cases(
                    [&](std::size_t a, std::size_t b) { return cases[a].tier > cases[b].tier; });
   std::mutex one_at_a_time;
   std::atomic<std::size_t> next = 0;
-  const auto work = [&](int) {
+  std::exception_ptr failure;  // of `done`
+  const auto work = [&] {
     for (std::size_t i = next++; i < order.size(); i = next++) {
       const std::size_t k = order[i];
-      // A case that uses threads itself must not pick up another one while it waits for them.
-      CaseResult result = tbb::this_task_arena::isolate([&] { return run_case(cases[k]); });
+      CaseResult result = run_case(cases[k]);
       const std::lock_guard lock(one_at_a_time);
       results[k] = std::move(result);
-      done(k, results);
+      if (failure) return;
+      try {
+        done(k, results);
+      } catch (...) {
+        failure = std::current_exception();
+      }
     }
   };
-  tbb::task_arena arena(std::max(jobs, 1));
-  arena.execute([&] { tbb::parallel_for(0, std::max(jobs, 1), work); });
+  {
+    std::vector<std::jthread> others;
+    for (int j = 1; j < jobs; ++j) others.emplace_back(work);
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
   return results;
 }
 
