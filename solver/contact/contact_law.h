@@ -45,6 +45,13 @@ struct ContactPoint {
   double share = 0;            // of the stiffness K of the pair
 };
 
+// How elongated the touching region of a patch is: e = (I1 - I2) / (I1 + I2) of its principal
+// second moments, 0 for a square and 1 for a line. Its long axis is at the angle `a` from u towards
+// v of tangent_basis(normal).
+struct Elongation {
+  float cosine = 0, sine = 0;  // e cos 2a, e sin 2a
+};
+
 // Two lines of the processor's caches: a bed at rest does little but walk through these.
 struct alignas(64) Patch {
   // In fours, each one wide load (see PatchBlock).
@@ -55,7 +62,7 @@ struct alignas(64) Patch {
   Vec3 tangential = Vec3::Zero();  // N, friction force on a
   double normal_force = 0;         // N
 
-  double elongation = 0;      // of the touching region, as in FrictionRegion
+  Elongation elongation;      // of the touching region
   std::uint64_t parts_a = 0;  // bit i: part i (mod 64) of a takes part
   std::uint64_t parts_b = 0;
   std::uint32_t first_point = 0;
@@ -166,70 +173,119 @@ struct FrictionStep {
   double work;  // J taken from the bodies
 };
 
+// Two unit vectors across a unit vector n, with u x v = n (Duff and others, Journal of Computer
+// Graphics Techniques 6 (2017)). ContactBasis is the same for three-dimensional geometry.
+struct TangentBasis {
+  Vec u, v;
+};
+[[gnu::always_inline]] inline TangentBasis tangent_basis(const Vec& n) {
+  const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
+}
+
 // The touching region as friction takes it.
 struct FrictionRegion {
-  double radius;      // m, mean distance of its area from its centroid
-  double elongation;  // h = ((I1 - I2) / (I1 + I2))^2 of its principal moments; 0: square, 1: line
+  Vec normal;           // unit, from a to b
+  double radius;        // m, mean distance of its area from its centroid
+  double cosine, sine;  // of Elongation
 };
 
+inline FrictionRegion friction_region(const Patch& patch) {
+  return {plain(patch.normal), patch.torsion_radius, patch.elongation.cosine,
+          patch.elongation.sine};
+}
+
 // Mean distance of a uniform rectangle's area from its centroid, over its radius of gyration:
-// within 0.1 % for all aspect ratios.
-inline double mean_distance(double elongation) {
-  const double h = elongation;
+// within 0.1 % for all aspect ratios. `h` is the square of the elongation e.
+inline double mean_distance(double h) {
   return 0.93743 + h * (-0.05493 + h * (0.02635 - h * 0.04111));
+}
+
+// A friction force F and a torsion M at once, by what the limit depends on. All are squares, of
+// forces and of torsions over the radius.
+struct FrictionLoad {
+  double force2, torsion2;  // |F|^2, (M / r)^2
+  double along, across;  // |F|^2 e cos 2p, |F|^2 e sin 2p: F is at the angle p from the long axis
+
+  // Part of the torsion, 0 to 1.
+  double t() const {
+    const double sum = force2 + torsion2;
+    return torsion2 / (sum > 0 ? sum : 1.0);
+  }
+  // e cos 2p and e sin 2p
+  double q() const { return along / (force2 > 0 ? force2 : 1.0); }
+  double q_across() const { return across / (force2 > 0 ? force2 : 1.0); }
+};
+[[gnu::always_inline]] inline FrictionLoad friction_load(const FrictionRegion& region, double u,
+                                                         double v, double torsion) {
+  const double difference = u * u - v * v, product = 2 * u * v;
+  return {u * u + v * v, torsion * torsion, region.cosine * difference + region.sine * product,
+          region.cosine * product - region.sine * difference};
 }
 
 // What a uniform face holds of friction at once as a force f and a torsion m, in parts of what it
 // holds of either alone:
-//   f^2 + m^2 = g(t),  g = 1 - (p0 + p1 t + p2 t^2) t (1 - t),  t = m^2 / (f^2 + m^2)
-// The coefficients depend on the elongation h. They are fitted to Coulomb's law, integrated over
-// rectangles that turn while they slide in each direction: f and m of the mean over directions are
-// met within 0.01 up to an aspect ratio of 10.
+//   f^2 + m^2 = g(t, q),  g = 1 - (p0 + p1 t + p2 t^2 + q (d0 + d1 t + d2 t^2)) t (1 - t)
+//   t = m^2 / (f^2 + m^2),  q = e cos 2p
+// with the elongation e and the angle p of the force from the long axis. The coefficients p depend
+// on h = e^2. All are fitted to Coulomb's law, integrated over rectangles that turn while they
+// slide in each direction: f and m are met within 4 % up to an aspect ratio of 10.
 struct FrictionLimit {
+  static constexpr double d0 = -1.2298, d1 = 2.0085, d2 = -1.4664;
   double p0, p1, p2;
 
   [[gnu::always_inline]] explicit FrictionLimit(double h)
-      : p0(0.7054 + h * (-0.0243 + h * -0.2044)),
-        p1(-0.6861 + h * (-0.6061 + h * 0.6754)),
-        p2(0.4595 + h * (0.8314 + h * -1.1775)) {}
+      : p0(0.7265 + h * 0.0576), p1(-0.7068 - h * 0.8443), p2(0.5128 + h * 0.6508) {}
   // g
-  [[gnu::always_inline]] double size(double t) const {
-    return 1 - (p0 + t * (p1 + t * p2)) * (t * (1 - t));
+  [[gnu::always_inline]] double size(double t, double q) const {
+    return 1 - polynomial(t, q) * (t * (1 - t));
   }
   // Of g over t.
-  [[gnu::always_inline]] double slope(double t) const {
-    return -(p1 + 2 * t * p2) * (t * (1 - t)) - (p0 + t * (p1 + t * p2)) * (1 - 2 * t);
+  [[gnu::always_inline]] double slope(double t, double q) const {
+    return -(p1 + q * d1 + 2 * t * (p2 + q * d2)) * (t * (1 - t)) - polynomial(t, q) * (1 - 2 * t);
+  }
+  // Of g over q, divided by 1 - t.
+  [[gnu::always_inline]] static double turn(double t) { return -(d0 + t * (d1 + t * d2)) * t; }
+
+ private:
+  [[gnu::always_inline]] double polynomial(double t, double q) const {
+    return p0 + q * d0 + t * (p1 + q * d1 + t * (p2 + q * d2));
   }
 };
-// The t of two squares.
-[[gnu::always_inline]] inline double part_of_torsion(double force2, double torsion2) {
-  const double sum = force2 + torsion2;
-  return torsion2 / (sum > 0 ? sum : 1.0);
-}
 
-// Factors that bring a trial back to the limit along its normal, as slip at the limit goes along
-// the normal. All four are squares, of forces and of torsions over the radius. The normal is that
-// at the state before: a limit that is slid on for some steps is met exactly. `excess`: the trial
-// over the limit in its direction, above 1.
+// What a trial force and torsion become at the limit: the force is `along` times itself and
+// `across` times itself turned by 90 degrees about the normal.
 struct FrictionScale {
-  double force, torsion;
+  double along, across, torsion;
 };
+// Brings a trial back to the limit along its normal, as slip at the limit goes along the normal.
+// The normal is that at the state before: a limit that is slid on for some steps is met exactly.
+// `excess`: the trial over the limit in its direction, above 1.
 [[gnu::always_inline]] inline FrictionScale friction_scale(const FrictionLimit& limit,
-                                                           double force2, double torsion2,
-                                                           double before_force2,
-                                                           double before_torsion2, double limit2,
-                                                           double excess) {
+                                                           const FrictionLoad& trial,
+                                                           const FrictionLoad& before,
+                                                           double limit2, double excess) {
   // With a little of the trial: from rest, its direction decides, and not that of a rounding error.
-  const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over);
-  const double t =
-      part_of_torsion(before_force2 + share * force2, before_torsion2 + share * torsion2);
-  const double relative = limit.slope(t) / limit.size(t), way = over - 1;
-  const double force = 1 / (1 + way * (1 + t * relative));
+  const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over), way = over - 1;
+  const FrictionLoad at = {
+      before.force2 + share * trial.force2, before.torsion2 + share * trial.torsion2,
+      before.along + share * trial.along, before.across + share * trial.across};
+  const double t = at.t(), q = at.q(), size = limit.size(t, q);
+  const double relative = limit.slope(t, q) / size;
+  // The normal's force is (1 + t relative) F + turn n x F; its torsion follows.
+  const double stretch = 1 + way * (1 + t * relative);
+  const double turn = way * (FrictionLimit::turn(t) * at.q_across() / size);
+  const double both = 1 / (stretch * stretch + turn * turn);
+  const double along = stretch * both, across = -turn * both;
   const double torsion = 1 / (1 + way * (1 - (1 - t) * relative));
-  const double f2 = force2 * force * force, m2 = torsion2 * torsion * torsion, sum = f2 + m2;
-  const double back =
-      std::sqrt(limit2 * limit.size(part_of_torsion(f2, m2)) / (sum > 0 ? sum : 1.0));
-  return {back * force, back * torsion};
+  // F is turned by an angle whose cosine and sine are `along` and `across` over their root.
+  const double cosine = along * along - across * across, sine = 2 * along * across;
+  const FrictionLoad back = {trial.force2 * (along * along + across * across),
+                             trial.torsion2 * torsion * torsion,
+                             trial.along * cosine - trial.across * sine, 0};
+  const double sum = back.force2 + back.torsion2;
+  const double scale = std::sqrt(limit2 * limit.size(back.t(), back.q()) / (sum > 0 ? sum : 1.0));
+  return {scale * along, scale * across, scale * torsion};
 }
 
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
@@ -241,14 +297,19 @@ struct FrictionScale {
                                                             const FrictionRegion& region,
                                                             const Approach& way, double dt) {
   const double torsion_radius = region.radius;
-  const FrictionLimit limit(region.elongation);
+  const FrictionLimit limit(region.cosine * region.cosine + region.sine * region.sine);
+  const TangentBasis basis = tangent_basis(region.normal);
   const bool bears = normal_force > 0;
   const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
   const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
   const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
-  const double force2 = square(trial), torsion2 = free * lever * (free * lever);
+  const FrictionLoad load =
+      friction_load(region, dot(trial, basis.u), dot(trial, basis.v), free * lever);
+  const FrictionLoad load_before =
+      friction_load(region, dot(before.tangential, basis.u), dot(before.tangential, basis.v),
+                    before.torsion * lever);
   // What a cap must be to hold both.
-  const double needed2 = (force2 + torsion2) / limit.size(part_of_torsion(force2, torsion2));
+  const double needed2 = (load.force2 + load.torsion2) / limit.size(load.t(), load.q());
   const double static_cap = law.static_friction * normal_force;
   const double dynamic_cap = law.dynamic_friction * normal_force;
   const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
@@ -257,12 +318,11 @@ struct FrictionScale {
   sliding = needed2 > static_cap * static_cap ? 1.0 : sliding;
   const double cap = sliding > 0 ? dynamic_cap : static_cap, limit2 = cap * cap;
   const bool beyond = needed2 > limit2;
-  const double twist = before.torsion * lever;
-  const FrictionScale scale =
-      friction_scale(limit, force2, torsion2, square(before.tangential), twist * twist, limit2,
-                     std::sqrt(needed2 / (limit2 > 0 ? limit2 : 1.0)));
+  const FrictionScale scale = friction_scale(limit, load, load_before, limit2,
+                                             std::sqrt(needed2 / (limit2 > 0 ? limit2 : 1.0)));
   FrictionStep out;
-  out.state.tangential = (beyond ? scale.force : 1.0) * trial;
+  out.state.tangential = (beyond ? scale.along : 1.0) * trial +
+                         (beyond ? scale.across : 0.0) * cross(region.normal, trial);
   out.state.torsion = torsion_radius > 0 ? (beyond ? scale.torsion : 1.0) * free : 0.0;
   out.state.sliding = bears ? sliding : 0.0;
   const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -

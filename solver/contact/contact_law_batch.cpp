@@ -96,7 +96,8 @@ void PatchBlock::gather(int k) {
   center_offset_.gather(k, [&](int i) { return &motion_[i].apart; });
   for (int i = k; i < k + 4; ++i) {
     sliding_[i] = patch_[i]->sliding;
-    elongation_[i] = patch_[i]->elongation;
+    elongation_cosine_[i] = patch_[i]->elongation.cosine;
+    elongation_sine_[i] = patch_[i]->elongation.sine;
     advance_gap_[i] = 1 - patch_[i]->fresh;
   }
 }
@@ -225,10 +226,10 @@ void PatchBlock::compute_friction(double dt) {
   for (int k = 0; k < count_; ++k) {
     const double pressing = normal_load_.w[k];
     const Approach way{0, {}, slip_.vec(k), slip_.w[k]};
-    const FrictionStep step =
-        advance_friction({friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
-                         {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing,
-                         {arm_.w[k], elongation_[k]}, way, dt);
+    const FrictionStep step = advance_friction(
+        {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
+        {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing,
+        {normal_.vec(k), arm_.w[k], elongation_cosine_[k], elongation_sine_[k]}, way, dt);
     const Wrench on_a = wrench(normal_.vec(k), pressing, normal_load_.vec(k), step.state);
     const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
     const Vec counter = moment + cross(center_offset_.vec(k), on_a.force);  // arm_b = arm_a + apart

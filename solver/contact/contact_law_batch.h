@@ -152,7 +152,7 @@ class PatchBlock {
   Columns tilt_;         // and closing
   Columns slip_;         // and turn
   Columns normal_load_;  // sum of force times offset, and normal force
-  alignas(32) double elongation_[room];
+  alignas(32) double elongation_cosine_[room], elongation_sine_[room];
   alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
   alignas(32) double advance_gap_[room];  // 1: gaps are to be advanced, 0: they are fresh
 };

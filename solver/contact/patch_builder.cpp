@@ -82,15 +82,19 @@ struct Moments {
     centroid += apart * (m.area / sum);
     area = sum;
   }
-  // Of the principal moments I1 and I2: ((I1 - I2) / (I1 + I2))^2.
-  double elongation() const {
-    const double polar = second.trace();
-    return polar > 0 ? std::clamp(2 * second.squaredNorm() / (polar * polar) - 1, 0.0, 1.0) : 0.0;
+  // In a basis across the normal, in the axes of the moments.
+  Elongation elongation(const Vec3& u, const Vec3& v) const {
+    const double uu = u.dot(second * u), vv = v.dot(second * v), uv = u.dot(second * v);
+    const double polar = uu + vv;
+    if (!(polar > 0)) return {};
+    return {static_cast<float>((uu - vv) / polar), static_cast<float>(2 * uv / polar)};
   }
   // Mean distance from the centroid of a uniform rectangle with these moments.
   double torsion_radius() const {
-    return area > 0 ? mean_distance(elongation()) * std::sqrt(std::max(0.0, second.trace()) / area)
-                    : 0;
+    const double polar = second.trace();
+    if (!(area > 0) || !(polar > 0)) return 0;
+    const double h = std::clamp(2 * second.squaredNorm() / (polar * polar) - 1, 0.0, 1.0);
+    return mean_distance(h) * std::sqrt(polar / area);
   }
 };
 
@@ -269,7 +273,9 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   patch.normal = in.rotation_a * normal.normalized();
   patch.arm = in.rotation_a * center;
   patch.torsion_radius = moments.torsion_radius();
-  patch.elongation = moments.elongation();
+  const ContactBasis basis(patch.normal);
+  patch.elongation =
+      moments.elongation(in.rotation_a.transpose() * basis.u, in.rotation_a.transpose() * basis.v);
   out.patches.push_back(patch);
   out.details.push_back(detail);
 }

@@ -168,7 +168,7 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
              a.position + patch.arm);
     const FrictionStep step =
         advance_friction(friction, {plain(patch.tangential), patch.torsion, double(patch.sliding)},
-                         load.force, {patch.torsion_radius, patch.elongation}, way, dt);
+                         load.force, friction_region(patch), way, dt);
     patch.fresh = 0;
     patch.normal_force = load.force;
     patch.tangential = eigen(step.state.tangential);

@@ -200,7 +200,9 @@ Contact any_contact(Dice& dice) {
   p.fresh = dice(-1, 1) > 0.5;
   p.sliding = dice(-1, 1) > 0;
   p.torsion_radius = dice(-1, 1) > 0 ? dice(0, 0.005) : 0;
-  p.elongation = dice(0, 1);
+  const double e = dice(0, 1), angle = dice(0, M_PI);
+  p.elongation = {static_cast<float>(e * std::cos(2 * angle)),
+                  static_cast<float>(e * std::sin(2 * angle))};
   p.torsion = p.torsion_radius > 0 ? dice(-1e-3, 1e-3) : 0;
   const Vec3 t = dice.vector(1);
   p.tangential = t - p.normal * p.normal.dot(t);
@@ -255,7 +257,7 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
           {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,
            c.law.sliding_speed},
           {plain(c.patch.tangential), c.patch.torsion, c.patch.sliding ? 1.0 : 0.0}, pressed.force,
-          {c.patch.torsion_radius, c.patch.elongation}, way, dt);
+          friction_region(c.patch), way, dt);
       const Wrench on_a = wrench(n, pressed.force, pressed.offset_force, rubbed.state);
       const PatchLoad load = block.load(k);
       EXPECT_EQ(load.a, 2 * k);

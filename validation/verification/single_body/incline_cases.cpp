@@ -189,9 +189,10 @@ std::vector<Check> spin_down() {
 }
 
 // Coulomb friction on a uniform rectangle that slides at `speed` (m/s) at an angle (rad) to its
-// first edge and turns at `spin` (rad/s): integrated over the face at every step. Returns the way
-// of its centre (m) until both have stopped.
-double integrated_way(double a, double b, double mu, double speed, double angle, double spin) {
+// first edge and turns at `spin` (rad/s): integrated over the face at every step. Returns the
+// displacement of its centre (m) until both have stopped.
+Eigen::Vector2d integrated_way(double a, double b, double mu, double speed, double angle,
+                               double spin) {
   constexpr int kCells = 40;
   constexpr double dt = 2e-5;
   const double inertia = (a * a + b * b) / 12;  // per mass
@@ -218,13 +219,14 @@ double integrated_way(double a, double b, double mu, double speed, double angle,
     v += dt * force;
     w += dt * moment / inertia;
   }
-  return way.norm();
+  return way;
 }
 
-// The way (m) of the centre of a plate of edges `a` and `b` (m) until it has come to rest, flat on
-// z = 0, so that friction at its foot does not shift the load. Speed in m/s at an angle (rad) to
-// its first edge, spin in rad/s.
-double simulated_way(double a, double b, double mu, double speed, double angle, double spin) {
+// Displacement (m) of the centre of a plate of edges `a` and `b` (m) until it has come to rest,
+// flat on z = 0, so that friction at its foot does not shift the load. Speed in m/s at an angle
+// (rad) to its first edge, spin in rad/s.
+Eigen::Vector2d simulated_way(double a, double b, double mu, double speed, double angle,
+                              double spin) {
   constexpr double stiffness = 1e6, rounding = 1e-5, mass = 0.1;
   const Shape plate = make_box({a, b, 1e-3}, scenes::ice_options(mass, stiffness, rounding));
   Model model = scenes::body_on_plane(plate, scenes::law(mu, 0.5));
@@ -234,7 +236,7 @@ double simulated_way(double a, double b, double mu, double speed, double angle, 
                 about(Vec3::UnitZ(), -angle / kDegree), {speed, 0, 0}, {0, 0, spin});
   scenes::run(solver, 1.5);
   const Vec3& place = solver.particles().position[0];
-  return std::hypot(place.x(), place.y());
+  return place.head<2>();
 }
 
 std::vector<Check> slide_and_spin() {
@@ -245,8 +247,8 @@ std::vector<Check> slide_and_spin() {
       for (const double spin : {0.0, 10.0, 20.0, 60.0, 120.0}) {
         checks.push_back({fmt::format("{:g} x {:g} mm at {:g} deg, {:g} rad/s: way", 1e3 * a,
                                       1e3 * b, angle, spin),
-                          simulated_way(a, b, mu, speed, angle * kDegree, spin),
-                          integrated_way(a, b, mu, speed, angle * kDegree, spin), 0.02,
+                          simulated_way(a, b, mu, speed, angle * kDegree, spin).norm(),
+                          integrated_way(a, b, mu, speed, angle * kDegree, spin).norm(), 0.02,
                           Bound::relative, "m"});
       }
     }
@@ -254,7 +256,7 @@ std::vector<Check> slide_and_spin() {
   return checks;
 }
 
-// Random plates up to 10 : 1. The limit has no direction, and so some plates are farther off.
+// Random plates up to 10 : 1. A plate that is not square also drifts to a side.
 std::vector<Check> many_slide_and_spin() {
   constexpr int kPlates = 100;
   std::mt19937_64 random(2026);
@@ -265,16 +267,18 @@ std::vector<Check> many_slide_and_spin() {
     const double a = between(30e-3, 60e-3), b = a / std::exp(between(0, std::log(10)));
     const double mu = between(0.2, 0.5), speed = between(0.2, 0.6);
     const double angle = between(0, 90) * kDegree, spin = between(0, 4) * speed / a;
-    const double expected = integrated_way(a, b, mu, speed, angle, spin);
-    off.push_back(std::abs(simulated_way(a, b, mu, speed, angle, spin) / expected - 1));
+    const Eigen::Vector2d expected = integrated_way(a, b, mu, speed, angle, spin);
+    off.push_back((simulated_way(a, b, mu, speed, angle, spin) - expected).norm() /
+                  expected.norm());
   }
   std::sort(off.begin(), off.end());
   const auto share = [&](double part) {
     return off[static_cast<std::size_t>(std::lround(part * (kPlates - 1)))];
   };
-  return {{"median deviation of the way", share(0.5), 0.01, 0, Bound::at_most, ""},
-          {"deviation of the way, 95 of 100 plates", share(0.95), 0.08, 0, Bound::at_most, ""},
-          {"largest deviation of the way", off.back(), 0.1, 0, Bound::at_most, ""}};
+  return {
+      {"median deviation of the displacement", share(0.5), 0.01, 0, Bound::at_most, ""},
+      {"deviation of the displacement, 95 of 100 plates", share(0.95), 0.03, 0, Bound::at_most, ""},
+      {"largest deviation of the displacement", off.back(), 0.05, 0, Bound::at_most, ""}};
 }
 
 }  // namespace
@@ -305,12 +309,14 @@ std::vector<VerificationCase> incline_cases() {
        Tier::quick, spin_down},
       {"body.slide_and_spin", "A plate that slides and spins",
        "Coulomb friction of uniform pressure, integrated over the face at every step",
-       "Force and torsion share one limit, which depends on the elongation of the face.",
+       "Force and torsion share one limit, which depends on the elongation of the face and on the "
+       "direction "
+       "of sliding along or across it.",
        Tier::quick, slide_and_spin},
       {"body.many_slide_and_spin", "Random plates that slide and spin",
        "Coulomb friction of uniform pressure, integrated over the face at every step",
-       "100 plates up to 10 : 1. The limit is that of the mean over the directions of sliding.",
-       Tier::full, many_slide_and_spin}};
+       "100 plates up to 10 : 1; the displacement includes the drift to a side.", Tier::full,
+       many_slide_and_spin}};
 }
 
 }  // namespace firn::verification
