@@ -320,6 +320,35 @@ void CrashTest::meet_faults_of_a_resumption(int tries, unsigned seed) {
   }
 }
 
+// A signal at any write of a new run, between the creation of a file and its registration as well.
+TEST_F(CrashTest, RunThatGetsASignalLeavesAStateOrNothing) {
+  if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
+  std::mt19937_64 random(15);
+  empty_run_folder();
+  const CountedOutcome counted = firn_with(folder_, {run_folder(), {}, {}, ""}, run_to("r/run.h5"));
+  ASSERT_EQ(counted.status, 0) << counted.err;
+  std::vector<std::uint64_t> calls = some_of(counted.calls, 12, random);
+  for (std::uint64_t k = 1; k <= 12; ++k) calls.push_back(k);
+  for (const std::uint64_t k : calls) {
+    empty_run_folder();
+    const Outcome o =
+        firn_with(folder_, {run_folder(), {}, IoFaults::Signal{k, k % 2 ? SIGTERM : SIGINT}, ""},
+                  run_to("r/run.h5"));
+    const std::string context = "call " + std::to_string(k) + "\n" + o.err;
+    EXPECT_THAT(o.status, AnyOf(0, 130)) << context;
+    if (o.status == 0) continue;
+    EXPECT_THAT(o.err, HasSubstr("interrupted")) << context;
+    if (fs::exists(path("r/run.h5"))) {
+      EXPECT_THAT(o.err, HasSubstr("--resume")) << context;
+      expect_continues(true, context);
+    } else {
+      for (const auto& left : fs::directory_iterator(run_folder()))
+        ADD_FAILURE() << left.path() << ", " << context;
+    }
+    if (HasFatalFailure()) return;
+  }
+}
+
 TEST_F(CrashTest, ResumptionWhoseWritesFailCanBeRepeated) {
   if (!io_shim_works()) GTEST_SKIP() << "not into a program with the thread sanitizer";
   meet_faults_of_a_resumption(12, 2);
