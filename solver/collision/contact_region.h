@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firn/convex_part.h"
+#include "solver/core/simd.h"
 
 namespace firn {
 
@@ -26,16 +27,14 @@ struct PlaneMoments {
   double uu = 0, uv = 0, vv = 0;
 };
 
-// Axes u, v across the normal n; right-handed (Duff et al. 2017).
+// Axes u, v across the normal n; right-handed.
 struct ContactBasis {
   Vec3 u, v, n;
 
   explicit ContactBasis(const Vec3& normal) : n(normal) {
-    const double sign = std::copysign(1.0, n.z());
-    const double a = -1 / (sign + n.z());
-    const double b = n.x() * n.y() * a;
-    u = {1 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()};
-    v = {b, sign + n.y() * n.y() * a, -n.y()};
+    const TangentBasis across = tangent_basis(plain(n));
+    u = eigen(across.u);
+    v = eigen(across.v);
   }
   // The same about the same point in three dimensions, in the axes of u and v.
   Mat3 moments(const PlaneMoments& m) const {

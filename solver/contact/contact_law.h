@@ -173,16 +173,6 @@ struct FrictionStep {
   double work;  // J taken from the bodies
 };
 
-// Two unit vectors across a unit vector n, with u x v = n (Duff and others, Journal of Computer
-// Graphics Techniques 6 (2017)). ContactBasis is the same for three-dimensional geometry.
-struct TangentBasis {
-  Vec u, v;
-};
-[[gnu::always_inline]] inline TangentBasis tangent_basis(const Vec& n) {
-  const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
-  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
-}
-
 // The touching region as friction takes it.
 struct FrictionRegion {
   Vec normal;           // unit, from a to b

@@ -26,6 +26,16 @@ inline Vec cross(const Vec& a, const Vec& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+// Two unit vectors across a unit vector n, with u x v = n (Duff and others, Journal of Computer
+// Graphics Techniques 6 (2017)).
+struct TangentBasis {
+  Vec u, v;
+};
+[[gnu::always_inline]] inline TangentBasis tangent_basis(const Vec& n) {
+  const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+  return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
+}
+
 // yes ? a : b without a branch, for unpredictable conditions.
 inline double pick(bool yes, double a, double b) {
   const std::uint64_t mask = -static_cast<std::uint64_t>(yes);
