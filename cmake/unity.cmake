@@ -2,7 +2,7 @@
 # library with all folders in it. Most of the time of a build goes to the headers of the standard
 # library, Eigen, fmt, nlohmann_json and CLI11; a unit parses and instantiates them once. Names in
 # anonymous namespaces are therefore unique within a unit. The preset `tidy` compiles each source
-# alone, which finds missing #include lines. Sources with compile options of their own stay alone.
+# alone, which finds missing #include lines. Sources with special compile options stay alone.
 option(FIRN_UNITY_BUILD "compile each folder as one unit, for a shorter fresh build" ON)
 function(firn_unity target)
   if(NOT FIRN_UNITY_BUILD)

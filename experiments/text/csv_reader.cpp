@@ -184,6 +184,7 @@ CsvColumn find_csv_column(const std::string& file, const CsvRow& header, const s
   if (found.size() > 1) fail("heads two columns; expected one");
   if (!dimension) return {name, found[0], 1};
   const std::string unit = csv_heading(header.fields[found[0]]).unit;
+  if (unit.empty() && *dimension == dimension::none) return {name, found[0], 1};
   if (unit.empty())
     fail(fmt::format("names no unit; expected one in brackets, such as \"{} [{}]\"", name,
                      dimension == dimension::time    ? "s"

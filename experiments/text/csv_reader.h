@@ -34,7 +34,8 @@ struct CsvColumn {
   std::size_t index = 0;
   double unit = 1;  // of its numbers, SI
 };
-// The column of this name; its heading must have a unit of the dimension, if one is given.
+// The column of this name; its heading must have a unit of the dimension, if one is given. A plain
+// number needs none.
 // Throws InputError.
 CsvColumn find_csv_column(const std::string& file, const CsvRow& header, const std::string& name,
                           const std::optional<Dimension>& dimension);

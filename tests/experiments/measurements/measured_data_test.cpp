@@ -166,7 +166,7 @@ TEST_F(MeasuredDataTest, TaresAndInvertsTracesAndCurves) {
               ElementsAre(DoubleNear(100, 1e-9), DoubleNear(-100, 1e-9), DoubleNear(1000, 1e-9)));
   EXPECT_NEAR(c.data->repeats.at(1).y.at(0), -900, 1e-9);
   EXPECT_NEAR(read(curve + "tare = \"0.5 kN\"\n").data->repeats.at(0).y.at(2), 900, 1e-9);
-  EXPECT_THAT(complaint(curve + "tare_over = \"2 mm\"\n"), HasSubstr("shorter than 2"));
+  EXPECT_THAT(complaint(curve + "tare_over = \"2 mm\"\n"), HasSubstr("shorter than 0.002"));
 }
 
 TEST_F(MeasuredDataTest, PeaksAreOneAStretch) {

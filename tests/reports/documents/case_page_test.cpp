@@ -178,9 +178,9 @@ TEST(CasePage, NamesWhatTheCaseDeclares) {
 TEST(SceneMarkers, ShowEveryKindOfCoupling) {
   const auto body = [](const std::string& name, const std::string& place, const char* joint) {
     return fmt::format(
-        "[[motion_frames]]\nname = \"{}\"\nposition = \"{} mm\"\n[motion_frames.free]\nmass = "
-        "\"100 "
-        "g\"\ninertia = \"1e-4 1e-4 1e-4 kg m^2\"\njoints = [{{ kind = \"{}\", direction = [0, 0, "
+        "[[motion_frames]]\nname = \"{0}\"\nposition = \"{1} mm\"\n[motion_frames.free]\nmass = "
+        "\"100 g\"\ncenter = \"{1} mm\"\ninertia = \"1e-4 1e-4 1e-4 kg m^2\"\njoints = [{{ kind = "
+        "\"{2}\", direction = [0, 0, "
         "1] }}]\n",
         name, place, joint);
   };

@@ -82,7 +82,7 @@ TEST_F(ReplayPage, MapsAreColoredAndTheirScalesTold) {
   const std::string slab = element(document_of(file, "#t=0.2&map=peak_stress&log=1"), "replay-n1");
   EXPECT_NE(slab.find("Of the whole run: largest"), std::string::npos);
   EXPECT_NE(slab.find("Pa; "), std::string::npos);
-  EXPECT_NE(slab.find("triangles touched, the others grey"), std::string::npos);
+  EXPECT_NE(slab.find("triangles touched, the others gray"), std::string::npos);
   const std::string cube = element(document_of(file, "#shape=cube&map=contacts"), "replay-n1");
   EXPECT_NE(cube.find("per triangle: largest"), std::string::npos);
 }
