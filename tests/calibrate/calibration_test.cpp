@@ -108,20 +108,25 @@ TEST(MeasurementValue, RanksTheTestThatCutsTheValleyFirst) {
   ASSERT_EQ(next.size(), 3u);
   EXPECT_EQ(next[0]["response"], "slide.slide_angle");
   EXPECT_LT(next[0]["remaining_extent"], 0.5);
-  EXPECT_EQ(next[2]["response"], "slide.bounce");  // knows nothing of friction
-  EXPECT_LT(next[2]["information_bits"], 0.05);
-  EXPECT_GT(next[2]["remaining_extent"], 0.97);
+  for (const json& other : {next[1], next[2]}) {
+    EXPECT_GT(other["remaining_extent"], 0.97);
+    if (other["response"] == "slide.bounce") {  // knows nothing of friction
+      EXPECT_LT(other["information_bits"], 0.05);
+    } else {  // once more: across the valley by less than half of a bit, along it by nothing
+      EXPECT_LT(other["information_bits"], 0.5);
+    }
+  }
 }
 
 TEST(MeasurementValue, EffortCounts) {
   const Folder folder("effort");
   FakeExperiment experiment(bench);
-  const json j =
-      json::parse(run_study(folder.write("study.toml",
-                                         two_experiments(heap_target + "effort = \"1 min\"\n" +
-                                                         slide_candidate + "effort = \"24 h\"\n")),
-                            folder / "out", experiment)
-                      .json);
+  const json j = json::parse(
+      run_study(
+          folder.write("study.toml", two_experiments(heap_target + "effort = \"1 min\"\n" +
+                                                     slide_candidate + "effort = \"1000 h\"\n")),
+          folder / "out", experiment)
+          .json);
   EXPECT_EQ(j["measure_next"][0]["response"], "drained.aor");
   EXPECT_GT(j["measure_next"][1]["information_bits"], j["measure_next"][0]["information_bits"]);
 }

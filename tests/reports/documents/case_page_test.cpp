@@ -191,7 +191,11 @@ TEST(SceneMarkers, ShowEveryKindOfCoupling) {
   };
   const std::string at = "position = \"10 20 30 mm\"\n", along = "direction = [0, 3, 0]\n";
   const std::string text =
-      kHead + body("wheel", "0 0 0", "rotation") + body("rack", "100 0 0", "translation") +
+      kHead +
+      std::string(
+          "[shapes.ball]\nkind = \"sphere\"\nradius = \"5 mm\"\nmaterial = \"ice\"\n"
+          "[[particles]]\nshape = \"ball\"\nposition = \"0 0 2 m\"\n") +
+      body("wheel", "0 0 0", "rotation") + body("rack", "100 0 0", "translation") +
       tie("ball", at) + tie("weld", at) + tie("hinge", at + along) + tie("slot", at + along) +
       tie("gear", "ratio = \"5 mm/rad\"") +
       tie("cam",
