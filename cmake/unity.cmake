@@ -24,3 +24,9 @@ function(firn_unity target)
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP "folder_${group}")
   endforeach()
 endfunction()
+
+# firn_quick_build(TARGET): for targets that read, write and arrange. With -O1 they take a fifth less
+# time to compile. What computes is in the solver, calibrate and photo; no number depends on it.
+function(firn_quick_build target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
