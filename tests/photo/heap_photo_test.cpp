@@ -200,8 +200,8 @@ TEST(HeapPhotoLong, HeapsAreMeasuredWithinTheirUncertainty) {
   RecordProperty("from_outline", e.from_outline.text());
   std::puts(("from the plane: " + e.from_plane.text()).c_str());
   std::puts(("from the outline: " + e.from_outline.text()).c_str());
-  // The outline of these heaps, which needs no camera, is itself 0.22 degrees less steep than the plane
-  // that they are piled up to.
+  // The outline of these heaps, which needs no camera, is itself 0.22 degrees less steep than the
+  // plane that they are piled up to.
   EXPECT_LT(std::abs(e.from_plane.bias() - e.from_outline.bias() + 0.22), 0.1)
       << e.from_plane.text();
   EXPECT_LT(std::abs(e.from_outline.bias()), 0.3) << e.from_outline.text();
