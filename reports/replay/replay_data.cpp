@@ -268,6 +268,7 @@ std::string data_text(Json facts, const PoseTracks& tracks) {
   facts["high"] = {packed.high.x(), packed.high.y(), packed.high.z()};
   const std::string text = facts.dump();
   std::vector<std::uint8_t> bytes;
+  bytes.reserve(4 + text.size() + packed.bytes.size());
   for (int k = 0; k < 4; ++k) bytes.push_back(static_cast<std::uint8_t>(text.size() >> (8 * k)));
   bytes.insert(bytes.end(), text.begin(), text.end());
   bytes.insert(bytes.end(), packed.bytes.begin(), packed.bytes.end());
