@@ -271,11 +271,12 @@ MeasuredData read_measured_data(const TomlTable& t, const std::string& directory
     throw InputError(
         fmt::format("{}: holds no value; expected one at least{}", d.file,
                     d.kind == MeasuredData::Kind::trace ? " above the threshold" : ""));
-  // A filter adds samples.
+  // A tare and a filter add samples.
   const auto are_finite = [](const std::vector<double>& numbers) {
     return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
   };
-  if (!are_finite(d.values) || !are_finite(d.samples))
+  if (!are_finite(d.values) || !are_finite(d.samples) ||
+      !std::ranges::all_of(d.repeats, [&](const auto& repeat) { return are_finite(repeat.y); }))
     throw InputError(fmt::format("{}: its values are too large to be filtered", d.file));
   return d;
 }

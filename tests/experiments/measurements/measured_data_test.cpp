@@ -167,6 +167,10 @@ TEST_F(MeasuredDataTest, TaresAndInvertsTracesAndCurves) {
   EXPECT_NEAR(c.data->repeats.at(1).y.at(0), -900, 1e-9);
   EXPECT_NEAR(read(curve + "tare = \"0.5 kN\"\n").data->repeats.at(0).y.at(2), 900, 1e-9);
   EXPECT_THAT(complaint(curve + "tare_over = \"2 mm\"\n"), HasSubstr("shorter than 0.002"));
+
+  // The sum of two samples is beyond all numbers.
+  csv("test,way [mm],force [N]\na,0,1e308\na,1,1e308\na,2,1\n");
+  EXPECT_THAT(complaint(curve + "tare_over = \"1 mm\"\n"), HasSubstr("too large"));
 }
 
 TEST_F(MeasuredDataTest, PeaksAreOneAStretch) {
