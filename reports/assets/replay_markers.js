@@ -1,7 +1,7 @@
 // Fills, inlets, sensors, outlets, measurement regions and axes of a scene. Needs three.js.
 'use strict';
 const FirnReplayMarkers = (() => {
-  const COLOURS = {'fill': 0x0072b2, 'inlet': 0x56b4e9, 'sensor': 0x009e73, 'outlet': 0xd55e00, 'tag rule': 0xe69f00,
+  const COLORS = {'fill': 0x0072b2, 'inlet': 0x56b4e9, 'sensor': 0x009e73, 'outlet': 0xd55e00, 'tag rule': 0xe69f00,
                    'measurement': 0xcc79a7, 'motion': 0x8a5a00, 'free body': 0x7a3fb0, 'coupling': 0xb71c1c};
   const css = (number) => '#' + number.toString(16).padStart(6, '0');
 
@@ -25,7 +25,7 @@ const FirnReplayMarkers = (() => {
       this.kinds = new Map();  // kind -> {color, count}
       this.box = new THREE.Box3();
       for (const marker of replay.markers || []) {
-        const known = this.kinds.get(marker.kind) || {color: css(COLOURS[marker.kind] || 0x666666), count: 0};
+        const known = this.kinds.get(marker.kind) || {color: css(COLORS[marker.kind] || 0x666666), count: 0};
         ++known.count;
         this.kinds.set(marker.kind, known);
         const made = {marker, group: new THREE.Group(), at: new THREE.Vector3()};
@@ -43,7 +43,7 @@ const FirnReplayMarkers = (() => {
     resize(radius) {
       for (const {marker, group, at} of this.list) {
         group.remove(...group.children);
-        const color = COLOURS[marker.kind] || 0x666666;
+        const color = COLORS[marker.kind] || 0x666666;
         if (marker.form === 'box') this.addBox(marker, group, at, color, radius);
         else if (marker.form === 'plane') this.addPlane(marker, group, at, color, radius);
         else if (marker.form === 'point') this.addPoint(marker, group, at, color, radius);

@@ -149,10 +149,11 @@ void add_axes(Json& markers, const Case& c) {
     const Vec3 middle = middle_of(c, static_cast<int>(f));
     for (const Motion& m : frame.motions) add_motion(markers, frame.name, m, middle);
     if (!frame.free) continue;
-    for (const Joint& axis : frame.free->joints) {
-      const bool turns = axis.kind == Joint::Kind::rotation;
+    for (std::size_t j = 0; j < frame.free->joints.size(); ++j) {
+      const Joint& axis = frame.free->joints[j];
       markers.push_back(axis_marker("free body", frame.name + range_text(axis),
-                                    turns ? frame.origin : middle, axis.direction, turns));
+                                    place_of_joint(c, static_cast<int>(f), static_cast<int>(j)),
+                                    axis.direction, axis.kind == Joint::Kind::rotation));
     }
   }
   for (const Boundary& b : model.boundaries)
