@@ -61,6 +61,21 @@ constexpr std::array kSymbols = {
     Symbol{"ksi", {1000 * kPound * kGravity / (kInch * kInch), dimension::pressure}},
     Symbol{"J", {1, dimension::energy}, true},
     Symbol{"W", {1, {2, 1, -3, 0}}, true},
+    Symbol{"K", {1, dimension::temperature}},
+};
+
+// Temperatures with another zero than the kelvin: K = factor * value + offset. They are no part of
+// a compound unit.
+struct TemperatureScale {
+  std::string_view text;
+  double factor, offset;
+};
+constexpr double kIcePoint = 273.15;  // K, exact
+constexpr std::array kTemperatureScales = {
+    TemperatureScale{"degC", 1, kIcePoint},
+    TemperatureScale{"°C", 1, kIcePoint},
+    TemperatureScale{"degF", 5.0 / 9, kIcePoint - 32 * 5.0 / 9},
+    TemperatureScale{"°F", 5.0 / 9, kIcePoint - 32 * 5.0 / 9},
 };
 
 constexpr std::array<std::pair<std::string_view, double>, 15> kPrefixes = {{
@@ -92,6 +107,7 @@ constexpr std::array kNames = {
     Name{dimension::mass, "a mass", "13.7 g", "1 1 1 kg"},
     Name{dimension::time, "a time", "1 ms", "1 1 1 s"},
     Name{dimension::angle, "an angle", "10 deg", "0 0 90 deg"},
+    Name{dimension::temperature, "a temperature", "-10 degC", "0 0 0 degC"},
     Name{dimension::volume, "a volume", "105 mL", "1 1 1 mL"},
     Name{dimension::velocity, "a velocity", "50.8 mm/min", "0 0 -1 m/s"},
     Name{dimension::acceleration, "an acceleration", "9.81 m/s^2", "0 0 -9.81 m/s^2"},
@@ -120,6 +136,7 @@ std::string base_units(const Dimension& d) {
   append("m", d.length);
   append("s", d.time);
   append("rad", d.angle);
+  append("K", d.temperature);
   return text;
 }
 
@@ -224,7 +241,7 @@ class UnitParser {
     if (error != std::errc() ? caret : std::abs(exponent) > kLargestExponent) fail();
     if (error == std::errc()) at_ = static_cast<std::size_t>(end - text_.data());
     const Dimension d = base.dimension.power(exponent);
-    for (const int e : {d.length, d.mass, d.time, d.angle}) {
+    for (const int e : {d.length, d.mass, d.time, d.angle, d.temperature}) {
       if (std::abs(e) > kLargestExponent) fail();
     }
     return {std::pow(base.factor, exponent), d};
@@ -286,11 +303,16 @@ double take_number(std::string_view& text, std::string_view whole, const Wanted&
   return value;
 }
 
-// What is left behind the numbers must be a unit of the dimension; returns its factor.
-double take_unit(std::string_view text, std::string_view whole, const Wanted& wanted) {
+// Value in SI = factor * number + offset.
+struct Conversion {
+  double factor = 1, offset = 0;
+};
+
+// What is left behind the numbers must be a unit of the dimension.
+Conversion take_unit(std::string_view text, std::string_view whole, const Wanted& wanted) {
   text = trim(text);
   if (text.empty()) {
-    if (wanted.dimension == dimension::none) return 1;
+    if (wanted.dimension == dimension::none) return {};
     throw InputError(
         fmt::format("\"{}\" has no unit; expected {}", shortened(whole), wanted.text()));
   }
@@ -298,6 +320,10 @@ double take_unit(std::string_view text, std::string_view whole, const Wanted& wa
       !text.starts_with("1/")) {
     throw InputError(
         fmt::format("\"{}\" has too many numbers; expected {}", shortened(whole), wanted.text()));
+  }
+  if (wanted.dimension == dimension::temperature) {
+    const auto scale = std::ranges::find(kTemperatureScales, text, &TemperatureScale::text);
+    if (scale != kTemperatureScales.end()) return {scale->factor, scale->offset};
   }
   Unit unit;
   try {
@@ -310,7 +336,7 @@ double take_unit(std::string_view text, std::string_view whole, const Wanted& wa
     throw InputError(fmt::format("\"{}\" is {}; expected {}", shortened(whole),
                                  dimension_name(unit.dimension), wanted.text()));
   }
-  return unit.factor;
+  return {unit.factor, 0};
 }
 
 double checked(double value, std::string_view whole, const Wanted& wanted) {
@@ -333,6 +359,7 @@ const std::array kRanges = {
     DimensionRange{dimension::mass, {1e-20, 1e9}},
     DimensionRange{dimension::time, {1e-12, 1e9}},
     DimensionRange{dimension::angle, {1e-9, 1e6}},
+    DimensionRange{dimension::temperature, {1e-6, 1e6}},
     DimensionRange{dimension::velocity, {1e-12, 1e6}},
     DimensionRange{dimension::acceleration, {1e-12, 1e9}},
     DimensionRange{dimension::angular_velocity, {1e-12, 1e7}},
@@ -347,11 +374,13 @@ const std::array kRanges = {
 }  // namespace
 
 Dimension operator*(const Dimension& a, const Dimension& b) {
-  return {a.length + b.length, a.mass + b.mass, a.time + b.time, a.angle + b.angle};
+  return {a.length + b.length, a.mass + b.mass, a.time + b.time, a.angle + b.angle,
+          a.temperature + b.temperature};
 }
 
 Dimension Dimension::power(int exponent) const {
-  return {length * exponent, mass * exponent, time * exponent, angle * exponent};
+  return {length * exponent, mass * exponent, time * exponent, angle * exponent,
+          temperature * exponent};
 }
 
 Unit parse_unit(std::string_view text) { return UnitParser(text).parse(); }
@@ -360,7 +389,8 @@ double parse_quantity(std::string_view text, const Dimension& expected) {
   const Wanted wanted{expected};
   std::string_view rest = text;
   const double number = take_number(rest, text, wanted);
-  return checked(number * take_unit(rest, text, wanted), text, wanted);
+  const Conversion unit = take_unit(rest, text, wanted);
+  return checked(number * unit.factor + unit.offset, text, wanted);
 }
 
 Vec3 parse_vector(std::string_view text, const Dimension& expected) {
@@ -368,8 +398,8 @@ Vec3 parse_vector(std::string_view text, const Dimension& expected) {
   std::string_view rest = text;
   Vec3 v;
   for (int i = 0; i < 3; ++i) v[i] = take_number(rest, text, wanted);
-  v *= take_unit(rest, text, wanted);
-  for (int i = 0; i < 3; ++i) checked(v[i], text, wanted);
+  const Conversion unit = take_unit(rest, text, wanted);
+  for (int i = 0; i < 3; ++i) v[i] = checked(v[i] * unit.factor + unit.offset, text, wanted);
   return v;
 }
 

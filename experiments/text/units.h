@@ -10,7 +10,7 @@ namespace firn {
 
 // Exponents of the base dimensions. Angles count as one, so that "4 1/s" is no angular velocity.
 struct Dimension {
-  int length = 0, mass = 0, time = 0, angle = 0;
+  int length = 0, mass = 0, time = 0, angle = 0, temperature = 0;
 
   friend bool operator==(const Dimension&, const Dimension&) = default;
   friend Dimension operator*(const Dimension& a, const Dimension& b);
@@ -23,6 +23,7 @@ inline constexpr Dimension length{1, 0, 0, 0};
 inline constexpr Dimension mass{0, 1, 0, 0};
 inline constexpr Dimension time{0, 0, 1, 0};
 inline constexpr Dimension angle{0, 0, 0, 1};
+inline constexpr Dimension temperature{0, 0, 0, 0, 1};
 inline constexpr Dimension volume{3, 0, 0, 0};
 inline constexpr Dimension velocity{1, 0, -1, 0};
 inline constexpr Dimension acceleration{1, 0, -2, 0};
@@ -53,7 +54,7 @@ struct Unit {
 // a division takes the one symbol (or parenthesis) behind it. Throws InputError.
 Unit parse_unit(std::string_view text);
 
-// "2.4 in" in SI. Throws InputError (one sentence) for a missing, unknown or unfitting unit and
+// "2.4 in" in SI; a temperature may also be in "degC" or "degF". Throws InputError (one sentence) for a missing, unknown or unfitting unit and
 // for a number that is not finite or beyond the usable range. Values below it are taken as they
 // are.
 double parse_quantity(std::string_view text, const Dimension& expected);

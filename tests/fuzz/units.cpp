@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool readable = fuzz::accepts([&] {
     const Dimension found = parse_unit(unit == text.npos ? text : text.substr(unit)).dimension;
     constexpr int kMost = 20;  // products of powers have more, and no text
-    for (const int e : {found.length, found.mass, found.time, found.angle})
+    for (const int e : {found.length, found.mass, found.time, found.angle, found.temperature})
       if (std::abs(e) > kMost) return;
     d = found;
   });

@@ -63,6 +63,10 @@ TEST(Units, ReadTheEverydayOnes) {
       {"180 °", dimension::angle, pi},
       {"105 mL", dimension::volume, 105e-6},
       {"2 1/s", {0, 0, -1, 0}, 2},
+      {"263.15 K", dimension::temperature, 263.15},
+      {"-10 degC", dimension::temperature, 263.15},
+      {"-10 °C", dimension::temperature, 263.15},
+      {"14 degF", dimension::temperature, 263.15},
   };
   for (const Example& e : examples) {
     EXPECT_NEAR(parse_quantity(e.text, e.dimension), e.si, 1e-15 * std::abs(e.si)) << e.text;
