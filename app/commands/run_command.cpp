@@ -111,6 +111,13 @@ void log_case(const Case& c, const std::string& results_file) {
                     MeshUse::particle);
     if (!advice.empty()) spdlog::warn("shape {}: length_unit: {}", shape.name, advice);
   }
+  for (std::size_t i = 0; i < c.model.beams.size(); ++i) {
+    const BeamLaw& beam = c.model.beams[i];
+    const auto count = std::ranges::count(c.model.bonds, static_cast<int>(i), &Bond::law);
+    spdlog::info("{} bonds {}: {:.4g} mm wide, {:.4g} mm long, {:.4g} MPa in tension", count,
+                 beam.name, 2e3 * beam.section.half_width, 1e3 * beam.length,
+                 1e-6 * beam.tensile_strength);
+  }
   spdlog::info("time step {:.4g} s: {}", c.model.timestep, c.timestep_reason);
   if (c.steps_taken > 0 && c.steps_taken < kAccurateSteps) {
     spdlog::warn(

@@ -250,7 +250,6 @@ Case read_case_text(const std::string& text, const std::string& source,
   if (!c.drained_repose) c.stages = read_stages(root, c);
   check_stage_names(root, c);
   add_coming_particles(c);
-  read_bonds(root, c);
   c.measures = read_measures(root, c);
   model.statistics = read_statistics(root, model, c.wear_rate);
   if (model.particles.empty()) {
@@ -260,6 +259,7 @@ Case read_case_text(const std::string& text, const std::string& source,
         "[experiment]");
   }
   check_interactions(root, model, interactions.given);
+  read_bonds(root, c);
   if (c.automatic_timestep) {
     root.at("", [&] {
       const TimestepAdvice advice = advise_timestep(model, c.steps_per_loading);

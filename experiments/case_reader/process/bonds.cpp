@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <unordered_map>
 #include <utility>
 
 #include "experiments/case_reader/model/shapes.h"
 #include "experiments/case_reader/process/insertion.h"
+#include "experiments/case_reader/process/sintering.h"
 #include "firn/distance.h"
+#include "firn/solver.h"
 
 namespace firn {
 namespace {
@@ -82,11 +86,63 @@ std::vector<Couple> couples_of_pairs(const TomlTable& t, const Case& c, std::str
 }
 
 std::vector<Couple> read_couples(const TomlTable& t, const Case& c) {
-  constexpr std::array<std::string_view, 3> kWays = {"inlet", "pairs", "tags"};
-  if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
-    t.fail("", "says not once who is joined; expected one of inlet, pairs and tags");
   if (t.has("inlet")) return pairs_from_inlet(t, c);
   return couples_of_pairs(t, c, t.has("pairs") ? "pairs" : "tags");
+}
+
+// A bond before it is made: about a place, along an axis from the first body to the second.
+struct PlannedBond {
+  Couple bodies;
+  Vec3 middle, axis, up;  // m, world; directions of any length
+};
+
+// The contacts of the bodies that are there at the start, as they stand. The solver that finds them
+// has no boundaries, and its one step is too short to move a body.
+std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
+  constexpr double kStep = 1e-12;  // s
+  Model bodies;
+  bodies.gravity = Vec3::Zero();
+  bodies.timestep = kStep;
+  bodies.materials = c.model.materials;
+  bodies.interactions = c.model.interactions;
+  bodies.shapes = c.model.shapes;
+  bodies.particles = c.model.particles;
+  bodies.numerics = c.model.numerics;
+  bodies.numerics.overlap_limit = std::numeric_limits<double>::max();  // checked by the run
+  Solver solver(std::move(bodies));
+  std::unordered_map<int, Standing> at;
+  for (const Case::Placed& p : c.placed) {
+    solver.insert(p.particle, p.position, p.orientation, Vec3::Zero(), Vec3::Zero());
+    at.emplace(p.particle, standing(c.model, p.particle, p.position, p.orientation));
+  }
+  solver.step();
+  std::vector<PlannedBond> bridges;
+  for (const Contact& contact : solver.contacts()) {
+    if (!(contact.overlap > 0)) continue;
+    bridges.push_back({{at.at(contact.a), at.at(contact.b)},
+                       contact.place,
+                       contact.normal,
+                       contact.normal.unitOrthogonal()});
+  }
+  if (bridges.empty())
+    t.fail("contacts",
+           "no two bodies touch at the start; expected bodies of [initial_state] or "
+           "[[particles]] that do");
+  return bridges;
+}
+
+bool at_contacts(const TomlTable& t) {
+  constexpr std::array<std::string_view, 4> kWays = {"inlet", "pairs", "tags", "contacts"};
+  if (std::ranges::count_if(kWays, [&](std::string_view key) { return t.has(key); }) != 1)
+    t.fail("", "says not once who is joined; expected one of inlet, pairs, tags and contacts");
+  if (!t.has("contacts")) return false;
+  if (!t.boolean("contacts", true)) t.fail("contacts", "is false; expected true, or no such key");
+  for (const char* key : {"position", "height_direction", "mold", "width", "height"})
+    if (t.has(key))
+      t.fail(key,
+             "is no key of bonds at contacts, which are round; expected a radius or a storage "
+             "time");
+  return true;
 }
 
 // The ice in the channel through a mold's webs: section and length.
@@ -114,7 +170,47 @@ Channel channel_of(const TomlTable& root, const TomlTable& t) {
          fmt::format("\"{}\" is no mold; expected the name of a boundary of that kind", name));
 }
 
+// Given, or grown in store.
+double read_neck_radius(const TomlTable& t) {
+  if (t.has("radius") == t.has("storage_time"))
+    t.fail("radius",
+           "expected either a radius, or a storage_time, temperature and "
+           "curvature_radius");
+  if (t.has("radius")) {
+    for (const char* key : {"temperature", "curvature_radius"})
+      if (t.has(key)) t.fail(key, "is given together with a radius; expected one of the two");
+    return t.quantity("radius", dimension::length, Sign::positive);
+  }
+  constexpr double kMelting = 273.15, kColdest = 173.15;  // K
+  const Storage storage{t.quantity("storage_time", dimension::time, Sign::positive),
+                        t.quantity("temperature", dimension::temperature, Sign::positive),
+                        t.quantity("curvature_radius", dimension::length, Sign::positive)};
+  if (!(storage.temperature >= kColdest && storage.temperature < kMelting))
+    t.fail("temperature", fmt::format("is {:.4g} degC; expected one from -100 degC to below 0 degC",
+                                      storage.temperature - kMelting));
+  const double radius = sintered_neck_radius(storage);
+  if (radius > 0.5 * storage.curvature_radius)
+    t.fail("storage_time",
+           fmt::format("necks grow to {:.4g} mm, beyond half of the curvature_radius, where their "
+                       "law does not hold; expected a shorter time, a lower temperature, a larger "
+                       "curvature_radius, or a radius in place of the three",
+                       1e3 * radius));
+  return radius;
+}
+
+// As long as to give way by a normal force as the circle of this radius between two half-spaces
+// does: E a / (1 - nu^2) = E pi a^2 / L (Johnson, Contact Mechanics (1985), equation (3.32)).
+void read_neck(const TomlTable& t, double poisson_ratio, BeamLaw& law) {
+  const double radius = read_neck_radius(t);
+  law.section = round_section(radius, poisson_ratio);
+  law.length = t.has("length") ? t.quantity("length", dimension::length, Sign::positive)
+                               : std::numbers::pi * radius * (1 - poisson_ratio * poisson_ratio);
+}
+
 void read_geometry(const TomlTable& root, const TomlTable& t, double poisson_ratio, BeamLaw& law) {
+  if (t.has("contacts")) return read_neck(t, poisson_ratio, law);
+  for (const char* key : {"storage_time", "temperature", "curvature_radius"})
+    if (t.has(key)) t.fail(key, "is a key of bonds at contacts; expected contacts = true with it");
   const auto length = [&](std::string_view key) {
     return t.quantity(key, dimension::length, Sign::positive);
   };
@@ -187,8 +283,8 @@ void check_reach(const TomlTable& t, const Model& model, const Bond& bond, const
   check(bond.b, bond.end_b);
 }
 
-Bond join(const TomlTable& t, const Model& model, const Couple& couple, int law,
-          const Vec3& position, const Vec3& height) {
+PlannedBond bond_between(const TomlTable& t, const Model& model, const Couple& couple,
+                         const Vec3& position, const Vec3& height) {
   const auto& [a, b] = couple;
   const Quat shape_a = a.at.orientation * shape_of(model, a.particle).shape_from_body.conjugate();
   const Vec3 axis = b.at.position - a.at.position, up = shape_a * height;
@@ -196,9 +292,20 @@ Bond join(const TomlTable& t, const Model& model, const Couple& couple, int law,
     t.fail("height_direction", fmt::format("runs along the bridge from particle {} to {}; expected "
                                            "a direction across it, in shape axes of the first",
                                            a.particle, b.particle));
-  const Vec3 middle = 0.5 * (a.at.position + b.at.position) + shape_a * position;
-  return make_bond(a.particle, b.particle, law, model.beams[index(law)].length, a.at, b.at, middle,
-                   axis, up);
+  return {couple, 0.5 * (a.at.position + b.at.position) + shape_a * position, axis, up};
+}
+
+std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
+  if (at_contacts(t)) return bonds_at_contacts(t, c);
+  const std::vector<Couple> couples = read_couples(t, c);
+  if (couples.empty()) t.fail("pairs", "is empty; expected pairs of bodies");
+  const Vec3 position = t.vector("position", dimension::length, "0 0 0 m");
+  if (!t.has("height_direction")) t.set("height_direction", toml::array{0, 0, 1});
+  const Vec3 height = t.direction("height_direction");
+  std::vector<PlannedBond> bridges;
+  for (const Couple& couple : couples)
+    bridges.push_back(bond_between(t, c.model, couple, position, height));
+  return bridges;
 }
 
 }  // namespace
@@ -206,24 +313,41 @@ Bond join(const TomlTable& t, const Model& model, const Couple& couple, int law,
 void read_bonds(const TomlTable& root, Case& c) {
   Model& model = c.model;
   for (const TomlTable& t : root.tables("bonds")) {
-    t.allow({"name", "enabled", "inlet", "pairs", "tags", "mold", "width", "height", "radius",
-             "length", "position", "height_direction", "young_modulus", "poisson_ratio",
-             "shear_modulus", "tensile_strength", "shear_strength", "damping_ratio"});
-    const std::vector<Couple> couples = read_couples(t, c);
-    if (couples.empty()) t.fail("pairs", "is empty; expected pairs of bodies");
-    const int material = shape_of(model, couples.front().front().particle).material;
+    t.allow({"name",
+             "enabled",
+             "inlet",
+             "pairs",
+             "tags",
+             "contacts",
+             "mold",
+             "width",
+             "height",
+             "radius",
+             "length",
+             "position",
+             "height_direction",
+             "storage_time",
+             "temperature",
+             "curvature_radius",
+             "young_modulus",
+             "poisson_ratio",
+             "shear_modulus",
+             "tensile_strength",
+             "shear_strength",
+             "damping_ratio"});
+    const std::vector<PlannedBond> bridges = read_planned_bonds(t, c);
+    const int material = shape_of(model, bridges.front().bodies.front().particle).material;
     const BeamLaw law = read_law(root, t, model.materials[index(material)]);
-    const Vec3 position = t.vector("position", dimension::length, "0 0 0 m");
-    if (!t.has("height_direction")) t.set("height_direction", toml::array{0, 0, 1});
-    const Vec3 height = t.direction("height_direction");
     const bool enabled = t.boolean("enabled", true);
     if (std::ranges::find(model.beams, law.name, &BeamLaw::name) != model.beams.end())
       t.fail("name", fmt::format("\"{}\" is taken already; expected another name", law.name));
     if (!enabled) continue;
     model.beams.push_back(law);
-    for (const Couple& couple : couples) {
+    const int number = static_cast<int>(model.beams.size()) - 1;
+    for (const auto& [bodies, middle, axis, up] : bridges) {
+      const auto& [a, b] = bodies;
       model.bonds.push_back(
-          join(t, model, couple, static_cast<int>(model.beams.size()) - 1, position, height));
+          make_bond(a.particle, b.particle, number, law.length, a.at, b.at, middle, axis, up));
       check_reach(t, model, model.bonds.back(), law);
     }
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "experiments/case_reader/process/sintering.h"
 #include "experiments/export/export.h"
 #include "experiments/inspection/contact_inspection.h"
 #include "experiments/results/bond_results.h"
@@ -215,6 +216,84 @@ shear_strength = "1 MPa"
   EXPECT_NEAR(2 * law.section.half_width, 5e-3, 1e-12);
   EXPECT_NEAR(2 * law.section.half_height, 3e-3, 1e-12);
   EXPECT_NEAR(law.length, 25e-3 - 20.574e-3 - 2e-3, 1e-9);
+}
+
+// By hand at -10 C, after 8 h, R = 1 mm: p = 259.9 Pa, D = 1.963e-5 m^2/s, kT = 3.6332e-21 J, so
+// that 20 gamma Omega^2 p D / (kT)^2 = 8.97e-19 m^3/s.
+TEST(Sintering, NecksGrowByHobbsAndMasonsLaw) {
+  const Storage store{8 * 3600.0, 263.15, 1e-3};
+  const double x = sintered_neck_radius(store);
+  EXPECT_NEAR(x, std::pow(8.97e-19 * 1e-6 * 8 * 3600, 0.2), 2e-3 * x);
+  for (const double factor : {0.01, 3.0, 48.0}) {
+    EXPECT_NEAR(sintered_neck_radius({factor * store.time, store.temperature, 1e-3}),
+                x * std::pow(factor, 0.2), 1e-12 * x);
+    EXPECT_NEAR(sintered_neck_radius({store.time, store.temperature, factor * 1e-3}),
+                x * std::pow(factor, 0.4), 1e-12 * x);
+  }
+  double colder = x;
+  for (const double temperature : {258.0, 253.0, 243.0, 223.0}) {
+    const double now = sintered_neck_radius({store.time, temperature, 1e-3});
+    EXPECT_LT(now, colder);
+    colder = now;
+  }
+}
+
+// A stack of three cubes, the uppermost 1 mm above the second, and one that stands alone.
+std::string stack(const std::string& bonds) {
+  std::string text = kBodies;
+  for (const char* place : {"0 0 9.99", "0 0 29.97", "0 0 50.97", "-40 0 9.99"})
+    text += std::string("[[particles]]\nshape = \"cube\"\nposition = \"") + place + " mm\"\n";
+  return text + "[[bonds]]\nname = \"necks\"\ncontacts = true\ntensile_strength = \"1 MPa\"\n" +
+         "shear_strength = \"1 MPa\"\n" + bonds;
+}
+
+TEST(Sintering, JoinsBodiesThatTouchAtTheirContacts) {
+  const Case c = read(stack("radius = \"2 mm\"\n"));
+  ASSERT_EQ(c.model.bonds.size(), 1u);
+  const Bond& bond = c.model.bonds[0];
+  EXPECT_EQ(bond.a, 0);
+  EXPECT_EQ(bond.b, 1);
+  const BeamLaw& law = c.model.beams[0];
+  // As stiff as a circle between two half-spaces.
+  EXPECT_NEAR(law.young_modulus * law.section.area / law.length, 1e7 * 2e-3 / (1 - 0.33 * 0.33),
+              1e-6);
+  // In the middle of the two faces, across them, and free of stress.
+  EXPECT_NEAR(std::abs((bond.axes_a * Vec3::UnitX()).z()), 1, 1e-9);
+  Solver solver(c.model);
+  for (const Case::Placed& p : c.placed)
+    solver.insert(p.particle, p.position, p.orientation, p.velocity, p.angular_velocity);
+  solver.step();
+  const BondState state = solver.bond(0);
+  ASSERT_TRUE(state.acts);
+  EXPECT_NEAR(state.middle.z(), 19.98e-3, 2e-5);
+  EXPECT_LT(state.middle.head<2>().norm(), 1e-6);
+  EXPECT_LT(state.forces.force.norm(), 1e-3);
+  EXPECT_EQ(read_case_text(c.resolved, "again", ".").resolved, c.resolved);
+}
+
+TEST(Sintering, StorageGivesTheRadius) {
+  const std::string store = "storage_time = \"8 h\"\ntemperature = \"-10 degC\"\n";
+  const Case c = read(stack(store + "curvature_radius = \"1 mm\"\n"));
+  EXPECT_DOUBLE_EQ(c.model.beams[0].section.half_width,
+                   sintered_neck_radius({8 * 3600.0, 263.15, 1e-3}));
+  EXPECT_THAT(complaint(stack(store)), HasSubstr("curvature_radius"));
+  EXPECT_THAT(complaint(stack(store + "curvature_radius = \"1 um\"\n")),
+              HasSubstr("beyond half of the curvature_radius"));
+  EXPECT_THAT(complaint(stack(store + "radius = \"1 mm\"\n")), HasSubstr("either a radius"));
+  EXPECT_THAT(complaint(stack("radius = \"1 mm\"\ntemperature = \"260 K\"\n")),
+              HasSubstr("one of the two"));
+  EXPECT_THAT(complaint(stack("")), HasSubstr("either a radius"));
+  EXPECT_THAT(complaint(stack("storage_time = \"8 h\"\ntemperature = \"1 degC\"\n"
+                              "curvature_radius = \"1 mm\"\n")),
+              HasSubstr("is 1 degC; expected one from -100 degC"));
+  EXPECT_THAT(complaint(stack("radius = \"1 mm\"\nposition = \"0 0 1 mm\"\n")),
+              HasSubstr("no key of bonds at contacts"));
+  EXPECT_THAT(complaint(joined("inlet = \"mold\"\nstorage_time = \"1 h\"")),
+              HasSubstr("contacts = true"));
+  std::string alone = stack("radius = \"1 mm\"\n");
+  alone.replace(alone.find("0 0 29.97"), 9, "0 9 59.97");
+  alone.replace(alone.find("0 0 50.97"), 9, "0 0 99.97");
+  EXPECT_THAT(complaint(alone), HasSubstr("no two bodies touch"));
 }
 
 // Two rows of cubes fall across an edge: some bridges break. Interrupted on the way, the file is
