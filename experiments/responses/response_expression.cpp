@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "experiments/analysis/sample_statistics.h"
@@ -73,7 +72,6 @@ Operand parse_operand(const std::string& text) {
 }
 
 double evaluate(const Operand& o, const std::vector<Response>& responses) {
-  constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
   if (o.part == Operand::Part::number) return o.number;
   const Response& r = find(o, responses);
   if (o.part == Operand::Part::single) {
@@ -83,12 +81,12 @@ double evaluate(const Operand& o, const std::vector<Response>& responses) {
     return r.value[0];
   }
   if (o.part == Operand::Part::element)
-    return o.element < r.value.size() ? r.value[o.element] : undefined;
+    return o.element < r.value.size() ? r.value[o.element] : kUndefined;
   std::vector<double> values = r.value;
   std::erase_if(values, [](double v) { return std::isnan(v); });
   const double sum = std::accumulate(values.begin(), values.end(), 0.0);
   if (o.part == Operand::Part::sum) return sum;
-  if (values.empty()) return undefined;
+  if (values.empty()) return kUndefined;
   switch (o.part) {
     case Operand::Part::max:
       return *std::ranges::max_element(values);

@@ -8,13 +8,13 @@
 #include <deque>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <thread>
 #include <utility>
 
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/results_schema.h"
+#include "experiments/system/input_file.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -25,14 +25,13 @@ using namespace std::chrono_literals;
 constexpr auto kFlushEvery = 1s;                       // what a crash can lose
 constexpr std::size_t kQueueLimit = 64 * 1024 * 1024;  // bytes waiting to be written
 
-// Also one whose first block a power failure has lost: it reads as zeros.
+// Whether a file is a results file, or one whose first block a power failure has lost: that block
+// reads as zeros, or the file is empty.
 bool may_be_results(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  char signature[8] = {};
-  stream.read(signature, sizeof(signature));
-  const std::string_view text(signature, sizeof(signature));
-  return text == std::string_view("\x89HDF\r\n\x1a\n", 8) ||
-         text == std::string_view("\0\0\0\0\0\0\0\0", 8);
+  constexpr std::size_t kSize = kHdf5Signature.size();
+  std::string start = first_bytes(file, kSize);
+  start.resize(kSize, '\0');
+  return start == kHdf5Signature || start == std::string(kSize, '\0');
 }
 
 // Only then does it go before the file.

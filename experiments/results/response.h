@@ -1,6 +1,7 @@
 // A measured response: what calibration and validation compare with experiment.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,9 @@ namespace firn {
 
 class Recording;
 struct Case;
+
+// The value of a response that a run leaves undefined.
+inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 struct Response {
   std::string name;                 // e.g. "angle_of_repose_left"

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "experiments/batch/batch_folder.h"
 #include "experiments/responses/response_expression.h"
+#include "experiments/results/response.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/system/interruption.h"
@@ -27,7 +27,6 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double not_defined = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_runs = input_limits::batch_runs;
 
 SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
@@ -89,12 +88,12 @@ void read_values(SweepResult& r) {
     for (const std::string& name : r.responses) try {
         run.values.push_back(run.result.status == JobStatus::finished
                                  ? evaluate(parse_operand(name), run.result.responses)
-                                 : not_defined);
+                                 : kUndefined);
       } catch (const InputError& e) {
         // One that a run has only when something came to pass is undefined where it did not.
         if (!r.sweep.responses.empty())
           throw InputError(r.sweep.source + ": responses: " + e.what());
-        run.values.push_back(not_defined);
+        run.values.push_back(kUndefined);
       }
 }
 
@@ -124,7 +123,7 @@ void write_csv(const SweepResult& r) {
 
 struct Scatter {
   int count = 0;
-  double mean = not_defined, deviation = not_defined;
+  double mean = kUndefined, deviation = kUndefined;
 };
 Scatter scatter(const SweepResult& r, std::size_t combination, std::size_t response) {
   std::vector<double> values;
@@ -284,7 +283,7 @@ std::vector<SweptPower> powers(const SweepResult& r) {
   if (r.sweep.vary.size() != 1) return {};
   std::vector<double> x;
   for (const std::string& value : r.sweep.vary.front().values)
-    x.push_back(number(value).value_or(not_defined));
+    x.push_back(number(value).value_or(kUndefined));
   std::vector<SweptPower> all;
   for (std::size_t i = 0; i < r.responses.size(); ++i) {
     std::vector<double> mean, error;
