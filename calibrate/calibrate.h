@@ -25,7 +25,7 @@ struct StudyOptions : BatchOptions {
   bool plot = true;         // draw the fitted response with gnuplot
   RecordOptions save;       // also make a material record of the answer, when it has a name
   // Called once with what was found, unless the study was interrupted.
-  std::function<void(const Study&, const CalibrationResult&)> on_answer;
+  std::function<void(const Study&, const CalibrationResult&)> on_result;
 };
 
 struct StudySummary {

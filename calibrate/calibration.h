@@ -19,22 +19,22 @@ inline constexpr const char* kComparePhase = "compare: ";
 // here remembers anything from one session to the next.
 class Calibration {
  public:
-  Calibration(const Study& study, StudyRuns& campaign, BatchProgress& progress)
-      : study_(study), campaign_(campaign), progress_(progress) {}
+  Calibration(const Study& study, StudyRuns& study_runs, BatchProgress& progress)
+      : study_(study), study_runs_(study_runs), progress_(progress) {}
 
-  CalibrationResult answer() {
+  CalibrationResult run() {
     run_initial_design();
     bool fitted = fit();
-    while (!fitted && explore_further()) fitted = fit();
-    while (fitted && worth_refining()) {
+    while (!fitted && extend_design()) fitted = fit();
+    while (fitted && should_refine()) {
       refine();
       fitted = fit();
     }
     if (fitted) {
-      choose_answer();
+      choose_estimate();
       confirm();
-      check_valley_ends();
-      describe_knowledge();
+      check_ridge_ends();
+      summarize_posterior();
     }
     return finish();
   }
@@ -44,7 +44,7 @@ class Calibration {
   std::vector<Point> reused_points();
   void spread_design();
   bool noise_is_negligible() const;
-  bool explore_further();
+  bool extend_design();
   void check_outliers();
   void run_more_seeds(const std::string& phase, const std::vector<std::size_t>& points,
                       const std::vector<int>& seeds);
@@ -52,17 +52,17 @@ class Calibration {
   bool fit();
   void record_estimate(const std::string& after);
   void judge_fit();
-  bool simulated_nearby(const Eigen::VectorXd& u) const;
+  bool has_run_near(const Eigen::VectorXd& u) const;
   int seeds_left() const;
   int seeds_reserved() const;
   void report_estimate() const;
-  bool worth_refining();
+  bool should_refine();
   void refine();
-  void choose_answer();
-  void decide_whether_determined();
+  void choose_estimate();
+  void judge_identifiability();
   void confirm();
-  void check_valley_ends();
-  void describe_knowledge();
+  void check_ridge_ends();
+  void summarize_posterior();
   CalibrationResult finish();
 
   void compare_numerics();
@@ -73,7 +73,7 @@ class Calibration {
   void account_for_budget();
 
   const Study& study_;
-  StudyRuns& campaign_;
+  StudyRuns& study_runs_;
   BatchProgress& progress_;
   CalibrationResult a_;
   std::vector<Point> numerics_;
@@ -85,9 +85,8 @@ class Calibration {
   bool budget_used_ = false;      // refinement ended for want of runs
 };
 
-// Fills in what the runs of a point gave; `knowledge` (may be null) has the noise.
-void observe(const Study& study, const ResponseModels* knowledge, const Point& point,
-             CheckedSet& set);
+// Fills in what the runs of a point gave; `fitted` (may be null) has the noise.
+void observe(const Study& study, const ResponseModels* models, const Point& point, CheckedSet& set);
 // "ice_ice = 0.094, ice_plastic = 0.085"
 std::string parameter_text(const Study& study, const std::vector<double>& values);
 // `count` seeds from `first` on.

@@ -12,6 +12,6 @@ namespace firn {
 // value the mean over the same budget.replicates_per_point seeds, and confirms the best with fresh
 // ones. Every evaluation goes through the journal: a resumed study replays the search and repeats
 // no run.
-CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchProgress& progress);
+CalibrationResult direct_search(const Study& study, StudyRuns& study_runs, BatchProgress& progress);
 
 }  // namespace firn

@@ -190,7 +190,7 @@ PageSource source_of(const ViewArguments& a) {
                      "validation");
   std::vector<std::string> files = {a.path};
   if (path.extension() == ".h5") {
-    files.push_back(kept_copy(a.path));
+    files.push_back(saved_copy(a.path));
   } else if (fs::is_directory(path, unreadable)) {
     return folder_source(a.path);
   }

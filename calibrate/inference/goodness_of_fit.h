@@ -9,7 +9,7 @@
 namespace firn {
 
 // Chi-square of the residuals of all targets at the parameters that meet them best.
-struct Goodness {
+struct GoodnessOfFit {
   double chi_square = 0;
   double freedom = 1;       // targets less the parameters' directions that they determine
   double probability = 1;   // that chance gives at least this chi-square when all is right
@@ -23,8 +23,8 @@ enum class Priors { with, without };
 // The minimum is looked for from `start` (unit cube). With priors, each is one more residual.
 // A parameter that ends at a border of its range takes no degree of freedom: the probability is
 // that of the residuals given which parameters are at their borders.
-Goodness goodness_of_fit(const Study& study, const ResponseModels& knowledge,
-                         const Eigen::VectorXd& start, Priors priors);
+GoodnessOfFit goodness_of_fit(const Study& study, const ResponseModels& models,
+                              const Eigen::VectorXd& start, Priors priors);
 
 // Probability that chi-square with so many degrees of freedom (> 0) is at least x (>= 0).
 double chi_square_tail(double x, double freedom);

@@ -37,18 +37,18 @@ struct Combination {
   // From `value`, of the nearest 95 % of the posterior; where the valley bends, of all of the 95 %
   // region.
   double distance_95 = 0;
-  bool bends() const { return spread > 1.5 * sd; }
+  bool is_curved() const { return spread > 1.5 * sd; }
   VarianceSplit split;  // of sd^2
   // What is stated of it: true all over the posterior, not only near the answer.
   double uncertainty() const { return std::max({sd, spread, distance_95 / 2}); }
 };
 // What counts against a direction: all that is uncertain, or the measurements alone, as if the
 // responses were known perfectly.
-enum class Against { everything, measurement };
+enum class VarianceSources { all, measurement };
 // At u, strongest first; as many as there are parameters.
-std::vector<Combination> combinations(const Study& study, const ResponseModels& knowledge,
+std::vector<Combination> combinations(const Study& study, const ResponseModels& models,
                                       const Eigen::VectorXd& u,
-                                      Against against = Against::everything);
+                                      VarianceSources sources = VarianceSources::all);
 
 // Fills in how far each combination strays over the posterior.
 void rms_over_posterior(const Posterior& posterior, const Study& study,
@@ -57,7 +57,7 @@ void rms_over_posterior(const Posterior& posterior, const Study& study,
 // How much narrower the band of a target would become, as a share of its width today, if further
 // runs made the responses known perfectly all over the posterior (the largest over the targets); 1
 // where they would determine a combination that is not determined at u now.
-double expected_narrowing(const Study& study, const ResponseModels& knowledge,
+double expected_narrowing(const Study& study, const ResponseModels& models,
                           const Posterior& posterior, const Eigen::VectorXd& u);
 
 // One of several equally good answers.
@@ -69,13 +69,13 @@ struct RidgeMember {
 std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& misfit,
                                const Posterior& posterior);
 
-enum class FirstPoint { answer, answer_if_unsure };
+enum class FirstPoint { estimate, estimate_if_uncertain };
 // Points at which the next runs are most informative: at the answer `best`, always or as long as
 // the model is unsure there, and where they split the set of equally good answers best: members of
 // the posterior whose predictions are least certain, each chosen as if the one before had come out
 // as predicted, and away from each other and from `taken` (unit cube). Each is to be run with so
 // many seeds.
-std::vector<Eigen::VectorXd> refinement_points(const Study& study, const ResponseModels& knowledge,
+std::vector<Eigen::VectorXd> refinement_points(const Study& study, const ResponseModels& models,
                                                const Posterior& posterior,
                                                const Eigen::VectorXd& best, FirstPoint first,
                                                std::vector<Eigen::VectorXd> taken, int count,

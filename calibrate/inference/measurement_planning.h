@@ -26,7 +26,7 @@ struct MeasurementValue {
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
 // of the measurement's. A repeated measurement meets the same error of the surrogate as the first
 // one. Deterministic.
-std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
+std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& models,
                                                 const Posterior& posterior);
 
 }  // namespace firn

@@ -16,8 +16,8 @@ struct OutlierRun {
 
 // Points with one or two runs that disagree with each other, or with the points around them, so
 // far that more replicates are needed to decide which is wrong. At most `most`, the worst first.
-std::vector<std::size_t> doubtful_points(const Study& study, const std::vector<Point>& points,
-                                         std::size_t most);
+std::vector<std::size_t> outlier_candidates(const Study& study, const std::vector<Point>& points,
+                                            std::size_t most);
 
 // Runs at points with three or more that are farther from the median of the others than any noise
 // explains. None of a response where they are many: that is its scatter. Marks them in the points,

@@ -77,8 +77,8 @@ std::optional<ResponseModels> fit_response_models(const Study& study,
 // How far a set of parameters is from the measurements.
 class NegativeLogPosterior {
  public:
-  NegativeLogPosterior(const Study& study, const ResponseModels& knowledge)
-      : study_(study), knowledge_(knowledge) {}
+  NegativeLogPosterior(const Study& study, const ResponseModels& models)
+      : study_(study), models_(models) {}
 
   // Minus twice the logarithm of the posterior density up to a constant: for each target
   // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors, a
@@ -100,7 +100,7 @@ class NegativeLogPosterior {
   Eigen::Index dimensions() const { return static_cast<Eigen::Index>(study_.parameters.size()); }
 
   const Study& study_;
-  const ResponseModels& knowledge_;
+  const ResponseModels& models_;
 };
 
 }  // namespace firn

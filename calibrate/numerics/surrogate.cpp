@@ -6,7 +6,7 @@
 #include <random>
 
 #include "calibrate/numerics/optimize.h"
-#include "calibrate/numerics/random.h"
+#include "experiments/analysis/random_stream.h"
 
 namespace firn {
 namespace {
@@ -89,7 +89,7 @@ double Surrogate::transform(double y) const {
   return form_.logarithm ? std::log(y) : y;
 }
 
-double Surrogate::departure_sd() const {
+double Surrogate::discrepancy_sd() const {
   return std::sqrt(most_likely_.departure_variance) * scale_;
 }
 
@@ -197,8 +197,8 @@ void Surrogate::fit() {
   for (int i = 1; i <= members * sweeps; ++i) {
     for (Index k = 0; k < count; ++k) {
       VectorXd next = p;
-      next[k] += longest_step * (2 * uniform(random) - 1);
-      const double chance = uniform(random);
+      next[k] += longest_step * (2 * open_uniform(random) - 1);
+      const double chance = open_uniform(random);
       if (next[k] < lower[k] || next[k] > upper[k]) continue;
       const double there = objective(next);
       if (!(there - here < -std::log(chance))) continue;

@@ -64,7 +64,7 @@ class Surrogate {
 
   const SurrogateForm& form() const { return form_; }
   // Of the most likely hyperparameters.
-  double departure_sd() const;             // of the transformed response
+  double discrepancy_sd() const;           // of the transformed response
   const Eigen::VectorXd& lengths() const;  // Matern only, unit cube
 
   // The same model, hyperparameters kept, after one more point were it to fall where predicted:

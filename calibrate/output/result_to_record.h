@@ -16,12 +16,12 @@ void require_material(const Study& study);
 // The ensemble that the answer's posterior describes: its moments, its samples thinned to some
 // hundred of equal weight, the combinations that the data determine, and the parameter sets looked
 // at closely. `runs` are those that the answer rests on.
-PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& answer,
+PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& result,
                                      const std::vector<JournalRun>& runs, Executor& executor);
 
 // The whole record. `directory` holds runs.csv already. Throws InputError when the answer is none
 // to keep: unconfirmed, infeasible, too few runs.
-MaterialRecord material_record(const Study& study, const CalibrationResult& answer,
+MaterialRecord material_record(const Study& study, const CalibrationResult& result,
                                const std::vector<JournalRun>& runs, Executor& executor,
                                const std::string& directory, const RecordOptions& label);
 

@@ -9,7 +9,7 @@ namespace firn {
 struct ParameterComparison {
   std::string name, unit;
   struct Side {
-    double answer = 0;  // NaN: none
+    double estimate = 0;  // NaN: none
     double low = 0, median = 0, high = 0;
   };
   Side a, b;

@@ -35,10 +35,10 @@ bool may_be_results(const std::string& file) {
 }
 
 // Only then does it go before the file.
-bool has_whole_copy(const std::string& file) {
-  if (!has_kept_copy(file)) return false;
+bool has_complete_copy(const std::string& file) {
+  if (!has_saved_copy(file)) return false;
   try {
-    const hdf5::File copy = results::open_file(kept_copy(file), hdf5::File::Access::read);
+    const hdf5::File copy = results::open_file(saved_copy(file), hdf5::File::Access::read);
     return copy.text_attribute("/", "status") == "finished" || !read_checkpoints(copy).empty();
   } catch (const hdf5::Error&) {
     return false;
@@ -53,7 +53,7 @@ bool has_whole_copy(const std::string& file) {
 }  // namespace
 
 bool recover_results(const ResultsLock& lock) {
-  if (!has_whole_copy(lock.file())) return false;
+  if (!has_complete_copy(lock.file())) return false;
   lock.restore_copy();
   return true;
 }
@@ -66,14 +66,14 @@ std::string keep_earlier_results(const std::string& file) {
   if (exists && !fs::is_regular_file(path, error))
     throw InputError(file + ": is not a regular file; choose another name for the results");
   const bool empty = !exists || fs::file_size(path, error) == 0;
-  if (empty && !has_kept_copy(file)) return {};
+  if (empty && !has_saved_copy(file)) return {};
   if (!empty && !may_be_results(file))
     throw InputError(file + ": exists and is not a results file; choose another name");
   const ResultsLock lock(file);
-  if (has_whole_copy(file))
-    lock.take_copy();
+  if (has_complete_copy(file))
+    lock.replace_by_copy();
   else
-    lock.drop_copy();
+    lock.remove_copy();
   sync_folder_of(file);  // an earlier copy must not reappear next to the new run
   if (fs::file_size(path, error) == 0) return {};
   for (int i = 1;; ++i) {

@@ -134,7 +134,7 @@ Recording::Recording(const std::string& file) {
   // lack data of an earlier one. A run that ends meanwhile removes the copy.
   std::unique_ptr<Impl> copy;
   try {
-    if (has_kept_copy(file)) copy = std::make_unique<Impl>(file, kept_copy(file));
+    if (has_saved_copy(file)) copy = std::make_unique<Impl>(file, saved_copy(file));
   } catch (const InputError&) {
   }
   try {

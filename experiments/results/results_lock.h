@@ -14,8 +14,8 @@
 namespace firn {
 
 // Name of the copy, and whether there is one. Readers need no lock for it.
-std::string kept_copy(const std::string& results_file);
-bool has_kept_copy(const std::string& results_file);
+std::string saved_copy(const std::string& results_file);
+bool has_saved_copy(const std::string& results_file);
 
 // Excludes every other writer of the file as long as it lives, also through the kill of a process:
 // the system releases it. Readers and HDF5's own locks are not affected.
@@ -28,14 +28,14 @@ class ResultsLock {
   const std::string& file() const { return file_; }
   // The copy becomes the file as it is now, which must be flushed. The earlier copy stays when this
   // fails. Makes the folder where it was removed. Throws WriteError.
-  void keep_copy() const;
+  void save_copy() const;
   // The file becomes the copy. The copy stays.
   void restore_copy() const;
   // Gives the copy the name of the file. The lock is then of no more use.
-  void take_copy() const;
+  void replace_by_copy() const;
   // Removes the copy when the device has the file. (Its name came with that of the copy.) A power
   // failure may bring the copy back: then the work since the last checkpoint is repeated.
-  void drop_copy() const;
+  void remove_copy() const;
   // Throws WriteError when the name no longer belongs to the locked file.
   void require_in_place() const;
 

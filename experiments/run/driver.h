@@ -76,7 +76,7 @@ class Driver {
   std::string simulate();  // returns what ended the run; empty: interrupted
   void watch();
   const Stage& stage() const;  // under way, or the first
-  ParticleFlow::Now stage_now() const;
+  ParticleFlow::CurrentStage stage_now() const;
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
   void record_frame();

@@ -25,7 +25,7 @@ class ParticleFlow {
   ParticleFlowState state;
 
   // The stage under way and the step at which it began: what is bound to a stage comes by them.
-  struct Now {
+  struct CurrentStage {
     const std::string* stage;
     std::uint64_t stage_start;
   };
@@ -33,9 +33,9 @@ class ParticleFlow {
   // Inserts the scheduled batches. Returns a description of what blocks an inlet, which ends the
   // run: its batch is not inserted. Throws InputError for a fill that does not fit, and for a
   // source in a wall.
-  std::optional<std::string> place_due(Solver& solver, const Now& now);
+  std::optional<std::string> place_due(Solver& solver, const CurrentStage& now);
   // True when no more particles are to be inserted during this stage.
-  bool all_placed(const Now& now) const;
+  bool all_placed(const CurrentStage& now) const;
 
   // Notes who is inside a sensor or below the door for the first time, and removes what has passed
   // an outlet; true when something has.
@@ -50,7 +50,7 @@ class ParticleFlow {
 
  private:
   std::uint64_t due(double start, double interval, std::uint64_t batch, const std::string& stage,
-                    const Now& now) const;
+                    const CurrentStage& now) const;
   void note_batch(int first, int count, std::uint64_t batch, int tag, double time);
   std::optional<std::string> place_source(Solver& solver, std::size_t source);
 

@@ -34,11 +34,11 @@ class StageEvents {
   void enter_stage();
   // Called every few steps; `left`: a particle has left since the last call.
   void update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
-              const ParticleFlow::Now& now, bool left);
+              const ParticleFlow::CurrentStage& now, bool left);
   // What has ended the stage, if anything has.
   std::optional<std::string> end_reason(const Stage& stage, const Solver& solver,
                                         const ParticleFlow& flow,
-                                        const ParticleFlow::Now& now) const;
+                                        const ParticleFlow::CurrentStage& now) const;
 
  private:
   void look_at_switches(const Solver& solver);
@@ -46,7 +46,7 @@ class StageEvents {
   bool is_quiet(const Stage& stage, const Solver& solver) const;
   bool is_filled(const Stage& stage, const Solver& solver) const;
   std::string shortfall(const Stage& stage, const ParticleFlow& flow,
-                        const ParticleFlow::Now& now) const;
+                        const ParticleFlow::CurrentStage& now) const;
 
   const Case& case_;
 };

@@ -19,30 +19,30 @@ namespace firn {
 
 // Constants of a pair of shapes (or shape and boundary), made once from the model.
 struct PairLaw {
-  double stiffness = 0;             // N/m, K_nl of equation (4)
-  double unloading_ratio = 1;       // K_nu / K_nl = 1 / epsilon^2, equation (5)
-  double floor = 0;                 // lambda of equation (3)
-  double tangential_stiffness = 0;  // N/m, K_tau
+  double stiffness = 0;                // N/m, K_nl of equation (4)
+  double unloading_ratio = 1;          // K_nu / K_nl = 1 / epsilon^2, equation (5)
+  double minimum_unloading_ratio = 0;  // lambda of equation (3)
+  double tangential_stiffness = 0;     // N/m, K_tau
   double static_friction = 0;
   double dynamic_friction = 0;
-  double sliding_speed = 0;      // m/s
-  double rolling_limit = 0;      // m: rolling moment limit / normal force
-  double shell = 0;              // m
-  double refresh = 0;            // m of relative motion between two searches for contacts
-  double merge = 0;              // m, points nearer than this are one
-  double same_place = 0;         // m, a point nearer than this to an old one is the same
-  double deep = 0;               // m, overlap at birth that counts as late detection
-  double overlap_limit = 0;      // m
-  double adhesion_force = 0;     // N, of a patch that touches as a whole
-  double adhesion_fraction = 0;  // of K
-  bool is_plain = true;          // neither rolling resistance nor adhesion
+  double restick_velocity = 0;         // m/s
+  double rolling_limit = 0;            // m: rolling moment limit / normal force
+  double contact_margin = 0;           // m
+  double contact_update_distance = 0;  // m of relative motion between two searches for contacts
+  double merge_distance = 0;           // m, points nearer than this are one
+  double match_distance = 0;           // m, a point nearer than this to an old one is the same
+  double late_overlap = 0;             // m, overlap at birth that counts as late detection
+  double overlap_limit = 0;            // m
+  double adhesion_force = 0;           // N, of a patch that touches as a whole
+  double adhesion_fraction = 0;        // of K
+  bool is_plain = true;                // neither rolling resistance nor adhesion
 };
 
 struct ContactPoint {
-  Vec3 offset = Vec3::Zero();  // m, from the patch's reference point, world axes
-  double gap = 0;              // m; negative: overlap
-  double force = 0;            // N, normal, never attractive
-  double share = 0;            // of the stiffness K of the pair
+  Vec3 offset = Vec3::Zero();     // m, from the patch's reference point, world axes
+  double gap = 0;                 // m; negative: overlap
+  double force = 0;               // N, normal, never attractive
+  double stiffness_fraction = 0;  // of the stiffness K of the pair
 };
 
 // How elongated the touching region of a patch is: e = (I1 - I2) / (I1 + I2) of its principal
@@ -109,7 +109,7 @@ inline double normal_force(double previous, double stiffness, double unloading_s
 }
 
 // How the two bodies move against each other at a patch, over one step.
-struct Approach {
+struct PatchMotion {
   double closing;  // m, of the reference point, along the normal
   Vec tilt;        // the point at offset o closes by `closing` + o . tilt
   Vec slip;        // m/s, across the normal
@@ -117,13 +117,14 @@ struct Approach {
 };
 
 // m, how far a point closes in the step.
-[[gnu::always_inline]] inline double closing_of(const Approach& way, const ContactPoint& point) {
-  return way.closing + dot(plain(point.offset), way.tilt);
+[[gnu::always_inline]] inline double closing_of(const PatchMotion& motion,
+                                                const ContactPoint& point) {
+  return motion.closing + dot(plain(point.offset), motion.tilt);
 }
 
 // velocity: m/s, of a's material point minus b's at the reference point; spin: rad/s, a minus b.
-[[gnu::always_inline]] inline Approach approach(const Vec& normal, const Vec& velocity,
-                                                const Vec& spin, double dt) {
+[[gnu::always_inline]] inline PatchMotion patch_motion(const Vec& normal, const Vec& velocity,
+                                                       const Vec& spin, double dt) {
   const double closing = dot(velocity, normal);
   // (v + w x o) . n dt = v . n dt + o . (n x w) dt
   return {closing * dt, dt * cross(normal, spin), velocity - closing * normal,
@@ -140,16 +141,17 @@ struct NormalLoad {
 
 // All points of a patch, one after the other: what PatchBlock does for many patches.
 inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, ContactPoint* points,
-                                 const Approach& way) {
+                                 const PatchMotion& motion) {
   NormalLoad out;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
-    const double ds = closing_of(way, p);
+    const double ds = closing_of(motion, p);
     if (!patch.fresh) p.gap -= ds;
     const double before = p.force;
-    const double k = law.stiffness * p.share;
-    p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
+    const double k = law.stiffness * p.stiffness_fraction;
+    p.force =
+        normal_force(before, k, k * law.unloading_ratio, law.minimum_unloading_ratio, -p.gap, ds);
     out.force += p.force;
     out.offset_force = out.offset_force + p.force * offset;
     out.overlap = std::max(out.overlap, -p.gap);
@@ -161,7 +163,7 @@ inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, Contact
 // Constants of friction, and its state: the tangential force, the torsion, and whether it slides
 // (1) or sticks (0).
 struct FrictionLaw {
-  double stiffness, static_friction, dynamic_friction, sliding_speed;
+  double stiffness, static_friction, dynamic_friction, restick_velocity;
 };
 struct FrictionState {
   Vec tangential;  // N, on a
@@ -285,13 +287,14 @@ struct FrictionScale {
                                                             const FrictionState& before,
                                                             double normal_force,
                                                             const FrictionRegion& region,
-                                                            const Approach& way, double dt) {
+                                                            const PatchMotion& motion, double dt) {
   const double torsion_radius = region.radius;
   const FrictionLimit limit(region.cosine * region.cosine + region.sine * region.sine);
   const TangentBasis basis = tangent_basis(region.normal);
   const bool bears = normal_force > 0;
-  const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
-  const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
+  const Vec trial = before.tangential - (law.stiffness * dt) * motion.slip;
+  const double free =
+      before.torsion - law.stiffness * torsion_radius * torsion_radius * motion.turn;
   const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
   const FrictionLoad load =
       friction_load(region, dot(trial, basis.u), dot(trial, basis.v), free * lever);
@@ -302,7 +305,7 @@ struct FrictionScale {
   const double needed2 = (load.force2 + load.torsion2) / limit.size(load.t(), load.q());
   const double static_cap = law.static_friction * normal_force;
   const double dynamic_cap = law.dynamic_friction * normal_force;
-  const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
+  const bool slow = square(motion.slip) < law.restick_velocity * law.restick_velocity;
   const bool held = needed2 <= dynamic_cap * dynamic_cap;
   double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
   sliding = needed2 > static_cap * static_cap ? 1.0 : sliding;
@@ -315,8 +318,8 @@ struct FrictionScale {
                          (beyond ? scale.across : 0.0) * cross(region.normal, trial);
   out.state.torsion = torsion_radius > 0 ? (beyond ? scale.torsion : 1.0) * free : 0.0;
   out.state.sliding = bears ? sliding : 0.0;
-  const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -
-                      0.5 * (before.torsion + out.state.torsion) * way.turn;
+  const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, motion.slip) -
+                      0.5 * (before.torsion + out.state.torsion) * motion.turn;
   out.work = bears ? work : 0.0;
   return out;
 }
@@ -354,9 +357,9 @@ inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& roll
 // points of the patch, the other one goes with the overlap as the stiffness does: what is felt
 // depends on the contact and not on the number of its points. Both are functions of the overlap
 // alone, so they have a potential, which is below zero.
-inline double sum_of_shares(const Patch& patch, const ContactPoint* points) {
+inline double sum_of_fractions(const Patch& patch, const ContactPoint* points) {
   double sum = 0;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].share;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].stiffness_fraction;
   return sum;
 }
 struct Adhesion {
@@ -365,21 +368,22 @@ struct Adhesion {
 // Of one point at this gap; `sum` is that of the shares.
 inline Adhesion adhesion_of(const PairLaw& law, const ContactPoint& point, double gap, double sum) {
   const double overlap = std::max(0.0, -gap);
-  const double constant = overlap > 0 && sum > 0 ? law.adhesion_force * point.share / sum : 0;
-  const double stiffness = law.adhesion_fraction * law.stiffness * point.share;
+  const double constant =
+      overlap > 0 && sum > 0 ? law.adhesion_force * point.stiffness_fraction / sum : 0;
+  const double stiffness = law.adhesion_fraction * law.stiffness * point.stiffness_fraction;
   return {constant + stiffness * overlap, -(constant + 0.5 * stiffness * overlap) * overlap};
 }
 // Of the whole patch after its points have been advanced: force, sum of force times offset, and the
 // work that it takes from the bodies, below zero as they come together. The deepest point is not
 // looked for.
 inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint* points,
-                              const Approach& way) {
+                              const PatchMotion& motion) {
   NormalLoad out;
-  const double sum = sum_of_shares(patch, points);
+  const double sum = sum_of_fractions(patch, points);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
-    const double ds = closing_of(way, p);
+    const double ds = closing_of(motion, p);
     const double force = adhesion_of(law, p, p.gap, sum).force;
     out.force += force;
     out.offset_force = out.offset_force + force * offset;
@@ -392,7 +396,7 @@ inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const Cont
 inline double spring_energy(const PairLaw& law, const Patch& patch, const ContactPoint* points) {
   double energy = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
+    const double ku = law.stiffness * points[i].stiffness_fraction * law.unloading_ratio;
     if (ku > 0) energy += 0.5 * points[i].force * points[i].force / ku;
   }
   return energy;
@@ -413,7 +417,7 @@ inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const 
     if (r > 0) e.friction += 0.5 * patch.torsion * patch.torsion / (kt * r * r);
   }
   if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
-    const double sum = sum_of_shares(patch, points);
+    const double sum = sum_of_fractions(patch, points);
     for (std::uint32_t i = 0; i < patch.point_count; ++i)
       e.normal += adhesion_of(law, points[i], points[i].gap, sum).potential;
   }

@@ -42,7 +42,7 @@ class PatchBlock {
  public:
   // Few enough to stay in the first cache with what they stand for, and not to have more fetched at
   // once than the processor can wait for.
-  static constexpr int room = 8;
+  static constexpr int capacity = 8;
 
   // The arrays that patches come from: `rolling` has a moment for each of `patches`. Bodies from
   // `first_boundary` on are boundaries.
@@ -65,7 +65,7 @@ class PatchBlock {
     at_boundary_[boundary_count_] = k;
     boundary_count_ += pair.b >= first_boundary_;
   }
-  bool full() const { return count_ == room; }
+  bool full() const { return count_ == capacity; }
   int size() const { return count_; }
   void clear() {
     count_ = boundary_count_ = 0;
@@ -102,7 +102,7 @@ class PatchBlock {
  private:
   // The components of a Quad for all patches.
   struct alignas(32) Columns {
-    double x[room], y[room], z[room], w[room];
+    double x[capacity], y[capacity], z[capacity], w[capacity];
     Vec vec(int k) const { return {x[k], y[k], z[k]}; }
     void set(int k, const Vec& v, double fourth) {
       x[k] = v.x;
@@ -121,7 +121,7 @@ class PatchBlock {
   void compute_relative_motion(double dt);
   void compute_normal_forces();
   void compute_first_points(int k, Four& deepest);
-  [[gnu::always_inline]] inline void compute_other_point(int k, ContactPoint& p);  // of patch k
+  [[gnu::always_inline]] inline void compute_further_point(int k, ContactPoint& p);  // of patch k
   void compute_friction(double dt);
   void scatter(int k);
   [[gnu::noinline]] void add_options(double dt);
@@ -132,17 +132,17 @@ class PatchBlock {
   std::int32_t first_boundary_;
   int count_ = 0, boundary_count_ = 0;
   double deepest_ = 0;
-  const ActivePair* pair_[room];
-  const PairLaw* law_[room];
-  Patch* patch_[room];
-  ContactPoint* points_[room];
-  int at_boundary_[room + 1];
+  const ActivePair* pair_[capacity];
+  const PairLaw* law_[capacity];
+  Patch* patch_[capacity];
+  ContactPoint* points_[capacity];
+  int at_boundary_[capacity + 1];
   bool with_options_ = false;   // a patch has rolling resistance or adhesion
   Patch padding_patch_;         // fills up a four,
   ContactPoint padding_point_;  // and its point
   // Rows as they come from and go to bodies, and columns as the law wants them.
-  PairMotion motion_[room];
-  Quad force_[room], moment_a_[room], moment_b_[room];
+  PairMotion motion_[capacity];
+  Quad force_[capacity], moment_a_[capacity], moment_b_[capacity];
   Columns normal_;      // and torsion
   Columns arm_;         // and torsion radius
   Columns tangential_;  // and normal force, afterwards
@@ -152,19 +152,22 @@ class PatchBlock {
   Columns tilt_;         // and closing
   Columns slip_;         // and turn
   Columns normal_load_;  // sum of force times offset, and normal force
-  alignas(32) double elongation_cosine_[room], elongation_sine_[room];
-  alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
-  alignas(32) double advance_gap_[room];  // 1: gaps are to be advanced, 0: they are fresh
+  alignas(32) double elongation_cosine_[capacity], elongation_sine_[capacity];
+  alignas(32) double torsion_[capacity], sliding_[capacity], work_normal_[capacity],
+      work_friction_[capacity];
+  alignas(32) double advance_gap_[capacity];  // 1: gaps are to be advanced, 0: they are fresh
 };
 
 static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
               offsetof(Patch, torsion_radius) == offsetof(Patch, arm) + sizeof(Vec3) &&
               offsetof(Patch, normal_force) == offsetof(Patch, tangential) + sizeof(Vec3));
-static_assert(offsetof(PairLaw, floor) == offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
-              offsetof(PairLaw, sliding_speed) ==
+static_assert(offsetof(PairLaw, minimum_unloading_ratio) ==
+                  offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
+              offsetof(PairLaw, restick_velocity) ==
                   offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
 static_assert(offsetof(ContactPoint, gap) == offsetof(ContactPoint, offset) + sizeof(Vec3) &&
               offsetof(ContactPoint, force) == offsetof(ContactPoint, gap) + sizeof(double) &&
-              offsetof(ContactPoint, share) == offsetof(ContactPoint, force) + sizeof(double));
+              offsetof(ContactPoint, stiffness_fraction) ==
+                  offsetof(ContactPoint, force) + sizeof(double));
 
 }  // namespace firn

@@ -39,9 +39,9 @@ struct PatchInput {
 // The point of an old patch that is nearest to a new point.
 struct PointMatch {
   double distance2 = std::numeric_limits<double>::infinity();  // m^2
-  double part = 1;     // of the loading line K s that it bears
-  double share = 0;    // of the stiffness; 0: it is elsewhere, or bears next to nothing
-  double overlap = 0;  // m, of the new point before the approach of this step
+  double part = 1;                // of the loading line K s that it bears
+  double stiffness_fraction = 0;  // of the stiffness; 0: it is elsewhere, or bears next to nothing
+  double overlap = 0;             // m, of the new point before the approach of this step
 };
 
 // A pair's patches and points as found at one refresh, before they are stored.
@@ -69,7 +69,7 @@ struct PatchScratch {
 };
 
 // Fills `out` with patches whose point indices count from 0. Returns how many were born deep:
-// without a parent and already overlapping by more than law.deep.
+// without a parent and already overlapping by more than law.late_overlap.
 int build_patches(const PatchInput& input, PatchScratch& scratch, FoundPatches& out);
 
 }  // namespace firn

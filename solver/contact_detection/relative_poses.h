@@ -9,9 +9,9 @@ namespace firn {
 // Bit for bit what relative_pose() gives for each.
 class PairPoses {
  public:
-  static constexpr int room = Lanes::size;
+  static constexpr int capacity = Lanes::size;
 
-  // Of the pairs numbers[0] to numbers[count - 1] of a state, 1 to `room` of them.
+  // Of the pairs numbers[0] to numbers[count - 1] of a state, 1 to `capacity` of them.
   void find(const State& s, const std::uint32_t* numbers, int count);
 
   void get_pose(int k, Pose& out) const;  // of b's axes in a's

@@ -71,7 +71,7 @@ struct StatisticsWorkspace {
 StatisticsState empty_statistics(const Model& model);
 
 // The parts of the phase.
-void follow_contacts(const Model& model, Workspace& workspace, State& state);
+void update_contact_events(const Model& model, Workspace& workspace, State& state);
 void record_compressive_loads(const Model& model, Workspace& workspace, State& state);
 void sum_triangle_loads(const Model& model, Workspace& workspace, State& state);
 

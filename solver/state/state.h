@@ -85,7 +85,7 @@ struct PartPair {
 };
 
 // Memory of one boundary contact. All of equal alignment.
-struct BoundaryContactMemory {
+struct BoundaryContactHistory {
   // Poses at the last search: of a, and of b in a; rotations column by column.
   double rotation_a[9] = {}, rotation[9] = {}, translation[3] = {};
   double need = -1;              // m of relative motion, after which to search again; -1: now
@@ -106,7 +106,7 @@ struct JointReaction {
 };
 
 // Of a coupling: its point, and what it has done to its body b. All of equal alignment.
-struct CouplingMemory {
+struct CouplingReaction {
   Vec3 position = Vec3::Zero();                                 // m, world
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
   Vec3 half_impulse = Vec3::Zero(), half_angular_impulse = Vec3::Zero();  // of the last half kick
@@ -139,9 +139,9 @@ struct State {
   std::vector<Vec3> boundary_position;         // [B] m, local; of those that a frame carries
   std::vector<Quat> boundary_orientation;      // [B]
   std::vector<JointReaction> joint_reactions;  // [F]
-  std::vector<CouplingMemory> couplings;       // [couplings of the model]
+  std::vector<CouplingReaction> couplings;     // [couplings of the model]
   // Contacts between boundaries: patches and points of one behind those of the other, no holes.
-  std::vector<BoundaryContactMemory> boundary_contacts;  // [boundary contacts of the model]
+  std::vector<BoundaryContactHistory> boundary_contacts;  // [boundary contacts of the model]
   std::vector<Patch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
   // Started by stages.

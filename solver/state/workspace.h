@@ -215,18 +215,18 @@ struct Workspace {
 void advance_boundaries(const Model& model, Workspace& workspace, State& state);
 // With both kicks: after the deferred second half kick of the last step.
 void integrate_positions(const Model& model, Workspace& workspace, State& state, bool both_kicks);
-void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
+void update_neighbor_list(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void build_pair_blocks(const Model& model, Workspace& workspace,
                        const State& state);  // after a new list
 void contact_forces(const Model& model, Workspace& workspace, State& state);
 void boundary_contacts(const Model& model, Workspace& workspace, State& state);  // if there are any
-void keep_statistics(const Model& model, Workspace& workspace, State& state);    // if asked for
+void update_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
 void finish_velocities(const Model& model, const Workspace& workspace, State& state);
 // Second half kick of free bodies, loads.
 void finish_frames(const Model& model, Workspace& workspace, State& state);
 // After this step; only then is the state to be checked.
-bool check_is_due(const State& state);
+bool is_check_step(const State& state);
 void check_state(const Model& model, const Workspace& workspace, State& state);
 
 // Contacts' force and torque about the frame's origin, on all that it carries, at this step.

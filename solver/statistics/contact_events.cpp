@@ -247,7 +247,7 @@ void end_parted(const Model& model, const StatisticsWorkspace& w, State& s) {
 
 }  // namespace
 
-void follow_contacts(const Model& model, Workspace& w, State& s) {
+void update_contact_events(const Model& model, Workspace& w, State& s) {
   StatisticsState& stats = s.statistics;
   constexpr std::size_t kFew = 64;  // free places, not worth the while
   if (stats.list != s.diagnostics.rebuilds || stats.open_of_pair.size() != s.pairs.size() ||

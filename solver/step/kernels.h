@@ -14,7 +14,7 @@ struct Workspace;
 struct Kernels {
   const char* name;
   void (*integrate_positions)(const Model&, Workspace&, State&, bool both_kicks);
-  void (*refresh_neighbours)(const Model&, Workspace&, State&);
+  void (*update_neighbor_list)(const Model&, Workspace&, State&);
   void (*find_contacts)(const Model&, Workspace&, State&);
   void (*contact_forces)(const Model&, Workspace&, State&);
   void (*finish_velocities)(const Model&, const Workspace&, State&);

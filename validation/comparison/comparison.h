@@ -70,7 +70,7 @@ struct UncertaintyComponent {
   // variant's
   std::string name;
   std::optional<double> value;  // nothing: not looked at
-  std::string how;
+  std::string evaluation_method;
   double freedom = std::numeric_limits<double>::infinity();  // that it was estimated with
 };
 
@@ -84,7 +84,7 @@ struct ValueComparison {
   // own. Wider than two standard deviations where few runs, draws or repeats give the scatter.
   double expanded = 0, simulated_expanded = 0, measured_expanded = 0;
   double p_value = 1;  // of such a difference or a larger one by that noise alone
-  std::vector<UncertaintyComponent> parts;
+  std::vector<UncertaintyComponent> components;
   std::optional<Interval> area;  // metric, in `unit`
   std::vector<double> samples;   // of the runs
 };
@@ -121,15 +121,15 @@ struct DistributionResult {
   ValidationVerdict verdict = ValidationVerdict::inconclusive;
 };
 
-struct DamageResult {
+struct BreakageResult {
   std::string response;
   int particles = 0;               // of all runs
   double largest = 0, median = 0;  // N
-  DamageProbability free, weibull;
+  BreakageProbability free, weibull;
   std::vector<double> loads;  // N, all runs, ascending
 };
 
-struct SofteningResult {
+struct StiffnessScalingResult {
   std::string response, unit;
   std::vector<double> modulus, mean, error;  // by stiffness, ascending
   std::vector<int> runs;                     // that a mean is of
@@ -138,13 +138,13 @@ struct SofteningResult {
   // At the real modulus, 95 %. NaN: not enough data (three runs at each of three stiffnesses, and
   // an interval within a factor of ten).
   Interval extrapolated;
-  double reach = 0;  // real modulus over the largest simulated
-  std::string word;  // what to make of it
+  double extrapolation_factor = 0;  // real modulus over the largest simulated
+  std::string interpretation;       // what to make of it
 };
 
 // What another choice of numerics or of the instrument does to a response.
 struct VariantEffect {
-  std::string response, unit, choice;
+  std::string response, unit, variant;
   int seeds = 0;                 // that both have finished
   double before = 0, after = 0;  // means over these
   double error = 0;              // of their difference, one standard deviation; NaN: one seed
@@ -173,11 +173,11 @@ struct Comparison {
   std::optional<ValueComparison> value;
   std::vector<CriterionResult> criteria;
   std::optional<DistributionResult> distribution;
-  std::vector<DamageResult> damage;
+  std::vector<BreakageResult> breakage;
   std::optional<WeibullFit> strength;
   Measurement breaking_force;  // of a comparison of damage
-  std::vector<SofteningResult> softening;
-  std::vector<VariantEffect> choices;
+  std::vector<StiffnessScalingResult> stiffness_scaling;
+  std::vector<VariantEffect> variants;
   std::optional<CurveComparison> curve;
 };
 

@@ -28,8 +28,8 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
 
 void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
-void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_breakage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
-void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_variants(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 
 }  // namespace firn::comparison

@@ -12,7 +12,7 @@ namespace firn {
 
 // The probability that a particle breaks under its largest load, averaged over all loads, and that
 // at least one of a run's particles does (strengths taken as independent of loads and each other).
-struct DamageProbability {
+struct BreakageProbability {
   Interval each;  // bounds, or an interval of 95 % confidence
   Interval any;
   double each_best = 0, any_best = 0;  // NaN: none is better than another within the bounds
@@ -21,8 +21,8 @@ struct DamageProbability {
 // Without an assumption on the distribution: bounds from the tests' order statistics, widened by
 // what n tests leave open about the population (distribution_band_width).
 // `runs`: the loads (N) of each run's particles. Throws InputError for a measurement without range.
-DamageProbability damage_without_assumption(const std::vector<std::vector<double>>& runs,
-                                            const Measurement& breaking_force);
+BreakageProbability breakage_distribution_free(const std::vector<std::vector<double>>& runs,
+                                               const Measurement& breaking_force);
 
 // Breaking forces taken as Weibull-distributed, shape and scale by the likelihood of what is known
 // of the tests (their values, or smallest, largest and mean), on a grid with flat priors of their
@@ -33,7 +33,7 @@ struct WeibullFit {
   double shape_median = 0;
 };
 WeibullFit fit_weibull(const Measurement& breaking_force);
-DamageProbability damage_if_weibull(const std::vector<std::vector<double>>& runs,
-                                    const WeibullFit& fit);
+BreakageProbability breakage_weibull(const std::vector<std::vector<double>>& runs,
+                                     const WeibullFit& fit);
 
 }  // namespace firn

@@ -8,7 +8,7 @@
 
 namespace firn {
 
-class Dealer {
+class RandomOrder {
  public:
   // A whole number below `limit`.
   std::size_t below(std::size_t limit) {

@@ -36,7 +36,7 @@ class ProgramProcess final : public RunningJob {
 
  private:
   using Clock = std::chrono::steady_clock;
-  enum class Over { nothing, time, memory };
+  enum class Exceeded { nothing, time, memory };
 
   void end();  // SIGTERM now, SIGKILL when that does not help
   void watch_limits();
@@ -46,9 +46,9 @@ class ProgramProcess final : public RunningJob {
   Job job_;
   std::string folder_;
   Clock::time_point start_;
-  std::optional<Clock::time_point> told_to_end_;
+  std::optional<Clock::time_point> end_requested_;
   bool interrupted_ = false;
-  Over over_ = Over::nothing;
+  Exceeded exceeded_ = Exceeded::nothing;
   pid_t pid_ = -1;  // of the process and of its group; -1: has ended
 };
 

@@ -48,7 +48,7 @@ class RunProcess final : public RunningJob {
 
  private:
   using Clock = std::chrono::steady_clock;
-  enum class Over { nothing, time, memory };
+  enum class Exceeded { nothing, time, memory };
 
   void send(int signal);
   void note(const std::string& line) const;
@@ -60,11 +60,11 @@ class RunProcess final : public RunningJob {
   Job job_;
   JobFiles files_;
   Note print_note_;
-  bool gone_on_ = false;      // from a checkpoint of an earlier session
+  bool resumed_ = false;      // from a checkpoint of an earlier session
   bool interrupted_ = false;  // by interrupt()
   double earlier_ = 0;        // s of wall time in sessions before this
   Clock::time_point start_;
-  Over over_ = Over::nothing;
+  Exceeded exceeded_ = Exceeded::nothing;
   Clock::time_point deadline_notified_;  // to end, for taking too long
   pid_t pid_ = -1;                       // -1: has ended
 };

@@ -278,7 +278,7 @@ class SlurmExecutor final : public Executor {
       else if (task.gone == Clock::time_point{})
         task.gone = now;
       if (task.gone == Clock::time_point{} ||
-          now - task.gone < std::chrono::duration<double>(options_.patience)) {
+          now - task.gone < std::chrono::duration<double>(options_.file_timeout)) {
         ++item;
         continue;
       }

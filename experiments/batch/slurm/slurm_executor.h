@@ -18,8 +18,8 @@ struct SlurmOptions {
   std::string folder;        // absolute; lists of tasks and Slurm's own output go there
   int at_once = 0;           // tasks of an array that may run side by side; 0: all
   int largest_array =
-      1000;              // tasks; Slurm's own limit is 1001 unless its administrator says otherwise
-  double patience = 60;  // s that a shared folder may take to show what a task wrote
+      1000;  // tasks; Slurm's own limit is 1001 unless its administrator says otherwise
+  double file_timeout = 60;  // s that a shared folder may take to show what a task wrote
   const std::atomic<bool>* interrupt = nullptr;
 };
 

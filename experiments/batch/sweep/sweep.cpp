@@ -80,14 +80,14 @@ void choose_responses(SweepResult& r) {
     for (const Response& response : finished->result.responses)
       if (response.value.size() == 1) r.responses.push_back(response.name);
   for (const std::string& name : r.responses)
-    r.units.push_back(unit_of(parse_operand(name), finished->result.responses));
+    r.units.push_back(unit_of(parse_response_expression(name), finished->result.responses));
 }
 
 void read_values(SweepResult& r) {
   for (SweepRun& run : r.runs)
     for (const std::string& name : r.responses) try {
         run.values.push_back(run.result.status == JobStatus::finished
-                                 ? evaluate(parse_operand(name), run.result.responses)
+                                 ? evaluate(parse_response_expression(name), run.result.responses)
                                  : kUndefined);
       } catch (const InputError& e) {
         // One that a run has only when something came to pass is undefined where it did not.
@@ -195,7 +195,8 @@ Sweep read_sweep(const std::string& file) {
   s.set = read_case_overrides(head);
   s.materials = head.strings("materials");
   s.responses = current_responses(head, "responses");
-  for (const std::string& name : s.responses) head.at("responses", [&] { parse_operand(name); });
+  for (const std::string& name : s.responses)
+    head.at("responses", [&] { parse_response_expression(name); });
   const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);
   if (seeds > static_cast<int>(most_runs))
     head.fail("seeds", fmt::format("are more than {}; expected fewer", most_runs));

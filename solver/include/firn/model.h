@@ -24,9 +24,9 @@ struct Interaction {
   double dynamic_friction = 0;
   double restitution = 1;                  // epsilon of equation (5), in (0, 1]
   double tangential_stiffness_ratio = 1;   // K_tau / K_nl
-  double unloading_floor = 0.001;          // lambda of equation (3)
+  double minimum_unloading_ratio = 0.001;  // lambda of equation (3)
   double rolling_resistance = 0;           // limit of the rolling moment / (normal force * L)
-  double sliding_speed = 1e-3;             // m/s, below which a sliding contact may stick again
+  double restick_velocity = 1e-3;          // m/s, below which a sliding contact may stick again
   double adhesion_force = 0;               // N, pulls while two bodies overlap, once per contact
   double adhesion_stiffness_fraction = 0;  // and so much of K_nl times the overlap
 };

@@ -23,29 +23,29 @@ struct Shape {
   // principal already (a box, a sphere, a crescent).
   Vec3 centroid = Vec3::Zero();  // m, shape axes
   Quat shape_from_body = Quat::Identity();
-  double volume = 0;              // m^3
-  double mass = 0;                // kg
-  Vec3 inertia = Vec3::Zero();    // kg m^2, principal, body axes
-  double bounding_radius = 0;     // m, about the centre of mass
-  Vec3 box = Vec3::Zero();        // m, bounding box edges in shape axes
-  double rounding = 0;            // m, sweep radius of edges and corners (a sphere: R)
-  double size_for_stiffness = 0;  // m, L of equation (6): middle edge of the bounding box
-  double stiffness = 0;           // N/m, loading stiffness K of equation (6), or given
-  double contact_deviation = 0;   // m, largest distance mesh <-> swept parts, sampled
-  std::string deviation_reason;   // what decides contact_deviation, a few words
+  double volume = 0;             // m^3
+  double mass = 0;               // kg
+  Vec3 inertia = Vec3::Zero();   // kg m^2, principal, body axes
+  double bounding_radius = 0;    // m, about the centre of mass
+  Vec3 box = Vec3::Zero();       // m, bounding box edges in shape axes
+  double rounding = 0;           // m, sweep radius of edges and corners (a sphere: R)
+  double stiffness_length = 0;   // m, L of equation (6): middle edge of the bounding box
+  double stiffness = 0;          // N/m, loading stiffness K of equation (6), or given
+  double contact_deviation = 0;  // m, largest distance mesh <-> swept parts, sampled
+  std::string deviation_reason;  // what decides contact_deviation, a few words
 };
 
 // Input of every maker below in addition to the geometry.
 struct ShapeOptions {
   std::string name;
   int material = 0;
-  double density = 0;             // kg/m^3
-  double young_modulus = 0;       // Pa
-  double mass = 0;                // kg; 0: density * volume
-  double rounding = -1;           // m; below 0: chosen, see default_rounding()
-  double size_for_stiffness = 0;  // m; 0: the middle bounding-box edge
-  double stiffness = 0;           // N/m; 0: young_modulus * size_for_stiffness
-  int max_parts = 64;             // for the decomposition of a concave mesh
+  double density = 0;           // kg/m^3
+  double young_modulus = 0;     // Pa
+  double mass = 0;              // kg; 0: density * volume
+  double rounding = -1;         // m; below 0: chosen, see default_rounding()
+  double stiffness_length = 0;  // m; 0: the middle bounding-box edge
+  double stiffness = 0;         // N/m; 0: young_modulus * stiffness_length
+  int max_parts = 64;           // for the decomposition of a concave mesh
 };
 
 Shape make_sphere(double radius, const ShapeOptions& options);

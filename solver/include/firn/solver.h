@@ -20,9 +20,10 @@ namespace firn {
 struct ContactSpot {
   Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
   double gap = 0;                // m, along the patch's normal; negative: overlap
-  double share = 0;              // of the stiffness K of the pair; may not add up to 1 (contact.md)
-  double force = 0;              // N, normal
-  double area = 0;               // m^2 that it stands for
+  double stiffness_fraction =
+      0;             // of the stiffness K of the pair; may not add up to 1 (contact.md)
+  double force = 0;  // N, normal
+  double area = 0;   // m^2 that it stands for
 };
 
 // One patch: what body b does to body a over one touching region, at the end of a step. Points that

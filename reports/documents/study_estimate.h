@@ -10,7 +10,7 @@ namespace firn {
 // From the results.json of a study: recommended values, what is determined, what the compare sets
 // give, what to measure next. Empty when the study has no answer. Throws an exception of the JSON
 // library for what is missing or of another type.
-std::vector<page::Fact> study_answer(const Json& results);
+std::vector<page::Fact> study_estimate(const Json& results);
 
 // The terms of one of its combinations: "1.00 ln(ice_ice) - 0.20 ice_plastic".
 std::string combination_text(const Json& combination);
