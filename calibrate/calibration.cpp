@@ -139,7 +139,7 @@ int Calibration::seeds_left() const {
   return study_.budget.runs - (runs + experiments - 1) / experiments;
 }
 
-// What the confirmation and the ends of a valley will take.
+// Number of runs for the confirmation and the ends of a ridge.
 int Calibration::seeds_reserved() const {
   const Budget& b = study_.budget;
   if (!a_.models) return b.confirmation_replicates + 2 * b.endpoint_replicates;

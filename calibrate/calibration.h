@@ -15,8 +15,7 @@ namespace firn {
 // Phase of the runs of a [[compare]] set, before its name.
 inline constexpr const char* kComparePhase = "compare: ";
 
-// A pure function of the study and of the results of its runs: nothing
-// here remembers anything from one session to the next.
+// A pure function of the study and of the results of its runs. No state is kept between sessions.
 class Calibration {
  public:
   Calibration(const Study& study, StudyRuns& study_runs, BatchProgress& progress)
@@ -80,18 +79,19 @@ class Calibration {
   Eigen::VectorXd best_;          // unit cube
   int replicates_per_point_ = 1;  // at each point of the design and of the refinement
   std::size_t reused_ = 0;        // points
-  int point_multiplier_ = 1;      // times as many as planned
-  bool repeated_ = false;         // points with one run, for their noise
-  bool budget_used_ = false;      // refinement ended for want of runs
+  int point_multiplier_ = 1;      // factor on the planned number of points
+  bool repeated_ = false;         // points with one run have been repeated, to estimate their noise
+  bool budget_used_ = false;      // refinement ended because the budget was used
 };
 
-// Fills in what the runs of a point gave; `fitted` (may be null) has the noise.
+// Fills in the responses of the runs of a point. `fitted` (may be null) has the noise.
 void observe(const Study& study, const ResponseModels* models, const Point& point, CheckedSet& set);
 // "ice_ice = 0.094, ice_plastic = 0.085"
 std::string parameter_text(const Study& study, const std::vector<double>& values);
 // `count` seeds from `first` on.
 std::vector<std::uint64_t> seed_range(std::uint64_t first, int count);
-// Seeds of the confirmation start this far above the study's: never used before.
+// Offset of the confirmation seeds from the seed of the study: these seeds have not been used
+// before.
 constexpr std::uint64_t confirm_seeds = 1000;
 
 }  // namespace firn

@@ -16,8 +16,8 @@ constexpr double at_border = 0.002;  // unit cube
 
 bool free_at(double u) { return u > at_border && u < 1 - at_border; }
 
-// Directions of the free parameters that the residuals determine: those that they hardly see count
-// by the part by which they narrow the range.
+// Directions of the free parameters that the residuals determine: those that they hardly determine
+// count by the part by which they narrow the range.
 double determined_directions(const Study& study, const ResponseModels& models, const VectorXd& u,
                              Priors priors) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();

@@ -94,8 +94,8 @@ std::vector<MeasurementValue> rank_measurements(const Study& study, const Respon
   }
   const bool efforts =
       std::all_of(all.begin(), all.end(), [](const MeasurementValue& a) { return a.effort > 0; });
-  // What is known already may be measured better and leave the valley as long as it was: the cut of
-  // the valley counts, by halvings.
+  // A better measurement along a determined direction does not shorten the ridge. The measure is
+  // the reduction of its length, in halvings.
   const auto worth = [&](const MeasurementValue& a) {
     return -std::log2(a.remaining_extent) / (efforts ? a.effort : 1);
   };

@@ -126,7 +126,7 @@ class Cloud {
         cost[s] = there;
         ++accepted;
       }
-      // A bent valley wants shorter steps than a Gaussian of its covariance.
+      // A curved ridge needs shorter steps than a Gaussian of the same covariance.
       const double rate = accepted / static_cast<double>(u.size());
       length *= std::exp(std::clamp(rate - 0.25, -0.5, 0.5));
     }

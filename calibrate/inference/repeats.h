@@ -1,4 +1,5 @@
-// Second runs where a study has one run a point, and its noise may have been missed.
+// Selects points for second runs in a study with one run per point, when its noise may be
+// underestimated.
 #pragma once
 
 #include <vector>

@@ -268,7 +268,7 @@ Minimum NegativeLogPosterior::best() const {
   const VectorXd zero = VectorXd::Zero(dimensions()), one = VectorXd::Ones(dimensions());
   const auto f = [this](const VectorXd& u) { return regularized_cost(u); };
   Minimum m = minimize(f, zero, one, search_evaluations);
-  // Least squares sees no ln V and no arching: its answer counts only where it is no worse.
+  // Least squares omits ln V and arching: its result is used only where its cost is not larger.
   const LeastSquaresFit fit = least_squares(residuals(m.x), m.x);
   if (const double value = fit.x.allFinite() ? regularized_cost(fit.x) : m.value; value < m.value) {
     m.x = fit.x;

@@ -1,4 +1,4 @@
-// The answer for programs.
+// The result of a study as JSON.
 #include <cmath>
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,5 @@
 // Draws the fitted response of the first target with gnuplot: a map over two parameters, slices
-// through the answer for any other number. The script stays in the folder of the pictures.
+// through the estimate for any other number. The script stays in the folder of the pictures.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -66,7 +66,7 @@ std::vector<double> tick_values(const Parameter& p) {
 }
 
 // The axis runs over the unit cube and is labelled with the parameter's values: one kind of axis
-// for both scales, and gnuplot's image style wants equal cells.
+// for both scales, and gnuplot's image style requires equal cells.
 void print_axis(Out& out, const char* axis, const Parameter& p) {
   std::vector<std::string> ticks;
   for (const double t : tick_values(p))

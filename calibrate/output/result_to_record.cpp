@@ -31,7 +31,7 @@ constexpr int kept_samples = 256;
 
 double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
 
-// Six digits are far more than a posterior of some thousand points knows.
+// Six digits exceed the resolution of a posterior of some thousand points.
 double rounded(const Parameter& p, double value) {
   return std::clamp(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr), p.min, p.max);
 }

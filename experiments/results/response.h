@@ -22,7 +22,7 @@ struct Response {
   int method_version = 1;           // raised whenever the estimator's numbers change
 };
 
-// All responses that the case in this recording asks for, from the recording alone.
+// All responses that the case of the recording requests, computed from the recording alone.
 std::vector<Response> measure(const Recording& recording);
 // The same with the case of the file, for callers that have constructed it.
 std::vector<Response> measure(const Recording& recording, const Case& c);

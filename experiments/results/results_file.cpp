@@ -87,7 +87,7 @@ struct Recording::Impl {
     });
   }
 
-  // Rows [first, first + count) of a table, as the schema wants them.
+  // Rows [first, first + count) of a table, checked against the schema.
   std::vector<double> rows(const std::string& path, std::size_t first, std::size_t count) const {
     return guarded([&] {
       if (!contents.datasets.contains(path)) throw hdf5::Error(path + ": is missing");

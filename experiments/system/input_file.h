@@ -1,4 +1,4 @@
-// How files of users are opened: regular files alone, whose size is checked before they are read.
+// Opens files of users: regular files only, with a check of the size before reading.
 #pragma once
 
 #include <compare>
@@ -36,7 +36,7 @@ class InputFileRecord {
   std::map<std::string, FileStamp> files_;
 };
 
-// Where a shipped file is that earlier versions had below experiments/; empty when there is none.
+// New place of a shipped file that earlier versions had below experiments/; empty for other files.
 std::string moved_file(const std::string& file);
 
 // Throws InputError `FILE: what is wrong; expected WANTED` unless the file can be read and is a
@@ -58,7 +58,7 @@ std::string read_own_file(const std::string& file);
 inline constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
 
 // Throws InputError as above for a results file of a run and for UTF-16, which spreadsheets write
-// as "Unicode text": nothing that a reader of text says about them helps.
+// as "Unicode text". The messages of text parsers would not help in these cases.
 void require_plain_text(std::string_view bytes, const std::string& file, std::string_view wanted);
 
 // The first characters of a text, for messages.

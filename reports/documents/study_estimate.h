@@ -1,4 +1,4 @@
-// What a study found, in a few lines.
+// Summary of the result of a study in a few lines.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace firn {
 
-// From the results.json of a study: recommended values, what is determined, what the compare sets
-// give, what to measure next. Empty when the study has no answer. Throws an exception of the JSON
-// library for what is missing or of another type.
+// From the results.json of a study: recommended values, identifiable combinations, results of the
+// compare sets, and the next measurements. Empty when the study has no estimate. Throws an
+// exception of the JSON library for values that are missing or of another type.
 std::vector<page::Fact> study_estimate(const Json& results);
 
 // The terms of one of its combinations: "1.00 ln(ice_ice) - 0.20 ice_plastic".

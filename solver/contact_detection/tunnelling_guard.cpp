@@ -147,7 +147,7 @@ bool TunnellingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norm
 
 // What entered over one piece and is past its cut at the end of the step lies in pieces that it
 // came to through their cuts: each of them says that a neighbour has the contact. The piece that
-// was met first knows the side.
+// was met first gives the side.
 bool TunnellingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   const auto& [model, w, s, pair] = in_;
   const Shape& shape_a = model.shapes[model.particles[pair.a].shape];

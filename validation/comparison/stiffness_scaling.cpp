@@ -12,7 +12,7 @@
 namespace firn {
 namespace {
 
-constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is a guess
+constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is not reliable
 constexpr int least_runs = 3, least_stiffnesses = 3;
 // An interval that spans a larger factor is no extrapolation.
 constexpr double widest = 10;

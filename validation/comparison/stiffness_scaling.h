@@ -1,5 +1,5 @@
-// What a reduced stiffness does to responses: the exponent over simulated stiffnesses, and where
-// that would lead at the real one.
+// Effect of a reduced stiffness on responses: the exponent over simulated stiffnesses, and the
+// extrapolation to the real one.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// One run as a watched process of `firn run`. All executors start runs through this, so that a run
-// and its limits mean the same on a desk and on a cluster.
+// One run as a watched process of `firn run`. All executors start runs through this, so that limits
+// apply in the same way on a workstation and on a cluster.
 #pragma once
 
 #include <sys/types.h>
@@ -18,7 +18,7 @@ struct JobFiles {
   std::string case_file, results, log;
 };
 
-// What the files of a run say of its outcome; nothing while it has not come to an end.
+// Outcome of a run according to its files; nothing while it has not ended.
 std::optional<JobResult> existing_result(const Job& job);
 
 // Simulated time that the files of the run reach, s.
@@ -35,7 +35,7 @@ class RunProcess final : public RunningJob {
   // Results that cannot be opened are renamed FILE.unreadable, and `print_note` gets a line that
   // says so.
   RunProcess(const Job& job, const std::string& program, Note print_note = {});
-  // One that is still running saves its state and ends.
+  // A run in progress saves its state and ends.
   ~RunProcess() override;
   RunProcess(const RunProcess&) = delete;
   RunProcess& operator=(const RunProcess&) = delete;

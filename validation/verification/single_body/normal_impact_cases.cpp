@@ -171,7 +171,7 @@ std::vector<Check> time_step() {
   for (const double e : {0.3, 0.5, 0.8}) {
     double coarse = 0;
     for (const double steps : {10.0, 20.0, 40.0, 80.0}) {
-      // Over all phases of the first touch within a step; one alone may be lucky.
+      // Over all phases of the first touch within a step; a single phase may be accurate by chance.
       constexpr int kPhases = 16;
       double squares = 0;
       for (int k = 0; k < kPhases; ++k) {
