@@ -24,6 +24,7 @@
 #include "experiments/system/interruption.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/terminal.h"
+#include "experiments/text/alias.h"
 #include "firn/contact_model.h"
 #include "firn/math.h"
 
@@ -70,9 +71,7 @@ std::string names_of_subcommands(const CLI::App& app) {
 }
 
 void warn_of_old_argument(const RenamedArgument& renamed) {
-  print_lines(stderr,
-              "firn: warning: \"{}\" is now \"{}\"; the old name is read by this version only\n",
-              renamed.old_name, renamed.name);
+  print_lines(stderr, "firn: warning: {}\n", old_name_warning(renamed.old_name, renamed.name));
 }
 
 std::string command_of(const CLI::App& app) {

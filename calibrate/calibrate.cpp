@@ -19,11 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& campaign,
+void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& study_runs,
                 CalibrationResult& a) {
   for (const JournalRun& run : runs) {
-    a.other_version += run.program != campaign.program() && run.program != user_program_identity;
-    if (!campaign.was_requested(run.key)) continue;
+    a.other_version += run.program != study_runs.program() && run.program != user_program_identity;
+    if (!study_runs.was_requested(run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
@@ -38,16 +38,16 @@ void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& campaign,
   }
 }
 
-StudySummary summarize(const Study& study, CalibrationResult& answer, Journal& journal,
-                       const StudyRuns& campaign, const std::string& directory, bool plot) {
+StudySummary summarize(const Study& study, CalibrationResult& result, Journal& journal,
+                       const StudyRuns& study_runs, const std::string& directory, bool plot) {
   journal.require_in_place();
   const std::vector<JournalRun> runs = journal.runs();
-  count_runs(runs, campaign, answer);
+  count_runs(runs, study_runs, result);
   StudySummary s;
-  s.verdict = answer.verdict;
-  s.headline = answer.headline;
-  s.table = render_table(study, answer);
-  s.json = render_json(study, answer);
+  s.verdict = result.verdict;
+  s.headline = result.headline;
+  s.table = render_table(study, result);
+  s.json = render_json(study, result);
   s.directory = directory;
   const fs::path folder(directory);
   for (const JournalRun& run : runs) {
@@ -55,23 +55,23 @@ StudySummary summarize(const Study& study, CalibrationResult& answer, Journal& j
     for (const fs::path& results :
          {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
       std::error_code unreadable;  // as a name that is too long
-      if (run.label.phase == "confirm" && campaign.was_requested(run.key) &&
+      if (run.label.phase == "confirm" && study_runs.was_requested(run.key) &&
           results.extension() == ".h5" && fs::exists(results, unreadable))
         s.example_run = results.string();
     }
   }
   write_own_file(folder / "results.json", s.json + "\n");
   write_own_file(folder / "runs.csv", render_runs_csv(study, runs));
-  if (answer.posterior) {
-    write_own_file(folder / "posterior.csv", render_posterior_csv(study, answer));
-    write_inference_data(study, answer, (folder / "posterior.nc").string());
+  if (result.posterior) {
+    write_own_file(folder / "posterior.csv", render_posterior_csv(study, result));
+    write_inference_data(study, result, (folder / "posterior.nc").string());
   }
   write_own_file(folder / "report.md",
                  fmt::format("# {}\n\n{}\n\n{}", encode::markdown(study.name),
                              encode::markdown(s.headline), encode::markdown_block(s.table)));
   journal.require_in_place();
-  if (!plot || !answer.knowledge) return s;
-  if (const std::string trouble = plot_fitted_response(study, answer, directory); !trouble.empty())
+  if (!plot || !result.models) return s;
+  if (const std::string trouble = plot_fitted_response(study, result, directory); !trouble.empty())
     print_lines(stderr, "firn: no plot of the fitted response: {}\n", trouble);
   return s;
 }
@@ -115,13 +115,13 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
                                    directory, study.largest_total(), study.execution.slurm));
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command resumes from there", directory));
-  StudyRuns campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
-                     batch.runs(), options.interrupt);
-  CalibrationResult answer;
+  StudyRuns study_runs(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
+                       batch.runs(), options.interrupt);
+  CalibrationResult result;
   try {
-    answer = study.direct == DirectSearch::none
-                 ? Calibration(study, campaign, batch.progress()).answer()
-                 : direct_search(study, campaign, batch.progress());
+    result = study.direct == DirectSearch::none
+                 ? Calibration(study, study_runs, batch.progress()).run()
+                 : direct_search(study, study_runs, batch.progress());
   } catch (const BatchInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(
@@ -134,14 +134,15 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   }
   batch.progress().done();
   StudySummary summary =
-      summarize(study, answer, batch.journal(), campaign, directory, options.plot);
-  if (options.on_answer) options.on_answer(study, answer);
+      summarize(study, result, batch.journal(), study_runs, directory, options.plot);
+  if (options.on_result) options.on_result(study, result);
   if (!options.save.name.empty()) {
     try {
       std::vector<JournalRun> used = batch.journal().runs();
-      std::erase_if(used, [&](const JournalRun& run) { return !campaign.was_requested(run.key); });
+      std::erase_if(used,
+                    [&](const JournalRun& run) { return !study_runs.was_requested(run.key); });
       summary.record =
-          material_record(study, answer, used, batch.executor(), directory, options.save);
+          material_record(study, result, used, batch.executor(), directory, options.save);
     } catch (const InputError& e) {  // the study is reported without a record
       summary.not_saved = e.what();
     }

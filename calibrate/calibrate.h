@@ -1,5 +1,4 @@
-// calibrate(study) -> answer: what `firn calibrate` does. The method is described in
-// docs/calibration.md.
+// Runs a calibration study, as `firn calibrate` does. docs/calibration.md describes the method.
 #pragma once
 
 #include <functional>
@@ -19,24 +18,24 @@ struct CalibrationResult;
 struct StudyOptions : BatchOptions {
   std::string study_file;       // TOML
   bool allow_programs = false;  // the study may start user programs (docs/calibration.md)
-  // In place of those of the study file's [execution]; 0: as it says.
+  // Override the limits of [execution] in the study file; 0: no override.
   double time_limit = 0;    // s of wall time of one run
   double memory_limit = 0;  // bytes resident of one run
   bool plot = true;         // draw the fitted response with gnuplot
-  RecordOptions save;       // also make a material record of the answer, when it has a name
-  // Called once with what was found, unless the study was interrupted.
-  std::function<void(const Study&, const CalibrationResult&)> on_answer;
+  RecordOptions save;       // also make a material record of the estimate, when it has a name
+  // Called once with the result, unless the study was interrupted.
+  std::function<void(const Study&, const CalibrationResult&)> on_result;
 };
 
 struct StudySummary {
   StudyVerdict verdict = StudyVerdict::interrupted;
   std::string headline;  // one sentence
-  std::string table;     // for people: what was found, with uncertainty; ends in a new line
+  std::string table;     // text: the result with uncertainties; ends in a new line
   std::string json;      // the same for programs; also results.json in the directory
   std::string directory;
   std::optional<MaterialRecord> record;  // of StudyOptions::save; not yet in a database
-  std::string not_saved;                 // why there is none
-  std::string example_run;  // results file of a simulation at the answer; empty: none was made
+  std::string not_saved;                 // why `record` is empty
+  std::string example_run;  // results file of a simulation at the estimate; empty: none
   int exit_status() const;  // 0 done, 1 too few runs, 130 interrupted
 };
 
@@ -44,7 +43,7 @@ struct StudySummary {
 // `json`. Throws InputError for a wrong study file, a directory that holds another study, or one
 // that another process is working in.
 StudySummary calibrate(const StudyOptions& options);
-// The same of a study that has been read; `options.study_file` is not used.
+// Runs or continues a study that has been read. `options.study_file` is not used.
 StudySummary calibrate(Study study, const StudyOptions& options);
 
 }  // namespace firn

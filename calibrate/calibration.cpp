@@ -50,15 +50,15 @@ void Calibration::run_initial_design() {
       allowed_values(study_.constraints, study_.parameters, study_.constraints.middle);
   std::vector<Point> points;
   for (std::size_t i = 0; i < study_.compare.size() && b.compare_replicates > 0; ++i)
-    points.push_back(campaign_.point(kComparePhase + study_.compare[i].name, static_cast<int>(i),
-                                     study_.compare[i].values,
-                                     seed_range(study_.seed, b.compare_replicates)));
+    points.push_back(study_runs_.point(kComparePhase + study_.compare[i].name, static_cast<int>(i),
+                                       study_.compare[i].values,
+                                       seed_range(study_.seed, b.compare_replicates)));
   points.push_back(
-      campaign_.point("centre", 0, middle, seed_range(study_.seed, b.center_replicates)));
+      study_runs_.point("centre", 0, middle, seed_range(study_.seed, b.center_replicates)));
   for (const NumericsCheck& check : study_.numerics) {
-    numerics_.push_back(campaign_.point("numerics: " + check.name,
-                                        static_cast<int>(numerics_.size()), middle,
-                                        seed_range(study_.seed, b.numerics_replicates)));
+    numerics_.push_back(study_runs_.point("numerics: " + check.name,
+                                          static_cast<int>(numerics_.size()), middle,
+                                          seed_range(study_.seed, b.numerics_replicates)));
     numerics_.back().set = check.set;
     numerics_.back().only = check.only;
   }
@@ -77,7 +77,7 @@ void Calibration::run_initial_design() {
   const auto asked = static_cast<std::ptrdiff_t>(points.size());
   points.insert(points.end(), numerics_.begin(), numerics_.end());
   progress_.phase("noise and numerics");
-  campaign_.run(points);
+  study_runs_.run(points);
   numerics_.assign(points.begin() + asked, points.end());
   points.erase(points.begin() + asked, points.end());
   a_.points = std::move(points);
@@ -90,7 +90,7 @@ std::vector<Point> Calibration::reused_points() {
   const Budget& b = study_.budget;
   if (!b.reuse || b.runs == 0 || b.rounds_stated) return {};
   const int most = b.runs - b.center_replicates - b.confirmation_replicates;
-  return campaign_.reusable(most * static_cast<int>(study_.experiments.size()));
+  return study_runs_.reusable(most * static_cast<int>(study_.experiments.size()));
 }
 
 // A design that fills the ranges.
@@ -112,11 +112,11 @@ void Calibration::spread_design() {
   for (const VectorXd& u : study_.constraints.all.empty()
                                ? maximin_latin_hypercube(count, d, study_.seed, taken)
                                : spread_points(study_.constraints, study_.parameters, count, taken))
-    design.push_back(campaign_.point("design", static_cast<int>(design.size()),
-                                     allowed_values(study_.constraints, study_.parameters, u),
-                                     seed_range(study_.seed, replicates_per_point_)));
+    design.push_back(study_runs_.point("design", static_cast<int>(design.size()),
+                                       allowed_values(study_.constraints, study_.parameters, u),
+                                       seed_range(study_.seed, replicates_per_point_)));
   progress_.phase("exploring the ranges");
-  campaign_.run(design);
+  study_runs_.run(design);
   a_.points.insert(a_.points.end(), design.begin(), design.end());
 }
 
@@ -139,11 +139,11 @@ int Calibration::seeds_left() const {
   return study_.budget.runs - (runs + experiments - 1) / experiments;
 }
 
-// What the confirmation and the ends of a valley will take.
+// Number of runs for the confirmation and the ends of a ridge.
 int Calibration::seeds_reserved() const {
   const Budget& b = study_.budget;
-  if (!a_.knowledge) return b.confirmation_replicates + 2 * b.endpoint_replicates;
-  const auto directions = combinations(study_, *a_.knowledge, best_);
+  if (!a_.models) return b.confirmation_replicates + 2 * b.endpoint_replicates;
+  const auto directions = combinations(study_, *a_.models, best_);
   const bool ridge = std::any_of(directions.begin(), directions.end(),
                                  [](const Combination& c) { return !c.identifiable; });
   return b.confirmation_replicates + (ridge ? 2 * b.endpoint_replicates : 0);
@@ -151,7 +151,7 @@ int Calibration::seeds_reserved() const {
 
 // More points, away from those that have no number and from each other, when those so far are too
 // few for a model. False when the budget has no more.
-bool Calibration::explore_further() {
+bool Calibration::extend_design() {
   if (study_.budget.runs == 0) return false;
   const int points =
       std::min(std::max(2, study_.budget.refine_points * point_multiplier_),
@@ -190,12 +190,12 @@ bool Calibration::explore_further() {
     taken.push_back(best);
     int number = static_cast<int>(batch.size());
     for (const Point& p : a_.points) number += p.phase == "design, continued";
-    batch.push_back(campaign_.point("design, continued", number,
-                                    allowed_values(study_.constraints, study_.parameters, best),
-                                    seed_range(study_.seed, replicates_per_point_)));
+    batch.push_back(study_runs_.point("design, continued", number,
+                                      allowed_values(study_.constraints, study_.parameters, best),
+                                      seed_range(study_.seed, replicates_per_point_)));
   }
   progress_.phase("exploring further");
-  campaign_.run(batch);
+  study_runs_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
   return true;
 }
@@ -209,7 +209,7 @@ void Calibration::check_outliers() {
   std::vector<int> more;
   int left =
       study_.budget.runs > 0 ? seeds_left() - seeds_reserved() : std::numeric_limits<int>::max();
-  for (const std::size_t i : doubtful_points(study_, a_.points, points_at_most)) {
+  for (const std::size_t i : outlier_candidates(study_, a_.points, points_at_most)) {
     const int missing = seeds - static_cast<int>(a_.points[i].seeds.size());
     if (missing > left) break;
     left -= missing;
@@ -231,7 +231,7 @@ void Calibration::run_more_seeds(const std::string& phase, const std::vector<std
     for (int k = 0; k < seeds[i]; ++k) again.back().seeds.push_back(++next);
   }
   progress_.phase(phase);
-  campaign_.run(again);
+  study_runs_.run(again);
   for (std::size_t i = 0; i < points.size(); ++i) a_.points[points[i]] = again[i];
 }
 
@@ -240,12 +240,12 @@ void Calibration::run_more_seeds(const std::string& phase, const std::vector<std
 bool Calibration::repeat_points() {
   constexpr int points_at_most = 5;
   if (repeated_ || replicates_per_point_ != 1 || study_.budget.replicates_per_point < 2 ||
-      !scatter_exceeds_noise(study_, *a_.knowledge))
+      !scatter_exceeds_noise(study_, *a_.models))
     return false;
   repeated_ = true;
   const int most = std::min(points_at_most, seeds_left() - seeds_reserved());
-  const std::vector<std::size_t> where = points_to_repeat(
-      study_, *a_.knowledge, a_.points, static_cast<std::size_t>(std::max(0, most)));
+  const std::vector<std::size_t> where =
+      points_to_repeat(study_, *a_.models, a_.points, static_cast<std::size_t>(std::max(0, most)));
   if (where.empty()) return false;
   run_more_seeds("repeating points", where, std::vector<int>(where.size(), 1));
   return true;
@@ -254,12 +254,12 @@ bool Calibration::repeat_points() {
 // False when the finished runs are too few for a model.
 bool Calibration::fit() {
   check_outliers();
-  a_.knowledge = fit_response_models(study_, a_.points);
-  if (!a_.knowledge) {
+  a_.models = fit_response_models(study_, a_.points);
+  if (!a_.models) {
     a_.verdict = StudyVerdict::too_few_runs;
     return false;
   }
-  const NegativeLogPosterior misfit(study_, *a_.knowledge);
+  const NegativeLogPosterior misfit(study_, *a_.models);
   best_ = misfit.best().x;
   a_.posterior = sample_posterior(study_, misfit);
   record_estimate(a_.rounds == 0 ? "design" : fmt::format("refinement {}", a_.rounds));
@@ -278,7 +278,7 @@ void Calibration::record_estimate(const std::string& after) {
 }
 
 // Whether a point with a number for every target is so near that the model does not extrapolate.
-bool Calibration::simulated_nearby(const VectorXd& u) const {
+bool Calibration::has_run_near(const VectorXd& u) const {
   constexpr double near = 0.03;  // of the range, root mean square over the parameters
   return std::any_of(a_.points.begin(), a_.points.end(), [&](const Point& p) {
     return (p.u - u).norm() <= near * std::sqrt(static_cast<double>(u.size())) &&
@@ -300,7 +300,7 @@ void Calibration::report_estimate() const {
                                   p.text(m.high)));
     j["best"][p.name] = {{"value", values[i]}, {"low", m.low}, {"high", m.high}, {"unit", p.unit}};
   }
-  for (const Combination& c : combinations(study_, *a_.knowledge, best_)) {
+  for (const Combination& c : combinations(study_, *a_.models, best_)) {
     if (!c.identifiable) continue;
     const std::string text = combination_text(study_, c);
     determined.push_back(fmt::format("{} = {:.3g} ± {:.2g}", text, c.value, c.sd));
@@ -316,14 +316,14 @@ void Calibration::report_estimate() const {
 }
 
 // Decides, and says why not: from the runs alone, so that a resumed study decides alike.
-bool Calibration::worth_refining() {
+bool Calibration::should_refine() {
   const Budget& b = study_.budget;
-  const double gain = expected_narrowing(study_, *a_.knowledge, *a_.posterior, best_);
+  const double gain = expected_narrowing(study_, *a_.models, *a_.posterior, best_);
   const std::string could =
       gain < 1 ? fmt::format("could narrow what is determined by {:.0f} % at most", 100 * gain)
                : "may still determine more";
   const bool missed = !a_.goodness->acceptable();
-  if (missed && simulated_nearby(a_.goodness->u)) {
+  if (missed && has_run_near(a_.goodness->u)) {
     a_.stopped =
         "the parameters nearest to the targets were simulated, and do not meet them together";
     return false;
@@ -364,7 +364,7 @@ void Calibration::refine() {
     return;
   }
   // The noise was found to be larger than at the middle of the ranges.
-  if (repeated_ && noise_exceeds_measurement(study_, *a_.knowledge)) {
+  if (repeated_ && noise_exceeds_measurement(study_, *a_.models)) {
     replicates_per_point_ = study_.budget.replicates_per_point;
     point_multiplier_ = 1;
   }
@@ -378,14 +378,14 @@ void Calibration::refine() {
   // Where the targets seem to be missed, the nearest parameters are simulated before that is said.
   const bool missed = !a_.goodness->acceptable();
   for (const VectorXd& u :
-       refinement_points(study_, *a_.knowledge, *a_.posterior, missed ? a_.goodness->u : best_,
-                         missed ? FirstPoint::answer : FirstPoint::answer_if_unsure, taken, points,
-                         replicates_per_point_))
-    batch.push_back(campaign_.point(phase, number++,
-                                    allowed_values(study_.constraints, study_.parameters, u),
-                                    seed_range(study_.seed, replicates_per_point_)));
+       refinement_points(study_, *a_.models, *a_.posterior, missed ? a_.goodness->u : best_,
+                         missed ? FirstPoint::estimate : FirstPoint::estimate_if_uncertain, taken,
+                         points, replicates_per_point_))
+    batch.push_back(study_runs_.point(phase, number++,
+                                      allowed_values(study_.constraints, study_.parameters, u),
+                                      seed_range(study_.seed, replicates_per_point_)));
   progress_.phase("splitting the equally good");
-  campaign_.run(batch);
+  study_runs_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
 }
 

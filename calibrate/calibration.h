@@ -15,26 +15,25 @@ namespace firn {
 // Phase of the runs of a [[compare]] set, before its name.
 inline constexpr const char* kComparePhase = "compare: ";
 
-// A pure function of the study and of the results of its runs: nothing
-// here remembers anything from one session to the next.
+// A pure function of the study and of the results of its runs. No state is kept between sessions.
 class Calibration {
  public:
-  Calibration(const Study& study, StudyRuns& campaign, BatchProgress& progress)
-      : study_(study), campaign_(campaign), progress_(progress) {}
+  Calibration(const Study& study, StudyRuns& study_runs, BatchProgress& progress)
+      : study_(study), study_runs_(study_runs), progress_(progress) {}
 
-  CalibrationResult answer() {
+  CalibrationResult run() {
     run_initial_design();
     bool fitted = fit();
-    while (!fitted && explore_further()) fitted = fit();
-    while (fitted && worth_refining()) {
+    while (!fitted && extend_design()) fitted = fit();
+    while (fitted && should_refine()) {
       refine();
       fitted = fit();
     }
     if (fitted) {
-      choose_answer();
+      choose_estimate();
       confirm();
-      check_valley_ends();
-      describe_knowledge();
+      check_ridge_ends();
+      summarize_posterior();
     }
     return finish();
   }
@@ -44,7 +43,7 @@ class Calibration {
   std::vector<Point> reused_points();
   void spread_design();
   bool noise_is_negligible() const;
-  bool explore_further();
+  bool extend_design();
   void check_outliers();
   void run_more_seeds(const std::string& phase, const std::vector<std::size_t>& points,
                       const std::vector<int>& seeds);
@@ -52,17 +51,17 @@ class Calibration {
   bool fit();
   void record_estimate(const std::string& after);
   void judge_fit();
-  bool simulated_nearby(const Eigen::VectorXd& u) const;
+  bool has_run_near(const Eigen::VectorXd& u) const;
   int seeds_left() const;
   int seeds_reserved() const;
   void report_estimate() const;
-  bool worth_refining();
+  bool should_refine();
   void refine();
-  void choose_answer();
-  void decide_whether_determined();
+  void choose_estimate();
+  void judge_identifiability();
   void confirm();
-  void check_valley_ends();
-  void describe_knowledge();
+  void check_ridge_ends();
+  void summarize_posterior();
   CalibrationResult finish();
 
   void compare_numerics();
@@ -73,26 +72,26 @@ class Calibration {
   void account_for_budget();
 
   const Study& study_;
-  StudyRuns& campaign_;
+  StudyRuns& study_runs_;
   BatchProgress& progress_;
   CalibrationResult a_;
   std::vector<Point> numerics_;
   Eigen::VectorXd best_;          // unit cube
   int replicates_per_point_ = 1;  // at each point of the design and of the refinement
   std::size_t reused_ = 0;        // points
-  int point_multiplier_ = 1;      // times as many as planned
-  bool repeated_ = false;         // points with one run, for their noise
-  bool budget_used_ = false;      // refinement ended for want of runs
+  int point_multiplier_ = 1;      // factor on the planned number of points
+  bool repeated_ = false;         // points with one run have been repeated, to estimate their noise
+  bool budget_used_ = false;      // refinement ended because the budget was used
 };
 
-// Fills in what the runs of a point gave; `knowledge` (may be null) has the noise.
-void observe(const Study& study, const ResponseModels* knowledge, const Point& point,
-             CheckedSet& set);
+// Fills in the responses of the runs of a point. `fitted` (may be null) has the noise.
+void observe(const Study& study, const ResponseModels* models, const Point& point, CheckedSet& set);
 // "ice_ice = 0.094, ice_plastic = 0.085"
 std::string parameter_text(const Study& study, const std::vector<double>& values);
 // `count` seeds from `first` on.
 std::vector<std::uint64_t> seed_range(std::uint64_t first, int count);
-// Seeds of the confirmation start this far above the study's: never used before.
+// Offset of the confirmation seeds from the seed of the study: these seeds have not been used
+// before.
 constexpr std::uint64_t confirm_seeds = 1000;
 
 }  // namespace firn

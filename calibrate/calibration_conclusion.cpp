@@ -24,13 +24,13 @@ constexpr int sobol_samples = 2048;
 // By the pooled noise and this sample's own spread, each with its degrees of freedom; where the
 // noise is not uniform, this sample among them, by that of the neighbourhood if it is larger: few
 // seeds that happen to agree are no proof of a quiet place.
-double standard_error(const ResponseModels* knowledge, const ResponseId& response,
-                      const VectorXd& u, const Sample& s) {
+double standard_error(const ResponseModels* fitted, const ResponseId& response, const VectorXd& u,
+                      const Sample& s) {
   if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
   const double own_freedom = s.count - 1;
   double variance = s.sum_of_squares / own_freedom, freedom = own_freedom, local_variance = 0;
-  if (knowledge != nullptr)
-    for (const auto* models : {&knowledge->targets, &knowledge->observed})
+  if (fitted != nullptr)
+    for (const auto* models : {&fitted->targets, &fitted->observed})
       for (const ResponseModel& m : *models) {
         if (m.response.label != response.label) continue;
         const double pooled = std::pow(m.noise.at(s.mean), 2);
@@ -47,7 +47,7 @@ double standard_error(const ResponseModels* knowledge, const ResponseId& respons
 
 }  // namespace
 
-void observe(const Study& study, const ResponseModels* knowledge, const Point& point,
+void observe(const Study& study, const ResponseModels* fitted, const Point& point,
              CheckedSet& set) {
   set.finished = point.count(JobStatus::finished);
   set.arched = point.count(JobStatus::arched);
@@ -56,7 +56,7 @@ void observe(const Study& study, const ResponseModels* knowledge, const Point& p
   const auto add = [&](const ResponseId& response) {
     const Sample s = sample(point.finished(response));
     set.observed.push_back(
-        {response.label, point.unit(response), s, standard_error(knowledge, response, point.u, s)});
+        {response.label, point.unit(response), s, standard_error(fitted, response, point.u, s)});
   };
   for (const Target& t : study.targets) add(t.response);
   for (const Observed& o : study.observed) add(o.response);
@@ -65,14 +65,14 @@ void observe(const Study& study, const ResponseModels* knowledge, const Point& p
 // Whether all targets can be met together, and the range of each.
 void Calibration::judge_fit() {
   const bool priors = prior_count(study_.priors, study_.parameters) > 0;
-  a_.goodness = goodness_of_fit(study_, *a_.knowledge, best_, Priors::with);
+  a_.goodness = goodness_of_fit(study_, *a_.models, best_, Priors::with);
   a_.without_priors.reset();
-  if (priors) a_.without_priors = goodness_of_fit(study_, *a_.knowledge, best_, Priors::without);
+  if (priors) a_.without_priors = goodness_of_fit(study_, *a_.models, best_, Priors::without);
   a_.reach.clear();
   const int d = static_cast<int>(study_.parameters.size());
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
-    const ResponseModel& m = a_.knowledge->targets[k];
+    const ResponseModel& m = a_.models->targets[k];
     ReachedRange r{m.lowest, m.highest, m.lowest <= t.value && t.value <= m.highest, false};
     const auto look = [&](const VectorXd& u) {
       if (!allowed(study_.constraints, study_.parameters, u)) return;
@@ -96,50 +96,50 @@ void Calibration::judge_fit() {
 }
 
 // Before its confirmation, whose runs must not have a say in it.
-void Calibration::choose_answer() {
+void Calibration::choose_estimate() {
   if (!a_.goodness->acceptable()) best_ = a_.goodness->u;
   const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   best_ = to_unit(study_.parameters, values);
   a_.best = checked(a_.goodness->acceptable() ? "answer" : "nearest",
-                    campaign_.point("confirm", 0, values, {}));
-  for (const ResponseModel& m : a_.knowledge->targets)
+                    study_runs_.point("confirm", 0, values, {}));
+  for (const ResponseModel& m : a_.models->targets)
     a_.cross_check.push_back(m.surrogate.other.predict(best_).mean);
-  a_.combinations = combinations(study_, *a_.knowledge, best_);
-  decide_whether_determined();
+  a_.combinations = combinations(study_, *a_.models, best_);
+  judge_identifiability();
 }
 
-void Calibration::decide_whether_determined() {
+void Calibration::judge_identifiability() {
   const bool all_identified = std::all_of(a_.combinations.begin(), a_.combinations.end(),
                                           [](const Combination& c) { return c.identifiable; });
   a_.verdict = all_identified ? StudyVerdict::calibrated : StudyVerdict::not_identifiable;
   if (all_identified) a_.ridge.clear();
   if (all_identified || !a_.ridge.empty()) return;
-  const NegativeLogPosterior misfit(study_, *a_.knowledge);
+  const NegativeLogPosterior misfit(study_, *a_.models);
   for (const RidgeMember& member : ridge(study_, misfit, *a_.posterior))
     a_.ridge.push_back(checked(fmt::format("member {}", a_.ridge.size() + 1),
-                               campaign_.point("valley", 0, member.values, {})));
+                               study_runs_.point("valley", 0, member.values, {})));
 }
 
 // Final models, from all runs including the confirmation runs. These are replicates at one point
 // and determine the noise at the estimate.
-void Calibration::describe_knowledge() {
-  a_.knowledge = fit_response_models(study_, a_.points);
-  const NegativeLogPosterior misfit(study_, *a_.knowledge);
+void Calibration::summarize_posterior() {
+  a_.models = fit_response_models(study_, a_.points);
+  const NegativeLogPosterior misfit(study_, *a_.models);
   a_.posterior = sample_posterior(study_, misfit);
   record_estimate("confirmation");
-  for (const ResponseModel& m : a_.knowledge->targets)
+  for (const ResponseModel& m : a_.models->targets)
     a_.predictive.push_back(posterior_predictive(m, *a_.posterior));
-  a_.combinations = combinations(study_, *a_.knowledge, best_);
+  a_.combinations = combinations(study_, *a_.models, best_);
   rms_over_posterior(*a_.posterior, study_, a_.combinations);
-  decide_whether_determined();
+  judge_identifiability();
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
-    const Prediction p = a_.knowledge->targets[k].surrogate.best.predict(best_);
+    const Prediction p = a_.models->targets[k].surrogate.best.predict(best_);
     a_.split.push_back({std::pow(study_.targets[k].uncertainty, 2), p.noise_variance,
                         p.variance - p.noise_variance});
   }
   a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
-  a_.advice = rank_measurements(study_, *a_.knowledge, *a_.posterior);
-  a_.cut_short_share = a_.knowledge->cut_short_probability(best_);
+  a_.advice = rank_measurements(study_, *a_.models, *a_.posterior);
+  a_.cut_short_share = a_.models->cut_short_probability(best_);
   judge_fit();
   if (!a_.goodness->acceptable()) {
     const bool by_priors = a_.without_priors && a_.without_priors->acceptable();
@@ -148,18 +148,18 @@ void Calibration::describe_knowledge() {
     a_.verdict = StudyVerdict::unconfirmed;
   }
   if (!a_.outliers.empty())
-    a_.cautions.push_back(a_.outliers.size() == 1
-                              ? "one outlier run was left out"
-                              : fmt::format("{} outlier runs were left out", a_.outliers.size()));
+    a_.caveats.push_back(a_.outliers.size() == 1
+                             ? "one outlier run was left out"
+                             : fmt::format("{} outlier runs were left out", a_.outliers.size()));
   for (std::size_t k = 0; k < study_.targets.size(); ++k)
     if (const Observation& o = a_.best.observed[k];
         o.standard_error > agreement * study_.targets[k].uncertainty)
-      a_.cautions.push_back(
+      a_.caveats.push_back(
           fmt::format("{} is confirmed to ± {:.2g} only, and was measured to ± {:.2g}", o.response,
                       o.standard_error, study_.targets[k].uncertainty));
-  for (const ResponseModel& m : a_.knowledge->targets)
+  for (const ResponseModel& m : a_.models->targets)
     if (!m.passes_cross_validation())
-      a_.cautions.push_back(
+      a_.caveats.push_back(
           fmt::format("the model of {} does not explain its own runs", m.response.label));
 }
 
@@ -177,38 +177,38 @@ void Calibration::confirm() {
     if (p.values == a_.best.values)
       for (const std::uint64_t seed : p.seeds) first = std::max(first, seed + 1);
   std::vector<Point> batch = {
-      campaign_.point("confirm", 0, a_.best.values, seed_range(first, seeds))};
+      study_runs_.point("confirm", 0, a_.best.values, seed_range(first, seeds))};
   progress_.phase("confirming with fresh seeds");
-  campaign_.run(batch);
+  study_runs_.run(batch);
   a_.points.push_back(batch[0]);
   a_.outliers = mark_outliers(study_, a_.points);
-  observe(study_, &*a_.knowledge, a_.points.back(), a_.best);
+  observe(study_, &*a_.models, a_.points.back(), a_.best);
 }
 
-void Calibration::check_valley_ends() {
+void Calibration::check_ridge_ends() {
   if (a_.ridge.empty() || study_.budget.endpoint_replicates == 0) return;
   std::vector<CheckedSet*> ends = {&a_.ridge.front(), &a_.ridge.back()};
   std::vector<Point> batch;
   for (std::size_t i = 0; i < ends.size(); ++i)
-    batch.push_back(campaign_.point("valley end", static_cast<int>(i), ends[i]->values,
-                                    seed_range(study_.seed + ridge_seeds + i * ridge_seed_stride,
-                                               study_.budget.endpoint_replicates)));
-  progress_.phase("checking the ends of the valley");
-  campaign_.run(batch);
+    batch.push_back(study_runs_.point("valley end", static_cast<int>(i), ends[i]->values,
+                                      seed_range(study_.seed + ridge_seeds + i * ridge_seed_stride,
+                                                 study_.budget.endpoint_replicates)));
+  progress_.phase("checking the ends of the ridge");
+  study_runs_.run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
   a_.outliers = mark_outliers(study_, a_.points);
   for (std::size_t i = 0; i < ends.size(); ++i)
-    observe(study_, &*a_.knowledge, a_.points[a_.points.size() - ends.size() + i], *ends[i]);
+    observe(study_, &*a_.models, a_.points[a_.points.size() - ends.size() + i], *ends[i]);
 }
 
 CheckedSet Calibration::checked(const std::string& name, const Point& point) const {
   CheckedSet set;
   set.name = name;
   set.values = point.values;
-  if (a_.knowledge)
-    for (const ResponseModel& m : a_.knowledge->targets)
+  if (a_.models)
+    for (const ResponseModel& m : a_.models->targets)
       set.predicted.push_back(m.surrogate.best.predict(point.u));
-  if (!point.results.empty()) observe(study_, a_.knowledge ? &*a_.knowledge : nullptr, point, set);
+  if (!point.results.empty()) observe(study_, a_.models ? &*a_.models : nullptr, point, set);
   return set;
 }
 
@@ -230,7 +230,7 @@ bool Calibration::agrees(const CheckedSet& set) const {
 void Calibration::compare_numerics() {
   const auto centre = std::find_if(a_.points.begin(), a_.points.end(),
                                    [](const Point& p) { return p.phase == "centre"; });
-  const ResponseModels* knowledge = a_.knowledge ? &*a_.knowledge : nullptr;
+  const ResponseModels* fitted = a_.models ? &*a_.models : nullptr;
   for (std::size_t i = 0; i < numerics_.size(); ++i) {
     NumericsOutcome outcome{study_.numerics[i].name, {}};
     const auto compare = [&](const ResponseId& response) {
@@ -238,8 +238,8 @@ void Calibration::compare_numerics() {
       const Sample here = sample(centre->finished(response));
       if (there.count == 0 || here.count == 0) return;
       outcome.shifts.push_back({response.label, centre->unit(response), there.mean - here.mean,
-                                std::hypot(standard_error(knowledge, response, centre->u, there),
-                                           standard_error(knowledge, response, centre->u, here))});
+                                std::hypot(standard_error(fitted, response, centre->u, there),
+                                           standard_error(fitted, response, centre->u, here))});
     };
     for (const Target& t : study_.targets) compare(t.response);
     for (const Observed& o : study_.observed) compare(o.response);
@@ -256,7 +256,7 @@ std::string Calibration::misfit_text() const {
                                    study_.targets[k].unit, r.lowest, r.highest));
   if (!missed.empty())
     return fmt::format("infeasible within the ranges: {}", fmt::join(missed, "; "));
-  const Goodness& g = *a_.goodness;
+  const GoodnessOfFit& g = *a_.goodness;
   const auto farthest = std::max_element(
       g.z.begin(), g.z.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
   return fmt::format(
@@ -296,17 +296,17 @@ void Calibration::account_for_budget() {
 CalibrationResult Calibration::finish() {
   // Now that the noise is known and there is a fit to ask.
   for (const CompareSet& set : study_.compare) {
-    Point point = campaign_.point(kComparePhase + set.name, 0, set.values, {});
+    Point point = study_runs_.point(kComparePhase + set.name, 0, set.values, {});
     for (const Point& p : a_.points)
       if (p.phase == point.phase) point = p;
     a_.compare.push_back(checked(set.name, point));
     if (a_.posterior && point.u.minCoeff() >= 0 && point.u.maxCoeff() <= 1)
       a_.compare.back().hpd_level =
-          a_.posterior->hpd_level(NegativeLogPosterior(study_, *a_.knowledge).cost(point.u));
+          a_.posterior->hpd_level(NegativeLogPosterior(study_, *a_.models).cost(point.u));
   }
   compare_numerics();
-  if (a_.knowledge)
-    for (const auto* models : {&a_.knowledge->targets, &a_.knowledge->observed})
+  if (a_.models)
+    for (const auto* models : {&a_.models->targets, &a_.models->observed})
       for (const ResponseModel& m : *models) {
         const auto f = [&](const VectorXd& u) { return m.surrogate.best.predict(u).mean; };
         const int d = static_cast<int>(study_.parameters.size());
@@ -356,7 +356,7 @@ CalibrationResult Calibration::finish() {
     case StudyVerdict::interrupted:
       break;
   }
-  for (const std::string& caution : a_.cautions) a_.headline += "; " + caution;
+  for (const std::string& caveat : a_.caveats) a_.headline += "; " + caveat;
   return std::move(a_);
 }
 

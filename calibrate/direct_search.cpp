@@ -25,23 +25,24 @@ double distance(const Study& study, const Point& point) {
 
 }  // namespace
 
-CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchProgress& progress) {
+CalibrationResult direct_search(const Study& study, StudyRuns& study_runs,
+                                BatchProgress& progress) {
   CalibrationResult a;
   a.verdict = StudyVerdict::direct_search_only;
   std::vector<Point> compared;
   for (const CompareSet& set : study.compare)
     if (study.budget.compare_replicates > 0)
-      compared.push_back(campaign.point(kComparePhase + set.name, static_cast<int>(compared.size()),
-                                        set.values,
-                                        seed_range(study.seed, study.budget.compare_replicates)));
-  campaign.run(compared);
+      compared.push_back(study_runs.point(kComparePhase + set.name,
+                                          static_cast<int>(compared.size()), set.values,
+                                          seed_range(study.seed, study.budget.compare_replicates)));
+  study_runs.run(compared);
 
   progress.phase(fmt::format("direct search ({})", to_string(study.direct)));
   const auto evaluate = [&](const VectorXd& u) {
-    std::vector<Point> one = {campaign.point(
+    std::vector<Point> one = {study_runs.point(
         "direct", static_cast<int>(a.points.size()), tidy_values(study.parameters, u),
         seed_range(study.seed, study.budget.replicates_per_point))};
-    campaign.run(one);
+    study_runs.run(one);
     a.points.push_back(one.front());
     return distance(study, one.front());
   };
@@ -62,18 +63,18 @@ CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchPr
   }
   a.best.name = "best";
   a.best.values = tidy_values(study.parameters, best.x);
-  std::vector<Point> fresh = {
-      campaign.point("confirm", 0, a.best.values,
-                     seed_range(study.seed + confirm_seeds, study.budget.confirmation_replicates))};
+  std::vector<Point> fresh = {study_runs.point(
+      "confirm", 0, a.best.values,
+      seed_range(study.seed + confirm_seeds, study.budget.confirmation_replicates))};
   progress.phase("confirming with fresh seeds");
-  campaign.run(fresh);
+  study_runs.run(fresh);
   observe(study, nullptr, fresh.front(), a.best);
   a.direct = {best.evaluations, best.value, distance(study, fresh.front())};
   a.headline = fmt::format(
       "best of {} evaluations by {}: {}; {:.2g} standard deviations from the targets by fresh "
       "seeds, {:.2g} as the search saw it",
       best.evaluations, to_string(study.direct), parameter_text(study, a.best.values),
-      a.direct->fresh, a.direct->claimed);
+      a.direct->confirmed, a.direct->best_observed);
   return a;
 }
 

@@ -1,5 +1,6 @@
-// Direct search: NLopt on the simulations themselves. A baseline for the calibration, and its
-// warning: what such a search claims of its best evaluation is partly luck.
+// Direct search: NLopt on the simulations instead of on a surrogate. It is a baseline for the
+// calibration. The best evaluation of such a search is biased: it is the smallest of many noisy
+// values.
 #pragma once
 
 #include "calibrate/output/calibration_result.h"
@@ -9,9 +10,9 @@
 namespace firn {
 
 // Minimises the mean square of (simulated - target) / uncertainty over the targets, each simulated
-// value the mean over the same budget.replicates_per_point seeds, and confirms the best with fresh
-// ones. Every evaluation goes through the journal: a resumed study replays the search and repeats
+// value the mean over the same budget.replicates_per_point seeds, and confirms the best with unused
+// seeds. Every evaluation goes through the journal: a resumed study replays the search and repeats
 // no run.
-CalibrationResult direct_search(const Study& study, StudyRuns& campaign, BatchProgress& progress);
+CalibrationResult direct_search(const Study& study, StudyRuns& study_runs, BatchProgress& progress);
 
 }  // namespace firn

@@ -6,6 +6,7 @@
 #include <optional>
 #include <random>
 
+#include "experiments/analysis/random_stream.h"
 #include "experiments/analysis/sample_statistics.h"
 #include "firn/math.h"
 
@@ -19,12 +20,11 @@ constexpr std::uint64_t kSeed = 20261126;
 class NormalNumbers {
  public:
   double operator()() {
-    const double u = uniform(), v = uniform();
+    const double u = half_open_uniform(engine_), v = half_open_uniform(engine_);
     return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * std::numbers::pi * v);
   }
 
  private:
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
   std::mt19937_64 engine_{kSeed};
 };
 

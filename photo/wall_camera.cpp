@@ -31,9 +31,9 @@ double turn(const Vec2& a, const Vec2& b, const Vec2& c) {
   return u.x() * v.y() - u.y() * v.x();
 }
 
-// A camera in front of a wall sees every triangle of its points turn the same way. Rows of a
-// picture run downwards, so that the sign is the other one. Small triangles are left out: errors of
-// the points can turn those over.
+// In the picture of a camera in front of a wall, every triangle of its points has the same
+// orientation. Rows of a picture run downwards, so that the sign is the other one. Small triangles
+// are left out: errors of the points can turn those over.
 void check_order(const std::vector<WallPoint>& points) {
   constexpr double kSmall = 0.1;  // of the largest triangle
   double largest = 0;

@@ -123,19 +123,19 @@ void Solver::step_deferred() {
   i.timed("advance boundaries", [&] { advance_boundaries(m, w, s); });
   const bool both = std::exchange(i.half_kick_pending, false);
   i.timed("kicks and drift", [&] { k.integrate_positions(m, w, s, both); });
-  i.timed("neighbour list", [&] { k.refresh_neighbours(m, w, s); });
+  i.timed("neighbour list", [&] { k.update_neighbor_list(m, w, s); });
   i.timed("find contacts", [&] { k.find_contacts(m, w, s); });
   i.timed("contact forces", [&] { k.contact_forces(m, w, s); });
   if (!m.boundary_contacts.empty())
     i.timed("boundary contacts", [&] { firn::boundary_contacts(m, w, s); });
   if (!m.bonds.empty()) i.timed("bonds", [&] { compute_bond_forces(m, w.threads, w.bonds, s); });
-  if (m.statistics.any()) i.timed("statistics", [&] { keep_statistics(m, w, s); });
+  if (m.statistics.any()) i.timed("statistics", [&] { update_statistics(m, w, s); });
   i.timed("finish frames", [&] { finish_frames(m, w, s); });
   i.half_kick_pending = true;
   i.changed();
   ++s.steps;
   s.time = static_cast<double>(s.steps) * m.timestep;
-  if (check_is_due(s)) {
+  if (is_check_step(s)) {
     i.complete_step();
     i.timed("check state", [&] { check_state(m, w, s); });
   }
@@ -356,7 +356,7 @@ std::vector<FrameState> Solver::frames() const {
 
 std::vector<CouplingState> Solver::couplings() const {
   std::vector<CouplingState> out;
-  for (const CouplingMemory& c : impl_->state.couplings)
+  for (const CouplingReaction& c : impl_->state.couplings)
     out.push_back({c.position, c.impulse, c.angular_impulse});
   return out;
 }
@@ -372,9 +372,9 @@ void Solver::clear_boundary_loads() {
   State& s = impl_->state;
   for (JointReaction& joint : s.joint_reactions)
     joint.impulse = joint.angular_impulse = Vec3::Zero();
-  for (CouplingMemory& coupling : s.couplings)
+  for (CouplingReaction& coupling : s.couplings)
     coupling.impulse = coupling.angular_impulse = Vec3::Zero();
-  for (BoundaryContactMemory& contact : s.boundary_contacts) {
+  for (BoundaryContactHistory& contact : s.boundary_contacts) {
     contact.impulse = Vec3::Zero();
     contact.peak_normal_force = 0;
   }

@@ -126,7 +126,7 @@ class Runner {
         same_values_[{e, p}].push_back(k);
   }
 
-  // What numerics do is looked at with the first parameter set of an experiment.
+  // Effects of numerics are evaluated with the first parameter set of an experiment.
   std::size_t first_set(std::size_t experiment) const {
     const auto& sets = suite_.parameter_sets;
     const auto found = std::ranges::find_if(
@@ -229,7 +229,7 @@ class Runner {
     for (const SuiteComparison& what : suite_.comparisons)
       for (std::size_t p = 0; p < suite_.parameter_sets.size(); ++p) {
         if (!suite_.experiments[what.experiment].runs_with(suite_.parameter_sets[p])) continue;
-        // About numerics, looked at with the first set.
+        // Effects of numerics, evaluated with the first set.
         if (!measures(what.kind) && p != first_set(what.experiment)) continue;
         v.comparisons.push_back(
             compare(suite_, what, suite_.parameter_sets[p], evidence(what.experiment, p)));

@@ -1,4 +1,4 @@
-// validate(suite) -> comparisons: what `firn validate` does.
+// Runs a validation suite and compares it with measurements, as `firn validate` does.
 #pragma once
 
 #include <string>
@@ -29,7 +29,7 @@ struct Validation {
 // is working in.
 Validation validate(const ValidationOptions& options);
 
-std::string render_table(const Validation& validation);  // for people
+std::string render_table(const Validation& validation);  // as text
 std::string render_json(const Validation& validation);   // for programs, and for pages
 
 }  // namespace firn

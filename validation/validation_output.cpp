@@ -35,11 +35,11 @@ Json value_json(const ValueComparison& v) {
             {"simulated_expanded", number_json(v.simulated_expanded)},
             {"measured_expanded", number_json(v.measured_expanded)},
             {"p_value", number_json(v.p_value)}};
-  for (const UncertaintyComponent& p : v.parts)
+  for (const UncertaintyComponent& p : v.components)
     j["components"].push_back({{"name", p.name},
                                {"value", p.value ? number_json(*p.value) : Json(nullptr)},
                                {"degrees_of_freedom", number_json(p.freedom)},
-                               {"evaluation_method", p.how}});
+                               {"evaluation_method", p.evaluation_method}});
   j["area_metric"] = v.area ? interval(*v.area) : Json(nullptr);
   return j;
 }
@@ -92,14 +92,14 @@ Json distribution_json(const DistributionResult& d) {
   return j;
 }
 
-Json probability_json(const DamageProbability& p) {
+Json probability_json(const BreakageProbability& p) {
   return {{"each", interval(p.each)},
           {"each_best", number_json(p.each_best)},
           {"any", interval(p.any)},
           {"any_best", number_json(p.any_best)}};
 }
 
-Json damage_json(const DamageResult& d) {
+Json breakage_json(const BreakageResult& d) {
   return {{"response", d.response},
           {"particles", d.particles},
           {"largest", number_json(d.largest)},
@@ -109,7 +109,7 @@ Json damage_json(const DamageResult& d) {
           {"loads", numbers(d.loads)}};
 }
 
-Json softening_json(const SofteningResult& s) {
+Json stiffness_scaling_json(const StiffnessScalingResult& s) {
   return {{"response", s.response},
           {"unit", s.unit},
           {"modulus", numbers(s.modulus)},
@@ -119,8 +119,8 @@ Json softening_json(const SofteningResult& s) {
           {"exponent", number_json(s.exponent)},
           {"exponent_error", number_json(s.exponent_error)},
           {"extrapolated_95", interval(s.extrapolated)},
-          {"extrapolation_factor", number_json(s.reach)},
-          {"interpretation", s.word}};
+          {"extrapolation_factor", number_json(s.extrapolation_factor)},
+          {"interpretation", s.interpretation}};
 }
 
 Json curve_json(const CurveComparison& c) {
@@ -144,10 +144,10 @@ Json curve_json(const CurveComparison& c) {
           {"at", number_json(c.at)}};
 }
 
-Json choice_json(const VariantEffect& c) {
+Json variant_json(const VariantEffect& c) {
   return {{"response", c.response},
           {"unit", c.unit},
-          {"variant", c.choice},
+          {"variant", c.variant},
           {"seeds", c.seeds},
           {"before", number_json(c.before)},
           {"after", number_json(c.after)},
@@ -178,7 +178,7 @@ Json comparison_json(const Comparison& c) {
   if (c.value) j["value"] = value_json(*c.value);
   for (const CriterionResult& r : c.criteria) j["criteria"].push_back(criterion_json(r));
   if (c.distribution) j["distribution"] = distribution_json(*c.distribution);
-  for (const DamageResult& d : c.damage) j["breakage"].push_back(damage_json(d));
+  for (const BreakageResult& d : c.breakage) j["breakage"].push_back(breakage_json(d));
   if (c.strength) {
     const Measurement& m = c.breaking_force;
     j["strength"] = {
@@ -186,8 +186,9 @@ Json comparison_json(const Comparison& c) {
     j["weibull_shape"] = {{"median", c.strength->shape_median},
                           {"interval_95", interval(c.strength->shape_95)}};
   }
-  for (const SofteningResult& s : c.softening) j["stiffness_scaling"].push_back(softening_json(s));
-  for (const VariantEffect& r : c.choices) j["numerical_variants"].push_back(choice_json(r));
+  for (const StiffnessScalingResult& s : c.stiffness_scaling)
+    j["stiffness_scaling"].push_back(stiffness_scaling_json(s));
+  for (const VariantEffect& r : c.variants) j["numerical_variants"].push_back(variant_json(r));
   if (c.curve) j["curve"] = curve_json(*c.curve);
   return j;
 }
@@ -226,13 +227,13 @@ std::string render_table(const Validation& v) {
     for (const CriterionResult& r : c.criteria)
       text += fmt::format("    {:<22} {} of {} runs: {}\n", to_string(r.verdict), r.holds, r.runs,
                           r.criterion.statement);
-    for (const SofteningResult& s : c.softening)
-      text += fmt::format("    {}: {}\n", s.response, s.word);
-    for (const VariantEffect& r : c.choices)
+    for (const StiffnessScalingResult& s : c.stiffness_scaling)
+      text += fmt::format("    {}: {}\n", s.response, s.interpretation);
+    for (const VariantEffect& r : c.variants)
       text += fmt::format(
           "    {} with {}: {:.3g} instead of {:.3g} {} (difference ± {:.2g}, {} "
           "seeds)\n",
-          r.response, r.choice, r.after, r.before, r.unit, r.error, r.seeds);
+          r.response, r.variant, r.after, r.before, r.unit, r.error, r.seeds);
     for (const AssumptionResult& a : c.assumptions)
       text +=
           fmt::format("    with {}{}: {}\n", a.name, a.changes ? " (it changes)" : "", a.outcome);

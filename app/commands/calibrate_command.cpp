@@ -19,7 +19,7 @@
 #include "experiments/system/interruption.h"
 #include "experiments/system/terminal.h"
 #include "experiments/text/units.h"
-#include "reports/documents/study_answer.h"
+#include "reports/documents/study_estimate.h"
 #include "reports/rendering/heap_picture.h"
 
 namespace firn {
@@ -122,7 +122,7 @@ void save(const MaterialRecord& record, MaterialDatabase& database) {
 
 // The answer and where the report is, one line each.
 std::string conclusion(const std::string& json, const std::string& page) {
-  std::vector<page::Fact> facts = study_answer(Json::parse(json));
+  std::vector<page::Fact> facts = study_estimate(Json::parse(json));
   if (!page.empty()) facts.push_back({"Report", page});
   std::string text;
   for (const page::Fact& fact : facts)

@@ -11,6 +11,7 @@
 #include "app/commands/commands.h"
 #include "app/output/contact_output.h"
 #include "app/output/progress_bar.h"
+#include "app/support/case_file.h"
 #include "app/support/count_range.h"
 #include "app/support/default_threads.h"
 #include "app/support/exit_status.h"
@@ -57,7 +58,7 @@ struct ReplaySource {
 
 ReplaySource open_source(const ContactsArguments& a) {
   ReplaySource s;
-  s.recorded = fs::path(a.file).extension() != ".toml";
+  s.recorded = !is_case_file(a.file);
   if (!s.recorded) {
     std::vector<Override> overrides;
     for (const std::string& text : a.settings) overrides.push_back(parse_override(text));

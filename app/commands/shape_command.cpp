@@ -9,6 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/output/boundary_output.h"
 #include "app/output/shape_output.h"
+#include "app/support/case_file.h"
 #include "app/support/exit_status.h"
 #include "experiments/case/case.h"
 #include "experiments/meshes/length_unit.h"
@@ -62,13 +63,6 @@ double length_unit_option(const ShapeArguments& a) {
 std::string unit_row(double longest_edge, double unit, MeshUse use) {
   const std::string advice = unit_advice(longest_edge, unit, use);
   return advice.empty() ? "" : fmt::format("  {:<22}{}\n", "unit", advice);
-}
-
-bool is_case(const std::string& file) {
-  std::string extension = std::filesystem::path(file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return extension == ".toml";
 }
 
 Json repair_json(const MeshRepair& r) {
@@ -367,9 +361,9 @@ void add_shape_command(CLI::App& app, int& status) {
       "Status 2 for a mesh with defects. L is the length of the contact law's stiffness K = E L.");
   command->callback([a, boundary, &status] {
     a->as_boundary = boundary->count() > 0;
-    status = is_case(a->file) ? print_case(*a)
-             : a->as_boundary ? print_boundary_mesh(*a)
-                              : print_mesh(*a);
+    status = is_case_file(a->file) ? print_case(*a)
+             : a->as_boundary      ? print_boundary_mesh(*a)
+                                   : print_mesh(*a);
   });
 }
 

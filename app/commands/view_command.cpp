@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "app/commands/commands.h"
+#include "app/support/case_file.h"
 #include "app/support/exit_status.h"
 #include "app/support/page_server.h"
 #include "app/support/report_page.h"
@@ -143,8 +144,6 @@ bool has_screen() {
   return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
 }
 
-bool names_case(const fs::path& path) { return path.extension() == ".toml"; }
-
 // What makes the page, the files that are watched from the start, and what else it depends on.
 struct PageSource {
   std::function<page::Page()> make;
@@ -171,7 +170,7 @@ PageSource folder_source(const std::string& folder) {
 
 PageSource source_of(const ViewArguments& a) {
   const fs::path path = a.path;
-  if (names_case(path)) {
+  if (is_case_file(a.path)) {
     require_regular_file(a.path, "a case file");  // its errors are shown on the page, but not this
     std::vector<Override> overrides;
     for (const std::string& text : a.settings) overrides.push_back(parse_override(text));
@@ -191,7 +190,7 @@ PageSource source_of(const ViewArguments& a) {
                      "validation");
   std::vector<std::string> files = {a.path};
   if (path.extension() == ".h5") {
-    files.push_back(kept_copy(a.path));
+    files.push_back(saved_copy(a.path));
   } else if (fs::is_directory(path, unreadable)) {
     return folder_source(a.path);
   }

@@ -38,7 +38,7 @@ std::string state_text(const Contact& c) {
 // Where a point is on its hysteresis: loading goes along K s, unloading far below it.
 std::string branch_text(const Contact& c, const ContactSpot& p) {
   if (!(p.force > 0)) return "";
-  const double part = p.force / (c.stiffness * p.share * -p.gap);
+  const double part = p.force / (c.stiffness * p.stiffness_fraction * -p.gap);
   return part > 1 - 1e-9 ? ", loading" : fmt::format(", {} of loading", percent(part));
 }
 
@@ -64,7 +64,7 @@ std::string contact_text(const Model& model, const ContactView& view) {
     const ContactSpot& p = c.spots[k];
     text += fmt::format("    {:>2}  {}  {} {:8.3f} um  fraction {:.4f}  {:.4g} N{}\n", k,
                         place_text(p.position), p.gap > 0 ? "gap    " : "overlap",
-                        1e6 * std::abs(p.gap), p.share, p.force, branch_text(c, p));
+                        1e6 * std::abs(p.gap), p.stiffness_fraction, p.force, branch_text(c, p));
   }
   return text;
 }
@@ -91,7 +91,7 @@ Json contact_json(const Model& model, const Contact& c) {
   for (const ContactSpot& p : c.spots) {
     points.push_back({{"position", vector_json(p.position)},
                       {"gap", p.gap},
-                      {"stiffness_fraction", p.share},
+                      {"stiffness_fraction", p.stiffness_fraction},
                       {"force", p.force},
                       {"area", p.area}});
   }

@@ -47,7 +47,7 @@ Json defects_json(const MeshDefects& d, const MeshConflicts& c) {
 std::string shape_line(const Shape& s) {
   return fmt::format("{}, {:.2f} g, {}, {} triangles, L = {:.2f} mm, K = {:.3g} N/m",
                      mm_text(s.box), s.mass * 1e3, parts_text(s.parts.size()),
-                     s.mesh.triangles.size(), s.size_for_stiffness * 1e3, s.stiffness);
+                     s.mesh.triangles.size(), s.stiffness_length * 1e3, s.stiffness);
 }
 
 std::string shape_table(const Shape& s) {
@@ -82,7 +82,7 @@ std::string shape_table(const Shape& s) {
               "{} mm, {} % of the smallest edge: {}", number_text(s.contact_deviation * 1e3),
               number_text(100 * s.contact_deviation / s.box.minCoeff(), 3), s.deviation_reason));
   table += row("L", fmt::format("{:.3f} mm, middle edge of the bounding box unless given",
-                                s.size_for_stiffness * 1e3));
+                                s.stiffness_length * 1e3));
   table += row("loading stiffness", fmt::format("{:.6g} N/m", s.stiffness));
   return table;
 }
@@ -112,7 +112,7 @@ Json shape_json(const Shape& s) {
           {"surface_deviation", s.contact_deviation},
           {"deviation_relative", s.contact_deviation / s.box.minCoeff()},
           {"deviation_reason", s.deviation_reason},
-          {"size_for_stiffness", s.size_for_stiffness},
+          {"size_for_stiffness", s.stiffness_length},
           {"stiffness", s.stiffness}};
 }
 

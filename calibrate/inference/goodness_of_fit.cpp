@@ -16,9 +16,9 @@ constexpr double at_border = 0.002;  // unit cube
 
 bool free_at(double u) { return u > at_border && u < 1 - at_border; }
 
-// Directions of the free parameters that the residuals determine: those that they hardly see count
-// by the part by which they narrow the range.
-double determined_directions(const Study& study, const ResponseModels& knowledge, const VectorXd& u,
+// Directions of the free parameters that the residuals determine: those that they hardly determine
+// count by the part by which they narrow the range.
+double determined_directions(const Study& study, const ResponseModels& models, const VectorXd& u,
                              Priors priors) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
   Index beliefs = 0;
@@ -26,7 +26,7 @@ double determined_directions(const Study& study, const ResponseModels& knowledge
   MatrixXd jacobian = MatrixXd::Zero(targets + d + beliefs, d);
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const Prediction p = knowledge.targets[i].surrogate.best.predict_with_gradients(u);
+    const Prediction p = models.targets[i].surrogate.best.predict_with_gradients(u);
     jacobian.row(k) = p.mean_gradient.transpose() /
                       std::hypot(study.targets[i].uncertainty, std::sqrt(p.variance));
   }
@@ -60,11 +60,11 @@ double chi_square_tail(double x, double freedom) {
   return boost::math::cdf(complement(boost::math::chi_squared(freedom), x));
 }
 
-bool Goodness::acceptable() const { return probability >= significance; }
+bool GoodnessOfFit::acceptable() const { return probability >= significance; }
 
-Goodness goodness_of_fit(const Study& study, const ResponseModels& knowledge, const VectorXd& start,
-                         Priors priors) {
-  const NegativeLogPosterior misfit(study, knowledge);
+GoodnessOfFit goodness_of_fit(const Study& study, const ResponseModels& models,
+                              const VectorXd& start, Priors priors) {
+  const NegativeLogPosterior misfit(study, models);
   const Index d = start.size();
   const auto prior_squares = [&](const VectorXd& u) {
     return prior_cost(study.priors, study.parameters, u);
@@ -72,7 +72,7 @@ Goodness goodness_of_fit(const Study& study, const ResponseModels& knowledge, co
   const auto cost = [&](const VectorXd& u) {
     return misfit.cost(u) - (priors == Priors::without ? prior_squares(u) : 0);
   };
-  Goodness g;
+  GoodnessOfFit g;
   g.u = start;
   double least = cost(start);
   for (const double step : {0.2, 0.02}) {
@@ -86,7 +86,7 @@ Goodness goodness_of_fit(const Study& study, const ResponseModels& knowledge, co
   g.chi_square = z.squaredNorm() + (priors == Priors::with ? prior_squares(g.u) : 0);
   double residuals = static_cast<double>(z.size());
   if (priors == Priors::with) residuals += prior_count(study.priors, study.parameters);
-  g.freedom = std::max(1.0, residuals - determined_directions(study, knowledge, g.u, priors));
+  g.freedom = std::max(1.0, residuals - determined_directions(study, models, g.u, priors));
   g.probability = chi_square_tail(g.chi_square, g.freedom);
   return g;
 }

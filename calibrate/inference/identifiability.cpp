@@ -16,13 +16,13 @@ using Eigen::VectorXd;
 // A uniform range has this standard deviation; a direction is identified when the data alone do
 // better than that.
 const double uniform_sd = 1 / std::sqrt(12.0);
-constexpr int valley_members = 5;
+constexpr int ridge_members = 5;
 constexpr std::size_t candidates = 400;
 constexpr double keep_apart = 0.15;  // unit cube
 
-VarianceSplit split_variance(const Target& t, const Prediction& p, Against against) {
+VarianceSplit split_variance(const Target& t, const Prediction& p, VarianceSources sources) {
   const double measurement = t.uncertainty * t.uncertainty;
-  if (against == Against::measurement) return {measurement, 0, 0};
+  if (sources == VarianceSources::measurement) return {measurement, 0, 0};
   return {measurement, p.noise_variance, p.variance - p.noise_variance};
 }
 
@@ -47,15 +47,15 @@ bool unsure(const Study& study, const std::vector<Surrogate>& models, const Vect
 
 }  // namespace
 
-std::vector<Combination> combinations(const Study& study, const ResponseModels& knowledge,
-                                      const VectorXd& u, Against against) {
+std::vector<Combination> combinations(const Study& study, const ResponseModels& models,
+                                      const VectorXd& u, VarianceSources sources) {
   const Index targets = static_cast<Index>(study.targets.size()), d = u.size();
   MatrixXd jacobian(targets, d);
   std::vector<VarianceSplit> splits;
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const Prediction p = knowledge.targets[i].surrogate.best.predict_with_gradients(u);
-    splits.push_back(split_variance(study.targets[i], p, against));
+    const Prediction p = models.targets[i].surrogate.best.predict_with_gradients(u);
+    splits.push_back(split_variance(study.targets[i], p, sources));
     jacobian.row(k) = p.mean_gradient.transpose() / std::sqrt(splits.back().total());
   }
   const Eigen::JacobiSVD<MatrixXd> svd(jacobian, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -102,26 +102,26 @@ void rms_over_posterior(const Posterior& posterior, const Study& study,
     }
     c.spread = std::sqrt(squares);
     c.distance_95 = weighted_quantile(distances, posterior.weight, 0.95);
-    if (!c.bends()) continue;
-    // The ends of a bent valley are far off, and hold little of the posterior.
+    if (!c.is_curved()) continue;
+    // The ends of a curved ridge are far from its direction and hold little of the posterior.
     for (std::size_t s = 0; s < distances.size(); ++s)
       if (posterior.cost[s] <= posterior.hpd_95_cost)
         c.distance_95 = std::max(c.distance_95, distances[s]);
   }
 }
 
-double expected_narrowing(const Study& study, const ResponseModels& knowledge,
+double expected_narrowing(const Study& study, const ResponseModels& models,
                           const Posterior& posterior, const VectorXd& u) {
-  const auto now = combinations(study, knowledge, u);
-  const auto then = combinations(study, knowledge, u, Against::measurement);
+  const auto now = combinations(study, models, u);
+  const auto then = combinations(study, models, u, VarianceSources::measurement);
   for (std::size_t j = 0; j < now.size(); ++j)
     if (then[j].identifiable && !now[j].identifiable) return 1;
   double gain = 0;
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     double variance = 0;
     for (std::size_t s = 0; s < posterior.u.size(); ++s)
-      variance += posterior.weight[s] *
-                  knowledge.targets[k].surrogate.best.predict(posterior.u[s]).variance;
+      variance +=
+          posterior.weight[s] * models.targets[k].surrogate.best.predict(posterior.u[s]).variance;
     const double measurement = study.targets[k].uncertainty;
     gain = std::max(gain, 1 - measurement / std::hypot(measurement, std::sqrt(variance)));
   }
@@ -134,10 +134,11 @@ std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& m
   std::vector<double> along(posterior.u.size());
   for (std::size_t s = 0; s < along.size(); ++s) along[s] = posterior.longest.dot(posterior.u[s]);
   std::vector<RidgeMember> members;
-  for (int m = 0; m < valley_members; ++m) {
-    const double q = 0.05 + 0.9 * m / (valley_members - 1);
+  for (int m = 0; m < ridge_members; ++m) {
+    const double q = 0.05 + 0.9 * m / (ridge_members - 1);
     const double place = weighted_quantile(along, posterior.weight, q);
-    // The best answer on the plane across the valley at this place, the plane made soft.
+    // The best parameter set on the plane across the ridge at this place, with a soft penalty for
+    // the plane.
     const auto f = [&](const VectorXd& u) {
       return misfit.cost(u) + std::pow((posterior.longest.dot(u) - place) / 0.01, 2);
     };
@@ -153,26 +154,27 @@ std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& m
   return members;
 }
 
-std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels& knowledge,
-                                        const Posterior& posterior, const VectorXd& answer,
+std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels& models,
+                                        const Posterior& posterior, const VectorXd& estimate,
                                         FirstPoint first, std::vector<VectorXd> taken, int count,
                                         int seeds) {
   const std::vector<VectorXd> pool = resampled(posterior, candidates);
   std::vector<Surrogate> believed;
-  for (const ResponseModel& m : knowledge.targets) believed.push_back(m.surrogate.best);
+  for (const ResponseModel& m : models.targets) believed.push_back(m.surrogate.best);
   std::vector<VectorXd> chosen;
   for (int i = 0; i < count; ++i) {
-    const bool answer_first =
-        i == 0 && (first == FirstPoint::answer || unsure(study, believed, answer));
-    const VectorXd* best = answer_first ? &answer : nullptr;
+    const bool estimate_first =
+        i == 0 && (first == FirstPoint::estimate || unsure(study, believed, estimate));
+    const VectorXd* best = estimate_first ? &estimate : nullptr;
     double most = best != nullptr ? std::numeric_limits<double>::infinity() : -1;
     for (const VectorXd& u : pool) {
       double score = 0;
       for (std::size_t k = 0; k < believed.size(); ++k)
         score += believed[k].predict(u).variance / std::pow(study.targets[k].uncertainty, 2);
-      score *= std::pow(1 - knowledge.arch_probability(u), 2);
-      score *= 1 - knowledge.cut_short_probability(u);  // costs as much and yields no value
-      // A polynomial's variance hardly knows where the points are: keep them apart ourselves.
+      score *= std::pow(1 - models.arch_probability(u), 2);
+      score *= 1 - models.cut_short_probability(u);  // costs as much and yields no value
+      // The variance of a polynomial hardly depends on the places of the points: a minimum distance
+      // keeps them apart.
       for (const VectorXd& t : taken)
         score *= 1 - std::exp(-0.5 * (u - t).squaredNorm() / (keep_apart * keep_apart));
       if (score > most) {
@@ -184,7 +186,7 @@ std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels
     taken.push_back(*best);
     for (std::size_t k = 0; k < believed.size(); ++k) {
       const double level = believed[k].predict(*best).mean;
-      const double noise = knowledge.targets[k].noise.at(level);
+      const double noise = models.targets[k].noise.at(level);
       believed[k] = believed[k].with_fantasy_point(*best, noise * noise / seeds);
     }
   }

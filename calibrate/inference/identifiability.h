@@ -1,9 +1,9 @@
-// What the data determine and what they do not.
+// Which combinations of parameters the data determine.
 //
-// Nothing here inverts a normal matrix: along a direction that the data do not see, that would
-// report a variance of nothing or of infinity. Directions come from the singular values of the
-// whitened Jacobian against a threshold set by the noise; widths come from the posterior over the
-// whole range (posterior.h).
+// No normal matrix is inverted: along a direction without information, its inverse would give a
+// variance of zero or infinity. Directions come from the singular values of the whitened Jacobian
+// against a threshold set by the noise; widths come from the posterior over the whole range
+// (posterior.h).
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,13 +16,13 @@
 
 namespace firn {
 
-// Where a variance comes from.
+// Contributions to a variance.
 struct VarianceSplit {
   double measurement = 0, seeds = 0, surrogate = 0;
   double total() const { return measurement + seeds + surrogate; }
 };
 
-// A linear combination of the (scaled) parameters that the data pin down, or do not.
+// A linear combination of the (scaled) parameters, and how well the data determine it.
 struct Combination {
   Eigen::VectorXd direction;  // unit vector in the unit cube
   double singular_value = 0;  // standard deviations of the data over the whole range
@@ -31,36 +31,36 @@ struct Combination {
   Eigen::VectorXd coefficients;
   double value = 0;
   double sd = 0;  // by the data alone, linearised; infinite when unidentified
-  // Root mean square distance from `value` all over the posterior: much above sd where the valley
-  // bends away from its direction at the answer.
+  // Root mean square distance from `value` over the whole posterior. Much larger than sd where the
+  // ridge curves away from its direction at the estimate.
   double spread = 0;
-  // From `value`, of the nearest 95 % of the posterior; where the valley bends, of all of the 95 %
-  // region.
+  // Largest distance from `value` within the nearest 95 % of the posterior; where the ridge is
+  // curved, within the whole 95 % region.
   double distance_95 = 0;
-  bool bends() const { return spread > 1.5 * sd; }
+  bool is_curved() const { return spread > 1.5 * sd; }
   VarianceSplit split;  // of sd^2
-  // What is stated of it: true all over the posterior, not only near the answer.
+  // The reported uncertainty: valid over the whole posterior, not only near the estimate.
   double uncertainty() const { return std::max({sd, spread, distance_95 / 2}); }
 };
-// What counts against a direction: all that is uncertain, or the measurements alone, as if the
-// responses were known perfectly.
-enum class Against { everything, measurement };
-// At u, strongest first; as many as there are parameters.
-std::vector<Combination> combinations(const Study& study, const ResponseModels& knowledge,
+// Variances that limit a direction: all sources, or the measurements alone, as if the responses
+// were known exactly.
+enum class VarianceSources { all, measurement };
+// Combinations at u (unit cube), best determined first; as many as parameters.
+std::vector<Combination> combinations(const Study& study, const ResponseModels& models,
                                       const Eigen::VectorXd& u,
-                                      Against against = Against::everything);
+                                      VarianceSources sources = VarianceSources::all);
 
-// Fills in how far each combination strays over the posterior.
+// Fills in `spread` and `distance_95` of each combination from the posterior.
 void rms_over_posterior(const Posterior& posterior, const Study& study,
                         std::vector<Combination>& all);
 
-// How much narrower the band of a target would become, as a share of its width today, if further
-// runs made the responses known perfectly all over the posterior (the largest over the targets); 1
-// where they would determine a combination that is not determined at u now.
-double expected_narrowing(const Study& study, const ResponseModels& knowledge,
+// Expected relative reduction of the uncertainty of a target if further runs made the responses
+// exactly known over the posterior (largest over the targets). 1 where they would determine a
+// combination that is not determined at u now.
+double expected_narrowing(const Study& study, const ResponseModels& models,
                           const Posterior& posterior, const Eigen::VectorXd& u);
 
-// One of several equally good answers.
+// One of several equally good parameter sets.
 struct RidgeMember {
   Eigen::VectorXd u;
   std::vector<double> values;  // tidy
@@ -69,13 +69,12 @@ struct RidgeMember {
 std::vector<RidgeMember> ridge(const Study& study, const NegativeLogPosterior& misfit,
                                const Posterior& posterior);
 
-enum class FirstPoint { answer, answer_if_unsure };
-// Points at which the next runs are most informative: at the answer `best`, always or as long as
-// the model is unsure there, and where they split the set of equally good answers best: members of
-// the posterior whose predictions are least certain, each chosen as if the one before had come out
-// as predicted, and away from each other and from `taken` (unit cube). Each is to be run with so
-// many seeds.
-std::vector<Eigen::VectorXd> refinement_points(const Study& study, const ResponseModels& knowledge,
+enum class FirstPoint { estimate, estimate_if_uncertain };
+// Points at which the next runs are most informative. The first is the estimate `best`: always, or
+// while the prediction there is uncertain. The others are posterior samples with the most uncertain
+// predictions. Each is chosen as if the previous ones had given their predicted responses, and at a
+// distance from each other and from `taken` (unit cube). `seeds`: runs of each point.
+std::vector<Eigen::VectorXd> refinement_points(const Study& study, const ResponseModels& models,
                                                const Posterior& posterior,
                                                const Eigen::VectorXd& best, FirstPoint first,
                                                std::vector<Eigen::VectorXd> taken, int count,

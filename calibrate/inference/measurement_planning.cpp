@@ -75,18 +75,18 @@ void judge(const Surrogate& model, const std::vector<VectorXd>& believed, const 
 
 }  // namespace
 
-std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
+std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& models,
                                                 const Posterior& posterior) {
   const std::vector<VectorXd> believed = resampled(posterior, hypotheses);
   std::vector<MeasurementValue> all;
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
     all.push_back({t.response, true, t.uncertainty, t.unit, t.effort, 0, 1});
-    judge(knowledge.targets[k].surrogate.best, believed, posterior.longest, t.value, all.back());
+    judge(models.targets[k].surrogate.best, believed, posterior.longest, t.value, all.back());
   }
   for (const Observed& o : study.observed) {
     if (o.uncertainty == 0) continue;
-    for (const ResponseModel& m : knowledge.observed)
+    for (const ResponseModel& m : models.observed)
       if (m.response.label == o.response.label) {
         all.push_back({o.response, false, o.uncertainty, o.unit, o.effort, 0, 1});
         judge(m.surrogate.best, believed, posterior.longest, {}, all.back());
@@ -94,8 +94,8 @@ std::vector<MeasurementValue> rank_measurements(const Study& study, const Respon
   }
   const bool efforts =
       std::all_of(all.begin(), all.end(), [](const MeasurementValue& a) { return a.effort > 0; });
-  // What is known already may be measured better and leave the valley as long as it was: the cut of
-  // the valley counts, by halvings.
+  // A better measurement along a determined direction does not shorten the ridge. The measure is
+  // the reduction of its length, in halvings.
   const auto worth = [&](const MeasurementValue& a) {
     return -std::log2(a.remaining_extent) / (efforts ? a.effort : 1);
   };

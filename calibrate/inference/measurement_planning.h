@@ -1,4 +1,4 @@
-// What to measure next: how much each measurement that could be made would teach.
+// Which measurement to make next: the expected information of each possible measurement.
 #pragma once
 
 #include <vector>
@@ -9,24 +9,25 @@ namespace firn {
 
 struct MeasurementValue {
   ResponseId response;
-  bool repeats_a_target = false;  // the same measurement once more
+  bool repeats_a_target = false;  // a repeat of a measurement that is a target
   double uncertainty = 0;         // one standard deviation of it, in `unit`
   std::string unit;
-  double effort = 0;       // s of work; 0: not said
+  double effort = 0;       // s of work; 0: not stated
   double information = 0;  // bits expected about the parameters
-  // Expected standard deviation along the posterior's longest direction, as a share of today's.
+  // Expected standard deviation along the posterior's longest direction, relative to the present
+  // one.
   double remaining_extent = 1;
 };
 
-// Every target, measured once more, and every observed response whose measurement the study
-// describes; first what shortens the posterior's longest direction most for its effort (without
-// efforts: what shortens it most).
+// Repeats of every target, and measurements of every observed response that the study describes.
+// Sorted by the expected narrowing of the longest direction of the posterior per effort (without
+// efforts: by the narrowing).
 //
 // Information is the mutual information of the outcome and the parameters (Lindley 1956), by nested
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
-// of the measurement's. A repeated measurement meets the same error of the surrogate as the first
+// of the measurement's. A repeated measurement has the same error of the surrogate as the first
 // one. Deterministic.
-std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
+std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& models,
                                                 const Posterior& posterior);
 
 }  // namespace firn

@@ -55,8 +55,8 @@ std::vector<ResponseId> responses_of(const Study& study) {
 
 }  // namespace
 
-std::vector<std::size_t> doubtful_points(const Study& study, const std::vector<Point>& points,
-                                         std::size_t most) {
+std::vector<std::size_t> outlier_candidates(const Study& study, const std::vector<Point>& points,
+                                            std::size_t most) {
   std::vector<std::pair<double, std::size_t>> suspects;  // how far, point
   for (const ResponseId& response : responses_of(study)) {
     const std::vector<Place> places = places_of(response, points);

@@ -1,4 +1,4 @@
-// Runs whose response has nothing to do with that of other seeds at the same parameters.
+// Runs whose response is an outlier among the seeds of the same parameters.
 #pragma once
 
 #include <string>
@@ -16,12 +16,12 @@ struct OutlierRun {
 
 // Points with one or two runs that disagree with each other, or with the points around them, so
 // far that more replicates are needed to decide which is wrong. At most `most`, the worst first.
-std::vector<std::size_t> doubtful_points(const Study& study, const std::vector<Point>& points,
-                                         std::size_t most);
+std::vector<std::size_t> outlier_candidates(const Study& study, const std::vector<Point>& points,
+                                            std::size_t most);
 
-// Runs at points with three or more that are farther from the median of the others than any noise
-// explains. None of a response where they are many: that is its scatter. Marks them in the points,
-// which give no value of them from then on.
+// Finds runs, at points with three or more, that are farther from the median of the others than the
+// noise explains. Returns none for a response with many such runs: they are its scatter. Marks the
+// runs in the points, which give no value of them afterwards.
 std::vector<OutlierRun> mark_outliers(const Study& study, std::vector<Point>& points);
 
 }  // namespace firn

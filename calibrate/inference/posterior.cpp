@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "calibrate/numerics/experimental_design.h"
-#include "calibrate/numerics/random.h"
+#include "experiments/analysis/random_stream.h"
 
 namespace firn {
 namespace {
@@ -25,8 +25,7 @@ constexpr double wilks_95 = 3.841;  // quantile of chi squared with one degree o
 
 VectorXd normal_vector(std::mt19937_64& random, Index d) {
   VectorXd v(d);
-  for (Index i = 0; i < d; ++i)  // Box and Muller
-    v[i] = std::sqrt(-2 * std::log(uniform(random))) * std::cos(2 * M_PI * uniform(random));
+  for (Index i = 0; i < d; ++i) v[i] = normal_deviate(random);
   return v;
 }
 
@@ -119,7 +118,7 @@ class Cloud {
       int accepted = 0;
       for (std::size_t s = 0; s < u.size(); ++s) {
         const VectorXd v = u[s] + length * (factor * normal_vector(random_, d));
-        const double chance = uniform(random_);
+        const double chance = open_uniform(random_);
         if (v.minCoeff() < 0 || v.maxCoeff() > 1) continue;
         const double there = cost_of_(v);
         if (!(0.5 * temperature * (there - cost[s]) < -std::log(chance))) continue;
@@ -127,7 +126,7 @@ class Cloud {
         cost[s] = there;
         ++accepted;
       }
-      // A bent valley wants shorter steps than a Gaussian of its covariance.
+      // A curved ridge needs shorter steps than a Gaussian of the same covariance.
       const double rate = accepted / static_cast<double>(u.size());
       length *= std::exp(std::clamp(rate - 0.25, -0.5, 0.5));
     }

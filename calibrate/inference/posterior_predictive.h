@@ -1,5 +1,5 @@
-// What the posterior predicts of each target (posterior predictive distribution): Gelman and
-// others, Bayesian Data Analysis, section 6.3.
+// Posterior predictive distributions of the targets: Gelman and others, Bayesian Data Analysis,
+// section 6.3.
 #pragma once
 
 #include <array>

@@ -5,11 +5,11 @@
 
 namespace firn {
 
-bool scatter_exceeds_noise(const Study& study, const ResponseModels& knowledge) {
+bool scatter_exceeds_noise(const Study& study, const ResponseModels& models) {
   constexpr double clearly_more = 2;  // standard deviations of the noise, root mean square
   constexpr int enough = 5;           // points
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
-    const ResponseModel& m = knowledge.targets[k];
+    const ResponseModel& m = models.targets[k];
     const Eigen::VectorXd errors = m.surrogate.best.leave_one_out_errors();
     double squares = 0, noise = 0;
     int count = 0;
@@ -26,17 +26,17 @@ bool scatter_exceeds_noise(const Study& study, const ResponseModels& knowledge) 
   return false;
 }
 
-bool noise_exceeds_measurement(const Study& study, const ResponseModels& knowledge) {
+bool noise_exceeds_measurement(const Study& study, const ResponseModels& models) {
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    if (knowledge.targets[k].noise.at(t.value) > t.uncertainty) return true;
+    if (models.targets[k].noise.at(t.value) > t.uncertainty) return true;
   }
   return false;
 }
 
-std::vector<std::size_t> points_to_repeat(const Study& study, const ResponseModels& knowledge,
+std::vector<std::size_t> points_to_repeat(const Study& study, const ResponseModels& models,
                                           const std::vector<Point>& points, std::size_t most) {
-  const NegativeLogPosterior misfit(study, knowledge);
+  const NegativeLogPosterior misfit(study, models);
   std::vector<std::pair<double, std::size_t>> candidates;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& p = points[i];

@@ -189,14 +189,14 @@ double NegativeLogPosterior::cost(const VectorXd& u) const {
   double sum = 0;
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
-    const Prediction p = knowledge_.targets[k].surrogate.best.predict(u);
+    const Prediction p = models_.targets[k].surrogate.best.predict(u);
     const double v = t.uncertainty * t.uncertainty + p.variance;
     sum += (p.mean - t.value) * (p.mean - t.value) / v + std::log(v);
   }
   sum += prior_cost(study_.priors, study_.parameters, u);
   if (!study_.constraints.all.empty())
     sum += violations(study_.constraints, study_.parameters, u).squaredNorm();
-  return sum - 2 * std::log(1 - knowledge_.arch_probability(u));
+  return sum - 2 * std::log(1 - models_.arch_probability(u));
 }
 
 double NegativeLogPosterior::regularized_cost(const VectorXd& u) const {
@@ -207,7 +207,7 @@ VectorXd NegativeLogPosterior::z(const VectorXd& u) const {
   VectorXd z(static_cast<Index>(study_.targets.size()));
   for (Index k = 0; k < z.size(); ++k) {
     const Target& t = study_.targets[static_cast<std::size_t>(k)];
-    const Prediction p = knowledge_.targets[static_cast<std::size_t>(k)].surrogate.best.predict(u);
+    const Prediction p = models_.targets[static_cast<std::size_t>(k)].surrogate.best.predict(u);
     z[k] = (p.mean - t.value) / std::sqrt(t.uncertainty * t.uncertainty + p.variance);
   }
   return z;
@@ -219,7 +219,7 @@ LeastSquaresProblem NegativeLogPosterior::residuals(const VectorXd& frozen) cons
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
     sd[k] = std::hypot(study_.targets[i].uncertainty,
-                       std::sqrt(knowledge_.targets[i].surrogate.best.predict(frozen).variance));
+                       std::sqrt(models_.targets[i].surrogate.best.predict(frozen).variance));
   }
   LeastSquaresProblem problem;
   Index beliefs = static_cast<Index>(study_.constraints.all.size());
@@ -232,7 +232,7 @@ LeastSquaresProblem NegativeLogPosterior::residuals(const VectorXd& frozen) cons
     if (jacobian != nullptr) jacobian->setZero();
     for (Index k = 0; k < targets; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const Prediction p = knowledge_.targets[i].surrogate.best.predict_with_gradients(u);
+      const Prediction p = models_.targets[i].surrogate.best.predict_with_gradients(u);
       r[k] = (p.mean - study_.targets[i].value) / sd[k];
       if (jacobian != nullptr) jacobian->row(k) = p.mean_gradient.transpose() / sd[k];
     }
@@ -268,7 +268,7 @@ Minimum NegativeLogPosterior::best() const {
   const VectorXd zero = VectorXd::Zero(dimensions()), one = VectorXd::Ones(dimensions());
   const auto f = [this](const VectorXd& u) { return regularized_cost(u); };
   Minimum m = minimize(f, zero, one, search_evaluations);
-  // Least squares sees no ln V and no arching: its answer counts only where it is no worse.
+  // Least squares omits ln V and arching: its result is used only where its cost is not larger.
   const LeastSquaresFit fit = least_squares(residuals(m.x), m.x);
   if (const double value = fit.x.allFinite() ? regularized_cost(fit.x) : m.value; value < m.value) {
     m.x = fit.x;

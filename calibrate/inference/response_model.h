@@ -1,5 +1,5 @@
-// What the runs say: how noisy each response is, how it depends on the parameters, and how well any
-// set of parameters meets the measurements.
+// Models of the responses fitted to the runs: the noise, the dependence on the parameters, and the
+// misfit of a parameter set to the measurements.
 #pragma once
 
 #include <Eigen/Dense>
@@ -36,18 +36,18 @@ struct ResponseModel {
   double largest_leave_one_out_z = 0;
   std::vector<NoiseSite> noise_sites = {};  // relative to `noise`
   LocalNoise local_noise = {};              // of these sites
-  // Whether the largest leave-one-out error is one that chance gives more often than once in a
-  // hundred models. If not, what the model says of its uncertainty is not to be relied on.
+  // Whether the largest leave-one-out error has a probability above 1 %. If not, the uncertainty
+  // that the model states is not reliable.
   bool passes_cross_validation() const;
   // Variance of one run between seeds at u, where the mean response is `mean`: pooled, and that of
   // the neighborhood where the noise is not uniform, each widened by its degrees of freedom.
   double run_variance(const Eigen::VectorXd& u, double mean) const;
 };
 
-// Share of an experiment's runs near a point that ended in one way: a smoothed count.
+// Probability of an outcome of a run of an experiment near a point: a smoothed count.
 class OutcomeProbability {
  public:
-  // Of `counted` among those that ended so or as one of `among`.
+  // Probability of `counted` among the runs that ended so or as one of `among`.
   OutcomeProbability(const std::vector<Point>& points, std::size_t experiment,
                      const std::vector<JobStatus>& counted, const std::vector<JobStatus>& among);
   bool any() const { return any_; }
@@ -59,12 +59,12 @@ class OutcomeProbability {
   bool any_ = false;
 };
 
-// Everything learned from the runs so far.
+// Models of all responses, fitted to the runs so far.
 struct ResponseModels {
   std::vector<ResponseModel> targets;   // in order of Study::targets
   std::vector<ResponseModel> observed;  // those of Study::observed that could be modelled
-  // By experiment. A flow that arches is evidence: the experiment's did not. A run that failed or
-  // was cut short by a limit is none: its response is unknown, whatever it would have been.
+  // By experiment. A run that arches is evidence against its parameters, because the experiment did
+  // not arch. A run that failed or was cut short by a limit is not: its response is unknown.
   std::vector<OutcomeProbability> arched, cut_short;
 
   double arch_probability(const Eigen::VectorXd& u) const;  // in any experiment
@@ -74,22 +74,22 @@ struct ResponseModels {
 std::optional<ResponseModels> fit_response_models(const Study& study,
                                                   const std::vector<Point>& points);
 
-// How far a set of parameters is from the measurements.
+// Misfit of a parameter set to the measurements.
 class NegativeLogPosterior {
  public:
-  NegativeLogPosterior(const Study& study, const ResponseModels& knowledge)
-      : study_(study), knowledge_(knowledge) {}
+  NegativeLogPosterior(const Study& study, const ResponseModels& models)
+      : study_(study), models_(models) {}
 
-  // Minus twice the logarithm of the posterior density up to a constant: for each target
-  // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors, a
-  // steep wall beyond constraints, plus the chance that the flow arches, which the experiment did
-  // not do.
+  // Minus twice the logarithm of the posterior density up to a constant: for each target (m - y)^2
+  // / V + ln V with V the variance of measurement and surrogate, plus the given priors, a steep
+  // penalty beyond constraints, and -2 ln of the probability that the flow does not arch.
   double cost(const Eigen::VectorXd& u) const;
-  // The same with a weak pull to the middle of the ranges, which chooses among equals and nothing
-  // else: one range away costs as much as one standard deviation of a target.
+  // cost() with a weak regularization towards the middle of the ranges, which selects one of
+  // several equal minima. A distance of one range costs as much as one standard deviation of a
+  // target.
   double regularized_cost(const Eigen::VectorXd& u) const;
   // Whitened residuals (m - y) / sqrt(V) of the targets, then the priors of single parameters, the
-  // pull, other priors and violations of constraints; V as it is at `frozen`.
+  // regularization, other priors and violations of constraints; V as it is at `frozen`.
   LeastSquaresProblem residuals(const Eigen::VectorXd& frozen) const;
   // (m - y) / sqrt(V) of each target.
   Eigen::VectorXd z(const Eigen::VectorXd& u) const;
@@ -100,7 +100,7 @@ class NegativeLogPosterior {
   Eigen::Index dimensions() const { return static_cast<Eigen::Index>(study_.parameters.size()); }
 
   const Study& study_;
-  const ResponseModels& knowledge_;
+  const ResponseModels& models_;
 };
 
 }  // namespace firn

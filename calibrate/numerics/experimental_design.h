@@ -1,4 +1,4 @@
-// Where to simulate: points spread over the unit cube.
+// Experimental designs: points distributed over the unit cube.
 #pragma once
 
 #include <Eigen/Dense>

@@ -1,4 +1,4 @@
-// How large the noise of a response is, place by place.
+// Local variance of the noise of a response over the parameter space.
 #pragma once
 
 #include <Eigen/Dense>
@@ -14,9 +14,9 @@ struct NoiseSite {
 };
 
 // The variance of the noise over the pooled one, as a smooth function of the parameters: a local
-// mean of the sites, shrunk towards the mean of all. How strongly it is shrunk and how far a site
-// reaches follow from how well each site is predicted by the others; unless that is clearly better
-// than one variance for all, the noise is uniform.
+// mean of the sites, shrunk towards the mean of all. The shrinkage and the reach of a site follow
+// from the prediction of each site by the others. Unless that is clearly better than one variance
+// for all, the noise is uniform.
 class LocalNoise {
  public:
   LocalNoise() = default;

@@ -17,7 +17,7 @@ struct Minimum {
 
 // Global minimum of f over the box [lower, upper]: DIRECT-L, then BOBYQA from its best point.
 // Deterministic. f may return NaN or infinity where it has no value; such points count as worse
-// than the worst seen.
+// than the worst value so far.
 Minimum minimize(const std::function<double(const Eigen::VectorXd&)>& f,
                  const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, int evaluations);
 // BOBYQA alone, from `start` with first steps of `step` times the box.
@@ -25,10 +25,10 @@ Minimum minimize_locally(const std::function<double(const Eigen::VectorXd&)>& f,
                          const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
                          const Eigen::VectorXd& start, double step, int evaluations);
 
-// Searches that look at nothing but values of f: local ones from the middle of the box with first
-// steps of a fifth of it, or a controlled random search (its population of ten per dimension and
-// ten more is drawn from `seed`). Steps below a hundredth of the box end a local search.
-// Deterministic. Exceptions of f pass through.
+// Searches that use only values of f: local ones from the middle of the box with first steps of a
+// fifth of it, or a controlled random search (its population of ten per dimension and ten more is
+// drawn from `seed`). Steps below a hundredth of the box end a local search. Deterministic.
+// Exceptions of f pass through.
 enum class DirectSearch { none, bobyqa, cobyla, nelder_mead, crs };
 Minimum search_directly(const std::function<double(const Eigen::VectorXd&)>& f,
                         const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
@@ -56,7 +56,7 @@ LeastSquaresFit least_squares(const LeastSquaresProblem& problem, const Eigen::V
 
 // Largest relative difference between the problem's Jacobian and Ceres's own numeric one at x; for
 // tests of hand-written derivatives. `step` is where Ridders' extrapolation starts, relative to
-// each parameter and absolute at the least: it must not leap over a small parameter.
+// each parameter and absolute at the least: it must not exceed a small parameter.
 double jacobian_error(const LeastSquaresProblem& problem, const Eigen::VectorXd& x,
                       double step = 1e-2);
 

@@ -1,4 +1,4 @@
-// How much of the variation of a response over the ranges is whose doing.
+// Sobol indices: shares of the variance of a response by parameter.
 #pragma once
 
 #include <Eigen/Dense>

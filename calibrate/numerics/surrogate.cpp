@@ -6,7 +6,7 @@
 #include <random>
 
 #include "calibrate/numerics/optimize.h"
-#include "calibrate/numerics/random.h"
+#include "experiments/analysis/random_stream.h"
 
 namespace firn {
 namespace {
@@ -19,11 +19,10 @@ using Eigen::VectorXd;
 // Standard deviations believed of the trend's coefficients, in units of the spread of the data,
 // for coordinates that run from -1 to 1.
 constexpr double level_belief = 10, slope_belief = 10, curvature_belief = 1;
-// Where departure and length are looked for and what is thought of them beforehand: a process of a
-// tenth of the spread, lack of fit of a fiftieth, and shapes as wide as most of the range. Keeps a
-// handful of points from choosing wonders. With one run at most points, data hardly distinguish
-// lack of fit from noise: a larger guess makes models less sure than they are
-// (docs/calibration-proof.md).
+// Ranges and priors of departure and length: a process of a tenth of the spread, lack of fit of a
+// fiftieth, and shapes as wide as most of the range. Keeps a handful of points from choosing
+// wonders. With one run at most points, data hardly distinguish lack of fit from noise: a larger
+// guess makes models less sure than they are (docs/calibration-proof.md).
 constexpr double process_guess = 0.1, lack_of_fit_guess = 0.02;
 constexpr double departure_spread = 1.2;                   // of ln(sd)
 constexpr double length_guess = 0.8, length_spread = 0.6;  // of ln(length)
@@ -89,7 +88,7 @@ double Surrogate::transform(double y) const {
   return form_.logarithm ? std::log(y) : y;
 }
 
-double Surrogate::departure_sd() const {
+double Surrogate::discrepancy_sd() const {
   return std::sqrt(most_likely_.departure_variance) * scale_;
 }
 
@@ -140,7 +139,7 @@ Eigen::LDLT<MatrixXd> Surrogate::covariance(const Member& m) const {
           m.departure_variance * matern(scaled_norms(apart, m.lengths)).matrix().transpose();
     }
   k.diagonal().array() += m.departure_variance + m.noise_factor * z_noise_.array() + jitter;
-  return Eigen::LDLT<MatrixXd>(k);  // sees the lower triangle alone
+  return Eigen::LDLT<MatrixXd>(k);  // uses the lower triangle alone
 }
 
 void Surrogate::factorize(Member& m) const {
@@ -197,8 +196,8 @@ void Surrogate::fit() {
   for (int i = 1; i <= members * sweeps; ++i) {
     for (Index k = 0; k < count; ++k) {
       VectorXd next = p;
-      next[k] += longest_step * (2 * uniform(random) - 1);
-      const double chance = uniform(random);
+      next[k] += longest_step * (2 * open_uniform(random) - 1);
+      const double chance = open_uniform(random);
       if (next[k] < lower[k] || next[k] > upper[k]) continue;
       const double there = objective(next);
       if (!(there - here < -std::log(chance))) continue;
@@ -209,7 +208,7 @@ void Surrogate::fit() {
     members_.push_back(member(p));
     factorize(members_.back());
   }
-  // Where its own points, left out, contradict the form by more than it believes, it believes less.
+  // Where the leave-one-out errors exceed the predicted ones, the variance is inflated.
   inflation_ = std::max(1.0, leave_one_out_z().squaredNorm() / double(z_.size()));
 }
 

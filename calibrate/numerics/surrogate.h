@@ -1,16 +1,16 @@
 // A smooth model of one response over the unit cube of the parameters, fitted to a few noisy
-// simulations, that knows how uncertain it is.
+// simulations. Predictions have a variance.
 //
 //   T(y)(u) = trend(u) + departure(u) + noise
 //
-// The trend is a linear or quadratic polynomial with a Gaussian belief on its coefficients (wide
-// for the linear part, a ridge for the quadratic part, so that eight points can carry it). The
+// The trend is a linear or quadratic polynomial with a Gaussian prior on its coefficients (wide for
+// the linear part, a ridge for the quadratic part, so that eight points can carry it). The
 // departure is either independent at every point (plain regression with lack of fit) or a Gaussian
 // process with a Matern 5/2 kernel and one length for each parameter. The noise is that between
-// seeds, known as well as its degrees of freedom allow. T is the identity or the logarithm. A few
-// points hardly determine the variance and the lengths of the departure: the model is a mixture
-// of equally believable members, drawn from the posterior of these hyperparameters, because
-// the most likely set alone believes too much. Equations: Rasmussen and Williams, Gaussian
+// seeds, with an uncertainty by its degrees of freedom. T is the identity or the logarithm. A few
+// points hardly determine the variance and the lengths of the departure: the model is a mixture of
+// members of equal weight, drawn from the posterior of these hyperparameters, because the most
+// likely set alone understates the uncertainty. Equations: Rasmussen and Williams, Gaussian
 // Processes for Machine Learning, sections 2.2, 2.7, 5.2 and 5.4.2.
 #pragma once
 
@@ -26,7 +26,7 @@ struct SurrogateData {
   Eigen::MatrixXd u;               // [points, parameters], unit cube
   Eigen::VectorXd y;               // [points], mean over the seeds
   Eigen::VectorXd noise_variance;  // [points], of that mean
-  // On how many degrees of freedom the noise was estimated; 0: it is known.
+  // Degrees of freedom of the estimated noise; 0: the noise is known.
   int noise_freedom = 0;
 };
 
@@ -54,8 +54,8 @@ class Surrogate {
 
   Prediction predict(const Eigen::VectorXd& u) const { return predict(u, false); }
   Prediction predict_with_gradients(const Eigen::VectorXd& u) const { return predict(u, true); }
-  // Of each point, what it is above the prediction by all others [points]; response's own unit, to
-  // first order for a logarithm.
+  // Leave-one-out errors: value of each point minus its prediction by the others [points]; unit of
+  // the response, to first order for a logarithm.
   Eigen::VectorXd leave_one_out_errors() const;
   // Leave-one-out errors over their standard deviations, [points], and the sum of the logarithms of
   // the predictive densities (response's own unit, so that forms can be compared).
@@ -64,18 +64,18 @@ class Surrogate {
 
   const SurrogateForm& form() const { return form_; }
   // Of the most likely hyperparameters.
-  double departure_sd() const;             // of the transformed response
+  double discrepancy_sd() const;           // of the transformed response
   const Eigen::VectorXd& lengths() const;  // Matern only, unit cube
 
-  // The same model, hyperparameters kept, after one more point were it to fall where predicted:
-  // how much would a run there teach?
+  // This model with the same hyperparameters after one more point at its predicted value (kriging
+  // believer). Used to estimate the information of a run there.
   Surrogate with_fantasy_point(const Eigen::VectorXd& u, double noise_variance) const;
 
-  // This model with a share of another in its predictions: what they disagree by is uncertain.
+  // This model mixed with another one. Their disagreement adds to the variance.
   Surrogate mixed_with(const Surrogate& other, double share) const;
 
  private:
-  // One set of hyperparameters, and what follows from it and the data.
+  // One set of hyperparameters, and quantities computed from it and the data.
   struct Member {
     double departure_variance = 0;  // standardised
     double noise_factor = 1;        // true variance of the noise over the stated one
@@ -88,12 +88,12 @@ class Surrogate {
     Eigen::VectorXd coefficients;
     Eigen::MatrixXd coefficient_covariance, noise_covariance;
   };
-  // What one member predicts; standardised. Gradients are empty unless asked for.
+  // Prediction of one member; standardised. Gradients are empty unless requested.
   struct MemberPrediction {
     double mean = 0, variance = 0, noise = 0;
     Eigen::VectorXd mean_gradient, variance_gradient;
   };
-  // A point left out, as all others see it; standardised.
+  // Leave-one-out prediction of a point; standardised.
   struct LeftOut {
     double error = 0, variance = 0, log_density = 0;
   };
@@ -121,7 +121,7 @@ class Surrogate {
   Eigen::MatrixXd h_;                           // [points, basis]
   Eigen::VectorXd belief_;                      // prior variance of each coefficient
   Member most_likely_;                          // not factorised
-  std::vector<Member> members_;                 // equally believable
+  std::vector<Member> members_;                 // of equal weight
   std::shared_ptr<const Surrogate> companion_;  // of the mixture; null: none
   double companion_share_ = 0;
   double inflation_ = 1;  // of the predicted variance: mean square of the leave-one-out errors

@@ -1,4 +1,4 @@
-// What a study found, as plain data; tables, JSON and plots are made from it.
+// Result of a study as plain data. Tables, JSON and plots are made from it.
 #pragma once
 
 #include <optional>
@@ -15,27 +15,28 @@
 
 namespace firn {
 
-// What fresh seeds, or all seeds of a point, give of one response.
+// Simulated values of one response, of unused seeds or of all seeds of a point.
 struct Observation {
   std::string response, unit;
   Sample sample;
   double standard_error = 0;  // of the mean, by the pooled noise and this sample together
 };
 
-// A parameter set with the surrogate's word and, where it was simulated, the simulation's.
+// A parameter set with the predictions of the surrogate and, where it was simulated, the responses
+// of the runs.
 struct CheckedSet {
   std::string name;
   std::vector<double> values;
   std::vector<Prediction> predicted;  // of the targets
   std::vector<Observation> observed;  // targets, then observed responses; empty: not run
-  // Share of the posterior that is denser than here: above 0.95, the set lies outside the 95 %
-  // region. Of compare sets within the ranges.
+  // Share of the posterior that is denser than this set: above 0.95, the set is outside the 95 %
+  // region. Only of compare sets within the ranges.
   std::optional<double> hpd_level;
   int finished = 0, arched = 0, failed = 0, cut_short = 0;
   bool run() const { return finished + arched + failed + cut_short > 0; }
 };
 
-// Other numerics at the middle of the ranges against the case's own.
+// Effect of other numerics, relative to those of the case, at the middle of the ranges.
 struct NumericsOutcome {
   std::string name;
   struct Shift {
@@ -46,19 +47,19 @@ struct NumericsOutcome {
   std::vector<Shift> shifts;  // of targets and observed responses that have values
 };
 
-// Whose doing the variation of a response over the ranges is.
+// Sobol indices of a response over the ranges, and its noise.
 struct Sensitivity {
   std::string response;
   SobolIndices indices;
   double noise_share = 0;  // variance of one run between seeds over that of the response
 };
 
-// A direct search on the simulations.
-struct DirectOutcome {
+// Result of a direct search on the simulations.
+struct DirectSearchResult {
   int evaluations = 0;
-  // Root mean square of (simulated - target) / uncertainty over the targets: as the search saw it
-  // at its best evaluation, and by fresh seeds.
-  double claimed = 0, fresh = 0;
+  // Root mean square of (simulated - target) / uncertainty over the targets: at the best evaluation
+  // of the search, and with unused seeds at the same parameters.
+  double best_observed = 0, confirmed = 0;
 };
 
 struct ReachedRange {              // of one target
@@ -78,56 +79,56 @@ struct CalibrationResult {
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
   std::vector<CheckedSet> compare;
-  std::vector<Point> points;                // of the fit: all but those with other numerics
-  std::optional<ResponseModels> knowledge;  // the rest is empty without it
-  std::vector<ReachedRange> reach;          // in order of the targets
-  CheckedSet best;                          // confirmed by fresh seeds, where the verdict allows
-  std::vector<double> cross_check;          // targets: the other surrogate's prediction there
-  std::vector<VarianceSplit> split;         // targets: of the variance that the fit used there
+  std::vector<Point> points;             // of the fit: all but those with other numerics
+  std::optional<ResponseModels> models;  // the rest is empty without it
+  std::vector<ReachedRange> reach;       // in order of the targets
+  CheckedSet best;                   // confirmed with unused seeds, unless the verdict excludes it
+  std::vector<double> cross_check;   // targets: prediction of the other surrogate at `best`
+  std::vector<VarianceSplit> split;  // targets: variance that the fit used at `best`
   std::vector<Combination> combinations;
   std::optional<Posterior> posterior;
   std::vector<EstimateRound> estimate_history;  // in order of the runs; the last is the posterior's
   std::vector<std::optional<PosteriorPredictive>> predictive;  // in order of the targets
   std::vector<CheckedSet> ridge;  // empty when every direction is identified
   std::vector<NumericsOutcome> numerics;
-  std::vector<Sensitivity> sensitivity;    // targets, then observed responses
-  std::vector<Profile> profiles;           // in order of the parameters
-  std::vector<MeasurementValue> advice;    // best first
-  int rounds = 0;                          // of refinement
-  std::string stopped;                     // why refinement ended, a sentence
-  int reused = 0;                          // runs of other studies with which it began
-  int budget_runs = 0, budget_left = 0;    // of Budget::runs, all experiments together
-  std::string left_because;                // why some are left, a sentence
-  std::optional<Goodness> goodness;        // of all targets together, and of the priors
-  std::optional<Goodness> without_priors;  // where there are priors
-  std::vector<OutlierRun> outliers;        // of `points`: left out
-  std::vector<std::string> cautions;       // what limits the verdict, a clause each
-  double cut_short_share = 0;              // of runs near the answer that failed or met a limit
-  std::optional<DirectOutcome> direct;
+  std::vector<Sensitivity> sensitivity;         // targets, then observed responses
+  std::vector<Profile> profiles;                // in order of the parameters
+  std::vector<MeasurementValue> advice;         // best first
+  int rounds = 0;                               // of refinement
+  std::string stopped;                          // why refinement ended, a sentence
+  int reused = 0;                               // runs of other studies with which it began
+  int budget_runs = 0, budget_left = 0;         // of Budget::runs, all experiments together
+  std::string left_because;                     // why runs are left, a sentence
+  std::optional<GoodnessOfFit> goodness;        // of all targets together, and of the priors
+  std::optional<GoodnessOfFit> without_priors;  // where there are priors
+  std::vector<OutlierRun> outliers;             // of `points`: left out
+  std::vector<std::string> caveats;             // limits of the verdict, a clause each
+  double cut_short_share = 0;  // of runs near the estimate that failed or met a limit
+  std::optional<DirectSearchResult> direct;
   int runs = 0, finished = 0, arched = 0, failed = 0, crashed = 0, timed_out = 0, out_of_memory = 0;
   std::vector<std::string> cut_short;  // where: a sentence for each run that a limit stopped
-  int other_version = 0;               // runs in the journal that another program made: not used
+  int other_version = 0;               // runs in the journal made by another program: not used
   double wall = 0;                     // s, of all runs together
 };
 
 // Rendering: result_table.cpp, result_json.cpp.
 std::string combination_text(const Study& study, const Combination& combination);
-std::string render_table(const Study& study, const CalibrationResult& answer);
-std::string render_json(const Study& study, const CalibrationResult& answer);
+std::string render_table(const Study& study, const CalibrationResult& result);
+std::string render_json(const Study& study, const CalibrationResult& result);
 // All samples of the posterior (there must be one): parameters in their units, weights that add up
 // to 1, and the logarithm of the density over the unit cube up to a constant.
-std::string render_posterior_csv(const Study& study, const CalibrationResult& answer);
-// The same, resampled to 4096 draws of equal weight, with the density, the targets and what their
-// measurements would give (of the posterior, with the uncertainties of measurement and model),
-// their mean responses and what one run would give (posterior_predictive.h), as a netCDF-4 file in
-// the InferenceData layout. Throws WriteError.
-void write_inference_data(const Study& study, const CalibrationResult& answer,
+std::string render_posterior_csv(const Study& study, const CalibrationResult& result);
+// Writes the posterior, resampled to 4096 draws of equal weight, as a netCDF-4 file in the
+// InferenceData layout. The file also has the density, the targets, and posterior predictive draws
+// of their measurements (with the uncertainties of measurement and model), mean responses and
+// single runs (posterior_predictive.h). Throws WriteError.
+void write_inference_data(const Study& study, const CalibrationResult& result,
                           const std::string& file);
 std::string render_runs_csv(const Study& study, const std::vector<JournalRun>& runs);
 
 // Fitted response of the first target (there must be a fit) over the parameters, as
 // fitted_response.png and .svg: result_plot.cpp. Empty when both were drawn, else why not.
-std::string plot_fitted_response(const Study& study, const CalibrationResult& answer,
+std::string plot_fitted_response(const Study& study, const CalibrationResult& result,
                                  const std::string& directory);
 
 }  // namespace firn

@@ -6,9 +6,9 @@
 #include <random>
 #include <set>
 
-#include "calibrate/numerics/random.h"
 #include "calibrate/output/calibration_result.h"
 #include "calibrate/output/text_format.h"
+#include "experiments/analysis/random_stream.h"
 #include "experiments/storage/netcdf_file.h"
 #include "experiments/storage/version.h"
 #include "experiments/system/output_file.h"
@@ -26,12 +26,6 @@ std::string variable_name(std::string label) {
   return label;
 }
 
-// Standard normal deviate: Box and Muller.
-double deviate(std::mt19937_64& random) {
-  const double radius = std::sqrt(-2 * std::log(uniform(random)));
-  return radius * std::cos(2 * M_PI * uniform(random));
-}
-
 // A name that no variable of a target has, nor an added one before.
 std::string added_name(std::string name, std::set<std::string>& taken) {
   while (!taken.insert(name).second) name += '_';
@@ -40,7 +34,7 @@ std::string added_name(std::string name, std::set<std::string>& taken) {
 
 void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult& a) {
   const std::vector<VectorXd> u = resampled(*a.posterior, draws);
-  const NegativeLogPosterior misfit(study, *a.knowledge);
+  const NegativeLogPosterior misfit(study, *a.models);
   const NetcdfAttributes made = {{"inference_library", "firn"},
                                  {"inference_library_version", firn_version()},
                                  {"study", study.name}};
@@ -74,12 +68,13 @@ void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult&
                   {{"units", stored_unit(t.unit)},
                    {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
     for (std::size_t s = 0; s < u.size(); ++s) {
-      const ResponseModel& model = a.knowledge->targets[k];
+      const ResponseModel& model = a.models->targets[k];
       const Prediction p = model.surrogate.best.predict(u[s]);
-      values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * deviate(random);
+      values[s] =
+          p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * normal_deviate(random);
       means[s] = p.mean;
-      runs[s] =
-          p.mean + std::sqrt(p.variance + model.run_variance(u[s], p.mean)) * deviate(random_runs);
+      runs[s] = p.mean + std::sqrt(p.variance + model.run_variance(u[s], p.mean)) *
+                             normal_deviate(random_runs);
     }
     const NetcdfAttributes units = {{"units", stored_unit(t.unit)}};
     file.variable("posterior_predictive", name, {"chain", "draw", dimension}, values, units);
@@ -91,11 +86,11 @@ void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult&
 
 }  // namespace
 
-void write_inference_data(const Study& study, const CalibrationResult& answer,
+void write_inference_data(const Study& study, const CalibrationResult& result,
                           const std::string& file) {
   try {
     NetcdfFile netcdf(file);
-    write_groups(netcdf, study, answer);
+    write_groups(netcdf, study, result);
     netcdf.commit();
   } catch (const hdf5::Error& e) {
     throw WriteError(file, e.what());

@@ -1,4 +1,4 @@
-// The answer for programs.
+// The result of a study as JSON.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -58,7 +58,7 @@ Json model_json(const ResponseModel& m) {
   return {{"response", m.response.label},
           {"unit", m.unit},
           {"surrogate", m.surrogate.best.form().describe()},
-          {"discrepancy_sd", m.surrogate.best.departure_sd()},
+          {"discrepancy_sd", m.surrogate.best.discrepancy_sd()},
           {"lengths", lengths},
           {"cross_check", m.surrogate.other.form().describe()},
           {"points", m.samples.size()},
@@ -140,7 +140,7 @@ Json targets_json(const Study& study, const CalibrationResult& a) {
               {"uncertainty", t.uncertainty},
               {"unit", t.unit},
               {"source", t.source}};
-    if (a.knowledge)
+    if (a.models)
       j["reach"] = {{"lowest", a.reach[k].lowest},
                     {"highest", a.reach[k].highest},
                     {"bracketed", a.reach[k].bracketed},
@@ -159,7 +159,7 @@ Json targets_json(const Study& study, const CalibrationResult& a) {
   return all;
 }
 
-Json goodness_json(const Study& study, const Goodness& g) {
+Json goodness_json(const Study& study, const GoodnessOfFit& g) {
   Json j = {{"chi_square", number_json(g.chi_square)},
             {"degrees_of_freedom", g.freedom},
             {"probability", g.probability},
@@ -242,7 +242,7 @@ std::string render_json(const Study& study, const CalibrationResult& a) {
     j["priors"].push_back({{"parameters", names}, {"prior", prior.text}});
   }
   for (const Constraint& c : study.constraints.all) j["constraints"].push_back(c.rule);
-  j["cautions"] = a.cautions;
+  j["cautions"] = a.caveats;
   j["outliers"] = Json::array();
   for (const OutlierRun& o : a.outliers)
     j["outliers"].push_back({{"response", o.response.label},
@@ -270,8 +270,8 @@ std::string render_json(const Study& study, const CalibrationResult& a) {
   if (a.direct)
     j["direct_search"] = {{"search", to_string(study.direct)},
                           {"evaluations", a.direct->evaluations},
-                          {"best_observed_distance", number_json(a.direct->claimed)},
-                          {"confirmed_distance", number_json(a.direct->fresh)}};
+                          {"best_observed_distance", number_json(a.direct->best_observed)},
+                          {"confirmed_distance", number_json(a.direct->confirmed)}};
   if (a.budget_runs > 0)
     j["budget"] = {{"runs", a.budget_runs},
                    {"reused", a.reused},
@@ -279,9 +279,9 @@ std::string render_json(const Study& study, const CalibrationResult& a) {
                    {"left_because", a.left_because}};
   if (!a.stopped.empty()) j["refinement"] = {{"rounds", a.rounds}, {"stopped", a.stopped}};
   j["models"] = Json::array();
-  if (a.knowledge) {
-    for (const ResponseModel& m : a.knowledge->targets) j["models"].push_back(model_json(m));
-    for (const ResponseModel& m : a.knowledge->observed) j["models"].push_back(model_json(m));
+  if (a.models) {
+    for (const ResponseModel& m : a.models->targets) j["models"].push_back(model_json(m));
+    for (const ResponseModel& m : a.models->observed) j["models"].push_back(model_json(m));
   }
   j["runs"] = {
       {"total", a.runs},      {"finished", a.finished},   {"arched", a.arched},

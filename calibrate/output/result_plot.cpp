@@ -1,5 +1,5 @@
 // Draws the fitted response of the first target with gnuplot: a map over two parameters, slices
-// through the answer for any other number. The script stays in the folder of the pictures.
+// through the estimate for any other number. The script stays in the folder of the pictures.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -31,9 +31,9 @@ std::string with_unit(const std::string& name, const std::string& unit) {
 
 struct Scene {
   const Study& study;
-  const CalibrationResult& answer;
+  const CalibrationResult& result;
   const Target& target = study.targets.front();
-  const ResponseModel& model = answer.knowledge->targets.front();
+  const ResponseModel& model = result.models->targets.front();
 
   Prediction predict(const VectorXd& u) const { return model.surrogate.best.predict(u); }
 };
@@ -66,7 +66,7 @@ std::vector<double> tick_values(const Parameter& p) {
 }
 
 // The axis runs over the unit cube and is labelled with the parameter's values: one kind of axis
-// for both scales, and gnuplot's image style wants equal cells.
+// for both scales, and gnuplot's image style requires equal cells.
 void print_axis(Out& out, const char* axis, const Parameter& p) {
   std::vector<std::string> ticks;
   for (const double t : tick_values(p))
@@ -126,7 +126,7 @@ struct Mark {
 };
 std::vector<Mark> marks_of(const Scene& s) {
   std::vector<Mark> marks;
-  for (const Point& p : s.answer.points) {
+  for (const Point& p : s.result.points) {
     const Sample sample = firn::sample(p.finished(s.target.response));
     if (sample.count > 0 && !p.phase.starts_with("compare")) marks.push_back({p.u, sample});
   }
@@ -140,10 +140,10 @@ void print_points(Out& out, const Scene& s) {
     print(out, "{:.5f} {:.5g} {:.5g}\n", fmt::join(u, " "), sample.mean,
           s.model.noise.at(sample.mean) / std::sqrt(sample.count));
   print(out, "END\n$arched << END\n");
-  for (const Point& p : s.answer.points)
+  for (const Point& p : s.result.points)
     if (p.count(JobStatus::arched) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
   print(out, "END\n$lost << END\n");
-  for (const Point& p : s.answer.points)
+  for (const Point& p : s.result.points)
     if (lost(p) > 0) print(out, "{:.5f}\n", fmt::join(p.u, " "));
   print(out, "END\n");
 }
@@ -155,7 +155,7 @@ void print_place(Out& out, const Scene& s, const CheckedSet& set) {
 
 // Levels of the contours, each where it crosses the diagonal of the map: there it is written.
 void print_levels(Out& out, const Scene& s) {
-  const ReachedRange& r = s.answer.reach.front();
+  const ReachedRange& r = s.result.reach.front();
   print(out, "$levels << END\n");
   for (const double level : round_levels(r.lowest, r.highest))
     for (int i = 0; i < map_cells; ++i) {
@@ -173,7 +173,7 @@ void print_numbers(Out& out, const Scene& s) {
   const std::vector<Mark> marks = marks_of(s);
   std::vector<VectorXd> taken;
   for (const Mark& mark : marks) taken.push_back(mark.u);
-  for (const CheckedSet& member : s.answer.ridge)
+  for (const CheckedSet& member : s.result.ridge)
     taken.push_back(to_unit(s.study.parameters, member.values));
   const std::vector<VectorXd> places = label_places(taken, marks.size());
   print(out, "$numbers << END\n");
@@ -193,11 +193,11 @@ void print_map_data(Out& out, const Scene& s) {
     print(out, "\n");
   }
   print(out, "END\n$answer << END\n");
-  if (!s.answer.best.values.empty()) print_place(out, s, s.answer.best);
+  if (!s.result.best.values.empty()) print_place(out, s, s.result.best);
   print(out, "END\n$valley << END\n");
-  for (const CheckedSet& member : s.answer.ridge) print_place(out, s, member);
+  for (const CheckedSet& member : s.result.ridge) print_place(out, s, member);
   print(out, "END\n$compare << END\n");
-  for (const CheckedSet& set : s.answer.compare) print_place(out, s, set);
+  for (const CheckedSet& set : s.result.compare) print_place(out, s, set);
   print(out, "END\n");
   print_levels(out, s);
 }
@@ -211,14 +211,14 @@ void print_contours(Out& out, const char* name, const std::vector<double>& level
 
 std::string draw_map(const Scene& s) {
   const Target& t = s.target;
-  const ReachedRange& r = s.answer.reach.front();
+  const ReachedRange& r = s.result.reach.front();
   Out out;
   print_preamble(out, s);
   print_axis(out, "x", s.study.parameters[0]);
   print_axis(out, "y", s.study.parameters[1]);
   print(out, "set cblabel {} offset 1,0\nset cbrange [{:.6g}:{:.6g}]\n",
         encode::gnuplot(with_unit(t.response.label, t.unit)), r.lowest, r.highest);
-  for (const CheckedSet& set : s.answer.compare) {
+  for (const CheckedSet& set : s.result.compare) {
     const VectorXd u = to_unit(s.study.parameters, set.values);
     print(out,
           "set label {} at {:.5f},{:.5f} left front boxed font ',10' tc rgb '#107050' "
@@ -243,32 +243,32 @@ std::string draw_map(const Scene& s) {
         " $points using 1:2:3 with points pt 7 ps 1.7 lc palette notitle, \\\n"
         " 1/0 with points pt 6 ps 1.9 lc rgb '#303030' title 'simulated: mean over seeds', \\\n"
         " $numbers using 1:2:3 with labels boxed font ',10' notitle");
-  if (!s.answer.ridge.empty())
+  if (!s.result.ridge.empty())
     print(out,
           ", \\\n $valley with points pt 7 ps 1.5 lc rgb 'white' notitle, \\\n"
           " $valley with points pt 6 ps 1.5 lw 2.2 lc rgb '#7a1f0a' title 'equally good'");
-  if (!s.answer.compare.empty())
+  if (!s.result.compare.empty())
     print(out, ", \\\n $compare with points pt 13 ps 2 lc rgb '#107050' title 'compared'");
-  if (s.answer.arched > 0)
+  if (s.result.arched > 0)
     print(out, ", \\\n $arched with points pt 2 ps 1.6 lw 2 lc rgb '#800080' title 'arched'");
-  if (std::any_of(s.answer.points.begin(), s.answer.points.end(),
+  if (std::any_of(s.result.points.begin(), s.result.points.end(),
                   [](const Point& p) { return lost(p) > 0; }))
     print(out,
           ", \\\n $lost with points pt 1 ps 1.8 lw 2 lc rgb '#c07000' title 'failed or cut short'");
-  if (!s.answer.best.values.empty())
+  if (!s.result.best.values.empty())
     print(out,
           ", \\\n $answer with points pt 7 ps 3.4 lc rgb 'white' notitle, \\\n"
           " $answer with points pt 3 ps 2.4 lw 3 lc rgb '#d1491b' title '{}'",
-          s.answer.best.run() ? "answer" : "nearest");
+          s.result.best.run() ? "answer" : "nearest");
   print(out, "\n");
   return fmt::to_string(out);
 }
 
 void print_slice_data(Out& out, const Scene& s) {
   const std::size_t d = s.study.parameters.size();
-  const VectorXd at = s.answer.best.values.empty()
+  const VectorXd at = s.result.best.values.empty()
                           ? VectorXd(VectorXd::Constant(static_cast<Index>(d), 0.5))
-                          : to_unit(s.study.parameters, s.answer.best.values);
+                          : to_unit(s.study.parameters, s.result.best.values);
   for (std::size_t i = 0; i < d; ++i) {
     print(out, "$slice{} << END\n", i + 1);
     VectorXd u = at;
@@ -308,9 +308,9 @@ std::string draw_slices(const Scene& s) {
 
 }  // namespace
 
-std::string plot_fitted_response(const Study& study, const CalibrationResult& answer,
+std::string plot_fitted_response(const Study& study, const CalibrationResult& result,
                                  const std::string& directory) {
-  const Scene scene{study, answer};
+  const Scene scene{study, result};
   const std::size_t d = study.parameters.size();
   const std::filesystem::path folder(directory), script = folder / "fitted_response.gp";
   Out data;

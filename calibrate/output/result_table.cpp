@@ -1,4 +1,4 @@
-// The answer for people.
+// The result of a study as a text table.
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
     print(out, "  {} = {:.4g} ± {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
           unit_suffix(t.unit));
     print(out, "    {}\n", t.source);
-    if (!a.knowledge) continue;
+    if (!a.models) continue;
     const ReachedRange& r = a.reach[k];
     print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest,
           unit_suffix(t.unit),
@@ -49,7 +49,7 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
   }
 }
 
-void print_beliefs(Out& out, const Study& study) {
+void print_priors(Out& out, const Study& study) {
   if (!study.priors.empty()) print(out, "\nPriors\n");
   for (const Prior& prior : study.priors) {
     std::vector<std::string> names;
@@ -81,8 +81,8 @@ void print_models(Out& out, const CalibrationResult& a) {
           "    IT DOES NOT EXPLAIN ITS OWN RUNS: do not rely on regions and intervals that rest on "
           "it; smaller ranges or more points may help\n");
   };
-  for (const ResponseModel& m : a.knowledge->targets) line(m);
-  for (const ResponseModel& m : a.knowledge->observed) line(m);
+  for (const ResponseModel& m : a.models->targets) line(m);
+  for (const ResponseModel& m : a.models->observed) line(m);
 }
 
 void print_checked(Out& out, const Study& study, const CheckedSet& set) {
@@ -201,7 +201,7 @@ void print_identified(Out& out, const Study& study, const CalibrationResult& a) 
           "surrogate {:.3f})\n",
           combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
           std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
-    if (c.bends())
+    if (c.is_curved())
       print(out,
             "    ± {:.3f} near the answer; farther off the equally good parameters bend away from "
             "it, by {:.3f} (root mean square)\n",
@@ -231,9 +231,9 @@ void print_predicted(Out& out, const Study& study, const CalibrationResult& a) {
   }
 }
 
-void print_valley(Out& out, const Study& study, const CalibrationResult& a) {
+void print_ridge(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.ridge.empty()) return;
-  print(out, "\nEqually good parameters, from one end of the valley to the other\n");
+  print(out, "\nEqually good parameters, from one end of the ridge to the other\n");
   for (const CheckedSet& set : a.ridge) print_checked(out, study, set);
 }
 
@@ -302,7 +302,7 @@ void print_direct(Out& out, const CalibrationResult& a) {
   print(out,
         "\nDirect search: {} evaluations. Its best looked {:.2g} standard deviations from the "
         "targets; by fresh seeds it is {:.2g}.\n",
-        a.direct->evaluations, a.direct->claimed, a.direct->fresh);
+        a.direct->evaluations, a.direct->best_observed, a.direct->confirmed);
 }
 
 }  // namespace
@@ -318,7 +318,7 @@ namespace {
 
 void print_goodness(Out& out, const CalibrationResult& a) {
   if (!a.goodness) return;
-  const auto line = [&](const char* of, const Goodness& g) {
+  const auto line = [&](const char* of, const GoodnessOfFit& g) {
     print(out,
           "  {}: chi-square {:.1f} on {:.1f} degrees of freedom; chance gives as much with "
           "probability {:.2g}{}\n",
@@ -334,9 +334,9 @@ void print_goodness(Out& out, const CalibrationResult& a) {
 std::string render_table(const Study& study, const CalibrationResult& a) {
   Out out;
   print_targets(out, study, a);
-  print_beliefs(out, study);
+  print_priors(out, study);
   print_compare(out, study, a);
-  if (a.knowledge) print_models(out, a);
+  if (a.models) print_models(out, a);
   print_sensitivity(out, study, a);
   print_numerics(out, a);
   print_best(out, study, a);
@@ -350,7 +350,7 @@ std::string render_table(const Study& study, const CalibrationResult& a) {
   print_direct(out, a);
   print_identified(out, study, a);
   print_predicted(out, study, a);
-  print_valley(out, study, a);
+  print_ridge(out, study, a);
   print_advice(out, a);
   if (!a.stopped.empty())
     print(out, "\nAfter {} round{} of refinement: {}\n", a.rounds, a.rounds == 1 ? "" : "s",

@@ -31,7 +31,7 @@ constexpr int kept_samples = 256;
 
 double scaled(const Parameter& p, double value) { return p.logarithmic ? std::log(value) : value; }
 
-// Six digits are far more than a posterior of some thousand points knows.
+// Six digits exceed the resolution of a posterior of some thousand points.
 double rounded(const Parameter& p, double value) {
   return std::clamp(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr), p.min, p.max);
 }
@@ -291,12 +291,12 @@ void require_material(const Study& study) {
                     study.source, comma_list(materials)));
 }
 
-PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& answer,
+PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& result,
                                      const std::vector<JournalRun>& runs, Executor& executor) {
   PosteriorEnsemble ensemble;
-  fill_moments(study, *answer.posterior, ensemble);
-  ensemble.samples = thinned(study, *answer.posterior);
-  for (const Combination& c : answer.combinations) {
+  fill_moments(study, *result.posterior, ensemble);
+  ensemble.samples = thinned(study, *result.posterior);
+  for (const Combination& c : result.combinations) {
     EnsembleCombination kept;
     kept.coefficients.assign(c.coefficients.begin(), c.coefficients.end());
     kept.identifiable = c.identifiable;
@@ -306,21 +306,21 @@ PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult
     }
     ensemble.combinations.push_back(kept);
   }
-  ensemble.reference_sets.push_back(reference_set_of(study, answer.best, "answer", runs, executor));
-  for (const CheckedSet& member : answer.ridge)
+  ensemble.reference_sets.push_back(reference_set_of(study, result.best, "answer", runs, executor));
+  for (const CheckedSet& member : result.ridge)
     ensemble.reference_sets.push_back(reference_set_of(study, member, member.name, runs, executor));
   return ensemble;
 }
 
-MaterialRecord material_record(const Study& study, const CalibrationResult& answer,
+MaterialRecord material_record(const Study& study, const CalibrationResult& result,
                                const std::vector<JournalRun>& runs, Executor& executor,
                                const std::string& directory, const RecordOptions& label) {
-  if (answer.verdict != StudyVerdict::calibrated &&
-      answer.verdict != StudyVerdict::not_identifiable)
+  if (result.verdict != StudyVerdict::calibrated &&
+      result.verdict != StudyVerdict::not_identifiable)
     throw InputError(
         fmt::format("material {}: not saved, because the study is {}: {}; expected an answer that "
                     "was confirmed",
-                    label.name, to_string(answer.verdict), answer.headline));
+                    label.name, to_string(result.verdict), result.headline));
   require_material(study);
   MaterialRecord record;
   record.name = label.name;
@@ -329,18 +329,18 @@ MaterialRecord material_record(const Study& study, const CalibrationResult& answ
   record.kind = RecordKind::calibrated;
   for (std::size_t i = 0; i < study.parameters.size(); ++i) {
     const Parameter& p = study.parameters[i];
-    const Marginal& m = answer.posterior->marginals[i];
-    record.parameters.push_back({p.name, p.keys, answer.best.values[i], stored_unit(p.unit),
-                                 standard_deviation(p, *answer.posterior, i),
+    const Marginal& m = result.posterior->marginals[i];
+    record.parameters.push_back({p.name, p.keys, result.best.values[i], stored_unit(p.unit),
+                                 standard_deviation(p, *result.posterior, i),
                                  Interval{m.low, m.high}, ""});
   }
-  record.ensemble = posterior_ensemble(study, answer, runs, executor);
+  record.ensemble = posterior_ensemble(study, result, runs, executor);
   record.provenance = provenance_of(study, runs, directory);
   record.provenance.author = label.author;
   record.provenance.cases = cases_of(study, record.ensemble->reference_sets.front(), executor);
   record.scope = scope_of(study, record.provenance.cases);
   record.scope.insert(record.scope.end(), label.scope.begin(), label.scope.end());
-  record.note = answer.headline + (label.note.empty() ? "" : ". " + label.note);
+  record.note = result.headline + (label.note.empty() ? "" : ". " + label.note);
   return record;
 }
 

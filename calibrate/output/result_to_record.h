@@ -1,4 +1,4 @@
-// What a study found, as a material record with its whole provenance. docs/materials.md.
+// Converts the result of a study to a material record with its provenance (docs/materials.md).
 #pragma once
 
 #include <string>
@@ -10,18 +10,17 @@
 
 namespace firn {
 
-// Throws InputError when the parameters of a study are none of a material, or of more than two.
+// Throws InputError when the parameters of a study belong to no material, or to more than two.
 void require_material(const Study& study);
 
-// The ensemble that the answer's posterior describes: its moments, its samples thinned to some
-// hundred of equal weight, the combinations that the data determine, and the parameter sets looked
-// at closely. `runs` are those that the answer rests on.
-PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& answer,
+// Posterior ensemble of a result: moments, some hundred samples of equal weight, the combinations
+// that the data determine, and the reference sets. `runs` are those on which the result is based.
+PosteriorEnsemble posterior_ensemble(const Study& study, const CalibrationResult& result,
                                      const std::vector<JournalRun>& runs, Executor& executor);
 
-// The whole record. `directory` holds runs.csv already. Throws InputError when the answer is none
-// to keep: unconfirmed, infeasible, too few runs.
-MaterialRecord material_record(const Study& study, const CalibrationResult& answer,
+// The whole record. `directory` holds runs.csv already. Throws InputError for a result that is
+// unconfirmed, infeasible or based on too few runs.
+MaterialRecord material_record(const Study& study, const CalibrationResult& result,
                                const std::vector<JournalRun>& runs, Executor& executor,
                                const std::string& directory, const RecordOptions& label);
 

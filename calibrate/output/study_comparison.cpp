@@ -31,7 +31,7 @@ using nlohmann::ordered_json;
 struct Column {
   std::string name, unit;
   bool logarithmic = false;
-  double answer = std::numeric_limits<double>::quiet_NaN();
+  double estimate = std::numeric_limits<double>::quiet_NaN();
   double low = 0, median = 0, high = 0;
   std::vector<double> values;
 };
@@ -82,7 +82,7 @@ FinishedStudy read_finished(const std::string& folder) {
     c.high = interval[1];
     if (reader.has("estimate") && reader.at("estimate").has("parameters"))
       if (const auto value = reader.at("estimate").at("parameters").optional_number(c.name))
-        c.answer = *value;
+        c.estimate = *value;
     s.columns.push_back(std::move(c));
   }
   s.weight = read_column("weight");
@@ -185,8 +185,8 @@ StudyComparison compare_studies(const std::string& folder_a, const std::string& 
     logarithms.push_back(x.logarithmic && y->logarithmic && positive(x) && positive(*y));
     c.parameters.push_back({x.name,
                             x.unit,
-                            {x.answer, x.low, x.median, x.high},
-                            {y->answer, y->low, y->median, y->high},
+                            {x.estimate, x.low, x.median, x.high},
+                            {y->estimate, y->low, y->median, y->high},
                             overlap_of(x, a.weight, *y, b.weight),
                             above(x, a.weight, *y, b.weight)});
   }
@@ -212,7 +212,7 @@ std::string comparison_table(const StudyComparison& c) {
       fmt::format("A: {}: {}\nB: {}: {}\n\n", c.study_a, c.verdict_a, c.study_b, c.verdict_b);
   out += fmt::format("{:<24}{:>12}{:>24}{:>12}{:>24}{:>10}{:>12}\n", "parameter", "answer A",
                      "95 % of A", "answer B", "95 % of B", "overlap", "A above B");
-  const auto answer = [](double x) {
+  const auto estimate = [](double x) {
     return std::isfinite(x) ? fmt::format("{:.4g}", x) : std::string("-");
   };
   for (const ParameterComparison& p : c.parameters) {
@@ -221,7 +221,7 @@ std::string comparison_table(const StudyComparison& c) {
     };
     out += fmt::format("{:<24}{:>12}{:>24}{:>12}{:>24}{:>10}{:>12}\n",
                        p.unit == "1" ? p.name : fmt::format("{} / {}", p.name, p.unit),
-                       answer(p.a.answer), interval(p.a), answer(p.b.answer), interval(p.b),
+                       estimate(p.a.estimate), interval(p.a), estimate(p.b.estimate), interval(p.b),
                        fmt::format("{:.0f} %", 100 * p.overlap),
                        fmt::format("{:.0f} %", 100 * p.a_above_b));
   }
@@ -244,7 +244,7 @@ std::string comparison_json(const StudyComparison& c) {
                     {"only_a", c.only_a},
                     {"only_b", c.only_b}};
   const auto side = [](const ParameterComparison::Side& s) {
-    return ordered_json{{"estimate", number_json(s.answer)},
+    return ordered_json{{"estimate", number_json(s.estimate)},
                         {"interval_95", {s.low, s.high}},
                         {"median", s.median}};
   };

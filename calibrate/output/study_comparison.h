@@ -9,7 +9,7 @@ namespace firn {
 struct ParameterComparison {
   std::string name, unit;
   struct Side {
-    double answer = 0;  // NaN: none
+    double estimate = 0;  // NaN: none
     double low = 0, median = 0, high = 0;
   };
   Side a, b;
@@ -22,8 +22,8 @@ struct StudyComparison {
   std::string study_a, study_b;                 // names
   std::string verdict_a, verdict_b;             // as in results.json
   std::vector<ParameterComparison> parameters;  // of the same name and unit in both
-  // Squared distance of the means by the sum of the covariances of these parameters, and the chance
-  // of more between two estimates of the same truth, if both are Gaussian.
+  // Squared distance of the means by the sum of the covariances of these parameters, and the
+  // probability of a larger distance between two Gaussian estimates of the same parameters.
   double chi_square = 0, probability = 0;
   std::vector<std::string> only_a, only_b;  // parameters
 };

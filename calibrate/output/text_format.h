@@ -1,4 +1,4 @@
-// Formatted text into a buffer: what tables and scripts are put together with.
+// Appends formatted text to a buffer, for tables and scripts.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ void print(fmt::memory_buffer& out, fmt::format_string<Args...> format, Args&&..
   fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
 }
 
-// The unit in files for programs: "1" for a bare number.
+// The unit as files for programs have it: "1" for a dimensionless number.
 inline std::string stored_unit(const std::string& unit) { return unit.empty() ? "1" : unit; }
 
 }  // namespace firn

@@ -16,7 +16,7 @@ int part_of(int runs, double share, int least, int most) {
   return std::clamp(static_cast<int>(std::lround(share * runs)), least, most);
 }
 
-// Runs at the parameter sets that are asked for whatever the fit will say.
+// Runs at parameter sets that do not depend on the fit.
 std::int64_t fixed_runs(const Budget& b, const Study& study) {
   const auto compared = static_cast<std::int64_t>(study.compare.size());
   const auto checks = static_cast<std::int64_t>(study.numerics.size());
@@ -24,8 +24,8 @@ std::int64_t fixed_runs(const Budget& b, const Study& study) {
          b.confirmation_replicates + std::int64_t{2} * b.endpoint_replicates;
 }
 
-// A tenth for the noise, a tenth to confirm the answer, some for the ends of the valley; of the
-// rest two thirds spread over the ranges and one third where runs are most informative.
+// A tenth for the noise, a tenth for the confirmation, some for the ends of the ridge; of the rest
+// two thirds spread over the ranges and one third where runs are most informative.
 Budget divided(int runs, const Study& study) {
   const int d = static_cast<int>(study.parameters.size());
   Budget b;

@@ -1,4 +1,5 @@
-// The [budget] table of a study, and how a number of runs is divided when that is all it says.
+// The [budget] table of a study, and the division of a total number of runs when nothing else is
+// stated.
 #pragma once
 
 #include "calibrate/study/study_file.h"

@@ -11,7 +11,7 @@ namespace firn {
 
 // sum of coefficient * value <= bound, in the units of the ranges.
 struct Constraint {
-  std::string rule;  // as the study has it
+  std::string rule;  // as written in the study
   std::vector<double> coefficients;
   double bound = 0;
 };
@@ -20,7 +20,7 @@ struct Constraint {
 // or >=. Throws InputError (one sentence).
 Constraint parse_constraint(const std::string& rule, const std::vector<Parameter>& parameters);
 
-// All constraints of a study, and a place within them.
+// All constraints of a study, and a point that satisfies them.
 struct Constraints {
   std::vector<Constraint> all;
   Eigen::VectorXd middle;  // unit cube; among the allowed points, the one nearest to their mean
@@ -32,8 +32,8 @@ Constraints make_constraints(std::vector<Constraint> all, const std::vector<Para
 bool allowed(const Constraints& constraints, const std::vector<Parameter>& parameters,
              const Eigen::VectorXd& u);
 
-// By how much u violates each constraint, as a distance in the unit cube over a tolerance of 0.001;
-// 0 where it does not. Derivatives [constraint, parameter], unless null.
+// Violation of each constraint at u: distance in the unit cube over a tolerance of 0.001; 0 where
+// it is satisfied. Derivatives [constraint, parameter], unless null.
 Eigen::VectorXd violations(const Constraints& constraints, const std::vector<Parameter>& parameters,
                            const Eigen::VectorXd& u, Eigen::MatrixXd* jacobian = nullptr);
 

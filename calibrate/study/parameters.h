@@ -1,4 +1,4 @@
-// Parameters of a study and the unit cube in which designs, surrogates and searches live.
+// Parameters of a study and the unit cube in which designs, surrogates and searches are formulated.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,7 +16,7 @@ struct Parameter {
   std::string unit;               // empty: a bare number
   bool logarithmic = false;
   bool integer = false;  // runs get whole numbers; models are continuous between them
-  // Gaussian belief from elsewhere, in the parameter's own unit; cut at the range.
+  // Gaussian prior in the unit of the parameter, truncated to the range.
   std::optional<double> prior_mean, prior_sd;
 
   // 0 at min, 1 at max, linear in the value or in its logarithm.
@@ -29,7 +29,8 @@ struct Parameter {
   // A value with as many digits as tidy() gives.
   std::string text(double value) const;
   double width() const;  // of the range, in the value or in its logarithm
-  // Prior mean and standard deviation in the unit cube; without a prior, the middle and nothing.
+  // Prior mean and standard deviation in the unit cube; without a prior, the middle and an empty
+  // value.
   double prior_mean_unit() const;
   std::optional<double> prior_sd_unit() const;
 };

@@ -1,6 +1,6 @@
-// What is believed of the parameters before the study: [[priors]] of a study, in addition to
-// prior_mean and prior_sd of a parameter. As residuals whose squares sum to minus twice the
-// logarithm of the density over the unit cube, up to a constant.
+// Prior distributions: [[priors]] of a study, in addition to prior_mean and prior_sd of a
+// parameter. As residuals whose squares sum to minus twice the logarithm of the density over the
+// unit cube, up to a constant.
 #pragma once
 
 #include <Eigen/Dense>
@@ -21,7 +21,7 @@ struct Prior {
   // joint: a Gaussian in the unit cube.
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;
-  std::string text;  // for people: "normal 0.1 +- 0.02", "the study heap"
+  std::string text;  // text: "normal 0.1 +- 0.02", "the study heap"
 
   Eigen::Index residuals() const { return static_cast<Eigen::Index>(parameters.size()); }
 };
@@ -30,13 +30,13 @@ struct Prior {
 void prior_residuals(const Prior& prior, const std::vector<Parameter>& parameters,
                      const Eigen::VectorXd& u, Eigen::VectorXd& r, Eigen::MatrixXd& jacobian);
 
-// Minus twice the logarithm of all given beliefs together, up to a constant.
+// Minus twice the logarithm of the joint prior density, up to a constant.
 double prior_cost(const std::vector<Prior>& priors, const std::vector<Parameter>& parameters,
                   const Eigen::VectorXd& u);
-// How many residuals that is the sum of squares of; 0: nothing is believed beyond the ranges.
+// Number of prior residuals; 0: no priors but the ranges.
 int prior_count(const std::vector<Prior>& priors, const std::vector<Parameter>& parameters);
 
-// Standard deviation in the unit cube of what is believed of one parameter, the others aside.
+// Marginal prior standard deviation of one parameter in the unit cube.
 double prior_sd(const std::vector<Prior>& priors, const std::vector<Parameter>& parameters,
                 std::size_t index);
 

@@ -1,4 +1,4 @@
-// What the user says of a material record that a study cannot know.
+// Data of a material record that the user states in addition to the study.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace firn {
 
 struct RecordOptions {
-  std::string name;  // empty: no record is wanted
+  std::string name;  // empty: no record is made
   std::string author, note;
   std::vector<ScopeLimit> scope;  // in addition to what follows from the case
 };

@@ -1,5 +1,5 @@
-// A study as the user wrote it: which case, which parameters within which ranges, which
-// measurements to meet, and how many runs it may cost. Keys: docs/calibration.md.
+// A study file: cases, parameters with their ranges, target measurements and the budget of runs.
+// Keys: docs/calibration.md.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@
 
 namespace firn {
 
-// One of the simulations that a parameter set is judged by.
+// One of the simulated experiments of a study.
 struct Experiment {
   std::string name;                         // empty: the study's only one, not named
   std::string case_file;                    // resolved against the study's folder; empty: no case
   std::vector<Override> set;                // case keys held at other values than the file's
-  std::vector<bool> takes;                  // [parameters], which of them its case is given
+  std::vector<bool> takes;                  // [parameters], which parameters its case has
   std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
   // Whether Firn computes its responses, which then have the names of docs/responses.md.
   bool is_case() const { return !case_file.empty(); }
@@ -37,7 +37,7 @@ struct Experiment {
 struct ResponseId {
   std::size_t experiment = 0;
   std::string name;   // as the run measures it
-  std::string label;  // for people: the name, behind that of its experiment where there are several
+  std::string label;  // for output: the name, after that of its experiment where there are several
 };
 
 // A response that the simulation has to reproduce.
@@ -45,7 +45,7 @@ struct Target {
   ResponseId response;
   double value = 0;        // in the response's unit
   double uncertainty = 0;  // one standard deviation of the measured value, same unit, > 0
-  std::string unit;        // as the response spells it: "deg", "1", ...
+  std::string unit;        // as the response states it: "deg", "1", ...
   std::string source;      // in words: of the measurement, or that the study states it
   double effort = 0;       // s of work to measure it once more; 0: not said
   std::string file{};      // of the measurement; empty for a value given in place
@@ -60,45 +60,45 @@ struct Observed {
   double effort = 0;       // s of work; 0: not said
 };
 
-// Parameters held at given values for comparison: what does this solver say of them?
+// A parameter set with given values that is simulated for comparison.
 struct CompareSet {
   std::string name;
   std::vector<double> values;  // in order of Study::parameters
 };
 
-// The middle of the ranges once more with other numerics: does the answer depend on them?
+// Runs at the middle of the ranges with other numerics, to estimate their effect.
 struct NumericsCheck {
   std::string name;
   std::vector<Override> set;
   std::optional<std::size_t> only;  // experiment; without it, all
 };
 
-// How many points and simulations, and for what. One "point" is one set of parameters; a run is one
-// seed of it in every experiment.
+// Numbers of points and simulations by purpose. A point is one parameter set; a run is one seed of
+// it in every experiment.
 struct Budget {
   int runs = 0;                  // most seeds of all points together; 0: the numbers below alone
   int center_replicates = 0;     // seeds at the middle of the ranges
   int numerics_replicates = 0;   // seeds of each numerics check, at the middle
   int design_points = 0;         // spread over the ranges, besides the middle
   int replicates_per_point = 0;  // seeds at each point of the design and of the refinement
-  // Where the noise is small compared with the measurements, points count more than seeds: one seed
-  // each and correspondingly more points.
+  // Where the noise is small compared with the uncertainty of the measurements, the study runs one
+  // seed per point and correspondingly more points.
   bool allow_single_replicate = false;
-  // Batches at most that look closer at what may be the answer. With a number of runs they follow
-  // from it, unless stated.
+  // Maximum number of refinement rounds. Follows from `runs` where that is stated and this is not.
   int refine_rounds = 0;
   bool rounds_stated = false;
-  bool reuse = true;      // begin with what other studies have run; only with a number of runs
-  int refine_points = 0;  // points in each
-  int confirmation_replicates = 0;  // fresh seeds at the answer; only these are reported
-  int endpoint_replicates = 0;  // fresh seeds at either end of a valley of equal answers; 0: none
-  int compare_replicates = 0;   // seeds at each compare set
-  double time = 0;  // s of simulation, all processes together, when refinement ends; 0: none
-  // Refinement ends when perfect knowledge of the responses would narrow nothing by more than this.
+  bool reuse = true;                // begin with runs of other studies; only with `runs`
+  int refine_points = 0;            // points in each
+  int confirmation_replicates = 0;  // unused seeds at the estimate; only these are reported
+  int endpoint_replicates = 0;      // unused seeds at either end of a ridge; 0: none
+  int compare_replicates = 0;       // seeds at each compare set
+  double time =
+      0;  // s of simulation, all processes together, after which refinement ends; 0: no limit
+  // Refinement ends when exactly known responses would narrow no target by more than this share.
   double min_improvement = 0.1;
 };
 
-const char* to_string(DirectSearch search);  // as a study spells it
+const char* to_string(DirectSearch search);  // as a study file has it
 
 struct Study {
   std::string name;
@@ -108,7 +108,7 @@ struct Study {
   std::uint64_t seed = 1;
   int threads = 1;  // of each simulation
   Budget budget;
-  // Not none: a search on the simulations themselves instead of on a model of them, as a baseline.
+  // Other than none: a search on the simulations instead of on surrogates, as a baseline.
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;

@@ -1,5 +1,5 @@
-// Carries out the runs of a study: looks each up in the journal first, runs the rest, and reads the
-// responses off them.
+// Executes the runs of a study: takes finished runs from the journal, executes the others and reads
+// their responses.
 #pragma once
 
 #include <Eigen/Dense>
@@ -27,14 +27,14 @@ struct Point {
   std::optional<std::size_t> only;              // experiment; without it, all
   std::vector<std::vector<JobResult>> results;  // [experiment][seed]
   std::vector<std::vector<std::string>> keys;   // of the runs, [experiment][seed]
-  // Indices of seeds by the label of a response of which they give no value (outliers.h).
+  // Outliers (outliers.h): by label of a response, indices of seeds that give no value of it.
   std::map<std::string, std::set<std::size_t>> outliers = {};
 
   // Of the run with this index of its seed; nothing when it is no number.
   std::optional<double> value(const ResponseId& response, std::size_t seed) const;
   // Values of a response over the finished runs; runs in which it is not a number are left out.
-  // Nothing when a limit cut one of the runs short: those that got through are the fast ones, and
-  // may well be the ones with another response.
+  // Nothing when a limit cut one of the runs short: the finished runs are the fast ones, which may
+  // have different responses.
   std::vector<double> finished(const ResponseId& response) const;
   // Its unit; empty when no run has it.
   std::string unit(const ResponseId& response) const;
@@ -59,7 +59,7 @@ std::vector<Override> overrides_of(const Study& study, const Experiment& experim
                                    const std::vector<double>& values, std::uint64_t seed,
                                    const std::vector<Override>& of_the_point = {});
 
-// What the placeholders of a program stand for in a run; the same order of precedence.
+// Values of the placeholders of a program in a run, with the same order of precedence.
 std::map<std::string, std::string> placeholders_of(const Study& study, const Experiment& experiment,
                                                    const std::vector<double>& values,
                                                    std::uint64_t seed,
@@ -73,10 +73,10 @@ class StudyRuns {
 
   Point point(const std::string& phase, int number, const std::vector<double>& values,
               const std::vector<std::uint64_t>& seeds) const;
-  // Points within the ranges that other studies of the same case have run, as the store knows them,
-  // with the seeds whose runs have ended in all experiments; of at most so many runs together.
-  // Which they are is decided when the folder of the study is new, and then read off its journal.
-  // Their phase is `reused_phase`.
+  // Points within the ranges that other studies of the same case have run, according to the store,
+  // with the seeds whose runs have ended in all experiments; of at most so many runs together. They
+  // are chosen when the folder of the study is new, and read from its journal afterwards. Their
+  // phase is `reused_phase`.
   std::vector<Point> reusable(int most_runs);
   static constexpr const char* reused_phase = "reused";
   // Fills in the results. Throws BatchInterrupted, and InputError when the case does not take the

@@ -25,7 +25,7 @@ struct UserProgram {
   std::string responses;  // file that each run writes
 };
 
-// Whether a study may start programs: the user says so on the command line, never the study.
+// Whether a study may start programs. The user allows it on the command line; a study file cannot.
 enum class Programs { refused, allowed };
 
 // From an [[experiments]] table with a key `program`. Paths are relative to the study's folder.

@@ -34,7 +34,7 @@ double student_factor(double degrees_of_freedom, double confidence = 0.95);
 // not known; `runs`: how many a mean is of. The relative scatter of a run is taken as the same at
 // every x and pooled over all, since two or three runs cannot determine it; each mean counts as
 // known to 2 % at best. A line that misses by more than that scatter explains (F-test, 5 %) is no
-// better known than it misses. Points as has_power_law wants them.
+// better known than it misses. Points as for has_power_law().
 PowerLaw fit_power_law(std::span<const double> x, std::span<const double> mean,
                        std::span<const double> error, std::span<const int> runs);
 

@@ -12,8 +12,6 @@ RandomStream::RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t
   engine_.seed(words);
 }
 
-double RandomStream::uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-
 Quat RandomStream::uniform_rotation() {
   const double u = uniform(), a = 2 * std::numbers::pi * uniform(),
                b = 2 * std::numbers::pi * uniform();

@@ -1,5 +1,5 @@
-// Carries out a set of runs: looks each up in the journal and in the store first, simulates the
-// rest, and keeps every outcome the moment it is there.
+// Executes a set of runs: takes known outcomes from the journal and the store, simulates the rest,
+// and stores every outcome immediately.
 #pragma once
 
 #include <atomic>
@@ -28,7 +28,7 @@ struct BatchInterrupted {};
 
 class Batch {
  public:
-  // Sees every outcome once, as soon as it is known. What it throws ends the batch.
+  // Called once with every outcome, as soon as it is known. An exception ends the batch.
   using Check = std::function<void(const BatchRun&, const JobResult&)>;
 
   // `store`: outcomes of other batches are found there, and these go there; null: none.
@@ -36,7 +36,7 @@ class Batch {
         const std::atomic<bool>* interrupt);
 
   // A run of this case file with these overrides, seed included; its files go to `folder`. Throws
-  // InputError when the case does not take them.
+  // InputError when the overrides do not fit the case.
   BatchRun make(const std::string& case_file, const std::vector<Override>& overrides,
                 const std::string& folder, const RunLabel& label,
                 const MaterialRequest& materials = {}) const;

@@ -1,5 +1,4 @@
-// The folder of a study, a validation or a sweep: its lock, its journal, who simulates for it, and
-// how far it has come.
+// The folder of a study, a validation or a sweep: lock, journal, executor and progress.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,8 +14,9 @@
 
 namespace firn {
 
-// One process at a time works in a directory. Simulations inherit the lock, so that those which
-// outlive a killed batch keep it until they have saved their state: these are waited for.
+// Lock of a directory: one process at a time works in it. Simulations inherit the lock. Simulations
+// that outlive a killed batch keep it until they have saved their state, and the constructor waits
+// for them.
 class DirectoryLock {
  public:
   // Throws InputError when another process holds the lock.

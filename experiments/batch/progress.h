@@ -1,5 +1,5 @@
-// How far a batch of runs has come, on standard error: for people a bar on a terminal and a plain
-// line now and then otherwise; for programs one JSON object a line for every event.
+// Progress of a batch of runs on standard error: a bar on a terminal, otherwise periodic lines of
+// text; or one JSON object per event.
 #pragma once
 
 #include <chrono>
@@ -14,8 +14,8 @@ enum class ProgressStyle { none, text, json };
 class BatchProgress {
  public:
   // `name`: what plain lines begin with; `total`: runs planned at most; `jobs`: runs side by side,
-  // 0: unknown.
-  // `journal`: it keeps the total and the knowledge for readers of the folder; null: none.
+  // 0: unknown. `journal`: stores the total and the latest estimate for readers of the folder;
+  // null: none.
   BatchProgress(ProgressStyle style, std::string name, int total, int jobs,
                 Journal* journal = nullptr);
   ~BatchProgress();
@@ -26,11 +26,11 @@ class BatchProgress {
   void ended(const PlannedRun& run, const JobResult& result);
   void found(const PlannedRun& run, const JobResult& result);  // in the journal or the store
   void note(const PlannedRun& run, const std::string& line);   // about its files
-  // What the runs so far say: the best region and the valley. One or a few lines for people, a JSON
-  // object for programs. Call it after each fit.
+  // The estimate from the runs so far, as text of one or a few lines and as a JSON object. Call it
+  // after each fit.
   void knowledge(const std::string& text, const std::string& json);
-  void tick();  // draws when it is time to
-  void done();  // takes the bar away
+  void tick();  // redraws at intervals
+  void done();  // removes the bar
 
  private:
   using Clock = std::chrono::steady_clock;

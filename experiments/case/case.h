@@ -87,7 +87,7 @@ struct Outlet {
 struct Stage {
   enum class Until { time, at_rest, empty, switched, passed, stalled, force, torque, filled };
   std::string name;
-  std::vector<Until> until;  // whatever comes first; none: time
+  std::vector<Until> until;  // the first of them ends the stage; none: time
   double max_duration = 0;   // s; a stage that has not ended by then ends anyway
   double min_duration = 0;   // s, before which it does not end
   // Empty: all particles were inserted and have left through an outlet.
@@ -223,7 +223,7 @@ struct Case {
   };
   std::vector<Placed> placed;            // those of [initial_state] before those of [[particles]]
   std::vector<FrameStart> frame_starts;  // of [initial_state], parents first
-  std::string start;  // what [initial_state] took, in words; empty: there is none
+  std::string start;                     // source of [initial_state], in words; empty: none
   std::vector<Fill> fills;
   std::vector<Inlet> inlets;                            // their particles follow those of the fills
   std::vector<std::pair<int, int>> allow_overlap_with;  // boundaries that may overlap each other

@@ -252,7 +252,7 @@ void write_contacts_csv(const Model& model, const std::vector<ContactView>& cont
                          encode::csv_field(body_name(model, c.b)), c.patch, c.normal.x(),
                          c.normal.y(), c.normal.z(), c.normal_force, c.friction.norm(),
                          c.friction_cap, c.sliding ? 1 : 0, k, p.position.x(), p.position.y(),
-                         p.position.z(), p.gap, p.share, p.force, p.area);
+                         p.position.z(), p.gap, p.stiffness_fraction, p.force, p.area);
     }
   }
   out.commit();

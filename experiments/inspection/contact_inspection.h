@@ -28,7 +28,7 @@ struct ContactChoice {
   bool takes(const Contact& contact) const;
 };
 
-// A contact as its first body sees it: turned round when that is Contact::b.
+// A contact seen from the selected body: reversed when that is Contact::b.
 struct ContactView {
   Contact contact;  // a is the body of the choice, whatever it is
   int neighbour() const { return contact.b; }

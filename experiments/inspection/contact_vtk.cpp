@@ -31,7 +31,8 @@ void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::str
   const std::pair<const char*, Value> scalars[] = {
       {"normal_force", [](const ContactView&, const ContactSpot& p) { return p.force; }},
       {"overlap", [](const ContactView&, const ContactSpot& p) { return -p.gap; }},
-      {"stiffness_fraction", [](const ContactView&, const ContactSpot& p) { return p.share; }},
+      {"stiffness_fraction",
+       [](const ContactView&, const ContactSpot& p) { return p.stiffness_fraction; }},
       {"friction_mobilization",
        [](const ContactView& v, const ContactSpot&) { return v.friction_used(); }},
       {"sliding", [](const ContactView& v, const ContactSpot&) { return v.contact.sliding; }},

@@ -209,7 +209,7 @@ void TraceWriter::write_numbers(const Solver& solver) {
       out_ << Line(fmt::format("{} point {}", patch, k))
                   .add("position", p.position)
                   .add("gap", p.gap)
-                  .add("share", p.share)
+                  .add("share", p.stiffness_fraction)
                   .add("force", p.force)
                   .text();
     }

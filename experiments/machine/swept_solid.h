@@ -17,7 +17,7 @@ struct Solid {
   std::vector<ConvexPart> parts;
 };
 
-// A dimension that cannot be made, by the key that a case file knows it by.
+// A dimension that cannot be made, with its key in a case file.
 struct DimensionError : InputError {
   DimensionError(std::string named, std::string wrong)
       : InputError(named + " " + wrong), key(std::move(named)), message(std::move(wrong)) {}

@@ -25,7 +25,7 @@ struct MeasuredData {
   std::string unit;      // of the values: the response's
   std::string source;
   std::vector<double> values;          // of a trace: its peaks, in order of time
-  std::vector<double> right_censored;  // values that are only known to be larger than this
+  std::vector<double> right_censored;  // right-censored values: lower bounds
   std::vector<std::string> classes;    // in order of the file, with
   std::vector<double> counts;          // so many each
   std::vector<double> time, samples;   // of a trace: s, and its filtered samples in `unit`

@@ -1,4 +1,4 @@
-// Solids for walls, made of convex parts that a sliding body feels as one.
+// Solids for walls, made of convex parts without contacts at their internal faces.
 #pragma once
 
 #include <vector>

@@ -38,7 +38,7 @@ void add_contacts(const Recording& recording, std::vector<Response>& out) {
 void add_opposed(const Recording& recording, std::vector<Response>& out) {
   const std::vector<CompressiveLoad> all = compressive_loads(recording);
   if (all.empty()) return;
-  // Who never came has borne nothing.
+  // Particles that were never inserted have no load.
   const std::vector<double> inserted = recording.insert_time();
   std::vector<double> loads;
   for (std::size_t i = 0; i < all.size(); ++i)

@@ -9,7 +9,7 @@
 
 namespace firn {
 
-// None where the case asks for no statistics.
+// Empty for a case without statistics.
 std::vector<Response> statistics_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -25,7 +25,7 @@ constexpr int kResamples = 200;
 double degrees(double slope) { return std::atan(slope) * kRadToDeg; }
 
 // Both angles after resampling strips of the surface that run up the slope, as wide as a pit:
-// neighbouring cells see the same particle and are not independent, strips nearly.
+// neighboring cells show the same particle and are not independent; strips nearly are.
 struct AngleSpread {
   double robust = 0, least_squares = 0;  // deg
 };
@@ -137,7 +137,7 @@ WindowColumns columns_in(const FitWindow& window, const PlanGrid& grid) {
   return result;
 }
 
-// The surface of the whole ledge, so that closing sees beyond the window.
+// The surface of the whole ledge, so that closing includes cells beyond the window.
 HeapSurface ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                           double particle_size) {
   return closed_surface(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max, particle_size);
@@ -223,8 +223,8 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledg
       surface.height(columns_in(ledge.window, surface.grid).columns, Eigen::all);
   const AngleSpread spread =
       bootstrap(height, result.distance, kStrip * particle_size / std::abs(surface.grid.step_y));
-  // Resampling sees how strips differ, not what neighbours share: a particle is longer than a strip
-  // is wide.
+  // Resampling covers differences between strips, not correlations of neighbors: a particle is
+  // longer than a strip is wide.
   const double shared = one_particle_angle(result.window, ledge.y_max - ledge.y_min, mean_volume);
   result.robust_uncertainty = std::hypot(spread.robust, shared);
   result.least_squares_uncertainty = std::hypot(spread.least_squares, shared);

@@ -65,8 +65,8 @@ HeapSurface closed_outline(const Eigen::ArrayXd& height,
 PlanGrid outline_grid(double length, double particle_size);
 // What the roughness of an outline leaves open of its robust angle, one standard deviation, deg.
 double outline_roughness(const HeapSlope& outline, double particle_size);
-// The outline of simulated particles as a camera far in front of the box sees it: the highest point
-// over the depth in each column. Uncertainties are outline_roughness().
+// The outline of simulated particles in parallel projection from the front of the box: the highest
+// point over the depth in each column. Uncertainties are outline_roughness().
 HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                         double particle_size);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string>
 
@@ -99,10 +98,7 @@ FirstHalf first_half(const std::vector<int>& batch, const std::vector<double>& p
     if (!std::isnan(passed[i])) order.push_back(i);
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return passed[i]; });
   order.resize((order.size() + 1) / 2);
-  if (order.empty()) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return {none, none, none};
-  }
+  if (order.empty()) return {kUndefined, kUndefined, kUndefined};
   std::map<int, double> all, part, oldest;
   for (const int b : batch) ++all[b];
   for (const std::size_t i : order) ++part[batch[i]];
@@ -292,8 +288,7 @@ std::vector<Response> scene_responses(const Recording& recording, const Case& c)
     const auto counts = [&](const Stage& s) { return s.name == stage.name && s.count > 0; };
     if (std::ranges::none_of(c.stages, counts)) continue;
     const bool passed = stage.end_reason.starts_with("passed");
-    out.add(stage.name + "_time_to_count",
-            {passed ? duration : std::numeric_limits<double>::quiet_NaN()}, "s",
+    out.add(stage.name + "_time_to_count", {passed ? duration : kUndefined}, "s",
             "until so many had passed the stage's sensor; undefined: it ended before");
   }
   const std::vector<double> inserted = recording.insert_time();

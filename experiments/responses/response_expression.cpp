@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "experiments/analysis/sample_statistics.h"
@@ -17,15 +16,15 @@ namespace {
 
 struct Word {
   const char* text;
-  Operand::Part part;
+  ResponseExpression::Part part;
 };
-constexpr Word words[] = {{"max ", Operand::Part::max},
-                          {"min ", Operand::Part::min},
-                          {"mean ", Operand::Part::mean},
-                          {"sum ", Operand::Part::sum},
-                          {"median ", Operand::Part::median}};
+constexpr Word words[] = {{"max ", ResponseExpression::Part::max},
+                          {"min ", ResponseExpression::Part::min},
+                          {"mean ", ResponseExpression::Part::mean},
+                          {"sum ", ResponseExpression::Part::sum},
+                          {"median ", ResponseExpression::Part::median}};
 
-const Response& find(const Operand& operand, const std::vector<Response>& responses) {
+const Response& find(const ResponseExpression& operand, const std::vector<Response>& responses) {
   const auto found = std::ranges::find(responses, operand.response, &Response::name);
   if (found != responses.end()) return *found;
   std::vector<std::string> names;
@@ -36,14 +35,14 @@ const Response& find(const Operand& operand, const std::vector<Response>& respon
 
 }  // namespace
 
-Operand parse_operand(const std::string& text) {
-  Operand o;
+ResponseExpression parse_response_expression(const std::string& text) {
+  ResponseExpression o;
   o.text = text;
   const char* end = text.data() + text.size();
   if (const auto [rest, error] = std::from_chars(text.data(), end, o.number);
       error == std::errc() && rest == end && std::isfinite(o.number))
     return o;
-  o.part = Operand::Part::single;
+  o.part = ResponseExpression::Part::single;
   o.response = text;
   for (const Word& word : words)
     if (text.starts_with(word.text)) {
@@ -51,7 +50,7 @@ Operand parse_operand(const std::string& text) {
       o.response = text.substr(std::string_view(word.text).size());
     }
   const std::size_t bracket = o.response.find('[');
-  if (o.part == Operand::Part::single && bracket != std::string::npos) {
+  if (o.part == ResponseExpression::Part::single && bracket != std::string::npos) {
     const char* from = o.response.data() + bracket + 1;
     const char* stop = o.response.data() + o.response.size();
     const auto [rest, error] = std::from_chars(from, stop, o.element);
@@ -61,7 +60,7 @@ Operand parse_operand(const std::string& text) {
                       "\"NAME[2]\"",
                       text));
     --o.element;
-    o.part = Operand::Part::element;
+    o.part = ResponseExpression::Part::element;
     o.response.resize(bracket);
   }
   if (o.response.empty() || o.response.find_first_of(" []") != std::string::npos)
@@ -72,36 +71,35 @@ Operand parse_operand(const std::string& text) {
   return o;
 }
 
-double evaluate(const Operand& o, const std::vector<Response>& responses) {
-  constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-  if (o.part == Operand::Part::number) return o.number;
+double evaluate(const ResponseExpression& o, const std::vector<Response>& responses) {
+  if (o.part == ResponseExpression::Part::number) return o.number;
   const Response& r = find(o, responses);
-  if (o.part == Operand::Part::single) {
+  if (o.part == ResponseExpression::Part::single) {
     if (r.value.size() != 1)
       throw InputError(fmt::format("\"{}\" has {} values; expected one, or such as \"max {}\"",
                                    o.response, r.value.size(), o.response));
     return r.value[0];
   }
-  if (o.part == Operand::Part::element)
-    return o.element < r.value.size() ? r.value[o.element] : undefined;
+  if (o.part == ResponseExpression::Part::element)
+    return o.element < r.value.size() ? r.value[o.element] : kUndefined;
   std::vector<double> values = r.value;
   std::erase_if(values, [](double v) { return std::isnan(v); });
   const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-  if (o.part == Operand::Part::sum) return sum;
-  if (values.empty()) return undefined;
+  if (o.part == ResponseExpression::Part::sum) return sum;
+  if (values.empty()) return kUndefined;
   switch (o.part) {
-    case Operand::Part::max:
+    case ResponseExpression::Part::max:
       return *std::ranges::max_element(values);
-    case Operand::Part::min:
+    case ResponseExpression::Part::min:
       return *std::ranges::min_element(values);
-    case Operand::Part::median:
+    case ResponseExpression::Part::median:
       return median(values);
     default:
       return sum / static_cast<double>(values.size());
   }
 }
 
-std::string unit_of(const Operand& o, const std::vector<Response>& responses) {
+std::string unit_of(const ResponseExpression& o, const std::vector<Response>& responses) {
   const auto found = std::ranges::find(responses, o.response, &Response::name);
   return found == responses.end() ? std::string() : found->unit;
 }

@@ -11,7 +11,7 @@ namespace firn {
 
 // "2.5" | "NAME" | "NAME[K]", the K-th value counted from 1 | "max NAME", "min", "mean", "sum",
 // "median" of all values that are defined.
-struct Operand {
+struct ResponseExpression {
   enum class Part { number, single, element, max, min, mean, sum, median };
   std::string text;
   Part part = Part::number;
@@ -21,12 +21,12 @@ struct Operand {
 };
 
 // Throws InputError (one sentence).
-Operand parse_operand(const std::string& text);
+ResponseExpression parse_response_expression(const std::string& text);
 
 // NaN: undefined in this run (there are no such values). Throws InputError (one sentence) for a
 // response that the run does not have, and for one of several values where one is expected.
-double evaluate(const Operand& operand, const std::vector<Response>& responses);
+double evaluate(const ResponseExpression& operand, const std::vector<Response>& responses);
 // Its unit; empty for a number, or when the run does not have the response.
-std::string unit_of(const Operand& operand, const std::vector<Response>& responses);
+std::string unit_of(const ResponseExpression& operand, const std::vector<Response>& responses);
 
 }  // namespace firn

@@ -14,7 +14,7 @@ namespace firn {
 struct BoundaryTrack {
   std::vector<double> time;         // s
   std::vector<double> distance;     // m from where it was first, along the boundary's x, y plane
-  std::vector<double> turn;         // rad between the boundary's z axis as the body sees it now and
+  std::vector<double> turn;         // rad between the boundary's z axis in axes of the body now and
                                     // as it saw it first: tipping, not turning on the spot
   std::vector<double> inclination;  // rad, of the boundary's z axis against the vertical
 };

@@ -1,4 +1,4 @@
-// What a results file says of bonds.
+// Bonds in a results file.
 #pragma once
 
 #include <string>
@@ -30,7 +30,7 @@ struct Bridge {
 std::vector<Bridge> bridges_at(const Case& c, const std::vector<BondOutcome>& outcomes, double time,
                                const Frame& frame);
 
-// How many bonds there were, how many broke, when, and by what.
+// Responses: numbers of bonds and of broken bonds, times and modes of breakage.
 std::vector<Response> bond_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

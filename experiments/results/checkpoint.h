@@ -1,4 +1,4 @@
-// Checkpoints inside a results file: two slots in turn, each with its own proof of being whole.
+// Checkpoints inside a results file: two slots used alternately, each with a checksum.
 #pragma once
 
 #include <cstddef>
@@ -25,11 +25,11 @@ void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint);
 
 void remove_checkpoints(hdf5::File& file);
 
-// The whole checkpoints of a file, newest first. Half-written ones are passed over.
+// The whole checkpoints of a file, newest first. Incomplete ones are skipped.
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file);
 
 // States kept on the way of a run (output.state_interval), each under its step, for replays.
-// Written in the same form as checkpoints; half-written ones count as absent.
+// Written in the same form as checkpoints; incomplete ones count as absent.
 void write_state(hdf5::File& file, std::uint64_t step, const std::vector<std::byte>& payload);
 std::vector<std::uint64_t> kept_states(const hdf5::File& file);  // steps, ascending
 std::optional<std::vector<std::byte>> read_state(const hdf5::File& file, std::uint64_t step);

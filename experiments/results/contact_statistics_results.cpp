@@ -37,7 +37,7 @@ constexpr EventColumn kEventColumns[] = {
 // Integer columns of the same table: the bodies, and whether the contact is still open.
 constexpr const char* kEventNumbers[] = {"body_a", "body_b", "open_at_end"};
 
-// What a triangle has borne, from its sums, its area (m^2) and the length of the interval (s).
+// Loads and wear of a triangle, from its sums, its area (m^2) and the length of the interval (s).
 struct TriangleColumn {
   const char* name;
   const char* unit;

@@ -1,4 +1,4 @@
-// Statistics of contacts in a results file: docs/statistics.md, kept in one place.
+// Statistics of contacts in a results file (docs/statistics.md).
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,19 @@ struct StatisticsRows {
   std::uint64_t events = 0, intervals = 0;
 };
 
-// Empty tables for what the case asks for, and its meshes; nothing where it asks for none.
+// Creates empty tables and meshes for the statistics of the case; nothing for a case without
+// statistics.
 void create_statistics(hdf5::File& file, const Case& c);
 // Cuts the tables back. Throws RunError when one has fewer rows.
 void truncate_statistics(hdf5::File& file, const Case& c, const StatisticsRows& rows);
-// Appends what the solver has finished since it was asked last, at the end of a run also what is
-// under way then, and brings up to date what is summed over the run.
+// Appends the events and intervals that ended since the last call; at the end of a run also the
+// open ones. Updates the sums over the run.
 void append_statistics(hdf5::File& file, const Case& c, Solver& solver, bool at_end,
                        StatisticsRows& rows);
 
-// What a results file has of them. Empty what the case did not ask for.
+// Reads the statistics of a results file. Empty where the case has none of the kind.
 
-// In order of their ends, those under way at the end of the run last.
+// In order of their ends; open ones at the end of the run come last.
 std::vector<ContactEvent> contact_events(const Recording& recording);
 std::vector<CompressiveLoad> compressive_loads(const Recording& recording);  // [particles]
 
@@ -53,7 +54,7 @@ struct SurfaceLoads {
 };
 std::vector<SurfaceLoads> surface_loads(const Recording& recording);
 
-// How much ended contacts dissipated, by class, for each kind of pair.
+// Energy dissipated by ended contacts, by class, for each kind of pair.
 struct EnergySpectrum {
   std::vector<double> lower;      // J, lower bounds of the classes; the last one has no upper bound
   std::vector<std::string> kind;  // "particles", and names of boundaries

@@ -8,13 +8,13 @@
 #include <deque>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <thread>
 #include <utility>
 
 #include "experiments/results/checkpoint.h"
 #include "experiments/results/results_schema.h"
+#include "experiments/system/input_file.h"
 #include "firn/math.h"
 
 namespace firn {
@@ -25,21 +25,20 @@ using namespace std::chrono_literals;
 constexpr auto kFlushEvery = 1s;                       // what a crash can lose
 constexpr std::size_t kQueueLimit = 64 * 1024 * 1024;  // bytes waiting to be written
 
-// Also one whose first block a power failure has lost: it reads as zeros.
+// Whether a file is a results file, or one whose first block a power failure has lost: that block
+// reads as zeros, or the file is empty.
 bool may_be_results(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  char signature[8] = {};
-  stream.read(signature, sizeof(signature));
-  const std::string_view text(signature, sizeof(signature));
-  return text == std::string_view("\x89HDF\r\n\x1a\n", 8) ||
-         text == std::string_view("\0\0\0\0\0\0\0\0", 8);
+  constexpr std::size_t kSize = kHdf5Signature.size();
+  std::string start = first_bytes(file, kSize);
+  start.resize(kSize, '\0');
+  return start == kHdf5Signature || start == std::string(kSize, '\0');
 }
 
 // Only then does it go before the file.
-bool has_whole_copy(const std::string& file) {
-  if (!has_kept_copy(file)) return false;
+bool has_complete_copy(const std::string& file) {
+  if (!has_saved_copy(file)) return false;
   try {
-    const hdf5::File copy = results::open_file(kept_copy(file), hdf5::File::Access::read);
+    const hdf5::File copy = results::open_file(saved_copy(file), hdf5::File::Access::read);
     return copy.text_attribute("/", "status") == "finished" || !read_checkpoints(copy).empty();
   } catch (const hdf5::Error&) {
     return false;
@@ -54,7 +53,7 @@ bool has_whole_copy(const std::string& file) {
 }  // namespace
 
 bool recover_results(const ResultsLock& lock) {
-  if (!has_whole_copy(lock.file())) return false;
+  if (!has_complete_copy(lock.file())) return false;
   lock.restore_copy();
   return true;
 }
@@ -67,14 +66,14 @@ std::string keep_earlier_results(const std::string& file) {
   if (exists && !fs::is_regular_file(path, error))
     throw InputError(file + ": is not a regular file; choose another name for the results");
   const bool empty = !exists || fs::file_size(path, error) == 0;
-  if (empty && !has_kept_copy(file)) return {};
+  if (empty && !has_saved_copy(file)) return {};
   if (!empty && !may_be_results(file))
     throw InputError(file + ": exists and is not a results file; choose another name");
   const ResultsLock lock(file);
-  if (has_whole_copy(file))
-    lock.take_copy();
+  if (has_complete_copy(file))
+    lock.replace_by_copy();
   else
-    lock.drop_copy();
+    lock.remove_copy();
   sync_folder_of(file);  // an earlier copy must not reappear next to the new run
   if (fs::file_size(path, error) == 0) return {};
   for (int i = 1;; ++i) {

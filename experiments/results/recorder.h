@@ -20,13 +20,14 @@ struct Column {
   hdf5::Shape row;  // empty: one value
 };
 
-// Puts the copy that a killed run has left back in its place. True when it did; false when there is
-// no whole copy. Throws WriteError.
+// Restores the file from the copy that a killed run left. Returns false without a complete copy.
+// Throws WriteError.
 bool recover_results(const ResultsLock& lock);
 
 // Moves an earlier results file out of the way, RUN.h5 to RUN.1.h5 (.2, ...), and returns its new
-// name; empty when there was none. Of a run that was killed it is the copy. Throws InputError when
-// `file` is something else than HDF5 (an empty file is replaced) or a run is still writing it.
+// name; empty when there was none. For a run that was killed, the copy of its last checkpoint is
+// moved. Throws InputError when `file` is something else than HDF5 (an empty file is replaced) or a
+// run is still writing it.
 std::string keep_earlier_results(const std::string& file);
 
 // The only writer of a results file; a second one is refused with an InputError.

@@ -1,6 +1,7 @@
 // A measured response: what calibration and validation compare with experiment.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,9 @@ namespace firn {
 
 class Recording;
 struct Case;
+
+// The value of a response that a run leaves undefined.
+inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 struct Response {
   std::string name;                 // e.g. "angle_of_repose_left"
@@ -18,7 +22,7 @@ struct Response {
   int method_version = 1;           // raised whenever the estimator's numbers change
 };
 
-// All responses that the case in this recording asks for, from the recording alone.
+// All responses that the case of the recording requests, computed from the recording alone.
 std::vector<Response> measure(const Recording& recording);
 // The same with the case of the file, for callers that have constructed it.
 std::vector<Response> measure(const Recording& recording, const Case& c);

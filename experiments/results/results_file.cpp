@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <span>
 
 #include "experiments/results/checkpoint.h"
@@ -25,12 +24,7 @@ hdf5::File open_results(const std::string& file, const std::string& name) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw InputError(file + ": no such file");
   require_regular_file(file, "a results file (HDF5)");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file + ": cannot be read; check its permissions");
-  char signature[8] = {};
-  stream.read(signature, sizeof(signature));
-  if (stream.gcount() != sizeof(signature) ||
-      std::string_view(signature, sizeof(signature)) != std::string_view("\x89HDF\r\n\x1a\n", 8))
+  if (first_bytes(file, kHdf5Signature.size()) != kHdf5Signature)
     throw InputError(file + ": not a results file; expected HDF5 written by firn run");
   check_in_child(file, name);
   try {
@@ -93,7 +87,7 @@ struct Recording::Impl {
     });
   }
 
-  // Rows [first, first + count) of a table, as the schema wants them.
+  // Rows [first, first + count) of a table, checked against the schema.
   std::vector<double> rows(const std::string& path, std::size_t first, std::size_t count) const {
     return guarded([&] {
       if (!contents.datasets.contains(path)) throw hdf5::Error(path + ": is missing");
@@ -140,7 +134,7 @@ Recording::Recording(const std::string& file) {
   // lack data of an earlier one. A run that ends meanwhile removes the copy.
   std::unique_ptr<Impl> copy;
   try {
-    if (has_kept_copy(file)) copy = std::make_unique<Impl>(file, kept_copy(file));
+    if (has_saved_copy(file)) copy = std::make_unique<Impl>(file, saved_copy(file));
   } catch (const InputError&) {
   }
   try {

@@ -27,7 +27,7 @@ ProcessLimits limits_for(double bytes) {
   return limits;
 }
 
-// By another process or for want of memory of the machine: that says nothing of the file.
+// By another process or for want of memory of the machine: the file is not the cause.
 bool was_ended(const CommandResult& r) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGKILL})
     if (r.status == 128 + signal) return true;

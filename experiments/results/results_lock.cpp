@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKept = ".saved";
+constexpr const char* kSaved = ".saved";
 constexpr const char* kUnfinished = ".saving";  // a copy that is not whole yet
 constexpr std::size_t kBlock = 1 << 20;         // bytes copied at a time
 
@@ -38,11 +38,11 @@ void remove_if_there(const std::string& file) {
 
 }  // namespace
 
-std::string kept_copy(const std::string& results_file) { return results_file + kKept; }
+std::string saved_copy(const std::string& results_file) { return results_file + kSaved; }
 
-bool has_kept_copy(const std::string& results_file) {
+bool has_saved_copy(const std::string& results_file) {
   std::error_code unreadable;  // as a name that is too long
-  return fs::exists(kept_copy(results_file), unreadable);
+  return fs::exists(saved_copy(results_file), unreadable);
 }
 
 ResultsLock::ResultsLock(const std::string& file) : file_(file) {
@@ -68,29 +68,29 @@ void ResultsLock::require_in_place() const {
   if (!in_place()) throw WriteError(file_, "it was removed or replaced while the run wrote it");
 }
 
-void ResultsLock::keep_copy() const {
+void ResultsLock::save_copy() const {
   std::error_code error;  // the write reports the error
   if (const fs::path folder = fs::path(file_).parent_path(); !folder.empty())
     fs::create_directories(folder, error);
   try {
-    OutputFile copy(kept_copy(file_), OutputFile::When::at_commit, file_ + kUnfinished);
+    OutputFile copy(saved_copy(file_), OutputFile::When::at_commit, file_ + kUnfinished);
     each_block(descriptor_.number(), file_, [&](const char* data, std::size_t size) {
       copy.write(data, static_cast<std::streamsize>(size));
     });
     copy.commit();
   } catch (const OutputRefused& e) {  // the folder was fine when the run began
-    throw WriteError(kept_copy(file_), e.error);
+    throw WriteError(saved_copy(file_), e.error);
   }
 }
 
-void ResultsLock::take_copy() const {
-  if (::rename(kept_copy(file_).c_str(), file_.c_str()) != 0) throw WriteError(file_, errno);
+void ResultsLock::replace_by_copy() const {
+  if (::rename(saved_copy(file_).c_str(), file_.c_str()) != 0) throw WriteError(file_, errno);
   sync_folder_of(file_);
 }
 
 // In place: a kill leaves the copy, from which the next one restores again.
 void ResultsLock::restore_copy() const {
-  const std::string copy = kept_copy(file_);
+  const std::string copy = saved_copy(file_);
   const Descriptor from(::open(copy.c_str(), O_RDONLY | O_CLOEXEC));
   if (from.number() < 0)
     throw WriteError(file_, fmt::format("{} cannot be read: {}", copy, system_text(errno)));
@@ -100,10 +100,10 @@ void ResultsLock::restore_copy() const {
              [&](const char* data, std::size_t size) { write_all(to, data, size, file_); });
 }
 
-void ResultsLock::drop_copy() const {
+void ResultsLock::remove_copy() const {
   sync_file(descriptor_.number(), file_);
   remove_if_there(file_ + kUnfinished);
-  remove_if_there(kept_copy(file_));
+  remove_if_there(saved_copy(file_));
 }
 
 }  // namespace firn

@@ -1,10 +1,9 @@
-// The right to write a results file, and the copy of its last checkpoint.
+// Lock of a results file for its writer, and the copy of its last checkpoint.
 //
-// HDF5 does not survive being killed while it writes: what a file held before may be gone. So a
-// copy of the file as of the last checkpoint, FILE.saved, is kept while a run writes. Once it is
-// there, it is whole at any moment, also after a power failure. While it is there, it holds the
-// truth: a run that continues starts from it. It is removed when the file itself is complete and
-// the device has its bytes.
+// A kill while HDF5 writes can destroy the earlier content of a file. Therefore a copy of the file
+// as of the last checkpoint, FILE.saved, exists while a run writes. The copy is complete at any
+// moment, also after a power failure. A run that continues starts from the copy, if there is one.
+// It is removed when the file itself is complete and the device has its bytes.
 #pragma once
 
 #include <string>
@@ -13,9 +12,9 @@
 
 namespace firn {
 
-// Name of the copy, and whether there is one. Readers need no lock for it.
-std::string kept_copy(const std::string& results_file);
-bool has_kept_copy(const std::string& results_file);
+// Name of the copy, and whether it exists. Readers need no lock for it.
+std::string saved_copy(const std::string& results_file);
+bool has_saved_copy(const std::string& results_file);
 
 // Excludes every other writer of the file as long as it lives, also through the kill of a process:
 // the system releases it. Readers and HDF5's own locks are not affected.
@@ -26,16 +25,16 @@ class ResultsLock {
   explicit ResultsLock(const std::string& file);
 
   const std::string& file() const { return file_; }
-  // The copy becomes the file as it is now, which must be flushed. The earlier copy stays when this
-  // fails. Makes the folder where it was removed. Throws WriteError.
-  void keep_copy() const;
-  // The file becomes the copy. The copy stays.
+  // Copies the file, which must be flushed, to the copy. The earlier copy stays when this fails.
+  // Makes the folder where it was removed. Throws WriteError.
+  void save_copy() const;
+  // Replaces the file by the copy. The copy stays.
   void restore_copy() const;
-  // Gives the copy the name of the file. The lock is then of no more use.
-  void take_copy() const;
+  // Renames the copy to the name of the file. The lock is invalid afterwards.
+  void replace_by_copy() const;
   // Removes the copy when the device has the file. (Its name came with that of the copy.) A power
   // failure may bring the copy back: then the work since the last checkpoint is repeated.
-  void drop_copy() const;
+  void remove_copy() const;
   // Throws WriteError when the name no longer belongs to the locked file.
   void require_in_place() const;
 

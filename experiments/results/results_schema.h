@@ -91,7 +91,7 @@ std::span<const Symbol> symbols();
 // Of a file that keeps to the schema.
 struct Contents {
   bool finished = false;
-  std::map<std::string, const Dataset*, std::less<>> datasets;  // that the schema knows, by path
+  std::map<std::string, const Dataset*, std::less<>> datasets;  // of the schema, by path
   std::map<std::string, hdf5::Shape, std::less<>> shapes;
   std::size_t particles = 0;
   std::size_t frames = 0;  // that are whole
@@ -103,7 +103,7 @@ struct Contents {
   std::optional<std::size_t> growing_rows(std::string_view path) const;
 };
 
-// Opens a file under the names of this version, whatever its format. Throws hdf5::Error.
+// Opens a file under the names of this version, of any format. Throws hdf5::Error.
 hdf5::File open_file(const std::string& path, hdf5::File::Access access);
 // The path in this version for one of format 1; `path` itself when it has no other.
 std::string current_path(const std::string& path);

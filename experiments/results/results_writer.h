@@ -1,4 +1,4 @@
-// What a results file holds and under which name: docs/results.md, kept in one place.
+// Writes the contents of a results file (docs/results.md).
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace firn {
 std::vector<Column> result_columns(const Model& model);
 std::vector<double> result_row(const Solver& solver, double interval);
 
-// Attributes of the file and what never changes.
+// Attributes of the file and constant data.
 void write_header(hdf5::File& file, const Case& c);
 
 // Per particle; times in s, NaN: not yet.
@@ -43,7 +43,7 @@ struct SwitchChange {
 };
 void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes);
 
-// Who is joined, and what has become of it: nothing for a case without bonds.
+// Bonds and their state; nothing for a case without bonds.
 void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records);
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,

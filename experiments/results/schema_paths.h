@@ -1,4 +1,4 @@
-// Paths and lists of the results schema, taken apart for those that read it.
+// Parsing of the paths and lists of the results schema.
 #pragma once
 
 #include <fmt/format.h>

@@ -276,7 +276,7 @@ const Stage& Driver::stage() const {
   return stages_[std::max<std::size_t>(1, state_.stages.size()) - 1];
 }
 
-ParticleFlow::Now Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
+ParticleFlow::CurrentStage Driver::stage_now() const { return {&stage().name, state_.stage_start}; }
 
 void Driver::end_stage(const std::string& by) {
   solver_.complete_step();  // the next stage may tag particles by their positions
@@ -335,7 +335,7 @@ void Driver::save() {
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
     write_checkpoint(file, {++checkpoints_, payload});
-    recorder_->lock().keep_copy();
+    recorder_->lock().save_copy();
   });
   safe_time_ = now();
   recorder_->lock().require_in_place();
@@ -414,10 +414,10 @@ void Driver::conclude(const std::string& status) {
 
 std::string Driver::what_is_safe(const WriteError& e) const {
   const std::string& file = options_.results_file;
-  if (safe_time_ && has_kept_copy(file))
+  if (safe_time_ && has_saved_copy(file))
     return fmt::format(
         "the state at t = {:.4g} s is safe in {}: {}continue with firn run --resume {}",
-        *safe_time_, kept_copy(file), remedy(e.error), file);
+        *safe_time_, saved_copy(file), remedy(e.error), file);
   return fmt::format("no state of the run was saved: {}start it again", remedy(e.error));
 }
 

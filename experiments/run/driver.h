@@ -1,4 +1,4 @@
-// Takes a solver through the stages of a case: comings and goings, events, frames, checkpoints.
+// Runs a solver through the stages of a case: insertion, removal, events, frames, checkpoints.
 #pragma once
 
 #include <chrono>
@@ -24,16 +24,16 @@ namespace firn {
 // State of a run outside the solver that the remaining steps depend on.
 struct DriverState {
   std::uint64_t frames = 0;         // recorded so far
-  std::uint64_t loads_cleared = 0;  // step at which the boundary loads were
+  std::uint64_t loads_cleared = 0;  // step of the last clearing of the boundary loads
   std::uint64_t stage_start = 0;    // step
   std::vector<StageRecord> stages;  // entered so far; the last one is under way
   StatisticsRows statistics;
 };
 
-// Throws InputError for a case that no solver can take.
+// Throws InputError for a case that cannot be simulated.
 void check_runnable(const Case& c);
-// The case of a results file. Throws InputError unless it is the one that was run; `what`
-// ("resumed") cannot be done otherwise.
+// The case of a results file. Throws InputError unless it is the case that was run. `what` is the
+// refused action in the message, "resumed".
 Case case_of(const Recording& recording, const char* what);
 
 // Callbacks of an observer. Each may be empty.
@@ -51,23 +51,23 @@ class Driver {
   // is new and has its header; nullptr: nothing is recorded.
   Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer = {});
 
-  // Continues from the newest checkpoint of the recorder's file that fits; cuts the rest off.
-  // Throws InputError when there is none, and WriteError.
+  // Continues from the newest valid checkpoint of the recorder's file and truncates the frames
+  // after it. Throws InputError without a checkpoint, and WriteError.
   void restore();
   // Continues from a state of a checkpoint or a saved state. Throws RunError for bytes of another
   // version or case; the driver must not be used afterwards.
   void restore(const std::vector<std::byte>& payload);
   std::uint64_t steps() const { return solver_.steps(); }
 
-  // Until the case's end, an interruption or a failure, whatever comes first. The file is complete
-  // and says how it ended when this returns, unless concluded() is false: it could not be written,
-  // and the copy of the last checkpoint is all that counts. Throws InputError for a fill that does
-  // not fit.
+  // Runs until the end of the case, an interruption or a failure. Afterwards the file is complete
+  // and states how the run ended. If concluded() is false, the file could not be written, and only
+  // the copy of the last checkpoint is valid. Throws InputError for a fill that does not fit.
   RunSummary run();
-  // Files that are worth nothing before the first checkpoint is in them.
+  // Files to remove if the run ends before its first checkpoint.
   void set_unsaved(std::span<interruption::Temporary> files) { unsaved_ = files; }
   bool concluded() const { return concluded_; }
-  // What a write error left, and how to continue: "the state at t = 0.35 s is safe in ...".
+  // What is saved after a write error, and how to continue: "the state at t = 0.35 s is safe in
+  // ...".
   std::string what_is_safe(const WriteError& e) const;
 
  private:
@@ -76,7 +76,7 @@ class Driver {
   std::string simulate();  // returns what ended the run; empty: interrupted
   void watch();
   const Stage& stage() const;  // under way, or the first
-  ParticleFlow::Now stage_now() const;
+  ParticleFlow::CurrentStage stage_now() const;
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
   void record_frame();
@@ -106,7 +106,7 @@ class Driver {
   InterferenceWatch interference_;
   std::uint64_t frame_steps_ = 1;
   std::uint64_t interference_steps_ = 1;
-  std::uint64_t kept_steps_ = 0;  // between two states that are kept; 0: none are
+  std::uint64_t kept_steps_ = 0;  // interval of saved states; 0: none are saved
   std::uint64_t last_step_ = 0;   // of the case
   DriverState state_;
   bool resumed_ = false, save_wanted_ = true, concluded_ = false;

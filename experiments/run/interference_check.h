@@ -1,5 +1,4 @@
-// Machines that cannot work, refused before a run begins, or stopped when parts run into each
-// other.
+// Checks for interference of machine parts: before a run begins, and during a run.
 #pragma once
 
 #include <memory>
@@ -14,7 +13,7 @@ namespace firn {
 //   the prescribed motions of the case, and those that each stage starts, in their first period
 //   (those that only an event ends have none); or where a free frame's motors can take it, one
 //   frame at a time. Paths are sampled. Pairs named in `may_touch` are left out, and so is what is
-//   fixed to each other. Parts with a contact between them are looked at at the start alone.
+//   fixed to each other. Pairs with a boundary contact are checked at the start alone.
 // - a placed particle lies in a boundary, deeper than a twentieth of its smallest edge.
 void check_machine(const Case& c);
 

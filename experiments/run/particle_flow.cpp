@@ -19,7 +19,7 @@ constexpr std::uint64_t kNotNow = ~std::uint64_t{0};
 // A body of an inlet may touch what holds it: this much overlap is none.
 constexpr double kSeat = 0.2e-3;  // m
 
-bool belongs(const std::string& stage, const ParticleFlow::Now& now) {
+bool belongs(const std::string& stage, const ParticleFlow::CurrentStage& now) {
   return stage.empty() || stage == *now.stage;
 }
 
@@ -45,7 +45,7 @@ ParticleFlow::ParticleFlow(const Case& c) : case_(c) {
 }
 
 std::uint64_t ParticleFlow::due(double start, double interval, std::uint64_t batch,
-                                const std::string& stage, const Now& now) const {
+                                const std::string& stage, const CurrentStage& now) const {
   if (!belongs(stage, now)) return kNotNow;
   const std::uint64_t from = stage.empty() ? 0 : now.stage_start;
   return from + to_steps(case_, start + static_cast<double>(batch) * interval);
@@ -59,7 +59,7 @@ void ParticleFlow::note_batch(int first, int count, std::uint64_t batch, int tag
   }
 }
 
-std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Now& now) {
+std::optional<std::string> ParticleFlow::place_due(Solver& solver, const CurrentStage& now) {
   for (std::size_t i = 0; i < case_.fills.size(); ++i) {
     const Fill& fill = case_.fills[i];
     std::uint64_t& placed = state.fill_batches[i];
@@ -123,7 +123,7 @@ std::optional<std::string> ParticleFlow::place_source(Solver& solver, std::size_
   return std::nullopt;
 }
 
-bool ParticleFlow::all_placed(const Now& now) const {
+bool ParticleFlow::all_placed(const CurrentStage& now) const {
   for (std::size_t i = 0; i < case_.fills.size(); ++i) {
     if (belongs(case_.fills[i].stage, now) && state.fill_batches[i] < batch_count(case_.fills[i]))
       return false;

@@ -1,4 +1,4 @@
-// Who comes and goes in a run, and who has been where: fills, inlets, outlets, sensors and tags.
+// Insertion, removal and counting of particles: fills, inlets, outlets, sensors and tags.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace firn {
 
-// What a checkpoint keeps of it.
+// State of ParticleFlow in a checkpoint.
 struct ParticleFlowState {
   std::vector<std::uint64_t> fill_batches, inlet_batches;  // placed so far, [fills], [inlets]
   ParticleEvents passages;
@@ -24,24 +24,25 @@ class ParticleFlow {
 
   ParticleFlowState state;
 
-  // The stage under way and the step at which it began: what is bound to a stage comes by them.
-  struct Now {
+  // Name of the current stage and the step at which it began. Insertions that are bound to a stage
+  // depend on them.
+  struct CurrentStage {
     const std::string* stage;
     std::uint64_t stage_start;
   };
 
-  // Inserts the scheduled batches. Returns a description of what blocks an inlet, which ends the
-  // run: its batch is not inserted. Throws InputError for a fill that does not fit, and for a
-  // source in a wall.
-  std::optional<std::string> place_due(Solver& solver, const Now& now);
+  // Inserts the scheduled batches. Returns a description of the obstacle when an inlet is blocked,
+  // which ends the run. The batch of that inlet is not inserted. Throws InputError for a fill that
+  // does not fit, and for an inlet in a wall.
+  std::optional<std::string> place_due(Solver& solver, const CurrentStage& now);
   // True when no more particles are to be inserted during this stage.
-  bool all_placed(const Now& now) const;
+  bool all_placed(const CurrentStage& now) const;
 
-  // Notes who is inside a sensor or below the door for the first time, and removes what has passed
-  // an outlet; true when something has.
+  // Records which particles are inside a sensor or below the door for the first time. Removes
+  // particles that have passed an outlet; true when one has.
   bool update(Solver& solver);
 
-  // Tags by place as a stage begins.
+  // Applies the tag rules (by position) at the beginning of a stage.
   void tag(const std::string& stage, const Solver& solver);
 
   // Particles, or their mass in kg, that have been in the sensor since `from` (s).
@@ -50,7 +51,7 @@ class ParticleFlow {
 
  private:
   std::uint64_t due(double start, double interval, std::uint64_t batch, const std::string& stage,
-                    const Now& now) const;
+                    const CurrentStage& now) const;
   void note_batch(int first, int count, std::uint64_t batch, int tag, double time);
   std::optional<std::string> place_source(Solver& solver, std::size_t source);
 

@@ -9,7 +9,8 @@
 
 namespace firn {
 
-// The state that a case starts from: frames that stand elsewhere than drawn, particles placed.
+// Sets the initial state of a case: frames with another initial pose, and particles at given
+// positions.
 void place_start(Solver& solver, const Case& c);
 
 // Inserts waiting particles [first, first + count) of fill `index` of the case, all of one shape,

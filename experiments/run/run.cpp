@@ -38,18 +38,18 @@ std::vector<Response> measure_and_store(const Lock& lock, const Case& c) {
 // have left its checkpoints, or not been measured.
 bool is_tidy(const std::string& results_file) {
   const hdf5::File file = results::open_file(results_file, hdf5::File::Access::read);
-  return !has_kept_copy(results_file) && file.has_attribute("/", "responses_complete") &&
+  return !has_saved_copy(results_file) && file.has_attribute("/", "responses_complete") &&
          file.contains("/responses") && !file.contains("/checkpoint");
 }
 
 std::vector<Response> tidy_finished(const Lock& lock) {
-  lock->keep_copy();
+  lock->save_copy();
   Recorder recorder = Recorder::reopen(lock, {});
   recorder.with_file([](hdf5::File& file) { remove_checkpoints(file); });
   recorder.close();
   const Case c = Recording(lock->file()).read_case();
   std::vector<Response> responses = measure_and_store(lock, c);
-  lock->drop_copy();
+  lock->remove_copy();
   return responses;
 }
 
@@ -77,13 +77,13 @@ RunSummary drive(Driver& driver, const Lock& lock, const Case& c) {
     summary = driver.run();
     if (!driver.concluded()) return summary;
     if (summary.status == RunStatus::finished) summary.responses = measure_and_store(lock, c);
-    lock->drop_copy();
+    lock->remove_copy();
   } catch (const WriteError& e) {
     summary.status = RunStatus::failed;
     summary.reason = WriteError(e, driver.what_is_safe(e)).what();
     summary.write_failed = true;
   } catch (const InputError&) {
-    if (driver.concluded()) lock->drop_copy();
+    if (driver.concluded()) lock->remove_copy();
     throw;
   }
   return summary;
@@ -147,7 +147,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
     std::optional<interruption::Uninterrupted> created(std::in_place);
     lock = std::make_shared<ResultsLock>(options.results_file);
     interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
-                                         interruption::Temporary(kept_copy(options.results_file))};
+                                         interruption::Temporary(saved_copy(options.results_file))};
     created.reset();
     recorder.emplace(Recorder::create(lock, result_columns(c.model)));
     recorder->with_file([&](hdf5::File& file) {
@@ -177,7 +177,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     summary.responses = std::move(responses);
     return summary;
   };
-  if (!has_kept_copy(results_file)) {
+  if (!has_saved_copy(results_file)) {
     const Recording recording(results_file);  // says what is wrong with the name
     if (recording.status() == "finished" && is_tidy(results_file))
       return finished(recording.responses());
@@ -197,7 +197,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
     }
     if (!unfinished) return finished(tidy_finished(lock));
     const Case& c = *unfinished;
-    if (!restored) lock->keep_copy();
+    if (!restored) lock->save_copy();
     Recorder recorder = Recorder::reopen(lock, result_columns(c.model));
     Driver driver(c, options, &recorder, run_observer(options));
     try {
@@ -211,7 +211,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
   } catch (const WriteError& e) {
     return write_failure(
         e, fmt::format("its last state is safe in {}: {}continue with firn run --resume {}",
-                       has_kept_copy(results_file) ? kept_copy(results_file) : results_file,
+                       has_saved_copy(results_file) ? saved_copy(results_file) : results_file,
                        remedy(e.error), results_file));
   }
 }

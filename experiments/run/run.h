@@ -39,7 +39,7 @@ struct RunOptions {
   std::function<void(const Progress&)> progress;  // about five times a second, first and last
   const std::atomic<bool>* interrupt = nullptr;   // set from a signal handler: save and stop
   // Called with the state of each step as a frame would hold it: batches placed, outlets and stages
-  // done, the next step still to be taken. `last`: there is none.
+  // done, the next step still to be taken. `last`: no step follows.
   std::function<void(const Solver&, bool last)> each_step;
 };
 
@@ -64,8 +64,8 @@ struct RunSummary {
 RunSummary run(const Case& c, const RunOptions& options);
 
 // Continues from the last checkpoint in a results file, bit for bit as if it had never stopped. A
-// file whose run is finished is left as it is, and its responses are returned. Whatever fails, the
-// last checkpoint can be resumed again.
+// file whose run is finished is left as it is, and its responses are returned. After any failure,
+// the run can be resumed from the last checkpoint.
 RunSummary resume(const std::string& results_file, const RunOptions& options);
 
 }  // namespace firn

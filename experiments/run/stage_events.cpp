@@ -126,7 +126,7 @@ bool StageEvents::is_filled(const Stage& stage, const Solver& solver) const {
 }
 
 void StageEvents::update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
-                         const ParticleFlow::Now& now, bool left) {
+                         const ParticleFlow::CurrentStage& now, bool left) {
   look_at_switches(solver);
   if (stage.ends_on(Until::at_rest))
     keep_since(!left && flow.all_placed(now) && is_quiet(stage, solver), solver, state.rest_since);
@@ -154,7 +154,7 @@ void StageEvents::update(const Stage& stage, const Solver& solver, const Particl
 
 // "12 of 75 particles came through \"container\"": a closed outlet, or a jam.
 std::string StageEvents::shortfall(const Stage& stage, const ParticleFlow& flow,
-                                   const ParticleFlow::Now& now) const {
+                                   const ParticleFlow::CurrentStage& now) const {
   const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
   const std::string& sensor = case_.sensors[index(stage.sensor)].name;
   if (stage.count > 0)
@@ -166,7 +166,7 @@ std::string StageEvents::shortfall(const Stage& stage, const ParticleFlow& flow,
 
 std::optional<std::string> StageEvents::end_reason(const Stage& stage, const Solver& solver,
                                                    const ParticleFlow& flow,
-                                                   const ParticleFlow::Now& now) const {
+                                                   const ParticleFlow::CurrentStage& now) const {
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
   if (step >= to_steps(case_, case_.duration)) return "end of the case";
   if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {

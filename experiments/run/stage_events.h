@@ -12,8 +12,8 @@
 
 namespace firn {
 
-// What a checkpoint keeps of it. Steps since when something has held without a break; -1: it does
-// not hold.
+// State of StageEvents in a checkpoint. Steps since which a condition has held continuously; -1: it
+// does not hold.
 struct StageWatchState {
   std::int64_t rest_since = -1, force_since = -1, torque_since = -1, filled_since = -1;
   std::int64_t driven_since =
@@ -34,11 +34,11 @@ class StageEvents {
   void enter_stage();
   // Called every few steps; `left`: a particle has left since the last call.
   void update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
-              const ParticleFlow::Now& now, bool left);
-  // What has ended the stage, if anything has.
+              const ParticleFlow::CurrentStage& now, bool left);
+  // The event that ended the stage, if any.
   std::optional<std::string> end_reason(const Stage& stage, const Solver& solver,
                                         const ParticleFlow& flow,
-                                        const ParticleFlow::Now& now) const;
+                                        const ParticleFlow::CurrentStage& now) const;
 
  private:
   void look_at_switches(const Solver& solver);
@@ -46,12 +46,12 @@ class StageEvents {
   bool is_quiet(const Stage& stage, const Solver& solver) const;
   bool is_filled(const Stage& stage, const Solver& solver) const;
   std::string shortfall(const Stage& stage, const ParticleFlow& flow,
-                        const ParticleFlow::Now& now) const;
+                        const ParticleFlow::CurrentStage& now) const;
 
   const Case& case_;
 };
 
-// What a stalled motor has met: the largest contacts of its frame, in one sentence.
+// The largest contacts of the frame of a stalled motor, in one sentence.
 std::string describe_jam(const Case& c, const Solver& solver, int frame);
 
 }  // namespace firn

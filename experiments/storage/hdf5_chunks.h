@@ -10,7 +10,7 @@
 
 namespace firn::hdf5 {
 
-constexpr double kLargestCompression = 1032;  // what deflate makes of zeros
+constexpr double kLargestCompression = 1032;  // compression ratio of deflate for zeros
 
 // How the values of a dataset are kept.
 struct Storage {

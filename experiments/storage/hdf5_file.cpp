@@ -255,7 +255,7 @@ bool File::is_in_use(const std::string& stored_path, std::string& path) const {
 bool File::contains(const std::string& path) const {
   silence();
   const std::string name = stored(path);
-  // H5Lexists wants every group on the way to exist.
+  // H5Lexists requires that every group of the path exists.
   for (std::size_t end = name.find('/', 1);; end = name.find('/', end + 1)) {
     if (H5Lexists(file_.id(), name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
     if (end == std::string::npos) return true;

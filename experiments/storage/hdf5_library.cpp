@@ -25,7 +25,7 @@ herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* text) {
 
 }  // namespace
 
-// HDF5 keeps one error printer for each thread. It also wants to tidy up when the program ends, and
+// HDF5 keeps one error printer for each thread. It also cleans up when the program ends, and
 // crashes there over objects that it could not close on a full disk. The first call must disable
 // that.
 void silence() {

@@ -72,7 +72,7 @@ int system_error(sqlite3* db, int last) {
 
 }  // namespace
 
-File::File(const std::string& file, Access access, int patience) : name_(file) {
+File::File(const std::string& file, Access access, int busy_timeout) : name_(file) {
   const std::string uri = "file:" + escaped(file);
   if (std::error_code error; fs::exists(file, error)) require_regular_file(file, "a database");
   if (access == Access::write) {
@@ -92,9 +92,9 @@ File::File(const std::string& file, Access access, int patience) : name_(file) {
     open(uri, SQLITE_OPEN_READONLY);
   }
   try {
-    sqlite3_busy_timeout(db_, patience);
+    sqlite3_busy_timeout(db_, busy_timeout);
     if (access == Access::write) {
-      use_log(patience);
+      use_log(busy_timeout);
       execute("PRAGMA synchronous = FULL");
       refuse_foreign_schema();
       return;
@@ -151,12 +151,12 @@ void File::harden() {
 }
 
 // Several may do this to a new file at once, and SQLite does not wait here by itself.
-void File::use_log(int patience) {
+void File::use_log(int busy_timeout) {
   constexpr int pause = 10;  // ms
   for (int waited = 0;; waited += pause) {
     const int rc = sqlite3_exec(db_, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr);
     if (rc == SQLITE_OK) return;
-    if (rc != SQLITE_BUSY || waited >= patience) fail("cannot be written");
+    if (rc != SQLITE_BUSY || waited >= busy_timeout) fail("cannot be written");
     std::this_thread::sleep_for(std::chrono::milliseconds(pause));
   }
 }

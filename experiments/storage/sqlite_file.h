@@ -28,9 +28,9 @@ CREATE TRIGGER records_stay BEFORE DELETE ON records
 class File {
  public:
   enum class Access { read, write };  // write makes the file and its folder where missing
-  // WAL, full durability, and up to `patience` milliseconds of waiting for other writers. A file on
-  // a disk that cannot be written can be read. Throws InputError when it cannot be opened.
-  File(const std::string& file, Access access, int patience = 30000);
+  // WAL, full durability, and up to `busy_timeout` milliseconds of waiting for other writers. A
+  // file on a disk that cannot be written can be read. Throws InputError when it cannot be opened.
+  File(const std::string& file, Access access, int busy_timeout = 30000);
   ~File();
   File(const File&) = delete;
   File& operator=(const File&) = delete;
@@ -45,7 +45,7 @@ class File {
 
  private:
   void open(const std::string& uri, int flags);
-  void use_log(int patience);
+  void use_log(int busy_timeout);
   void refuse_foreign_schema();
   void harden();
 

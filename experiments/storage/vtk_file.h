@@ -10,7 +10,7 @@
 
 namespace firn {
 
-// Polygons with values at their points and on themselves, as VTK wants them.
+// Polygons with point data and cell data for a VTK file.
 struct VtkSurface {
   struct Field {
     std::string name;

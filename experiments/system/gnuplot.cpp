@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include <fstream>
-#include <iterator>
 
+#include "experiments/system/input_file.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/process.h"
 #include "firn/math.h"
@@ -65,8 +65,7 @@ void Gnuplot::draw(const std::string& script, const std::string& file, int width
 }
 
 std::string Gnuplot::picture(const std::string& name) const {
-  std::ifstream stream(data_file(name), std::ios::binary);
-  std::string picture{std::istreambuf_iterator<char>(stream), {}};
+  std::string picture = read_own_file(data_file(name));
   // gnuplot ends well also when a disk was full.
   if (!is_whole_picture(picture, extension_of(name)))
     throw WriteError(data_file(name).string(), "gnuplot left no whole picture");

@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "firn/math.h"
 
@@ -119,11 +121,24 @@ std::string read_input_file(const std::string& file, std::string_view wanted, st
   return bytes;
 }
 
+std::string first_bytes(const std::string& file, std::size_t count) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes(count, '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+std::string read_own_file(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
 void require_plain_text(std::string_view bytes, const std::string& file, std::string_view wanted) {
   const auto refuse = [&](std::string_view what) {
     throw InputError(fmt::format("{}: {}; expected {}", shortened(file), what, wanted));
   };
-  if (bytes.starts_with("\x89HDF\r\n"))
+  if (bytes.starts_with(kHdf5Signature.substr(0, 6)))
     refuse("is a results file (HDF5), which firn run --resume continues");
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
     refuse("is UTF-16 text, as spreadsheets save it; save it as UTF-8");

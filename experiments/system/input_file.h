@@ -1,4 +1,4 @@
-// How files of users are opened: regular files alone, whose size is checked before they are read.
+// Opens files of users: regular files only, with a check of the size before reading.
 #pragma once
 
 #include <compare>
@@ -36,7 +36,7 @@ class InputFileRecord {
   std::map<std::string, FileStamp> files_;
 };
 
-// Where a shipped file is that earlier versions had below experiments/; empty when there is none.
+// New place of a shipped file that earlier versions had below experiments/; empty for other files.
 std::string moved_file(const std::string& file);
 
 // Throws InputError `FILE: what is wrong; expected WANTED` unless the file can be read and is a
@@ -47,8 +47,18 @@ void require_regular_file(const std::string& file, std::string_view wanted);
 // a file that is longer.
 std::string read_input_file(const std::string& file, std::string_view wanted, std::uintmax_t most);
 
+// The first bytes of a file: at most `count`, fewer of a shorter one, none of one that cannot be
+// read.
+std::string first_bytes(const std::string& file, std::size_t count);
+// All bytes of a small file that this program or a process of it wrote; none when it cannot be
+// read.
+std::string read_own_file(const std::string& file);
+
+// The first bytes of an HDF5 file.
+inline constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
+
 // Throws InputError as above for a results file of a run and for UTF-16, which spreadsheets write
-// as "Unicode text": nothing that a reader of text says about them helps.
+// as "Unicode text". The messages of text parsers would not help in these cases.
 void require_plain_text(std::string_view bytes, const std::string& file, std::string_view wanted);
 
 // The first characters of a text, for messages.

@@ -11,8 +11,8 @@
 
 namespace firn {
 
-// A write that the operating system refused, e.g. on a full disk: it says nothing of the work that
-// was to be written. `FILE: cannot write: REASON`, where REASON is the system's text.
+// A write that the operating system refused, e.g. on a full disk. It is no failure of the
+// simulation. `FILE: cannot write: REASON`, where REASON is the system's text.
 struct WriteError : RunError {
   // `error`: errno.
   WriteError(const std::string& file, int error);
@@ -74,7 +74,7 @@ void sync_path(const std::string& file);
 void sync_folder_of(const std::string& file);
 
 // A stream into a temporary file in the folder of FILE. commit() gives it the name FILE, after the
-// device has its bytes: whatever happens, FILE is the earlier one or the new one. Without commit()
+// device has its bytes: after any failure, FILE is the earlier one or the new one. Without commit()
 // nothing remains. A device or a pipe (/dev/stdout) is written directly.
 class OutputFile : public std::ostream {
  public:

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "experiments/system/input_file.h"
 #include "experiments/system/output_file.h"
 
 namespace firn {
@@ -177,11 +178,6 @@ std::string last_line(const std::string& text) {
   return last;
 }
 
-std::string last_line_of_file(const std::string& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return last_line(text.str());
-}
+std::string last_line_of_file(const std::string& file) { return last_line(read_own_file(file)); }
 
 }  // namespace firn

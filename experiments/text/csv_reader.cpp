@@ -55,7 +55,7 @@ std::optional<double> decimal_comma_number_of(std::string text) {
   return number_of(text);
 }
 
-// Hands libcsv a line at a time, so that every row knows where it stands.
+// Passes one line at a time to libcsv, so that every row has its line number.
 class RowReader {
  public:
   explicit RowReader(std::string file) : file_(std::move(file)) {

@@ -12,7 +12,7 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr std::string_view kValidation = "validation", kStudyResults = "study",
                            kMaterialRecord = "material record";
 
-constexpr RenamedJsonKey kRenamedJsonKeys[] = {
+constexpr JsonAlias kRenamedJsonKeys[] = {
     {kValidation, "comparisons[]", "would_decide", "recommended_action"},
     {kValidation, "comparisons[]", "claims", "criteria"},
     {kValidation, "comparisons[]", "damage", "breakage"},
@@ -60,25 +60,25 @@ constexpr RenamedJsonKey kRenamedJsonKeys[] = {
     {kStudyResults, "measure_next[]", "longest_direction_left", "remaining_extent"},
 };
 
-constexpr RenamedJsonWord kRenamedJsonWords[] = {
-    {kValidation, "comparisons[]", "kind", "claims", "criteria"},
-    {kValidation, "comparisons[]", "kind", "damage", "breakage"},
-    {kValidation, "comparisons[]", "kind", "softening", "stiffness_scaling"},
-    {kValidation, "comparisons[]", "kind", "choices", "numerical_variants"},
-    {kValidation, "comparisons[]", "verdict", "not enough data to say", "inconclusive"},
-    {kValidation, "comparisons[]", "verdict", "information", "not judged"},
-    {kValidation, "comparisons[].criteria[]", "verdict", "not enough data to say", "inconclusive"},
-    {kValidation, "comparisons[].distribution", "verdict", "not enough data to say",
-     "inconclusive"},
-    {kValidation, "comparisons[].distribution", "verdict", "information", "not judged"},
-    {kValidation, "comparisons[].value.components[]", "name", "seeds", "run-to-run variability"},
-    {kValidation, "comparisons[].value.components[]", "name", "input", "input parameters"},
+constexpr JsonAlias kRenamedJsonWords[] = {
+    {kValidation, "comparisons[]", "claims", "criteria", "kind"},
+    {kValidation, "comparisons[]", "damage", "breakage", "kind"},
+    {kValidation, "comparisons[]", "softening", "stiffness_scaling", "kind"},
+    {kValidation, "comparisons[]", "choices", "numerical_variants", "kind"},
+    {kValidation, "comparisons[]", "not enough data to say", "inconclusive", "verdict"},
+    {kValidation, "comparisons[]", "information", "not judged", "verdict"},
+    {kValidation, "comparisons[].criteria[]", "not enough data to say", "inconclusive", "verdict"},
+    {kValidation, "comparisons[].distribution", "not enough data to say", "inconclusive",
+     "verdict"},
+    {kValidation, "comparisons[].distribution", "information", "not judged", "verdict"},
+    {kValidation, "comparisons[].value.components[]", "seeds", "run-to-run variability", "name"},
+    {kValidation, "comparisons[].value.components[]", "input", "input parameters", "name"},
 
-    {kStudyResults, "", "verdict", "undetermined", "not identifiable"},
-    {kStudyResults, "", "verdict", "out of reach", "infeasible"},
-    {kStudyResults, "", "verdict", "searched", "direct search only"},
+    {kStudyResults, "", "undetermined", "not identifiable", "verdict"},
+    {kStudyResults, "", "out of reach", "infeasible", "verdict"},
+    {kStudyResults, "", "searched", "direct search only", "verdict"},
 
-    {kMaterialRecord, "", "kind", "printed", "published"},
+    {kMaterialRecord, "", "printed", "published", "kind"},
 };
 
 // Calls `apply` for each object at a path.
@@ -132,30 +132,30 @@ void replace_json_word(Json& document, std::string_view path, std::string_view k
 
 template <class Json>
 void use_current(Json& document, std::string_view kind) {
-  for (const RenamedJsonKey& k : kRenamedJsonKeys)
-    if (k.kind == kind)
+  for (const JsonAlias& k : kRenamedJsonKeys)
+    if (k.document == kind)
       for_objects_at(document, k.path, [&](Json& object) {
         rename_json_key(object, std::string(k.old_name), std::string(k.name));
       });
-  for (const RenamedJsonWord& w : kRenamedJsonWords)
-    if (w.kind == kind) replace_json_word(document, w.path, w.key, w.old_word, w.word);
+  for (const JsonAlias& w : kRenamedJsonWords)
+    if (w.document == kind) replace_json_word(document, w.path, w.key, w.old_name, w.name);
 }
 
 }  // namespace
 
-std::span<const RenamedJsonKey> renamed_json_keys() { return kRenamedJsonKeys; }
-std::span<const RenamedJsonWord> renamed_json_words() { return kRenamedJsonWords; }
+std::span<const JsonAlias> renamed_json_keys() { return kRenamedJsonKeys; }
+std::span<const JsonAlias> renamed_json_words() { return kRenamedJsonWords; }
 
 void use_current_json_names(OrderedJson& document) { use_current(document, kind_of(document)); }
 
 void use_current_record_names(nlohmann::json& record) { use_current(record, kMaterialRecord); }
 
 void use_first_record_names(OrderedJson& record) {
-  for (const RenamedJsonWord& w : kRenamedJsonWords)
-    if (w.kind == kMaterialRecord) replace_json_word(record, w.path, w.key, w.word, w.old_word);
+  for (const JsonAlias& w : kRenamedJsonWords)
+    if (w.document == kMaterialRecord) replace_json_word(record, w.path, w.key, w.name, w.old_name);
   // Paths are in current names: keys of inner objects before those of the outer ones.
   for (std::size_t i = std::size(kRenamedJsonKeys); i-- > 0;)
-    if (const RenamedJsonKey& k = kRenamedJsonKeys[i]; k.kind == kMaterialRecord)
+    if (const JsonAlias& k = kRenamedJsonKeys[i]; k.document == kMaterialRecord)
       for_objects_at(record, k.path, [&](OrderedJson& object) {
         rename_json_key(object, std::string(k.name), std::string(k.old_name));
       });

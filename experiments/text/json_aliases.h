@@ -6,23 +6,14 @@
 #include <span>
 #include <string_view>
 
+#include "experiments/text/alias.h"
+
 namespace firn {
 
-// A key of the objects at a path, in documents of a kind: "validation", "study" or "material
-// record".
-struct RenamedJsonKey {
-  std::string_view kind;
-  std::string_view path;  // in current names: "comparisons[].value"; empty: the document
-  std::string_view old_name, name;
-};
-// A text that a key of such objects may have.
-struct RenamedJsonWord {
-  std::string_view kind, path;
-  std::string_view key;  // current name
-  std::string_view old_word, word;
-};
-std::span<const RenamedJsonKey> renamed_json_keys();
-std::span<const RenamedJsonWord> renamed_json_words();
+// The kinds of documents: "validation", "study" and "material record".
+using JsonAlias = Alias<std::string_view>;
+std::span<const JsonAlias> renamed_json_keys();
+std::span<const JsonAlias> renamed_json_words();
 
 // Replaces old names below `document`. Keeps the order of keys. Leaves an old name where the
 // current one is present as well.

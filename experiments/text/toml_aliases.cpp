@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <mutex>
-#include <set>
 #include <utility>
 
-#include "experiments/system/terminal.h"
 #include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_messages.h"
 
@@ -23,7 +20,7 @@ constexpr TomlFormat kBench = TomlFormat::bench_tests;
 constexpr TomlFormat kStudy = TomlFormat::study;
 constexpr TomlFormat kSuite = TomlFormat::suite;
 
-constexpr RenamedKey kKeys[] = {
+constexpr TomlAlias kKeys[] = {
     {kCase, "", "sources", "inlets"},
     {kCase, "", "gates", "sensors"},
     {kCase, "", "tags", "tag_rules"},
@@ -126,52 +123,40 @@ constexpr RenamedKey kKeys[] = {
     {kSuite, "comparisons[]", "expects", "expected_outcome"},
 };
 
-constexpr RenamedWord kWords[] = {
-    {kCase, "shapes.*", "variant", "table1-heavy", "table1-mass-override"},
-    {kCase, "boundaries[]", "variant", "table1-heavy", "table1-mass-override"},
-    {kCase, "stages[]", "end_when", "at_rest", "settled"},
-    {kCase, "inlets[]", "tag_mode", "source", "inlet"},
-    {kCase, "measure[]", "kind", "slip", "sliding_onset"},
-    {kCase, "measure[]", "y", "drive", "motor_load"},
-    {kMeasurement, "", "status", "printed", "published"},
-    {kMeasurement, "", "status", "digitised", "digitized"},
-    {kSuite, "comparisons[]", "kind", "claims", "criteria"},
-    {kSuite, "comparisons[]", "kind", "damage", "breakage"},
-    {kSuite, "comparisons[]", "kind", "softening", "stiffness_scaling"},
-    {kSuite, "comparisons[]", "kind", "choices", "numerical_variants"},
-    {kSuite, "comparisons[]", "expected_outcome", "damage", "breakage"},
-    {kSuite, "comparisons[]", "expected_outcome", "no damage", "no breakage"},
+constexpr TomlAlias kWords[] = {
+    {kCase, "shapes.*", "table1-heavy", "table1-mass-override", "variant"},
+    {kCase, "boundaries[]", "table1-heavy", "table1-mass-override", "variant"},
+    {kCase, "stages[]", "at_rest", "settled", "end_when"},
+    {kCase, "inlets[]", "source", "inlet", "tag_mode"},
+    {kCase, "measure[]", "slip", "sliding_onset", "kind"},
+    {kCase, "measure[]", "drive", "motor_load", "y"},
+    {kMeasurement, "", "printed", "published", "status"},
+    {kMeasurement, "", "digitised", "digitized", "status"},
+    {kSuite, "comparisons[]", "claims", "criteria", "kind"},
+    {kSuite, "comparisons[]", "damage", "breakage", "kind"},
+    {kSuite, "comparisons[]", "softening", "stiffness_scaling", "kind"},
+    {kSuite, "comparisons[]", "choices", "numerical_variants", "kind"},
+    {kSuite, "comparisons[]", "damage", "breakage", "expected_outcome"},
+    {kSuite, "comparisons[]", "no damage", "no breakage", "expected_outcome"},
 };
 
-struct Rename {
-  std::string_view table;
-  std::string_view key;  // of a word; empty for a key
-  std::string_view old_name, name;
-};
-
-// The renames that apply to a table and those below it. `rest`: the path still to go.
+// The aliases that apply to a table and those below it. `rest`: the path still to go.
 struct Pending {
-  const Rename* rename;
+  const TomlAlias* alias;
   std::string_view rest;
 };
 using Active = std::vector<Pending>;
 
-const std::vector<Rename>& renames_of(TomlFormat format) {
-  static const auto all = [] {
-    std::vector<std::vector<Rename>> lists(static_cast<std::size_t>(TomlFormat::suite) + 1);
-    for (const RenamedKey& k : kKeys)
-      lists[static_cast<std::size_t>(k.format)].push_back({k.table, "", k.old_name, k.name});
-    for (const RenamedWord& w : kWords)
-      lists[static_cast<std::size_t>(w.format)].push_back({w.table, w.key, w.old_word, w.word});
+Active all_of(TomlFormat format) {
+  static const auto lists = [] {
+    std::vector<Active> lists(static_cast<std::size_t>(TomlFormat::suite) + 1);
+    for (const std::span<const TomlAlias> table :
+         {std::span<const TomlAlias>(kKeys), std::span<const TomlAlias>(kWords)})
+      for (const TomlAlias& a : table)
+        lists[static_cast<std::size_t>(a.document)].push_back({&a, a.path});
     return lists;
   }();
-  return all[static_cast<std::size_t>(format)];
-}
-
-Active all_of(TomlFormat format) {
-  Active active;
-  for (const Rename& r : renames_of(format)) active.push_back({&r, r.table});
-  return active;
+  return lists[static_cast<std::size_t>(format)];
 }
 
 // Those that apply below `key`; `array`: whether some say that it is an array.
@@ -185,7 +170,7 @@ Active below(const Active& active, std::string_view key, bool* array = nullptr) 
     if (list) first.remove_suffix(2);
     if (first != "*" && first != key) continue;
     if (array != nullptr && list) *array = true;
-    result.push_back({p.rename, p.rest.substr(std::min(end + 1, p.rest.size()))});
+    result.push_back({p.alias, p.rest.substr(std::min(end + 1, p.rest.size()))});
   }
   return result;
 }
@@ -219,7 +204,7 @@ bool replace_word(toml::node& node, std::string_view from, std::string_view to) 
 void modernize(toml::table& table, const Active& active, const std::string& path,
                const std::function<void(const OldNameUse&)>& report) {
   for (const Pending& p : active) {
-    const Rename& r = *p.rename;
+    const TomlAlias& r = *p.alias;
     if (!applies(p) || !r.key.empty() || !table.contains(r.old_name)) continue;
     const bool both = table.contains(r.name);
     const OldNameUse use{join_path(path, r.old_name), line_of(*table.get(r.old_name)),
@@ -228,7 +213,7 @@ void modernize(toml::table& table, const Active& active, const std::string& path
     report(use);
   }
   for (const Pending& p : active) {
-    const Rename& r = *p.rename;
+    const TomlAlias& r = *p.alias;
     if (!applies(p) || r.key.empty()) continue;
     toml::node* node = table.get(r.key);
     if (node != nullptr && replace_word(*node, r.old_name, r.name))
@@ -261,12 +246,12 @@ void restore(toml::table& table, const Active& active) {
     }
   }
   for (const Pending& p : active)
-    if (applies(p) && !p.rename->key.empty())
-      if (toml::node* node = table.get(p.rename->key))
-        replace_word(*node, p.rename->name, p.rename->old_name);
+    if (applies(p) && !p.alias->key.empty())
+      if (toml::node* node = table.get(p.alias->key))
+        replace_word(*node, p.alias->name, p.alias->old_name);
   for (const Pending& p : active)
-    if (applies(p) && p.rename->key.empty() && table.contains(p.rename->name))
-      move_key(table, p.rename->name, p.rename->old_name);
+    if (applies(p) && p.alias->key.empty() && table.contains(p.alias->name))
+      move_key(table, p.alias->name, p.alias->old_name);
 }
 
 // Keys of a path with their renames; `convert` returns the other name of a key, if it has one.
@@ -275,13 +260,13 @@ void walk_path(std::vector<std::string>& keys, Convert convert, Visit visit) {
   Active active = all_of(TomlFormat::case_file);
   for (std::size_t i = 0; i < keys.size() && !active.empty(); ++i) {
     const auto found = std::ranges::find_if(active, [&](const Pending& p) {
-      return applies(p) && p.rename->key.empty() && convert(*p.rename).first == keys[i];
+      return applies(p) && p.alias->key.empty() && convert(*p.alias).first == keys[i];
     });
     std::string current = keys[i];
     if (found != active.end()) {
-      current = found->rename->name;
-      visit(i, *found->rename);
-      keys[i] = convert(*found->rename).second;
+      current = found->alias->name;
+      visit(i, *found->alias);
+      keys[i] = convert(*found->alias).second;
     }
     bool array = false;
     active = below(active, current, &array);
@@ -309,20 +294,20 @@ template <class Convert>
 std::string converted(const std::string& path, Convert convert) {
   std::vector<std::string> keys = keys_of(path);
   bool changed = false;
-  walk_path(keys, convert, [&](std::size_t, const Rename&) { changed = true; });
+  walk_path(keys, convert, [&](std::size_t, const TomlAlias&) { changed = true; });
   if (!changed) return path;
   std::string text;
   for (const std::string& key : keys) text += (text.empty() ? "" : ".") + key;
   return text;
 }
 
-const auto kToCurrent = [](const Rename& r) { return std::pair(r.old_name, r.name); };
-const auto kToFirst = [](const Rename& r) { return std::pair(r.name, r.old_name); };
+const auto kToCurrent = [](const TomlAlias& r) { return std::pair(r.old_name, r.name); };
+const auto kToFirst = [](const TomlAlias& r) { return std::pair(r.name, r.old_name); };
 
 }  // namespace
 
-std::span<const RenamedKey> renamed_keys() { return kKeys; }
-std::span<const RenamedWord> renamed_words() { return kWords; }
+std::span<const TomlAlias> renamed_keys() { return kKeys; }
+std::span<const TomlAlias> renamed_words() { return kWords; }
 
 void use_current_names(TomlFormat format, toml::table& root,
                        const std::function<void(const OldNameUse&)>& report) {
@@ -388,23 +373,12 @@ void use_first_names(TomlFormat format, toml::table& root) {
 void use_current_names(std::vector<std::string>& keys,
                        const std::function<void(const OldNameUse&)>& report) {
   const std::string path = fmt::format("{}", fmt::join(keys, "."));
-  walk_path(keys, kToCurrent, [&](std::size_t, const Rename& r) {
+  walk_path(keys, kToCurrent, [&](std::size_t, const TomlAlias& r) {
     report({path, 0, std::string(r.old_name), std::string(r.name), false});
   });
 }
 
 std::string current_case_path(const std::string& path) { return converted(path, kToCurrent); }
 std::string first_case_path(const std::string& path) { return converted(path, kToFirst); }
-
-void warn_of_old_name(const std::string& place, const OldNameUse& use) {
-  const std::string line = fmt::format(
-      "firn: warning: {}: {}: \"{}\" is now \"{}\"; the old name is read by this version only\n",
-      place, use.path, use.old_name, use.name);
-  static std::mutex mutex;
-  static std::set<std::string> printed;
-  constexpr std::size_t kMost = 1000;
-  const std::lock_guard lock(mutex);
-  if (printed.size() < kMost && printed.insert(line).second) print_lines(stderr, "{}", line);
-}
 
 }  // namespace firn

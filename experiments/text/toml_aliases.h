@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "experiments/text/alias.h"
+
 namespace firn {
 
 // Which file a table of names belongs to.
@@ -18,27 +20,9 @@ enum class TomlFormat { other, case_file, measurement, bench_tests, study, suite
 
 enum class OldNames { warn, accept };  // accept: files that the program wrote earlier
 
-// A key, or with `word` a value of that key, in one kind of table.
-struct RenamedKey {
-  TomlFormat format;
-  std::string_view table;  // path of the table in current names: "stages[].motors[]", "shapes.*"
-  std::string_view old_name, name;
-};
-struct RenamedWord {
-  TomlFormat format;
-  std::string_view table, key;  // current names
-  std::string_view old_word, word;
-};
-std::span<const RenamedKey> renamed_keys();
-std::span<const RenamedWord> renamed_words();
-
-// One use of an old name.
-struct OldNameUse {
-  std::string path;  // of the key, elements of arrays by their index
-  unsigned line = 0;
-  std::string old_name, name;
-  bool both = false;  // the table has the new name as well
-};
+using TomlAlias = Alias<TomlFormat>;
+std::span<const TomlAlias> renamed_keys();
+std::span<const TomlAlias> renamed_words();
 
 // Replaces old names by current ones below `root` and reports each use.
 void use_current_names(TomlFormat format, toml::table& root,
@@ -52,8 +36,5 @@ void use_current_names(std::vector<std::string>& keys,
 // A dotted path into a case in current or in first names; unchanged when it has no renamed key.
 std::string current_case_path(const std::string& path);
 std::string first_case_path(const std::string& path);
-
-// Prints "firn: warning: PLACE: ..." on standard error, once for each place and key.
-void warn_of_old_name(const std::string& place, const OldNameUse& use);
 
 }  // namespace firn

@@ -69,7 +69,7 @@ class Scan {
     begins_ = false;
   }
 
-  // Basic strings know escapes, literal ones do not; three quotes begin one of several lines.
+  // Basic strings have escapes, literal ones do not; three quotes begin one of several lines.
   void skip_string(char quote) {
     const std::string three(3, quote);
     const bool several_lines = text_.substr(at_, 3) == three;

@@ -102,7 +102,7 @@ Result calibrate(const Problem& problem, const Simulator& simulator, const Optio
   o.interrupt = &executor.stopped();
   o.replace_executor = &executor;
   Result result;
-  o.on_answer = [&](const Study& study, const CalibrationResult& answer) {
+  o.on_result = [&](const Study& study, const CalibrationResult& answer) {
     result.runs = answer.runs;
     add_estimates(study, answer, result);
   };

@@ -1,5 +1,5 @@
-// The page of a study, a validation or a sweep that has not ended: how far it has come, what its
-// runs gave so far, and the best parameters of a study so far.
+// The page of a study, a validation or a sweep that has not ended: progress, responses of the
+// finished runs, and the best parameters of a study so far.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// The page of a case before it runs: the scene in three dimensions, its prescribed motions, and
-// what the case declares.
+// The page of a case before it runs: the scene in three dimensions, its prescribed motions, and the
+// data of the case.
 #pragma once
 
 #include "experiments/case/case.h"

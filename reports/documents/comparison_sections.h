@@ -1,4 +1,4 @@
-// What the page of a validation shows of each kind of comparison.
+// Sections of a validation page for each kind of comparison.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ using Sets = std::vector<const Json*>;
 
 page::Badge badge_of(const std::string& verdict);
 
-// Plots and tables of the comparison's kind. Throws Json::exception for what is not as `firn
-// validate` writes it.
+// Plots and tables of the comparison's kind. Throws Json::exception for data that differ from the
+// format of `firn validate`.
 void add_comparison(const Sets& sets, page::Content& content);
 
 }  // namespace firn

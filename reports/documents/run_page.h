@@ -1,4 +1,4 @@
-// The page of one run: what came out, how it went, and a replay to turn and play.
+// The page of one run: responses, diagnostics and an interactive replay.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// From a results file alone. Throws InputError for one that cannot be read, and without gnuplot.
+// From a results file alone. Throws InputError for a file that cannot be read, and without gnuplot.
 page::Page run_page(const std::string& results_file, const ReplayViewOptions& options = {});
 
 }  // namespace firn

@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// Each empty where the run has nothing to draw.
+// Each is empty where the run has no data for it.
 std::vector<page::Figure> energy_figures(const Recording& recording);
 std::vector<page::Figure> load_figures(const Recording& recording, const Case& c);
 std::vector<page::Figure> motion_figures(const Recording& recording, const Case& c);

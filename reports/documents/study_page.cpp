@@ -11,7 +11,7 @@
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "firn/math.h"
-#include "reports/documents/study_answer.h"
+#include "reports/documents/study_estimate.h"
 #include "reports/documents/study_plots.h"
 #include "reports/html/json_values.h"
 #include "reports/plots/plots.h"
@@ -73,7 +73,7 @@ void study_summary(const Json& results, page::Page& page) {
   }
   page.top().note(verdict_badge(text(results, "verdict")), headline(results));
   page.top().cards(cards);
-  if (const std::vector<page::Fact> facts = study_answer(results); !facts.empty())
+  if (const std::vector<page::Fact> facts = study_estimate(results); !facts.empty())
     page.top().facts(facts);
 }
 

@@ -1,4 +1,4 @@
-// The page of a study: the fit, the uncertainty of each parameter, what to measure next.
+// The page of a study: the fit, the uncertainty of each parameter, suggested measurements.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace firn {
 
 // From a study's results.json, and the fitted response in the same folder if there is one. Throws
-// InputError for a file that is none.
+// InputError for another kind of file.
 page::Page study_page(const std::string& results_file);
 
 }  // namespace firn

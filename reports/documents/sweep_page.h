@@ -7,7 +7,7 @@
 
 namespace firn {
 
-// From a sweep's results.json. Throws InputError for a file that is none.
+// From a sweep's results.json. Throws InputError for another kind of file.
 page::Page sweep_page(const std::string& results_file);
 
 }  // namespace firn

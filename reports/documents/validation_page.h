@@ -1,4 +1,4 @@
-// The page of a validation: verdicts at a glance, then each comparison with what it rests on.
+// The page of a validation: a table of verdicts, then each comparison with its data.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct ValidationPageOptions {
 };
 
 // From a validation's results.json, and the results files that it names as far as they are there.
-// Throws InputError for a file that is none.
+// Throws InputError for another kind of file.
 page::Page validation_page(const std::string& results_file,
                            const ValidationPageOptions& options = {});
 

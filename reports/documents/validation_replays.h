@@ -15,8 +15,8 @@ class ValidationReplays {
   ValidationReplays(const Json& results, const std::string& folder, std::size_t budget);
 
   // The replay of the experiment's first run (its first parameter set, first seed), where its
-  // results file is still there; for a further comparison (at `anchor`) of the same experiment the
-  // way to it.
+  // results file is still there; for a further comparison (at `anchor`) of the same experiment a
+  // link to it.
   void add(const std::string& experiment, const std::string& anchor, page::Page& page,
            page::Content& content);
 
@@ -28,7 +28,7 @@ class ValidationReplays {
   };
 
   std::map<std::string, FirstRun> runs_;  // by experiment, of those that are compared
-  std::size_t budget_, waiting_;          // what is left of it, and for how many
+  std::size_t budget_, waiting_;  // remaining characters, and number of remaining experiments
 };
 
 }  // namespace firn

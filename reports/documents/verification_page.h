@@ -1,4 +1,4 @@
-// The verification suite as a page that people read.
+// The verification suite as a page.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Bytes as pages hold them.
+// Encodings of binary data in pages.
 #pragma once
 
 #include <cstdint>

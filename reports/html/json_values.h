@@ -36,7 +36,8 @@ const Json& list(const Json& j, const char* key);
 
 // A results.json file of at most the limit of input_limits.h, in current names.
 Json read_results_json(const std::string& file);
-// What `build` makes of the document. What the document lacks is an InputError that names the file.
+// Result of `build` for the document. A value that the document lacks throws an InputError that
+// names the file.
 page::Page page_from(const std::string& file, const std::function<page::Page()>& build);
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-// Pages for people: one HTML file each that stands alone, offline, on paper and on a phone.
+// Report pages: each is one self-contained HTML file for screens, phones and paper, without network
+// access.
 //
 //   page::Page page("Auger, half full", "seed 1");
 //   page.top().cards({{"delivered", "75 of 80", "cubes", {page::Mark::good, "within"}}});
@@ -6,7 +7,7 @@
 //   loads.figure({plots::draw(plot), "Force on the auger.", "Force against time, at most 12 N"});
 //   page.write("auger.html");
 //
-// All texts are plain: whatever they hold is shown as it stands.
+// All texts are plain: their characters are shown literally.
 #pragma once
 
 #include <limits>
@@ -75,12 +76,12 @@ struct Table {
 
 struct Figure {
   std::string svg;        // of plots.h, inline
-  std::string caption;    // what is to be seen
-  std::string alt;        // the same for who cannot see it, numbers included
+  std::string caption;    // caption below the figure
+  std::string alt;        // text alternative for screen readers, numbers included
   bool on_paper = false;  // has fixed colors for a white background
 };
 
-// What a section or a fold holds, in order.
+// Content of a section or of a collapsible block, in order.
 class Content {
  public:
   Content& heading(const std::string& title);
@@ -95,9 +96,9 @@ class Content {
   Content& figures(const std::vector<Figure>& figures);  // side by side where there is room
   // Commands, one a line, with a button that copies them.
   Content& code(const std::string& text, const std::string& caption = "");
-  // Shown when opened, and on paper.
+  // A collapsible block, always open on paper.
   Content& fold(const std::string& summary, const Content& content, bool open = false);
-  Content& html(const std::string& trusted);  // as it stands
+  Content& html(const std::string& trusted);  // inserted unchanged
 
   const std::string& html() const { return html_; }
   bool empty() const { return html_.empty(); }
@@ -123,12 +124,12 @@ class Page {
   void add_script(std::string_view script);
   void add_data(const std::string& id, std::string_view base64);
   void add_style(std::string_view css);  // after the page's own; each text once
-  // Scripts of the page may ask the server that it comes from, and no other one.
+  // Scripts of the page may send requests to the server of the page only.
   void allow_requests_to_its_server() { asks_server_ = true; }
   void set_footer(std::string text) { footer_ = std::move(text); }
 
   std::string html() const;
-  // Replaces an older file in one go. Throws InputError unless FILE.html can be written.
+  // Replaces an older file atomically. Throws InputError unless FILE.html can be written.
   void write(const std::string& file) const;
   // Writes every figure as a separate SVG file, in the light colors on white: <section>.svg,
   // <section>-2.svg, ... Makes the folder; throws InputError where it cannot. The files' names.

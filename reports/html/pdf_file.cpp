@@ -4,9 +4,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <fstream>
-#include <iterator>
 
+#include "experiments/system/input_file.h"
 #include "experiments/system/output_file.h"
 #include "experiments/system/process.h"
 #include "experiments/system/temporary_folder.h"
@@ -18,11 +17,6 @@ namespace {
 constexpr int kNotFound = 127;
 constexpr std::array kBrowsers = {"chromium", "chromium-browser", "google-chrome",
                                   "google-chrome-stable"};
-
-std::string read_bytes(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 bool is_whole_pdf(const std::string& bytes) {
   const std::size_t end = bytes.rfind("%%EOF");
@@ -53,7 +47,7 @@ void write_pdf(const page::Page& page, const std::string& file) {
     arguments.front() = browser;
     const CommandResult result = run_command(arguments, folder.path().string(), limits);
     if (result.status == kNotFound) continue;
-    const std::string bytes = read_bytes(pdf);
+    const std::string bytes = read_own_file(pdf);
     if (result.status != 0 || !is_whole_pdf(bytes))
       throw RunError(fmt::format("{}: printed no whole PDF (status {}): {}", browser, result.status,
                                  last_line(result.err)));

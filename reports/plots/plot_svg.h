@@ -1,4 +1,4 @@
-// What plots share: how gnuplot is asked, and how its SVG becomes a part of a page.
+// Common parts of plots: gnuplot scripts, and the conversion of its SVG to an element of a page.
 #pragma once
 
 #include <array>
@@ -34,9 +34,9 @@ class Drawing {
   std::string data(const std::string& name,
                    const std::vector<std::array<double, Columns>>& rows) const;
 
-  // What the script draws, as an element that can stand anywhere in a page: its ids are its own.
+  // The drawing of the script as an SVG element with unique ids, for any place in a page.
   std::string svg(const std::string& script) const;
-  // Axes without data, which say so.
+  // Axes with the note that there are no data.
   std::string nothing(const std::string& x_title, const std::string& y_title) const;
 
  private:

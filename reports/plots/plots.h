@@ -15,7 +15,7 @@ struct Axis {
   std::string label;  // plain words: "force on the auger"
   std::string unit;   // "N"; empty or "1": none
   bool log = false;
-  std::optional<double> low, high;  // ends; by default as the data ask
+  std::optional<double> low, high;  // ends; by default the range of the data
   bool whole = false;               // counts: no ticks between whole numbers
 };
 

@@ -17,7 +17,7 @@ struct Aabb {
   }
 };
 
-// For each box the boxes of higher index that it meets, ascending.
+// For each box, the overlapping boxes of higher index, ascending.
 class AabbOverlaps {
  public:
   std::span<const std::int32_t> of(std::size_t box) const {

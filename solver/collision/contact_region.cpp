@@ -7,7 +7,7 @@
 namespace firn {
 namespace {
 
-// std::hypot guards against overflow that lengths in metres never see, at five times the price.
+// std::hypot guards against overflow, which lengths in meters cannot reach, at five times the cost.
 double length_of(const PlanePoint& a) { return std::sqrt(a.u * a.u + a.v * a.v); }
 double dot(const PlanePoint& a, const PlanePoint& b) { return a.u * b.u + a.v * b.v; }
 double cross(const PlanePoint& a, const PlanePoint& b) { return a.u * b.v - a.v * b.u; }

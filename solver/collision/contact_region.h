@@ -1,5 +1,5 @@
-// Where two features touch, seen along the contact normal: clipping, and weights of the outcome.
-// Internal to the narrow phase.
+// Touching region of two features, projected along the contact normal: clipping, and weights of its
+// corners. Internal to the narrow phase.
 #pragma once
 
 #include <cassert>

@@ -1,4 +1,4 @@
-// Corners of a part that are in the shell of a surface besides the feature that it shows there.
+// Corners of a part within the contact margin of a surface, in addition to its supporting feature.
 #pragma once
 
 #include <algorithm>

@@ -100,12 +100,12 @@ inline Support support(const ConvexPart& part, const Vec3& d) {
 CoreContact core_contact(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
                          GjkCache& cache);
 
-// Overlapping cores: the shallowest way out that leads through no internal face, and where they
-// meet. distance <= 0 up to rounding and the touching distance.
+// Overlapping cores: the minimum translation vector that leads through no internal face, and the
+// contact point. distance <= 0 up to rounding and the touching distance.
 CoreContact penetration(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
 
-// The same among the ways out within 45 degrees of `side` (unit, A's axes, from A to B), whether
-// the cores overlap or not.
+// penetration() restricted to directions within 45 degrees of `side` (unit, A's axes, from A to B),
+// for overlapping and separate cores.
 CoreContact penetration_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a,
                              const Vec3& side);
 

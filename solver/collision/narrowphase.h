@@ -1,5 +1,5 @@
 // Narrow phase: pure functions from two convex parts and a relative pose to distances and
-// manifolds. They know nothing of bodies, time or forces.
+// manifolds. They are independent of bodies, time and forces.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace firn {
 
-// Warm start of one pair of parts: the simplex of the last query, as vertex indices.
+// Warm start of GJK for one pair of parts: the simplex of the last query, as vertex indices.
 struct GjkCache {
   std::uint16_t a[4] = {0, 0, 0, 0};
   std::uint16_t b[4] = {0, 0, 0, 0};
@@ -23,7 +23,7 @@ struct ManifoldPoint {
   double weight = 0;  // m^2, share of the contact area: linear functions integrate exactly
 };
 
-// What a part shows to the other one: its flattest supporting feature.
+// The flattest supporting feature of a part towards the other one.
 struct ContactFeature {
   enum class Kind { vertex, edge, face };
   Kind kind = Kind::vertex;
@@ -81,13 +81,13 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts);
 void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,
              GjkCache& cache, Manifold& out);
 
-// The same for parts that are known to have met on one side: only ways out within 45 degrees of
-// `side` (unit, A's axes, from A to B) count, however much shorter another one is by now.
+// collide() for parts with a known side of contact: only separating directions within 45 degrees of
+// `side` (unit, A's axes, from A to B) are used, even when another one is shorter.
 void collide_from(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, const Vec3& side,
                   double shell, Manifold& out);
 
-// True when the vertex of `part` farthest along `way` (part axes) lies on a seam that `way` points
-// out through: what happens there is the neighbour's.
+// True when the vertex of `part` farthest along `way` (part axes) lies on a seam through which
+// `way` points outwards: the contact belongs to the neighboring part.
 bool leads_through_seam(const ConvexPart& part, const Vec3& way);
 
 // A against the solid half-space { x : n . x <= offset } in A's axes. The manifold's normal is -n
@@ -102,7 +102,8 @@ void extend_to_surfaces(const ConvexPart& a, const ConvexPart* b, const Pose& b_
                         double shell, const FlatSurface* surface_a, const FlatSurface* surface_b,
                         Manifold& manifold);
 
-// Distance of the two cores (no sweep), m; 0 when they overlap. For referees and placement.
+// Distance of the two cores (no sweep), m; 0 when they overlap. For reference computations and
+// placement.
 double core_distance(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, GjkCache& cache);
 
 }  // namespace firn

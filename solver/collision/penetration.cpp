@@ -14,7 +14,7 @@ namespace {
 // than fifty to expand.
 constexpr int kMaxQuestions = 800;
 
-// A core as libccd sees it: in A's axes, lengths in units of the pair's size.
+// A core for libccd: in A's axes, lengths in units of the pair's size.
 struct Placed {
   const ConvexPart* part;
   const Pose* pose;  // part -> A's axes
@@ -25,8 +25,8 @@ struct Placed {
 void ccd_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
   const auto& o = *static_cast<const Placed*>(object);
   if (--*o.questions < 0) {
-    // Its expansion knows no limit, and on flat or parallel features may turn in circles. A support
-    // at the origin says that nothing is left to expand: it ends with the best it has.
+    // Its expansion has no iteration limit and may cycle on flat or parallel features. A support at
+    // the origin says that nothing is left to expand: it ends with the best it has.
     ccdVec3Set(out, 0, 0, 0);
     return;
   }
@@ -72,7 +72,7 @@ void leave_to_neighbor(const Pair& p, const Way& best_seam, Way& best) {
   if (!std::isfinite(best.depth) || best.depth > best_seam.depth + farther) best = best_seam;
 }
 
-// Direction of libccd's expanding polytope; false when it sees no overlap or gives up.
+// Direction of libccd's expanding polytope; false when it finds no overlap or fails.
 bool ccd_direction(const Pair& p, Vec3& n) {
   const Pose identity;
   const double per_metre = 1 / std::min(p.a.bounding_radius, p.b.bounding_radius);

@@ -1,10 +1,10 @@
-// Contacts between two bodies: patches, their points, their memory, and the force law.
+// Contacts between two bodies: patches, contact points, contact history and the force law.
 //
-// What one body feels from another is one or more patches. A patch is a connected touching region
+// The contact of two bodies consists of one or more patches. A patch is a connected touching region
 // with one normal and the full stiffness K of the pair, however many convex parts, facets or
-// clipped vertices lie under it. Its points share K by the area they stand for; each carries its
-// own hysteretic normal force, so that a flat face resists tilting and loses rocking energy.
-// Friction is one tangential and one torsional spring per patch, with a common limit. See
+// clipped vertices lie under it. Its points share K in proportion to their areas. Each point has
+// its own hysteretic normal force, so that a flat face resists tilting and dissipates rocking
+// energy. Friction is one tangential and one torsional spring per patch, with a common limit. See
 // docs/contact.md.
 #pragma once
 
@@ -17,21 +17,22 @@
 
 namespace firn {
 
-// Constants of a pair of shapes (or shape and boundary), made once from the model.
+// Coefficients of the force law for a pair of shapes (or shape and boundary), computed once from
+// the model.
 struct PairLaw {
-  double stiffness = 0;             // N/m, K_nl of equation (4)
-  double unloading_ratio = 1;       // K_nu / K_nl = 1 / epsilon^2, equation (5)
-  double floor = 0;                 // lambda of equation (3)
-  double tangential_stiffness = 0;  // N/m, K_tau
+  double stiffness = 0;                // N/m, K_nl of equation (4)
+  double unloading_ratio = 1;          // K_nu / K_nl = 1 / epsilon^2, equation (5)
+  double minimum_unloading_ratio = 0;  // lambda of equation (3)
+  double tangential_stiffness = 0;     // N/m, K_tau
   double static_friction = 0;
   double dynamic_friction = 0;
-  double sliding_speed = 0;      // m/s
-  double rolling_limit = 0;      // m: rolling moment limit / normal force
-  double shell = 0;              // m
-  double refresh = 0;            // m of relative motion between two searches for contacts
-  double merge = 0;              // m, points nearer than this are one
-  double same_place = 0;         // m, a point nearer than this to an old one is the same
-  double deep = 0;               // m, overlap at birth that counts as late detection
+  double restick_velocity = 0;         // m/s
+  double rolling_limit = 0;            // m: rolling moment limit / normal force
+  double contact_margin = 0;           // m
+  double contact_update_distance = 0;  // m of relative motion between two searches for contacts
+  double merge_distance = 0;           // m, points of one search closer than this are merged
+  double match_distance = 0;     // m, a point closer than this to an old one inherits its history
+  double late_overlap = 0;       // m, larger overlap of a new patch: late contact
   double overlap_limit = 0;      // m
   double adhesion_force = 0;     // N, of a patch that touches as a whole
   double adhesion_fraction = 0;  // of K
@@ -39,10 +40,10 @@ struct PairLaw {
 };
 
 struct ContactPoint {
-  Vec3 offset = Vec3::Zero();  // m, from the patch's reference point, world axes
-  double gap = 0;              // m; negative: overlap
-  double force = 0;            // N, normal, never attractive
-  double share = 0;            // of the stiffness K of the pair
+  Vec3 offset = Vec3::Zero();     // m, from the patch's reference point, world axes
+  double gap = 0;                 // m; negative: overlap
+  double force = 0;               // N, normal, never attractive
+  double stiffness_fraction = 0;  // of the stiffness K of the pair
 };
 
 // How elongated the touching region of a patch is: e = (I1 - I2) / (I1 + I2) of its principal
@@ -52,9 +53,9 @@ struct Elongation {
   float cosine = 0, sine = 0;  // e cos 2a, e sin 2a
 };
 
-// Two lines of the processor's caches: a bed at rest does little but walk through these.
+// Two cache lines: a bed at rest spends most of its time reading patches.
 struct alignas(64) Patch {
-  // In fours, each one wide load (see PatchBlock).
+  // Groups of four numbers, each read by one wide load (see PatchBlock).
   Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
   double torsion = 0;              // N m, about the normal, on a
   Vec3 arm = Vec3::Zero();         // m, reference point (pressure centre) minus centre of a, world
@@ -72,14 +73,15 @@ struct alignas(64) Patch {
 };
 static_assert(sizeof(Patch) == 128 && sizeof(ContactPoint) == 48);
 
-// What most steps do not need of a patch.
+// Data of a patch that most steps do not read.
 struct PatchDetail {
   Vec3 rolling = Vec3::Zero();  // N m, rolling moment on a, world
   double area = 0;              // m^2, of the touching region
 };
 
-// N, the least force of a point that has borne and still overlaps. It is the state "in contact" and
-// nothing a body feels: a point of exactly zero is one that touches for the first time.
+// N, minimum force of a point that has been loaded and still overlaps. It marks the state "in
+// contact" and has no effect on a body. A force of exactly zero marks a point that touches for the
+// first time.
 inline constexpr double kInContact = 1e-150;
 
 // Hysteretic linear spring, equation (3), for one point (T = double) or four (T = Four): the force
@@ -108,29 +110,30 @@ inline double normal_force(double previous, double stiffness, double unloading_s
   return force;
 }
 
-// How the two bodies move against each other at a patch, over one step.
-struct Approach {
+// Relative motion of the two bodies at a patch, over one step.
+struct PatchMotion {
   double closing;  // m, of the reference point, along the normal
   Vec tilt;        // the point at offset o closes by `closing` + o . tilt
   Vec slip;        // m/s, across the normal
   double turn;     // rad, about the normal
 };
 
-// m, how far a point closes in the step.
-[[gnu::always_inline]] inline double closing_of(const Approach& way, const ContactPoint& point) {
-  return way.closing + dot(plain(point.offset), way.tilt);
+// m, approach of a point in the step along the normal.
+[[gnu::always_inline]] inline double closing_of(const PatchMotion& motion,
+                                                const ContactPoint& point) {
+  return motion.closing + dot(plain(point.offset), motion.tilt);
 }
 
 // velocity: m/s, of a's material point minus b's at the reference point; spin: rad/s, a minus b.
-[[gnu::always_inline]] inline Approach approach(const Vec& normal, const Vec& velocity,
-                                                const Vec& spin, double dt) {
+[[gnu::always_inline]] inline PatchMotion patch_motion(const Vec& normal, const Vec& velocity,
+                                                       const Vec& spin, double dt) {
   const double closing = dot(velocity, normal);
   // (v + w x o) . n dt = v . n dt + o . (n x w) dt
   return {closing * dt, dt * cross(normal, spin), velocity - closing * normal,
           dot(spin, normal) * dt};
 }
 
-// What the points of a patch bear together.
+// Sums over the contact points of a patch.
 struct NormalLoad {
   double force = 0;    // N
   Vec offset_force{};  // N m, sum of force times offset
@@ -138,18 +141,19 @@ struct NormalLoad {
   double work = 0;     // J taken from the bodies in this step: stored or lost
 };
 
-// All points of a patch, one after the other: what PatchBlock does for many patches.
+// Advances all points of a patch. PatchBlock does the same for many patches in vectors.
 inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, ContactPoint* points,
-                                 const Approach& way) {
+                                 const PatchMotion& motion) {
   NormalLoad out;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
-    const double ds = closing_of(way, p);
+    const double ds = closing_of(motion, p);
     if (!patch.fresh) p.gap -= ds;
     const double before = p.force;
-    const double k = law.stiffness * p.share;
-    p.force = normal_force(before, k, k * law.unloading_ratio, law.floor, -p.gap, ds);
+    const double k = law.stiffness * p.stiffness_fraction;
+    p.force =
+        normal_force(before, k, k * law.unloading_ratio, law.minimum_unloading_ratio, -p.gap, ds);
     out.force += p.force;
     out.offset_force = out.offset_force + p.force * offset;
     out.overlap = std::max(out.overlap, -p.gap);
@@ -161,7 +165,7 @@ inline NormalLoad advance_points(const PairLaw& law, const Patch& patch, Contact
 // Constants of friction, and its state: the tangential force, the torsion, and whether it slides
 // (1) or sticks (0).
 struct FrictionLaw {
-  double stiffness, static_friction, dynamic_friction, sliding_speed;
+  double stiffness, static_friction, dynamic_friction, restick_velocity;
 };
 struct FrictionState {
   Vec tangential;  // N, on a
@@ -173,7 +177,7 @@ struct FrictionStep {
   double work;  // J taken from the bodies
 };
 
-// The touching region as friction takes it.
+// Touching region of a patch, for the friction limit.
 struct FrictionRegion {
   Vec normal;           // unit, from a to b
   double radius;        // m, mean distance of its area from its centroid
@@ -191,8 +195,8 @@ inline double mean_distance(double h) {
   return 0.93743 + h * (-0.05493 + h * (0.02635 - h * 0.04111));
 }
 
-// A friction force F and a torsion M at once, by what the limit depends on. All are squares, of
-// forces and of torsions over the radius.
+// Quantities of a friction force F with a torsion M on which the limit depends: squares of forces,
+// and of torsions over the radius.
 struct FrictionLoad {
   double force2, torsion2;  // |F|^2, (M / r)^2
   double along, across;  // |F|^2 e cos 2p, |F|^2 e sin 2p: F is at the angle p from the long axis
@@ -213,13 +217,13 @@ struct FrictionLoad {
           region.cosine * product - region.sine * difference};
 }
 
-// What a uniform face holds of friction at once as a force f and a torsion m, in parts of what it
-// holds of either alone:
+// Friction limit of a uniform face under a force f and a torsion m, each relative to its limit
+// alone:
 //   f^2 + m^2 = g(t, q),  g = 1 - (p0 + p1 t + p2 t^2 + q (d0 + d1 t + d2 t^2)) t (1 - t)
 //   t = m^2 / (f^2 + m^2),  q = e cos 2p
 // with the elongation e and the angle p of the force from the long axis. The coefficients p depend
 // on h = e^2. All are fitted to Coulomb's law, integrated over rectangles that turn while they
-// slide in each direction: f and m are met within 4 % up to an aspect ratio of 10.
+// slide in each direction. The fit deviates by at most 4 % in f and m up to an aspect ratio of 10.
 struct FrictionLimit {
   static constexpr double d0 = -1.2298, d1 = 2.0085, d2 = -1.4664;
   double p0, p1, p2;
@@ -230,11 +234,11 @@ struct FrictionLimit {
   [[gnu::always_inline]] double size(double t, double q) const {
     return 1 - polynomial(t, q) * (t * (1 - t));
   }
-  // Of g over t.
+  // Derivative of g with respect to t.
   [[gnu::always_inline]] double slope(double t, double q) const {
     return -(p1 + q * d1 + 2 * t * (p2 + q * d2)) * (t * (1 - t)) - polynomial(t, q) * (1 - 2 * t);
   }
-  // Of g over q, divided by 1 - t.
+  // Derivative of g with respect to q, divided by 1 - t.
   [[gnu::always_inline]] static double turn(double t) { return -(d0 + t * (d1 + t * d2)) * t; }
 
  private:
@@ -243,19 +247,20 @@ struct FrictionLimit {
   }
 };
 
-// What a trial force and torsion become at the limit: the force is `along` times itself and
-// `across` times itself turned by 90 degrees about the normal.
+// Factors that return a trial force and torsion to the limit: the new force is `along` times the
+// trial force plus `across` times the trial force turned by 90 degrees about the normal.
 struct FrictionScale {
   double along, across, torsion;
 };
-// Brings a trial back to the limit along its normal, as slip at the limit goes along the normal.
-// The normal is that at the state before: a limit that is slid on for some steps is met exactly.
-// `excess`: the trial over the limit in its direction, above 1.
+// Returns a trial to the limit surface along the normal of that surface, the direction of slip at
+// the limit. The normal is evaluated at the previous state: after some steps of sliding, the state
+// lies exactly on the limit. `excess`: the trial over the limit in its direction, above 1.
 [[gnu::always_inline]] inline FrictionScale friction_scale(const FrictionLimit& limit,
                                                            const FrictionLoad& trial,
                                                            const FrictionLoad& before,
                                                            double limit2, double excess) {
-  // With a little of the trial: from rest, its direction decides, and not that of a rounding error.
+  // A small part of the trial is added: from rest, the trial gives the direction instead of a
+  // rounding error.
   const double over = excess > 1 ? excess : 1.0, share = 0.01 / (over * over), way = over - 1;
   const FrictionLoad at = {
       before.force2 + share * trial.force2, before.torsion2 + share * trial.torsion2,
@@ -280,29 +285,30 @@ struct FrictionScale {
 
 // Elastic-frictional tangential spring at the reference point, equations (8) and (9), with a static
 // and a dynamic coefficient, and a torsional spring about the normal at the radius of the patch.
-// Both share one limit. A patch that bears nothing forgets. Without branches, as above.
+// Both share one limit. Without a normal force, both springs are reset. Branch-free, as above.
 [[gnu::always_inline]] inline FrictionStep advance_friction(const FrictionLaw& law,
                                                             const FrictionState& before,
                                                             double normal_force,
                                                             const FrictionRegion& region,
-                                                            const Approach& way, double dt) {
+                                                            const PatchMotion& motion, double dt) {
   const double torsion_radius = region.radius;
   const FrictionLimit limit(region.cosine * region.cosine + region.sine * region.sine);
   const TangentBasis basis = tangent_basis(region.normal);
   const bool bears = normal_force > 0;
-  const Vec trial = before.tangential - (law.stiffness * dt) * way.slip;
-  const double free = before.torsion - law.stiffness * torsion_radius * torsion_radius * way.turn;
+  const Vec trial = before.tangential - (law.stiffness * dt) * motion.slip;
+  const double free =
+      before.torsion - law.stiffness * torsion_radius * torsion_radius * motion.turn;
   const double lever = torsion_radius > 0 ? 1 / torsion_radius : 0.0;
   const FrictionLoad load =
       friction_load(region, dot(trial, basis.u), dot(trial, basis.v), free * lever);
   const FrictionLoad load_before =
       friction_load(region, dot(before.tangential, basis.u), dot(before.tangential, basis.v),
                     before.torsion * lever);
-  // What a cap must be to hold both.
+  // Square of the limit that would hold both.
   const double needed2 = (load.force2 + load.torsion2) / limit.size(load.t(), load.q());
   const double static_cap = law.static_friction * normal_force;
   const double dynamic_cap = law.dynamic_friction * normal_force;
-  const bool slow = square(way.slip) < law.sliding_speed * law.sliding_speed;
+  const bool slow = square(motion.slip) < law.restick_velocity * law.restick_velocity;
   const bool held = needed2 <= dynamic_cap * dynamic_cap;
   double sliding = held ? (slow ? 0.0 : before.sliding) : before.sliding;
   sliding = needed2 > static_cap * static_cap ? 1.0 : sliding;
@@ -315,13 +321,13 @@ struct FrictionScale {
                          (beyond ? scale.across : 0.0) * cross(region.normal, trial);
   out.state.torsion = torsion_radius > 0 ? (beyond ? scale.torsion : 1.0) * free : 0.0;
   out.state.sliding = bears ? sliding : 0.0;
-  const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, way.slip) -
-                      0.5 * (before.torsion + out.state.torsion) * way.turn;
+  const double work = -0.5 * dt * dot(before.tangential + out.state.tangential, motion.slip) -
+                      0.5 * (before.torsion + out.state.torsion) * motion.turn;
   out.work = bears ? work : 0.0;
   return out;
 }
 
-// Force on a, and moment on a about the reference point; b feels the opposite.
+// Force on a, and moment on a about the reference point. The load on b is opposite.
 struct Wrench {
   Vec force, moment;  // N, N m
 };
@@ -338,7 +344,7 @@ inline double rolling_stiffness(const PairLaw& law) {
   return 2.25 * law.stiffness * law.rolling_limit * law.rolling_limit;
 }
 
-// Advances the rolling moment (on a) and returns the work that it takes, J.
+// Advances the rolling moment (on a). Returns the work that it takes from the bodies, J.
 inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& rolling,
                               const Vec3& spin, double dt) {
   const Vec3 across = spin - patch.normal * spin.dot(patch.normal);
@@ -350,13 +356,13 @@ inline double advance_rolling(const PairLaw& law, const Patch& patch, Vec3& roll
   return patch.normal_force > 0 ? -0.5 * dt * (before + rolling).dot(across) : 0;
 }
 
-// Adhesion pulls at the points that overlap. The constant force is shared out by area over all
-// points of the patch, the other one goes with the overlap as the stiffness does: what is felt
-// depends on the contact and not on the number of its points. Both are functions of the overlap
-// alone, so they have a potential, which is below zero.
-inline double sum_of_shares(const Patch& patch, const ContactPoint* points) {
+// Adhesion acts at the points that overlap. The constant force is distributed by area over all
+// points of the patch. The other force is proportional to the overlap, with the stiffness of the
+// point. The sum therefore does not depend on the number of points. Both are functions of the
+// overlap alone and have a negative potential.
+inline double sum_of_fractions(const Patch& patch, const ContactPoint* points) {
   double sum = 0;
-  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].share;
+  for (std::uint32_t i = 0; i < patch.point_count; ++i) sum += points[i].stiffness_fraction;
   return sum;
 }
 struct Adhesion {
@@ -365,21 +371,21 @@ struct Adhesion {
 // Of one point at this gap; `sum` is that of the shares.
 inline Adhesion adhesion_of(const PairLaw& law, const ContactPoint& point, double gap, double sum) {
   const double overlap = std::max(0.0, -gap);
-  const double constant = overlap > 0 && sum > 0 ? law.adhesion_force * point.share / sum : 0;
-  const double stiffness = law.adhesion_fraction * law.stiffness * point.share;
+  const double constant =
+      overlap > 0 && sum > 0 ? law.adhesion_force * point.stiffness_fraction / sum : 0;
+  const double stiffness = law.adhesion_fraction * law.stiffness * point.stiffness_fraction;
   return {constant + stiffness * overlap, -(constant + 0.5 * stiffness * overlap) * overlap};
 }
 // Of the whole patch after its points have been advanced: force, sum of force times offset, and the
-// work that it takes from the bodies, below zero as they come together. The deepest point is not
-// looked for.
+// work that it takes from the bodies, below zero as they come together. `overlap` is not computed.
 inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const ContactPoint* points,
-                              const Approach& way) {
+                              const PatchMotion& motion) {
   NormalLoad out;
-  const double sum = sum_of_shares(patch, points);
+  const double sum = sum_of_fractions(patch, points);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = points[i];
     const Vec offset = plain(p.offset);
-    const double ds = closing_of(way, p);
+    const double ds = closing_of(motion, p);
     const double force = adhesion_of(law, p, p.gap, sum).force;
     out.force += force;
     out.offset_force = out.offset_force + force * offset;
@@ -392,7 +398,7 @@ inline NormalLoad adhesion_of(const PairLaw& law, const Patch& patch, const Cont
 inline double spring_energy(const PairLaw& law, const Patch& patch, const ContactPoint* points) {
   double energy = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double ku = law.stiffness * points[i].share * law.unloading_ratio;
+    const double ku = law.stiffness * points[i].stiffness_fraction * law.unloading_ratio;
     if (ku > 0) energy += 0.5 * points[i].force * points[i].force / ku;
   }
   return energy;
@@ -413,7 +419,7 @@ inline StoredEnergy stored_energy(const PairLaw& law, const Patch& patch, const 
     if (r > 0) e.friction += 0.5 * patch.torsion * patch.torsion / (kt * r * r);
   }
   if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
-    const double sum = sum_of_shares(patch, points);
+    const double sum = sum_of_fractions(patch, points);
     for (std::uint32_t i = 0; i < patch.point_count; ++i)
       e.normal += adhesion_of(law, points[i], points[i].gap, sum).potential;
   }

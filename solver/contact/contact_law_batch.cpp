@@ -118,9 +118,9 @@ void PatchBlock::compute_relative_motion(double dt) {
   for (int k = 0; k < count_; ++k) {
     const Vec spin = spin_.vec(k);
     const Vec velocity = velocity_.vec(k) + cross(spin, arm_.vec(k));
-    const Approach way = approach(normal_.vec(k), velocity, spin, dt);
-    tilt_.set(k, way.tilt, way.closing);
-    slip_.set(k, way.slip, way.turn);
+    const PatchMotion motion = patch_motion(normal_.vec(k), velocity, spin, dt);
+    tilt_.set(k, motion.tilt, motion.closing);
+    slip_.set(k, motion.slip, motion.turn);
   }
 }
 
@@ -128,9 +128,9 @@ namespace {
 
 // Four points of any patches, and what their patches and laws say of them, side by side.
 struct FourPoints {
-  Four tilt_x, tilt_y, tilt_z, closing;  // of Approach
+  Four tilt_x, tilt_y, tilt_z, closing;  // of PatchMotion
   Four stiffness, ratio, floor;          // of PairLaw
-  Four ageing;                           // see PatchBlock
+  Four gap_factor;                       // see PatchBlock
 };
 struct FourLoads {
   Four x, y, z, force;  // N m, force times offset; N
@@ -150,7 +150,7 @@ struct FourLoads {
       0, [&](int i) { return &points[i]->offset; }, x, y, z, gap);
   get_twos(forces, before, share);
   const Four ds = in.closing + (x * in.tilt_x + y * in.tilt_y + z * in.tilt_z);
-  gap -= in.ageing * ds;
+  gap -= in.gap_factor * ds;
   const Four overlap = -gap, own = in.stiffness * share;
   compute_normal_force(before, own, Four(own * in.ratio), in.floor, overlap, ds, out.force);
   put_twos(gap, out.force, gaps);
@@ -163,11 +163,11 @@ struct FourLoads {
 
 }  // namespace
 
-void PatchBlock::compute_other_point(int k, ContactPoint& p) {
+void PatchBlock::compute_further_point(int k, ContactPoint& p) {
   const Vec offset = plain(p.offset);
   const double ds = tilt_.w[k] + dot(offset, tilt_.vec(k));
   p.gap -= advance_gap_[k] * ds;
-  const double before = p.force, own = spring_.x[k] * p.share;
+  const double before = p.force, own = spring_.x[k] * p.stiffness_fraction;
   p.force = firn::normal_force(before, own, own * spring_.y[k], spring_.z[k], -p.gap, ds);
   const Vec offset_force = p.force * offset;
   normal_load_.set(k, normal_load_.vec(k) + offset_force, normal_load_.w[k] + p.force);
@@ -183,22 +183,22 @@ void PatchBlock::compute_normal_forces() {
   for (int k = 0; k < count_; k += 4) compute_first_points(k, deepest);
   deepest_ = std::max(std::max(deepest[0], deepest[1]), std::max(deepest[2], deepest[3]));
   constexpr int kListed = 3;  // of a patch; faces rarely share more than four corners
-  struct Other {
+  struct FurtherPoint {
     ContactPoint* point;
     int patch;
-  } others[kListed * room];
+  } further[kListed * capacity];
   int listed = 0, most = 0;
   for (int k = 0; k < count_; ++k) {
     const int others_of_k = patch_[k]->point_count - 1;
     // All three are written, and stay if they are wanted.
-    for (int i = 0; i < kListed; ++i) others[listed + i] = {points_[k] + 1 + i, k};
+    for (int i = 0; i < kListed; ++i) further[listed + i] = {points_[k] + 1 + i, k};
     listed += std::min(others_of_k, kListed);
     most = std::max(most, others_of_k);
   }
-  for (int i = 0; i < listed; ++i) compute_other_point(others[i].patch, *others[i].point);
+  for (int i = 0; i < listed; ++i) compute_further_point(further[i].patch, *further[i].point);
   for (int k = 0; k < count_ && most > kListed; ++k) {
     for (int i = 1 + kListed; i < patch_[k]->point_count; ++i)
-      compute_other_point(k, points_[k][i]);
+      compute_further_point(k, points_[k][i]);
   }
 }
 
@@ -212,7 +212,7 @@ void PatchBlock::compute_first_points(int k, Four& deepest) {
   get(spring_.x + k, in.stiffness);
   get(spring_.y + k, in.ratio);
   get(spring_.z + k, in.floor);
-  get(advance_gap_ + k, in.ageing);
+  get(advance_gap_ + k, in.gap_factor);
   compute_four_points(points_ + k, in, load);
   deepest = deepest < load.overlap ? load.overlap : deepest;
   put(load.x, normal_load_.x + k);
@@ -225,11 +225,11 @@ void PatchBlock::compute_first_points(int k, Four& deepest) {
 void PatchBlock::compute_friction(double dt) {
   for (int k = 0; k < count_; ++k) {
     const double pressing = normal_load_.w[k];
-    const Approach way{0, {}, slip_.vec(k), slip_.w[k]};
+    const PatchMotion motion{0, {}, slip_.vec(k), slip_.w[k]};
     const FrictionStep step = advance_friction(
         {friction_.x[k], friction_.y[k], friction_.z[k], friction_.w[k]},
         {tangential_.vec(k), normal_.w[k], sliding_[k]}, pressing,
-        {normal_.vec(k), arm_.w[k], elongation_cosine_[k], elongation_sine_[k]}, way, dt);
+        {normal_.vec(k), arm_.w[k], elongation_cosine_[k], elongation_sine_[k]}, motion, dt);
     const Wrench on_a = wrench(normal_.vec(k), pressing, normal_load_.vec(k), step.state);
     const Vec moment = on_a.moment + cross(arm_.vec(k), on_a.force);
     const Vec counter = moment + cross(center_offset_.vec(k), on_a.force);  // arm_b = arm_a + apart
@@ -261,8 +261,8 @@ void PatchBlock::add_options(int k, double dt) {
     add(-1.0 * plain(rolling), moment_b_[k]);
   }
   if (law.adhesion_force > 0 || law.adhesion_fraction > 0) {
-    const Approach way{tilt_.w[k], tilt_.vec(k), {}, 0};
-    const NormalLoad pull = adhesion_of(law, patch, points_[k], way);
+    const PatchMotion motion{tilt_.w[k], tilt_.vec(k), {}, 0};
+    const NormalLoad pull = adhesion_of(law, patch, points_[k], motion);
     work_normal_[k] += pull.work;
     const Vec normal = plain(patch.normal), force = pull.force * normal;
     const Vec moment = cross(plain(patch.arm), force) - cross(normal, pull.offset_force);

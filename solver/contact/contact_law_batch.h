@@ -1,5 +1,5 @@
-// The force law of many patches side by side: numbers of like kind lie together, so that the
-// compiler makes vector code of it, and the long chain of one patch is hidden behind the others.
+// Force law of several patches in a batch. Quantities of one kind are stored in one array, so that
+// the compiler vectorizes the loops and the latency of one patch overlaps with the others.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,21 @@
 
 namespace firn {
 
-// A pair with patches, as the force law walks through them.
+// A pair with patches: the input of the force law.
 struct ActivePair {
   std::uint32_t pair = 0;  // its number
   std::uint32_t first_patch = 0, patch_count = 0, first_point = 0;
-  std::int32_t a = 0, b = 0;               // bodies
-  std::int32_t law = 0;                    // index into Workspace::laws
-  std::uint16_t local_a = 0, local_b = 0;  // which of the bodies of a range of pairs these are
+  std::int32_t a = 0, b = 0;  // bodies
+  std::int32_t law = 0;       // index into Workspace::laws
+  std::uint16_t local_a = 0,
+                local_b = 0;  // indices of a and b among the bodies of the range of pairs
 };
 
-// What one patch adds to its two bodies in this step. The fourth numbers of the moments are zero.
+// Load of one patch on its two bodies in this step. The fourth components of the moments are zero.
 struct PatchLoad {
   std::int32_t a, b;   // bodies
   std::int32_t law;    // index into Workspace::laws
-  Quad force;          // N, on a; b feels the opposite; and the normal force
+  Quad force;          // N, on a (opposite on b); fourth: the normal force
   Quad moment_a;       // N m, on a, about its centre
   Quad moment_b;       // N m, on b, about its centre (origin)
   double normal;       // N
@@ -31,7 +32,7 @@ struct PatchLoad {
   double work_friction;
 };
 
-// Two bodies against each other. The fourth numbers are of no meaning.
+// Relative motion of two bodies. The fourth components are unused.
 struct PairMotion {
   Quad velocity;  // m/s, a's minus b's, of the points of both at the centre of a
   Quad spin;      // rad/s, a's minus b's
@@ -40,17 +41,17 @@ struct PairMotion {
 
 class PatchBlock {
  public:
-  // Few enough to stay in the first cache with what they stand for, and not to have more fetched at
-  // once than the processor can wait for.
-  static constexpr int room = 8;
+  // Small enough that patches and points fit into the first-level cache, and that their prefetches
+  // do not exceed the outstanding loads of the processor.
+  static constexpr int capacity = 8;
 
   // The arrays that patches come from: `rolling` has a moment for each of `patches`. Bodies from
   // `first_boundary` on are boundaries.
   PatchBlock(Patch* patches, PatchDetail* details, std::int32_t first_boundary)
       : patches_(patches), details_(details), first_boundary_(first_boundary) {}
 
-  // Adds a patch of a pair. Pair, law, patch and points must stay until the block has been read.
-  // Call while !full().
+  // Adds a patch of a pair. Pair, law, patch and points must stay valid until the results of the
+  // block have been read. Call while !full().
   void add(const ActivePair& pair, const PairLaw& law, Patch& patch, ContactPoint* points,
            const PairMotion& motion) {
     const int k = count_++;
@@ -65,7 +66,7 @@ class PatchBlock {
     at_boundary_[boundary_count_] = k;
     boundary_count_ += pair.b >= first_boundary_;
   }
-  bool full() const { return count_ == room; }
+  bool full() const { return count_ == capacity; }
   int size() const { return count_; }
   void clear() {
     count_ = boundary_count_ = 0;
@@ -75,17 +76,17 @@ class PatchBlock {
     return {at_boundary_, static_cast<std::size_t>(boundary_count_)};
   }
 
-  // Advances all patches by dt and writes their memory back.
+  // Advances all patches by dt and stores their contact history.
   void advance(double dt);
 
-  // What patch k does after that.
+  // Results of patch k after that.
   std::uint16_t local_a(int k) const { return pair_[k]->local_a; }
   std::uint16_t local_b(int k) const { return pair_[k]->local_b; }
   const Quad& force(int k) const { return force_[k]; }
   const Quad& moment_a(int k) const { return moment_a_[k]; }
   const Quad& moment_b(int k) const { return moment_b_[k]; }
   double normal_force(int k) const { return normal_load_.w[k]; }
-  double deepest() const { return deepest_; }  // m, no patch overlaps by more
+  double deepest() const { return deepest_; }  // m, largest overlap of all patches
   double overlap(int k) const {                // m, deepest point
     double deepest = 0;
     for (int i = 0; i < patch_[k]->point_count; ++i)
@@ -102,7 +103,7 @@ class PatchBlock {
  private:
   // The components of a Quad for all patches.
   struct alignas(32) Columns {
-    double x[room], y[room], z[room], w[room];
+    double x[capacity], y[capacity], z[capacity], w[capacity];
     Vec vec(int k) const { return {x[k], y[k], z[k]}; }
     void set(int k, const Vec& v, double fourth) {
       x[k] = v.x;
@@ -110,18 +111,18 @@ class PatchBlock {
       z[k] = v.z;
       w[k] = fourth;
     }
-    // From or to four rows, wherever they lie.
+    // Gathers from or scatters to four rows at any addresses.
     template <class RowOf>
     void gather(int k, const RowOf& row_of);
     template <class RowOf>
     void scatter(int k, const RowOf& row_of) const;
   };
   void pad();
-  void gather(int k);  // four from k on, as below
+  void gather(int k);  // patches k to k + 3
   void compute_relative_motion(double dt);
   void compute_normal_forces();
   void compute_first_points(int k, Four& deepest);
-  [[gnu::always_inline]] inline void compute_other_point(int k, ContactPoint& p);  // of patch k
+  [[gnu::always_inline]] inline void compute_further_point(int k, ContactPoint& p);  // of patch k
   void compute_friction(double dt);
   void scatter(int k);
   [[gnu::noinline]] void add_options(double dt);
@@ -132,39 +133,43 @@ class PatchBlock {
   std::int32_t first_boundary_;
   int count_ = 0, boundary_count_ = 0;
   double deepest_ = 0;
-  const ActivePair* pair_[room];
-  const PairLaw* law_[room];
-  Patch* patch_[room];
-  ContactPoint* points_[room];
-  int at_boundary_[room + 1];
+  const ActivePair* pair_[capacity];
+  const PairLaw* law_[capacity];
+  Patch* patch_[capacity];
+  ContactPoint* points_[capacity];
+  int at_boundary_[capacity + 1];
   bool with_options_ = false;   // a patch has rolling resistance or adhesion
-  Patch padding_patch_;         // fills up a four,
+  Patch padding_patch_;         // completes a group of four,
   ContactPoint padding_point_;  // and its point
-  // Rows as they come from and go to bodies, and columns as the law wants them.
-  PairMotion motion_[room];
-  Quad force_[room], moment_a_[room], moment_b_[room];
+  // Rows for exchange with the bodies, columns for the force law.
+  PairMotion motion_[capacity];
+  Quad force_[capacity], moment_a_[capacity], moment_b_[capacity];
   Columns normal_;      // and torsion
   Columns arm_;         // and torsion radius
   Columns tangential_;  // and normal force, afterwards
-  Columns spring_;      // stiffness, unloading ratio, floor
-  Columns friction_;    // stiffness, static, dynamic, sliding speed
+  Columns spring_;      // stiffness, unloading ratio, minimum unloading ratio
+  Columns friction_;    // stiffness, static and dynamic coefficient, restick velocity
   Columns velocity_, spin_, center_offset_, force_on_a_, moment_, moment_on_b_;
   Columns tilt_;         // and closing
   Columns slip_;         // and turn
   Columns normal_load_;  // sum of force times offset, and normal force
-  alignas(32) double elongation_cosine_[room], elongation_sine_[room];
-  alignas(32) double torsion_[room], sliding_[room], work_normal_[room], work_friction_[room];
-  alignas(32) double advance_gap_[room];  // 1: gaps are to be advanced, 0: they are fresh
+  alignas(32) double elongation_cosine_[capacity], elongation_sine_[capacity];
+  alignas(32) double torsion_[capacity], sliding_[capacity], work_normal_[capacity],
+      work_friction_[capacity];
+  alignas(
+      32) double advance_gap_[capacity];  // 1: gaps are advanced, 0: gaps are those of this instant
 };
 
 static_assert(offsetof(Patch, torsion) == offsetof(Patch, normal) + sizeof(Vec3) &&
               offsetof(Patch, torsion_radius) == offsetof(Patch, arm) + sizeof(Vec3) &&
               offsetof(Patch, normal_force) == offsetof(Patch, tangential) + sizeof(Vec3));
-static_assert(offsetof(PairLaw, floor) == offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
-              offsetof(PairLaw, sliding_speed) ==
+static_assert(offsetof(PairLaw, minimum_unloading_ratio) ==
+                  offsetof(PairLaw, stiffness) + 2 * sizeof(double) &&
+              offsetof(PairLaw, restick_velocity) ==
                   offsetof(PairLaw, tangential_stiffness) + 3 * sizeof(double));
 static_assert(offsetof(ContactPoint, gap) == offsetof(ContactPoint, offset) + sizeof(Vec3) &&
               offsetof(ContactPoint, force) == offsetof(ContactPoint, gap) + sizeof(double) &&
-              offsetof(ContactPoint, share) == offsetof(ContactPoint, force) + sizeof(double));
+              offsetof(ContactPoint, stiffness_fraction) ==
+                  offsetof(ContactPoint, force) + sizeof(double));
 
 }  // namespace firn

@@ -105,18 +105,18 @@ void add_point(std::vector<ContactPoint>& points, std::size_t first, const Vec3&
   for (std::size_t i = first; i < points.size(); ++i) {
     ContactPoint& p = points[i];
     if ((p.offset - place).squaredNorm() < merge * merge) {
-      const double sum = p.share + weight;
+      const double sum = p.stiffness_fraction + weight;
       const double f = sum > 0 ? weight / sum : 0.5;
       p.offset += f * (place - p.offset);
       p.gap += f * (gap - p.gap);
-      p.share = sum;
+      p.stiffness_fraction = sum;
       return;
     }
   }
   ContactPoint p;
   p.offset = place;
   p.gap = gap;
-  p.share = weight;
+  p.stiffness_fraction = weight;
   points.push_back(p);
 }
 
@@ -214,7 +214,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   Patch patch;
   PatchDetail detail;
   patch.first_point = static_cast<std::uint32_t>(out.points.size());
-  const double shell = in.law.shell;
+  const double shell = in.law.contact_margin;
   Vec3 normal = Vec3::Zero();
   Moments moments;
   std::vector<int>& rest = scratch.stack;  // contacts of the group
@@ -233,7 +233,7 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   }
   const auto add = [&](const ManifoldPoint& p) {
     if (p.gap < shell)
-      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge);
+      add_point(out.points, patch.first_point, p.position, p.gap, p.weight, in.law.merge_distance);
   };
   while (!rest.empty()) {
     const Manifold& first = in.contacts[rest[0]].manifold;
@@ -260,14 +260,14 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   Vec3 center = Vec3::Zero();
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double d = shell - points[i].gap;
-    detail.area += points[i].share;
-    sum += points[i].share * d;
-    square += points[i].share * d * d;
-    center += points[i].share * d * points[i].offset;
+    detail.area += points[i].stiffness_fraction;
+    sum += points[i].stiffness_fraction * d;
+    square += points[i].stiffness_fraction * d * d;
+    center += points[i].stiffness_fraction * d * points[i].offset;
   }
   center /= sum;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    points[i].share *= square / (sum * sum);
+    points[i].stiffness_fraction *= square / (sum * sum);
     points[i].offset = in.rotation_a * (points[i].offset - center);
   }
   patch.normal = in.rotation_a * normal.normalized();
@@ -294,24 +294,24 @@ bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
 }
 
 // How the bodies move against each other at a patch in this step.
-Approach approach_of(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
-  return approach(plain(patch.normal), plain(velocity + in.spin.cross(patch.arm)), plain(in.spin),
-                  in.dt);
+PatchMotion motion_at(const PatchInput& in, const Patch& patch, const Vec3& velocity) {
+  return patch_motion(plain(patch.normal), plain(velocity + in.spin.cross(patch.arm)),
+                      plain(in.spin), in.dt);
 }
 
 // m, overlap of a point before the approach of this step.
-double overlap_before(const ContactPoint& point, const Approach& way) {
-  return std::max(0.0, -point.gap - way.closing - dot(plain(point.offset), way.tilt));
+double overlap_before(const ContactPoint& point, const PatchMotion& motion) {
+  return std::max(0.0, -point.gap - motion.closing - dot(plain(point.offset), motion.tilt));
 }
 
 // J, work of the forces of an old patch over the approach of this step, at the arms of the step
 // before.
 double work_of_step(const PatchInput& in, const Patch& old) {
-  const Approach way = approach_of(in, old, in.velocity_before);
+  const PatchMotion motion = motion_at(in, old, in.velocity_before);
   const ContactPoint* points = in.old_points + old.first_point;
   double work = 0;
   for (std::uint32_t k = 0; k < old.point_count; ++k)
-    work += points[k].force * closing_of(way, points[k]);
+    work += points[k].force * closing_of(motion, points[k]);
   return work;
 }
 
@@ -325,31 +325,32 @@ void match_points(const PatchInput& in, const Patch& old, const Patch& fresh,
       const ContactPoint& q = in.old_points[old.first_point + k];
       const double distance2 = (q.offset - place).squaredNorm();
       if (distance2 >= matches[i].distance2) continue;
-      const double loading = in.law.stiffness * q.share * -q.gap;
+      const double loading = in.law.stiffness * q.stiffness_fraction * -q.gap;
       const double part = loading > q.force ? q.force / loading : 1.0;
-      const bool stays = distance2 < in.law.same_place * in.law.same_place &&
+      const bool stays = distance2 < in.law.match_distance * in.law.match_distance &&
                          q.force > kInContact && part > kLoaded;
-      matches[i] = {distance2, part, stays ? q.share : 0, 0};
+      matches[i] = {distance2, part, stays ? q.stiffness_fraction : 0, 0};
     }
   }
 }
 
 // The next stiffness fraction of a point: that of its match, changed towards the new one; without
 // a match, the new one.
-double next_share(const ContactPoint& point, const PointMatch& match) {
+double next_fraction(const ContactPoint& point, const PointMatch& match) {
   constexpr double kMostChange = 1.25;  // in one search
-  if (!(match.share > 0)) return point.share;
-  return std::clamp(point.share, match.share / kMostChange, match.share * kMostChange);
+  if (!(match.stiffness_fraction > 0)) return point.stiffness_fraction;
+  return std::clamp(point.stiffness_fraction, match.stiffness_fraction / kMostChange,
+                    match.stiffness_fraction * kMostChange);
 }
 
 // What a patch can hold of energy, over that of the whole stiffness at the shell.
 double capacity(const PatchInput& in, const Patch& patch, const ContactPoint* points,
                 const PointMatch* matches) {
-  const Approach way = approach_of(in, patch, in.velocity);
+  const PatchMotion motion = motion_at(in, patch, in.velocity);
   double sum = 0;
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
-    const double part = overlap_before(points[i], way) / in.law.shell;
-    sum += next_share(points[i], matches[i]) * part * part;
+    const double part = overlap_before(points[i], motion) / in.law.contact_margin;
+    sum += next_fraction(points[i], matches[i]) * part * part;
   }
   return sum;
 }
@@ -365,28 +366,29 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   constexpr double kLeastScale = 0.25;  // of the nominal stiffness; a softer one would sink in
   constexpr double kMostCorrection = 0.1;
   const PairLaw& law = in.law;
-  const Approach way = approach_of(in, patch, in.velocity);
+  const PatchMotion motion = motion_at(in, patch, in.velocity);
   double nominal = 0, before = 0, first = 0, second = 0, done = 0, most = 0, largest = 0;
   double change_from = 0, change_to = 0;
   double deepest = 0, step = 0;  // m, and how far that point has moved in this step
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     PointMatch& match = matches[i];
-    const double ds = closing_of(way, points[i]);
+    const double ds = closing_of(motion, points[i]);
     const double s = std::max(0.0, -points[i].gap - ds), part = match.part;
     match.overlap = s;
-    const double own = points[i].share, old = match.share > 0 ? match.share : own;
-    points[i].share = next_share(points[i], match);
+    const double own = points[i].stiffness_fraction,
+                 old = match.stiffness_fraction > 0 ? match.stiffness_fraction : own;
+    points[i].stiffness_fraction = next_fraction(points[i], match);
     if (!(s > 0)) continue;
-    const double bears = points[i].share * s * part;
+    const double bears = points[i].stiffness_fraction * s * part;
     change_from += old * s * part;
-    change_to += std::sqrt(old * points[i].share) * s * part;
+    change_to += std::sqrt(old * points[i].stiffness_fraction) * s * part;
     nominal += own * s * s;
-    before += points[i].share * s * s;
+    before += points[i].stiffness_fraction * s * s;
     first += bears;
     second += bears * s * part;
     done += bears * ds;
     most = std::max(most, part);
-    largest = std::max(largest, points[i].share);
+    largest = std::max(largest, points[i].stiffness_fraction);
     step = s > deepest ? std::abs(ds) : step;
     deepest = std::max(deepest, s);
   }
@@ -415,8 +417,8 @@ void load_points(const PatchInput& in, double energy, double force, double work,
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const double s = matches[i].overlap;
     if (!(s > 0)) continue;
-    points[i].share *= scale;
-    points[i].force = factor * matches[i].part * law.stiffness * points[i].share * s;
+    points[i].stiffness_fraction *= scale;
+    points[i].force = factor * matches[i].part * law.stiffness * points[i].stiffness_fraction * s;
     patch.normal_force += points[i].force;
   }
 }
@@ -503,7 +505,7 @@ int build_patches(const PatchInput& in, PatchScratch& scratch, FoundPatches& out
     if (scratch.has_parent[i]) continue;
     const Patch& patch = out.patches[i];
     for (std::uint32_t k = 0; k < patch.point_count; ++k) {
-      if (-out.points[patch.first_point + k].gap > in.law.deep) {
+      if (-out.points[patch.first_point + k].gap > in.law.late_overlap) {
         ++deep;
         break;
       }

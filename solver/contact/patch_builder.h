@@ -1,4 +1,5 @@
-// From the manifolds of a body pair's parts to its patches, with the memory of the last ones.
+// Builds the patches of a body pair from the manifolds of its parts, with the history of the
+// previous patches.
 #pragma once
 
 #include <limits>
@@ -10,13 +11,13 @@
 
 namespace firn {
 
-// Of a part in a mask of parts; parts share bits beyond 64.
+// Bit of a part in a mask of parts. Parts with a number above 63 share bits.
 inline std::uint64_t part_bit(int part) { return std::uint64_t{1} << (part & 63); }
 
-// What one touching pair of parts gave, in axes of body a.
+// Contact of one touching pair of parts, in axes of body a.
 struct PartContact {
   int a = 0, b = 0;                        // parts
-  std::uint64_t other_a = 0, other_b = 0;  // masks of further parts whose contact this is, too
+  std::uint64_t other_a = 0, other_b = 0;  // masks of further parts to which this contact belongs
   Manifold manifold;
 };
 
@@ -27,11 +28,12 @@ struct PatchInput {
   std::span<const std::uint64_t> neighbours_a;  // [parts of a] masks of touching parts
   std::span<const std::uint64_t> neighbours_b;  // empty: a boundary, all parts are connected
   std::span<const Patch> old_patches;           // of the same pair
-  const PatchDetail* old_details = nullptr;     // of them; and their point indices go into:
+  const PatchDetail* old_details = nullptr;     // [old_patches]; their point indices refer to:
   const ContactPoint* old_points = nullptr;
-  // Of a against b, world, as over the step that ends with these contacts.
-  Vec3 velocity = Vec3::Zero();         // m/s, of the material of both at the centre of a
-  Vec3 velocity_before = Vec3::Zero();  // the same, with the lever of b of before the step
+  // Relative motion of a and b (a minus b), world axes, over the step that ends with these
+  // contacts.
+  Vec3 velocity = Vec3::Zero();         // m/s, of the material points of both at the centre of a
+  Vec3 velocity_before = Vec3::Zero();  // the same, with the lever arm of b before the step
   Vec3 spin = Vec3::Zero();             // rad/s
   double dt = 0;                        // s
 };
@@ -39,12 +41,12 @@ struct PatchInput {
 // The point of an old patch that is nearest to a new point.
 struct PointMatch {
   double distance2 = std::numeric_limits<double>::infinity();  // m^2
-  double part = 1;     // of the loading line K s that it bears
-  double share = 0;    // of the stiffness; 0: it is elsewhere, or bears next to nothing
-  double overlap = 0;  // m, of the new point before the approach of this step
+  double part = 1;                // force of the point over K s, the loading line
+  double stiffness_fraction = 0;  // of the stiffness; 0: no match, or almost unloaded
+  double overlap = 0;             // m, of the new point before the approach of this step
 };
 
-// A pair's patches and points as found at one refresh, before they are stored.
+// Patches and points of a pair found by one contact search, before they are stored.
 struct FoundPatches {
   std::vector<Patch> patches;
   std::vector<PatchDetail> details;  // [patches]
@@ -68,8 +70,8 @@ struct PatchScratch {
   std::vector<char> has_parent;
 };
 
-// Fills `out` with patches whose point indices count from 0. Returns how many were born deep:
-// without a parent and already overlapping by more than law.deep.
+// Fills `out` with patches whose point indices count from 0. Returns the number of late contacts:
+// patches without a parent whose overlap exceeds law.late_overlap.
 int build_patches(const PatchInput& input, PatchScratch& scratch, FoundPatches& out);
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-// Contacts of parts that are pieces of one plane surface become one contact of that surface.
+// Merges the contacts of parts that are pieces of one plane surface into one contact of that
+// surface.
 #pragma once
 
 #include <span>
@@ -17,8 +18,8 @@ struct SurfacePair {
   double shell = 0;         // m
 };
 
-// Keeps of the first `count` contacts one for each pair of surfaces, with the region of all of
-// them, and moves the contacts that remain to the front. Returns how many these are.
+// Replaces the contacts of each pair of surfaces among the first `count` by one contact with the
+// region of all of them. Moves the remaining contacts to the front and returns their number.
 std::size_t join_surface_contacts(const SurfacePair& pair, std::vector<PartContact>& contacts,
                                   std::size_t count);
 

@@ -1,5 +1,5 @@
-// Bounding spheres of the convex parts of all present particles, and which of two particles' come
-// near each other: what the neighbour list is made from.
+// Bounding spheres of the convex parts of all present particles, and the pairs of spheres of two
+// particles that are close to each other. The neighbor list is made from them.
 #pragma once
 
 #include <span>
@@ -10,11 +10,12 @@
 
 namespace firn {
 
-// m: tests that save others let this much more through than those do.
+// m: a preliminary test accepts this much more distance than the final one, so that it rejects
+// nothing that the final one accepts.
 inline constexpr double kRounding = 1e-9;
 
-// Four spheres of a particle side by side. A particle that has not as many fills up its last group
-// with spheres infinitely far away, which are near nothing.
+// Four spheres of a particle in one group. The last group of a particle is padded with spheres at
+// infinity, which are close to nothing.
 struct SphereGroup {
   static constexpr int size = 4;
   Quad x, y, z, radius;  // m, world
@@ -39,9 +40,9 @@ struct BoundingSpheres {
 };
 BoundingSpheres update_bounding_spheres(const Model& model, const Workspace& w, const State& s);
 
-// Lists the parts of a and b, ascending, whose spheres come nearer each other than `margins` (m).
-// All spheres of b lie within `reach` (m) around `center`. `found` has room for all pairs of
-// parts and for SphereGroup::size more. Returns how many it has found.
+// Lists, in ascending order, the parts of a and b whose spheres are closer to each other than
+// `margins` (m). All spheres of b lie within `reach` (m) around `center`. `found` has space for all
+// pairs of parts and for SphereGroup::size more. Returns the number of pairs found.
 int find_close_parts(std::span<const SphereGroup> a, std::span<const SphereGroup> b,
                      const Vec3& center, double reach, double margins, PartNumbers* found);
 

@@ -13,7 +13,9 @@ namespace firn {
 namespace {
 
 // The gap of two parts as of a query: how long they may be left alone, m.
-double slack(double gap, const PairLaw& law) { return std::max(gap - law.shell, law.refresh); }
+double slack(double gap, const PairLaw& law) {
+  return std::max(gap - law.contact_margin, law.contact_update_distance);
+}
 
 double deepest(const FoundPatches& found) {
   double gap = 0;
@@ -38,7 +40,7 @@ class ContactSearch {
     struct Found {
       int k;
       double path, moved;
-    } found[PairPoses::room + 1];
+    } found[PairPoses::capacity + 1];
     int many = 0;
     for (int k = 0; k < count; ++k) {
       const Pair& pair = s_.pairs[numbers[k]];
@@ -73,8 +75,9 @@ class ContactSearch {
         first_look ? deepest(out.found) - step_motion(model_, w_, s_, pair.a, pair.b) : 0;
 
     motion_bound.moved = due.moved;
-    motion_bound.need =
-        out.found.patches.empty() ? part_need : std::min(due.moved + law.refresh, part_need);
+    motion_bound.need = out.found.patches.empty()
+                            ? part_need
+                            : std::min(due.moved + law.contact_update_distance, part_need);
     motion_bound.reference_path = due.path;
     motion_bound.reference_turn = s_.turn[pair.a];
     std::copy_n(due.pose.rotation.data(), 9, motion_bound.reference_rotation);
@@ -98,7 +101,7 @@ class ContactSearch {
   // World-fixed normals and arms also age when both bodies turn together, m.
   double turn_left_of(const Pair& pair, const PairMotionBound& motion_bound) const {
     const double left =
-        w_.laws[pair.law].refresh -
+        w_.laws[pair.law].contact_update_distance -
         (s_.turn[pair.a] - motion_bound.reference_turn) * w_.reach[model_.particles[pair.a].shape];
     return pick(pair.patch_count == 0, std::numeric_limits<double>::infinity(), left);
   }
@@ -122,13 +125,13 @@ class ContactSearch {
       c.a = p.a;
       c.b = static_cast<int>(p.b);
       c.other_a = c.other_b = 0;
-      collide_parts(pair, shape_a.parts[p.a], p, pose, law.shell, c.manifold);
+      collide_parts(pair, shape_a.parts[p.a], p, pose, law.contact_margin, c.manifold);
       if (sides && (c.manifold.gap < 0 || p.touching || sides->fast()))
-        out.tunnelled |= !sides->keep(p, pose, law.shell, c.manifold);
+        out.tunnelled |= !sides->keep(p, pose, law.contact_margin, c.manifold);
       p.touching = c.manifold.points.empty() ? 0 : 1;
       // A part that leaves its contact to the one beyond a seam takes it over as soon as that one
       // loses it: it is queried whenever the pair is.
-      const bool at_seam = !p.touching && c.manifold.gap < law.shell;
+      const bool at_seam = !p.touching && c.manifold.gap < law.contact_margin;
       left_to_neighbor |= at_seam;
       p.next_test_distance = moved + (p.touching || at_seam ? 0 : slack(c.manifold.gap, law));
       if (!p.touching && !at_seam) need = std::min(need, p.next_test_distance);
@@ -145,7 +148,7 @@ class ContactSearch {
                       : model_.boundaries[pair.b - n_].parts;
       used = join_surface_contacts(
           {shape_a.parts, solids ? parts_b : std::span<const ConvexPart>(), surfaces_a, surfaces_b,
-           pose, pose.rotation.col(2).dot(pose.translation), law.shell},
+           pose, pose.rotation.col(2).dot(pose.translation), law.contact_margin},
           contacts_, used);
     }
     PatchInput in{law,
@@ -339,8 +342,8 @@ void test_due_pairs(const Model& model, const State& s, TaskScratch& scratch,
   scratch.searched.clear();
   for (std::size_t k = 0; k < std::min(kFar, due.size()); ++k) fetch_pair(s, due[k]);
   for (std::size_t k = 0; k < std::min(kNear, due.size()); ++k) fetch_bodies(model, s, due[k]);
-  for (std::size_t k = 0; k < due.size(); k += PairPoses::room) {
-    const std::size_t end = std::min(k + PairPoses::room, due.size());
+  for (std::size_t k = 0; k < due.size(); k += PairPoses::capacity) {
+    const std::size_t end = std::min(k + PairPoses::capacity, due.size());
     for (std::size_t i = k + kFar; i < std::min(end + kFar, due.size()); ++i) fetch_pair(s, due[i]);
     for (std::size_t i = k + kNear; i < std::min(end + kNear, due.size()); ++i)
       fetch_bodies(model, s, due[i]);

@@ -343,7 +343,7 @@ bool must_rebuild(const Model& model, const Workspace& w, const State& s) {
 
 }  // namespace
 
-void refresh_neighbours(const Model& model, Workspace& w, State& s) {
+void update_neighbor_list(const Model& model, Workspace& w, State& s) {
   if (!must_rebuild(model, w, s)) return;
   check_step_lengths(model, w, s);
   set_margins(model, w, s);

@@ -32,8 +32,8 @@ static_assert(offsetof(PairMotionBound, reference_rotation) == 0 &&
 }  // namespace
 
 void PairPoses::find(const State& s, const std::uint32_t* numbers, int count) {
-  std::size_t pairs[room], a[room], b[room];
-  for (int k = 0; k < room; ++k) {  // lanes beyond `count` repeat the last pair
+  std::size_t pairs[capacity], a[capacity], b[capacity];
+  for (int k = 0; k < capacity; ++k) {  // lanes beyond `count` repeat the last pair
     pairs[k] = numbers[std::min(k, count - 1)];
     a[k] = static_cast<std::size_t>(s.pairs[pairs[k]].a);
     b[k] = static_cast<std::size_t>(s.pairs[pairs[k]].b);

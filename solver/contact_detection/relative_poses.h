@@ -1,4 +1,4 @@
-// How pairs of bodies lie to each other, several side by side.
+// Relative poses of several pairs of bodies, computed in vectors.
 #pragma once
 
 #include "solver/core/simd_batch.h"
@@ -6,17 +6,19 @@
 
 namespace firn {
 
-// Bit for bit what relative_pose() gives for each.
+// Bit-identical to relative_pose() for each pair.
 class PairPoses {
  public:
-  static constexpr int room = Lanes::size;
+  static constexpr int capacity = Lanes::size;
 
-  // Of the pairs numbers[0] to numbers[count - 1] of a state, 1 to `room` of them.
+  // Computes the poses of the pairs numbers[0] to numbers[count - 1] of a state; `count` is 1 to
+  // `capacity`.
   void find(const State& s, const std::uint32_t* numbers, int count);
 
   void get_pose(int k, Pose& out) const;  // of b's axes in a's
-  // How far b has moved in a's axes since the pair's reference pose (PairMotionBound): its origin,
-  // m, and a bound on the way of its points by turning, per m that they are away from it.
+  // Displacement of b in a's axes since the reference pose of the pair (PairMotionBound): of its
+  // origin, m, and a bound on the displacement of its points by rotation, per m of distance from
+  // the origin.
   double shift(int k) const { return shift_[k]; }
   double turn(int k) const { return turn_[k]; }
 

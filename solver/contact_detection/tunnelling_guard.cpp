@@ -74,7 +74,7 @@ bool TunnellingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
   const State& s = in_.state;
   const Mat3 axes = rotation_of(s, in_.pair.b);
   const Vec3 place = s.motion[in_.pair.a].position + patch.arm - s.motion[in_.pair.b].position;
-  const double shell = in_.workspace.laws[in_.pair.law].shell;
+  const double shell = in_.workspace.laws[in_.pair.law].contact_margin;
   for (std::uint32_t i = patch.first_point; i < patch.first_point + patch.point_count; ++i) {
     const ContactPoint& point = s.points[i];
     const Vec3 at = axes.transpose() * (place + point.offset);
@@ -147,7 +147,7 @@ bool TunnellingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norm
 
 // What entered over one piece and is past its cut at the end of the step lies in pieces that it
 // came to through their cuts: each of them says that a neighbour has the contact. The piece that
-// was met first knows the side.
+// was met first gives the side.
 bool TunnellingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   const auto& [model, w, s, pair] = in_;
   const Shape& shape_a = model.shapes[model.particles[pair.a].shape];

@@ -1,6 +1,7 @@
-// Which side of each other two parts are on. The shortest way out of an overlap is the way in only
-// while the overlap is less than half as deep as both parts are thick together; and a fast body can
-// be past a thin one at the end of a step. What is known of the time before decides then.
+// Prevents tunnelling. The minimum translation vector points back to the side of entry only while
+// the overlap is less than half of the combined thickness, and a fast body can cross a thin part
+// within one step. In both cases the contact normal of the previous step, or a sweep over the step,
+// selects the side.
 #pragma once
 
 #include "solver/contact/patch_builder.h"
@@ -8,7 +9,7 @@
 
 namespace firn {
 
-// One look at one pair of bodies; a boundary must be a solid.
+// Input for one test of a pair of bodies. A boundary must be a solid.
 struct SideInput {
   const Model& model;
   const Workspace& workspace;
@@ -20,11 +21,12 @@ class TunnellingGuard {
  public:
   explicit TunnellingGuard(const SideInput& input);
 
-  // True when the bodies move farther within a step than parts may overlap unwatched.
+  // True when the motion within a step exceeds the overlap at which the side of entry is still
+  // certain.
   bool fast() const { return fast_; }
 
   // Call for every part pair that overlaps or had points, and for all when fast(). Recomputes the
-  // contact when it is on another side than the one where the parts met. False when the parts have
+  // contact when it is not on the side where the parts met. Returns false when the parts have
   // passed through each other.
   bool keep(const PartPair& parts, const Pose& b_in_a, double shell, Manifold& m) const;
 
@@ -51,8 +53,8 @@ class TunnellingGuard {
 double step_motion(const Model& model, const Workspace& workspace, const State& state, int a,
                    int b);
 
-// Throws RunError when a particle moves so far within a step that the neighbour list may miss what
-// it passes.
+// Throws RunError when a particle moves so far within a step that the neighbor list may miss bodies
+// along its path.
 void check_step_lengths(const Model& model, const Workspace& workspace, const State& state);
 
 }  // namespace firn

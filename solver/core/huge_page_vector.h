@@ -1,4 +1,4 @@
-// Arrays that a step walks through, in large pages.
+// Arrays in huge pages, for data that every step reads.
 #pragma once
 
 #ifdef __linux__
@@ -13,8 +13,8 @@
 namespace firn {
 
 // Memory of an array, begun on a page of 2 MB and asked for in such, as far as it fills at least a
-// quarter of each: looking up thousands of small pages would cost more than to walk through the
-// array. A wish: where it is not granted, nothing is lost.
+// quarter of each: with small pages, address translation would cost more than reading the array.
+// Without huge pages, results are the same.
 template <class T>
 struct HugePageAllocator {
   using value_type = T;
@@ -56,7 +56,7 @@ using HugePageVector = std::vector<T, HugePageAllocator<T>>;
 template <class T>
 void resize_discarding(HugePageVector<T>& v, std::size_t n) {
   if (n > v.capacity()) {
-    v = {};  // nothing to take along
+    v = {};  // no elements to copy
     v.reserve(n + n / 8);
   }
   v.resize(n);

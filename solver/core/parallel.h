@@ -1,4 +1,4 @@
-// Work shared out between threads.
+// Distribution of work to threads.
 #pragma once
 
 #include <algorithm>
@@ -45,16 +45,16 @@ class RangeFunction {
 void parallel_for_blocks(int threads, std::size_t n, std::size_t grain, RangeFunction body,
                          TaskAffinity* shares = nullptr);
 
-// How many of `ranges` a task should take, one behind the other, so that it can fetch what the next
-// one will need: that must not be at work elsewhere, as it would be taken away from there. Few
-// enough to leave every thread so many tasks that it does not wait long for the last one.
+// Number of consecutive ranges for a task, so that it can prefetch the data of its next range,
+// which no other thread uses. Small enough that every thread has several tasks, which balances the
+// load.
 inline std::size_t ranges_of_task(int threads, std::size_t ranges) {
   constexpr std::size_t kTasks = 16, kMany = 8;
   if (threads <= 1) return std::max<std::size_t>(ranges, 1);
   return std::clamp<std::size_t>(ranges / (kTasks * static_cast<std::size_t>(threads)), 1, kMany);
 }
 
-// Something numbered, to be put in order.
+// A numbered element for sorting.
 struct KeyIndex {
   std::uint64_t key;
   std::int32_t number;

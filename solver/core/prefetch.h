@@ -1,4 +1,4 @@
-// Fetching what will be read soon from afar, while something else is worked on.
+// Software prefetch of data that will be read soon.
 #pragma once
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 
 namespace firn {
 
-// How near. The first cache waits for few lines at a time: to fetch straight into it what lies in
-// memory goes half as fast, where lines lie scattered, as to fetch it into the second one. It is
-// for what is read within a microsecond.
+// Cache level. The first-level cache has few outstanding loads: a prefetch of scattered lines from
+// memory into it has half the throughput of one into the second-level cache. Use it for data that
+// is read within a microsecond.
 enum class Cache { first, second };
 
 // Every line of the cache that these bytes may lie on. Always inlined, as the compiler takes calls

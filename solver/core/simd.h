@@ -47,11 +47,11 @@ inline int pick(bool yes, int a, int b) {
   return (a & mask) | (b & ~mask);
 }
 
-// Three numbers and a fourth that rides along: what one wide register holds.
+// Three numbers and a fourth one, in one wide register.
 struct alignas(32) Quad {
   double x, y, z, w;
 };
-// The register, and the same wherever it lies in memory. Never passed by value: sources compiled
+// The register, and its type in memory without alignment. Never passed by value: sources compiled
 // without AVX would warn. (std::memcpy would move it in halves, which a wide load then waits for.)
 using Four = double __attribute__((vector_size(32)));
 using FourInMemory __attribute__((vector_size(32), aligned(8), may_alias)) = double;

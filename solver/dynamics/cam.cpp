@@ -19,7 +19,7 @@ struct Cam::Impl {
 };
 
 Cam::Cam(const std::vector<double>& angles, const std::vector<double>& lifts) {
-  // Three turns, so that the middle one does not feel the ends.
+  // Three turns, so that the ends do not affect the middle one.
   std::vector<double> x, y;
   for (const double turn : {-Impl::kTurn, 0.0, Impl::kTurn}) {
     for (std::size_t i = 0; i < angles.size(); ++i) {

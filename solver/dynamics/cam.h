@@ -6,7 +6,7 @@
 
 namespace firn {
 
-// A smooth lift over the angle, again in every turn: monotone between the given angles where the
+// A smooth lift over the angle, periodic in one turn: monotone between the given angles where the
 // lifts are (PCHIP: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300).
 class Cam {
  public:

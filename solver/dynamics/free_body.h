@@ -42,20 +42,19 @@ struct KickResult {
 
 // Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`
 // (m, world). d'Alembert's principle over the axes: for each axis k with the velocity v_k and spin
-// w_k that a unit rate gives the centre of mass,
-// (F + m g - m a) . v_k + (M - I alpha - w x I w) . w_k + spring + damper = 0.
-// Where the inertia against the axes changes with the place, the kick is one of the momenta
-// sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for constant other forces.
-// Friction and motors are impulses within their bounds, taken in turn, so that what sticks sticks
-// and what is driven has its speed exactly.
+// w_k that a unit rate gives the centre of mass, (F + m g - m a) . v_k + (M - I alpha - w x I w) .
+// w_k + spring + damper = 0. Where the inertia against the axes changes with the place, the kick is
+// one of the momenta sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for
+// constant other forces. Friction and motors are impulses within their bounds, applied in turn, so
+// that sticking joints do not move and driven joints have exactly their target speed.
 KickResult integrate_free_body(const FreeBody& body, const Vec3& origin,
                                const std::vector<const Motor*>* motors, const FreeBodyState& scene,
                                double t, double dt, HalfKick half, FreeBodyMotion motion);
 
-// Takes from the rates what would carry a coordinate beyond its stops within `dt`, so that it
-// arrives there, or turns them round by the restitution. After a kick, before the coordinates move;
-// with a dt of 0 for what lies on its stop already, after the second kick. Marks what it stopped as
-// held.
+// Applies joint limits: reduces each joint rate so that the coordinate reaches its limit at the end
+// of `dt`, or reverses it with the restitution of the limit. Call it after a kick, before the
+// coordinates move; and after the second kick with a dt of 0, for coordinates at their limits.
+// Marks stopped joints as held.
 void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBodyState& scene,
                         double dt, FreeBodyMotion motion, HeldAxes& held);
 
@@ -65,11 +64,11 @@ void apply_joint_limits(const FreeBody& body, const Vec3& origin, const FreeBody
 Vec3 drift(const FreeBody& body, const Vec3& origin, double dt, const HeldAxes& held,
            FreeBodyMotion motion, Quat& orientation);
 
-// Of its springs alone, at t = 0, rad/s; 0: it has none.
+// Largest angular frequency of its springs at t = 0, rad/s; 0: no springs.
 double highest_frequency(const FreeBody& body, const Vec3& origin);
 
-// Mass that a force at a point `arm` (m from the body's origin, world at t = 0) in the worst
-// direction meets at t = 0, kg: for time steps.
+// Minimum effective mass for a force at a point `arm` (m from the body's origin, world at t = 0)
+// over all directions, at t = 0, kg. For the time step.
 double min_effective_mass(const FreeBody& body, const Vec3& origin, const Vec3& arm);
 
 }  // namespace firn

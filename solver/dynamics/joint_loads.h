@@ -1,4 +1,4 @@
-// What springs and motors do along the axis of a joint.
+// Loads of springs and motors along the axis of a joint.
 #pragma once
 
 #include "firn/motion.h"
@@ -12,10 +12,10 @@ enum class HalfKick { first, second };
 
 // N or N m, at this coordinate.
 double spring_load(const Joint& joint, double coordinate);
-// Speed of a motor that holds it. In the first half of a step that which arrives where the approach
-// to a target is at the step's end.
+// Target speed of a motor. In the first half of a step: the speed that reaches, at the end of the
+// step, the position that the approach to a target requires.
 double motor_target_rate(const Motor& motor, double coordinate, double dt, HalfKick half);
-// N or N m: the most that a motor gives in a direction in which the axis moves at `rate`.
+// N or N m: limit of the motor load in a direction in which the axis moves at `rate`.
 double motor_load_limit(const Motor& motor, double rate);
 
 }  // namespace firn

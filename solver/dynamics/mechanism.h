@@ -1,4 +1,4 @@
-// Mechanisms: free frames that stand on each other, or that couplings tie together.
+// Mechanisms: free frames that are attached to each other, or connected by couplings.
 //
 // The coordinates q of all joints and their rates u follow M(q) u' = f(q, u, t) + G(q)^T l with the
 // constraints c(q) = 0 of the couplings, G = dc/dq. A step is symmetric in time, and so of second
@@ -7,7 +7,7 @@
 //   M(q0) (u - u0) = dt/2 f(q0, u) + G(q0)^T l0,   q1 = q0 + dt u,   c(q1) = 0,
 //   M(q1) (u1 - u) = dt/2 f(q1, u) + G(q1)^T l1,   G(q1) u1 = 0.
 // Friction, motors and limits of the joints are impulses within their bounds in both halves, such
-// that what sticks sticks and what is driven has its speed exactly.
+// that sticking joints do not move and driven joints have exactly their target speed.
 #pragma once
 
 #include <memory>
@@ -18,15 +18,16 @@
 
 namespace firn {
 
-// Free frames in order of their numbers, and what ties them.
+// Free frames of a mechanism in order of their numbers, and its couplings.
 struct MechanismMembers {
   std::vector<int> frames;
   std::vector<int> couplings;
-  int ground = -1;  // the frame that all of them stand on, which no force moves; -1: the world
+  int ground = -1;  // prescribed frame to which all of them are attached; -1: the world
 };
 
-// Of all mechanisms. A free frame on its own belongs to none. Throws InputError, naming frame or
-// coupling, when parts of a mechanism stand on different grounds, or a coupling ties no two bodies.
+// Members of all mechanisms. A single free frame belongs to none. Throws InputError, naming frame
+// or coupling, when parts of a mechanism stand on different grounds, or a coupling ties no two
+// bodies.
 std::vector<MechanismMembers> find_mechanisms(const std::vector<MotionFrame>& frames,
                                               const std::vector<Coupling>& couplings);
 
@@ -50,7 +51,8 @@ struct MechanismState {
 
 class Mechanism {
  public:
-  // Keeps pointers into both. Throws InputError, naming a coupling, when it does not hold as drawn.
+  // Stores pointers into both. Throws InputError, naming a coupling, when it does not hold as
+  // drawn.
   Mechanism(const std::vector<MotionFrame>& frames, const std::vector<Coupling>& couplings,
             MechanismMembers members);
   ~Mechanism();
@@ -59,10 +61,10 @@ class Mechanism {
 
   const MechanismMembers& members() const;
 
-  // The first half kick and the drift; the second half kick at the new place. They change
-  // coordinates, rates and impulses of state.motion. Return what each coupling of the members
-  // has done to its body b: N s, and N m s about its point; of a gear or cam, along joint_b.
-  // Throw RunError when the couplings cannot be met any more.
+  // The first half kick and the drift; the second half-kick at the new pose. They change
+  // coordinates, rates and impulses of state.motion. Return what each coupling of the members has
+  // done to its body b: N s, and N m s about its point; of a gear or cam, along joint_b. Throw
+  // RunError when the couplings cannot be met any more.
   std::vector<JointLoad> kick_and_drift(const MechanismState& state);
   std::vector<JointLoad> second_kick(const MechanismState& state);
   // m, world: the point of a coupling as its body b carries it, against the ground's origin, at the

@@ -65,9 +65,9 @@ class MultibodyTree {
   Eigen::MatrixXd constraint_matrix() const;
   Eigen::VectorXd constraint_errors() const;  // [m] m or 1
   TreePose pose(int body) const;
-  // [n]: what loads [bodies] and the velocities of the bodies do along the coordinates.
+  // [n]: generalized forces of loads [bodies] and of the velocities of the bodies.
   Eigen::VectorXd generalized_forces(const std::vector<TreeLoad>& loads) const;
-  // [n], of impulses on the bodies.
+  // [n], generalized impulses of impulses on the bodies.
   Eigen::VectorXd generalized_impulses(const std::vector<TreeLoad>& impulses) const;
   // [bodies]: loads by one loop, whose constraint rows act with `multipliers` [m], as
   // constraint_matrix().transpose() * multipliers along the coordinates.

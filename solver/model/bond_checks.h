@@ -1,13 +1,13 @@
-// What a model must meet for its bonds.
+// Checks of the bonds of a model.
 #pragma once
 
 #include "firn/model.h"
 
 namespace firn {
 
-// Throws InputError for bonds that are none.
+// Throws InputError for invalid bonds.
 void check_bonds(const Model& model);
-// The bond that swings fastest, for time steps; none: -1.
+// The bond with the highest frequency, for the time step; -1: none.
 struct FastestBond {
   int bond = -1;
   double frequency = 0;  // rad/s

@@ -45,15 +45,16 @@ void check_interaction(const Interaction& law, const std::string& where) {
                      law.static_friction, law.dynamic_friction));
   }
   if (!(law.tangential_stiffness_ratio > 0)) fail("tangential stiffness ratio must be above 0");
-  if (!(law.unloading_floor >= 0 && law.unloading_floor < 1)) {
+  if (!(law.minimum_unloading_ratio >= 0 && law.minimum_unloading_ratio < 1)) {
     fail("unloading floor must be at least 0 and below 1");
   }
   if (!(law.rolling_resistance >= 0)) fail("rolling resistance is negative; expected 0 or more");
-  if (!(law.sliding_speed >= 0)) fail("sliding speed is negative; expected 0 or more");
+  if (!(law.restick_velocity >= 0)) fail("sliding speed is negative; expected 0 or more");
   if (!(law.adhesion_force >= 0)) fail("adhesion force is negative; expected 0 or more");
   if (!(law.adhesion_stiffness_fraction >= 0 && law.adhesion_stiffness_fraction < 1))
     fail("adhesion stiffness fraction must be at least 0 and below 1");
-  if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) && law.unloading_floor == 0)
+  if ((law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0) &&
+      law.minimum_unloading_ratio == 0)
     fail("adhesion acts only with a contact force; expected an unloading floor above 0 with it");
 }
 
@@ -179,7 +180,7 @@ double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundar
   if (b.rigid) return a.stiffness;
   const double wall = b.stiffness > 0
                           ? b.stiffness
-                          : model.materials[b.material].young_modulus * a.size_for_stiffness;
+                          : model.materials[b.material].young_modulus * a.stiffness_length;
   return in_series(a.stiffness, wall);
 }
 

@@ -80,9 +80,9 @@ Shape begin_shape(TriangleMesh mesh, const MassProperties& integrals, const Shap
   std::array<double, 3> edges = {shape.box.x(), shape.box.y(), shape.box.z()};
   std::sort(edges.begin(), edges.end());
   shape.rounding = std::max(options.rounding, 0.0);  // the default needs the pieces
-  shape.size_for_stiffness = options.size_for_stiffness > 0 ? options.size_for_stiffness : edges[1];
+  shape.stiffness_length = options.stiffness_length > 0 ? options.stiffness_length : edges[1];
   shape.stiffness =
-      options.stiffness > 0 ? options.stiffness : options.young_modulus * shape.size_for_stiffness;
+      options.stiffness > 0 ? options.stiffness : options.young_modulus * shape.stiffness_length;
   return shape;
 }
 

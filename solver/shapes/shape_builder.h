@@ -1,4 +1,4 @@
-// Steps that the makers of shapes share.
+// Common steps of the makers of shapes.
 #pragma once
 
 #include <algorithm>
@@ -32,9 +32,9 @@ struct Deviation {
 // distance of a mesh point inside the union is rounded up where its nearest face is covered.
 Deviation measure_deviation(const Shape& shape);
 
-// Sweep radius (m) for pieces (shape axes) that nothing else is known of: 2 % of `edge`, the
-// smallest edge of the bounding box; no more than a quarter of the thinnest piece; and so little
-// that no corner of the mesh is left outside of the parts by more than 1.8 % of `edge`.
+// Default sweep radius (m) for pieces (shape axes): 2 % of `edge`, the smallest edge of the
+// bounding box; no more than a quarter of the thinnest piece; and so little that no corner of the
+// mesh is left outside of the parts by more than 1.8 % of `edge`.
 double default_rounding(const std::vector<std::vector<HalfSpace>>& pieces, const TriangleMesh& mesh,
                         double edge);
 

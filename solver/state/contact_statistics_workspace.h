@@ -1,5 +1,5 @@
-// Scratch memory and tables of statistics (solver/include/firn/contact_statistics.h), and the parts
-// of their phase.
+// Scratch memory and tables of the statistics (solver/include/firn/contact_statistics.h), and the
+// functions of their phase.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct PairRange;
 struct State;
 struct Workspace;
 
-// Work taken from the bodies by one patch in this step, J: stored, or lost.
+// Work taken from the bodies by one patch in this step, J: stored in springs or dissipated.
 struct PatchWork {
   double normal = 0, friction = 0;
 };
@@ -25,29 +25,30 @@ struct NewContact {
   ContactSums sums;
 };
 
-// A patch that bears more than the particle's largest opposed load so far.
+// A patch whose force exceeds the largest compressive load of the particle so far.
 struct NormalLoadSample {
   std::int32_t particle = 0, by = 0;  // bodies
   double force = 0;                   // N
   Vec3 out = Vec3::Zero();            // unit, normal out of the particle, world
-  std::int32_t before = -1;           // the one noted before on the same particle; -1: none
+  std::int32_t before = -1;           // previous sample of the same particle; -1: none
 };
 
-// What one contact point does to a triangle in this step.
+// Load of one contact point on a triangle in this step.
 struct TriangleLoad {
   std::uint32_t triangle = 0;
   double normal_force = 0, friction = 0;  // N
   Vec3 force = Vec3::Zero();              // N, on the boundary, its axes
-  double sliding_speed = 0;               // m/s, the patch's, in proportion; 0: it sticks
-  double sliding_power = 0;               // N m/s
-  double friction_work = 0;               // J
+  double sliding_speed =
+      0;  // m/s, slip speed of the patch times the share of the point; 0: sticking
+  double sliding_power = 0;  // N m/s
+  double friction_work = 0;  // J
 };
 
-// What statistics want of the present step in one range of pairs.
+// Data of the present step in one range of pairs, for the statistics.
 struct RangeStatistics {
   std::vector<PatchWork> work;       // [patches of the active pairs]
   std::vector<NewContact> begun;     // contacts, in order of their pairs
-  std::vector<std::int32_t> parted;  // open contacts that bear nothing any more
+  std::vector<std::int32_t> parted;  // open contacts that have lost their force
   std::vector<NormalLoadSample> pressed;
   std::vector<TriangleLoad> triangle_loads;
 };
@@ -55,7 +56,8 @@ struct RangeStatistics {
 struct StatisticsWorkspace {
   explicit StatisticsWorkspace(const Model& model);
 
-  std::vector<std::int32_t> watched;            // [boundaries] its number among them; -1: not one
+  std::vector<std::int32_t>
+      watched;  // [boundaries] number among the watched boundaries; -1: not watched
   std::vector<NearestTriangle> watched_index;   // [watched]
   std::vector<std::uint32_t> first_of_watched;  // [watched] triangle, in StatisticsState::triangles
   std::vector<NearestTriangle> surface_index;   // [shapes], or none
@@ -67,18 +69,18 @@ struct StatisticsWorkspace {
   std::vector<std::uint32_t> touched;      // triangles
 };
 
-// Sized for what the model asks for, before the first step.
+// State before the first step, with arrays sized for the options of the model.
 StatisticsState empty_statistics(const Model& model);
 
-// The parts of the phase.
-void follow_contacts(const Model& model, Workspace& workspace, State& state);
+// Functions of the phase.
+void update_contact_events(const Model& model, Workspace& workspace, State& state);
 void record_compressive_loads(const Model& model, Workspace& workspace, State& state);
 void sum_triangle_loads(const Model& model, Workspace& workspace, State& state);
 
-// Hands what has been summed up to this step over to the finished intervals.
+// Moves the sums up to this step to the finished intervals.
 void end_load_interval(const Model& model, std::uint64_t step, StatisticsState& statistics);
 
-// Contacts under way, in order of their start and bodies.
+// Open contacts, in order of their start and bodies.
 std::vector<ContactEvent> open_events(const Model& model, const State& state);
 
 }  // namespace firn

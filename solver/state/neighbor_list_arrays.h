@@ -1,5 +1,4 @@
-// The arrays of a state that hold its neighbour list, for a copy that is written while they are
-// read.
+// Buffers for a new neighbor list, written while the arrays of the state are still read.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +17,9 @@ struct NeighborListBuffers {
   HugePageVector<ContactPoint> points;
 };
 
-// Copies the patches and points of a pair of `s` to places of `to`, from `patches` and `points` on,
-// which move behind them, and stores their new positions in `pair`. `old` may be `pair`.
+// Copies the patches and points of a pair of `s` to `to`, from index `patches` and `points` on.
+// Advances both indices past the copies and stores the new positions in `pair`. `old` may be
+// `pair`.
 inline void copy_contacts(const State& s, const Pair& old, Pair& pair, NeighborListBuffers& to,
                           std::size_t& patches, std::size_t& points) {
   const std::uint32_t first = old.first_patch;

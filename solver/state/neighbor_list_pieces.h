@@ -1,4 +1,4 @@
-// Stretches of a new neighbour list, as they are found side by side before the list is written.
+// Chunks of a new neighbor list, which tasks find in parallel before the list is written.
 #pragma once
 
 #include <cstddef>
@@ -30,13 +30,14 @@ struct ListSizes {
   }
 };
 
-// The pairs of some bodies with later ones.
+// Pairs of a range of bodies with bodies of higher number.
 struct NeighborListChunk {
   std::vector<CandidatePair> pairs;
-  std::vector<PartNumbers> parts;  // of all pairs, one behind the other
+  std::vector<PartNumbers> parts;  // of all pairs, concatenated
   ListSizes size, first;           // where it begins in the list
 
-  // For new pairs; keeps the memory, which the system would have to clear again.
+  // Removes the content and keeps the memory, which the operating system would otherwise clear
+  // again.
   void clear() {
     pairs.clear();
     parts.clear();

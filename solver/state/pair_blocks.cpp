@@ -1,4 +1,5 @@
-// Ranges of pairs, which tasks work on, and who knows which body: tables over a neighbour list.
+// Tables over a neighbor list: the ranges of pairs for tasks, and the ranges in which each body
+// occurs.
 #include "solver/state/workspace.h"
 
 namespace firn {

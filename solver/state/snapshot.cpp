@@ -252,14 +252,15 @@ std::vector<double> fingerprint(const Model& model) {
                            model.numerics.contact_update_fraction,
                            model.numerics.skin};
   for (const Interaction& i : model.interactions) {
-    f.insert(f.end(), {i.static_friction, i.dynamic_friction, i.restitution,
-                       i.tangential_stiffness_ratio, i.unloading_floor, i.rolling_resistance,
-                       i.sliding_speed, i.adhesion_force, i.adhesion_stiffness_fraction});
+    f.insert(f.end(),
+             {i.static_friction, i.dynamic_friction, i.restitution, i.tangential_stiffness_ratio,
+              i.minimum_unloading_ratio, i.rolling_resistance, i.restick_velocity, i.adhesion_force,
+              i.adhesion_stiffness_fraction});
   }
   for (const BoundaryContact& c : model.boundary_contacts) {
     f.insert(f.end(), {double(c.a), double(c.b), c.stiffness, c.rounding, c.law.static_friction,
                        c.law.dynamic_friction, c.law.restitution, c.law.tangential_stiffness_ratio,
-                       c.law.unloading_floor, c.law.sliding_speed});
+                       c.law.minimum_unloading_ratio, c.law.restick_velocity});
   }
   for (const BeamLaw& b : model.beams) {
     f.insert(f.end(), {b.section.area, b.length, b.young_modulus, b.shear_modulus,
@@ -296,7 +297,7 @@ bool fits(const StatisticsState& stats, const Model& model) {
 bool boundary_contacts_fit(const State& s, const Model& model) {
   if (s.boundary_contacts.size() != model.boundary_contacts.size()) return false;
   std::size_t patch = 0, points = 0;
-  for (const BoundaryContactMemory& contact : s.boundary_contacts) {
+  for (const BoundaryContactHistory& contact : s.boundary_contacts) {
     if (contact.patch_count > s.boundary_patches.size() - patch ||
         contact.point_count > s.boundary_points.size() - points)
       return false;

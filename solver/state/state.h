@@ -15,7 +15,7 @@
 
 namespace firn {
 
-// Both are padded so that a vector and a zero are one wide load.
+// BodyMotion and BodyLoad are padded so that a vector and a zero are one wide load.
 struct alignas(32) BodyMotion {
   Vec3 position = Vec3::Zero();  // m, centre of mass (a boundary: its origin), world
   double zero_0 = 0;
@@ -31,15 +31,16 @@ struct alignas(32) BodyLoad {
   double zero_1 = 0;
 };
 
-// Where a frame is and how it moves; of a free one, its coordinates. All of equal alignment.
+// Pose and velocity of a frame, and the joint coordinates of a free one. All members have the same
+// alignment.
 struct FrameMotion {
   Vec3 position = Vec3::Zero();                      // m, of the origin, world
   double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // frame -> world, column by column
   Vec3 velocity = Vec3::Zero();                      // m/s, of the origin, over the last step
   Vec3 spin = Vec3::Zero();                          // rad/s, world
-  Vec3 velocity_change = Vec3::Zero();               // of both, from the step before
+  Vec3 velocity_change = Vec3::Zero();  // changes of velocity and spin since the previous step
   Vec3 spin_change = Vec3::Zero();
-  Vec3 impulse = Vec3::Zero();             // N s, by contacts since it was cleared
+  Vec3 impulse = Vec3::Zero();             // N s, by contacts since the last clearing
   Vec3 angular_impulse = Vec3::Zero();     // N m s, about the moving origin
   double coordinate[kMostJoints] = {};     // m or rad, of the axes
   double rate[kMostJoints] = {};           // m/s or rad/s; the last three of a body that turns
@@ -49,7 +50,7 @@ struct FrameMotion {
   double driven = 0;                       // 1: a motor acted in the last step
 };
 
-// Two bodies that may come to touch before the neighbour list is made again.
+// Two bodies that may touch before the neighbor list is rebuilt.
 struct Pair {
   std::int32_t a = 0, b = 0;     // bodies, a < b
   std::int32_t law = 0;          // index into Workspace::laws
@@ -84,29 +85,29 @@ struct PartPair {
   std::uint16_t unused[3] = {0, 0, 0};
 };
 
-// Memory of one boundary contact. All of equal alignment.
-struct BoundaryContactMemory {
+// Contact history of one boundary contact. All members have the same alignment.
+struct BoundaryContactHistory {
   // Poses at the last search: of a, and of b in a; rotations column by column.
   double rotation_a[9] = {}, rotation[9] = {}, translation[3] = {};
-  double need = -1;              // m of relative motion, after which to search again; -1: now
-  double gap = 0;                // m, least, as of the last search
-  Vec3 force = Vec3::Zero();     // N, on boundary a, at `time`
-  Vec3 impulse = Vec3::Zero();   // N s, since it was cleared
-  double peak_normal_force = 0;  // N, since then
+  double need = -1;           // m of relative motion at which contacts are searched again; -1: now
+  double gap = 0;             // m, least, as of the last search
+  Vec3 force = Vec3::Zero();  // N, on boundary a, at `time`
+  Vec3 impulse = Vec3::Zero();                // N s, since it was cleared
+  double peak_normal_force = 0;               // N, since then
   double work_normal = 0, work_friction = 0;  // J taken from the bodies
   std::uint64_t patch_count = 0, point_count = 0;
 };
 
-// Of a free frame. All of equal alignment.
+// Reaction in the joints of a free frame. All members have the same alignment.
 struct JointReaction {
   Vec3 center_velocity = Vec3::Zero();   // m/s, of the centre of mass, over the last step
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the centre of mass, over the last step
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
-  double known = 0;                                             // 1: there was a last step
+  double known = 0;                                             // 1: a step has been made
 };
 
-// Of a coupling: its point, and what it has done to its body b. All of equal alignment.
-struct CouplingMemory {
+// Point of a coupling, and its impulses on body b. All members have the same alignment.
+struct CouplingReaction {
   Vec3 position = Vec3::Zero();                                 // m, world
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
   Vec3 half_impulse = Vec3::Zero(), half_angular_impulse = Vec3::Zero();  // of the last half kick
@@ -121,9 +122,9 @@ struct State {
   HugePageVector<Vec3> angular_momentum;  // [N] kg m^2/s, body axes
   HugePageVector<BodyLoad> load;          // [N] by contacts and bonds, at `time`; undefined while a
                                           // half kick is pending
-  HugePageVector<double> path;            // [M] m, bound on the way of any point of the body
-  HugePageVector<double> turn;            // [M] rad, bound on the angle turned
-  HugePageVector<double> margin;          // [M] m, skin: motion that the neighbor list allows
+  HugePageVector<double> path;    // [M] m, bound on the path length of any point of the body
+  HugePageVector<double> turn;    // [M] rad, bound on the angle turned
+  HugePageVector<double> margin;  // [M] m, skin: motion that the neighbor list allows
   HugePageVector<double> rebuild_distance;  // [M] m, translation bound at which the list is rebuilt
   HugePageVector<Presence> presence;        // [N]
   HugePageVector<double> peak_normal_force;                      // [N] N
@@ -139,9 +140,9 @@ struct State {
   std::vector<Vec3> boundary_position;         // [B] m, local; of those that a frame carries
   std::vector<Quat> boundary_orientation;      // [B]
   std::vector<JointReaction> joint_reactions;  // [F]
-  std::vector<CouplingMemory> couplings;       // [couplings of the model]
-  // Contacts between boundaries: patches and points of one behind those of the other, no holes.
-  std::vector<BoundaryContactMemory> boundary_contacts;  // [boundary contacts of the model]
+  std::vector<CouplingReaction> couplings;     // [couplings of the model]
+  // Contacts between boundaries: patches and points, concatenated without holes.
+  std::vector<BoundaryContactHistory> boundary_contacts;  // [boundary contacts of the model]
   std::vector<Patch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
   // Started by stages.
@@ -151,8 +152,9 @@ struct State {
   std::vector<std::int32_t> stage_motor_joint, stage_motor_group;  // frame * kMostJoints + axis
   // Contacts
   bool neighbor_list_invalid = true;
-  HugePageVector<Pair> pairs;                 // [P] along a curve through space (neighbor_list.cpp)
-  HugePageVector<double> next_test_distance;  // [P] look when path[a] + path[b] reaches this
+  HugePageVector<Pair> pairs;  // [P] along a curve through space (neighbor_list.cpp)
+  HugePageVector<double>
+      next_test_distance;  // [P] the pair is tested when path[a] + path[b] reaches this
   HugePageVector<PairMotionBound> motion_bound;  // [P]
   HugePageVector<PartPair> part_pairs;
   HugePageVector<Patch> patches;              // with holes
@@ -161,14 +163,15 @@ struct State {
   std::vector<BondRecord> bonds;              // [bonds]
   std::vector<BeamLoad> bond_loads;           // [bonds] at `time`
   // Accounts
-  double work_normal = 0, work_friction = 0;     // J taken from bodies: stored in contacts, or lost
-  double work_boundaries = 0;                    // J, the part of both at boundaries
-  double boundary_work = 0, removed_energy = 0;  // J
-  double lost_in_bonds = 0;                      // J
+  double work_normal = 0,
+         work_friction = 0;    // J taken from bodies: stored in contacts or dissipated
+  double work_boundaries = 0;  // J, part of work_normal and work_friction at boundaries
+  double boundary_work = 0, removed_energy = 0;   // J
+  double lost_in_bonds = 0;                       // J
   double lowest_energy = 0, largest_kinetic = 0;  // J
   bool energy_known = false;
   Diagnostics diagnostics;
-  StatisticsState statistics;  // empty unless asked for
+  StatisticsState statistics;  // empty without statistics options
 };
 
 inline std::int64_t points_of(const Pair& pair, const State& s) {

@@ -16,17 +16,17 @@ PairLaw base_law(const Model& model, const Interaction& i, double stiffness, dou
   PairLaw law;
   law.stiffness = stiffness;
   law.unloading_ratio = 1 / (i.restitution * i.restitution);
-  law.floor = i.unloading_floor;
+  law.minimum_unloading_ratio = i.minimum_unloading_ratio;
   law.tangential_stiffness = i.tangential_stiffness_ratio * stiffness;
   law.static_friction = i.static_friction;
   law.dynamic_friction = i.dynamic_friction;
-  law.sliding_speed = i.sliding_speed;
-  law.shell =
+  law.restick_velocity = i.restick_velocity;
+  law.contact_margin =
       std::min(model.numerics.contact_margin * rounding, model.numerics.contact_margin_limit);
-  law.refresh = model.numerics.contact_update_fraction * law.shell;
-  law.merge = 0.01 * rounding;
-  law.same_place = 2 * rounding;
-  law.deep = 0.01 * rounding;
+  law.contact_update_distance = model.numerics.contact_update_fraction * law.contact_margin;
+  law.merge_distance = 0.01 * rounding;
+  law.match_distance = 2 * rounding;
+  law.late_overlap = 0.01 * rounding;
   law.overlap_limit = model.numerics.overlap_limit * box_edge;
   law.adhesion_force = i.adhesion_force;
   law.adhesion_fraction = i.adhesion_stiffness_fraction;
@@ -146,15 +146,14 @@ Workspace::Workspace(const Model& model, int threads_or_0)
       PairLaw& out = laws[law_index(i, j)];
       out = base_law(model, law, particle_pair_stiffness(a, b), std::min(a.rounding, b.rounding),
                      std::min(edge, b.box.minCoeff()));
-      out.rolling_limit =
-          law.rolling_resistance * std::min(a.size_for_stiffness, b.size_for_stiffness);
+      out.rolling_limit = law.rolling_resistance * std::min(a.stiffness_length, b.stiffness_length);
     }
     for (std::size_t j = 0; j < model.boundaries.size(); ++j) {
       const Boundary& b = model.boundaries[j];
       const Interaction& law = model.interaction(a.material, b.material);
       PairLaw& out = laws[law_index_boundary(i, static_cast<int>(j))];
       out = base_law(model, law, boundary_pair_stiffness(model, a, b), a.rounding, edge);
-      out.rolling_limit = law.rolling_resistance * a.size_for_stiffness;
+      out.rolling_limit = law.rolling_resistance * a.stiffness_length;
     }
   }
   least_overlap_limit = std::numeric_limits<double>::infinity();

@@ -24,7 +24,7 @@
 
 namespace firn {
 
-// A pair whose contacts are to be searched, as a look has found it.
+// A pair whose contacts must be searched in this step.
 struct PairToTest {
   std::uint32_t pair = 0;
   double path = 0;   // m, of both bodies
@@ -32,17 +32,17 @@ struct PairToTest {
   Pose pose;         // b in a
 };
 
-// Outcome of one search.
+// Result of one contact search.
 struct ContactSearchResult {
   int queries = 0;
   int late_contacts = 0;
-  bool tunnelled = false;          // parts have gone through each other
+  bool tunnelled = false;          // parts have passed through each other
   double initial_penetration = 0;  // m, overlap of bodies that were placed into each other
   FoundPatches found;
 };
 
-// What a step sums up over the contacts of one range of pairs. The ranges are the same for any
-// number of threads, and are added up in their order, so the sums are the same bits.
+// Sums of a step over the contacts of one range of pairs. The ranges do not depend on the number of
+// threads and are added in order, so the sums are bit-identical.
 struct ContactTotals {
   struct Wall {
     Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, on the boundary
@@ -55,24 +55,24 @@ struct ContactTotals {
   double beyond_limit = 0, limit = 0;  // m, the first overlap beyond its limit; 0: none
   std::int32_t beyond_limit_a = -1, beyond_limit_b = -1;  // bodies
   std::vector<Wall> walls;                                // [boundaries]
-  std::vector<std::int32_t> touched;                      // of them
+  std::vector<std::int32_t> touched;                      // [of walls] indices that were touched
 };
 
-// A pair that may have gone through each other, or been placed into each other.
+// A pair that may have passed through each other or was inserted overlapping.
 struct ContactFault {
   std::uint32_t pair;
   bool tunnelled;
   double initial_penetration;  // m
 };
 
-// What the patches of one range of pairs do to one of its bodies. In fours, each one wide load.
+// Load of the patches of one range of pairs on one of its bodies. Each member is one wide load.
 struct alignas(64) RangeLoad {
-  Quad force{};   // N, and in the fourth place the largest normal force of a patch
+  Quad force{};   // N; fourth: largest normal force of a patch
   Quad torque{};  // N m
 };
 
-// A range of kPairsOfRange listed pairs, which one task works on. As pairs lie along a curve
-// through space, they are pairs of few bodies.
+// A range of kPairsOfRange listed pairs, the unit of work of a task. Pairs are sorted along a
+// space-filling curve, so that a range has few bodies.
 inline constexpr std::size_t kPairsOfRange = 1024;
 struct alignas(64) PairRange {
   std::vector<std::int32_t> bodies;                  // in order of their first pair
@@ -93,11 +93,11 @@ struct alignas(64) PairRange {
   RangeStatistics notes;  // empty without statistics
 };
 
-// Scratch memory of a task, the same for all of its ranges: reused memory stays
-// in the cache. Aligned, as adjacent elements belong to other threads.
+// Scratch memory of a task, reused for all of its ranges so that it stays in the cache. Aligned,
+// because adjacent elements belong to other threads.
 struct alignas(64) TaskScratch {
-  std::vector<std::uint32_t> due, next_due;  // pairs to look at, of a range and the one behind it
-  std::vector<PairToTest> searched;          // those of them whose contacts are searched
+  std::vector<std::uint32_t> due, next_due;  // pairs to test, of a range and of the next one
+  std::vector<PairToTest> searched;          // pairs among `due` whose contacts are searched
   std::vector<std::uint32_t> due_parts;      // of the pair that is searched
   std::vector<PartContact> contacts;
   PatchScratch patches;
@@ -112,7 +112,7 @@ inline ActivePair active_pair(const PairRange& range, const State& s, std::uint3
           pair.b, pair.law,         local_a,          local_b};
 }
 
-// The loads of a particle in all ranges that know it, in their order.
+// Index of the loads of each particle, in order of the ranges that have the particle.
 struct LoadIndex {
   HugePageVector<std::uint32_t> first;  // [particles + 1] into:
   HugePageVector<std::uint32_t> loads;  // into Workspace::loads
@@ -136,30 +136,30 @@ struct BondWorkspace {
   std::vector<double> lost;          // [bonds] J, in the present step
 };
 
-// A boundary contact as the search sees it.
+// Geometry of a boundary contact for the contact search.
 struct BoundaryContactTable {
   PairLaw law;
   std::vector<ConvexPart> parts_a, parts_b;  // with rounded edges; b: empty for a plane
-  std::vector<std::uint64_t> connected;      // [parts of a], all with all
+  std::vector<std::uint64_t> connected;      // [parts of a], every part with every part
   FlatSurfaces surfaces_a, surfaces_b;
   double reach_a = 0;  // m, of a, from its origin
-  // The smaller of the two in its own axes: bounds the motion of both against each other.
+  // Bounding sphere of the smaller boundary in its own axes: bounds the relative motion.
   bool smaller_is_a = true;
   Vec3 center = Vec3::Zero();  // m
   double radius = 0;           // m
 };
 
-// Of the boundary or frame that is moved. The memory is kept from step to step.
+// Scratch memory for the boundary or frame that is being moved, reused in every step.
 struct BoundaryMotionScratch {
   std::vector<const Motion*> motions;  // of the model and of stages
-  std::vector<RigidMotion> carried;    // [motions] by the motions before each
+  std::vector<RigidMotion> carried;    // [motions] displacement by the motions before each
   std::array<std::vector<const Motor*>, kMostJoints> motors;  // [axes] of a free body
   std::vector<FrameMotion> frames;                            // at the start of the step
   std::vector<BodyLoad> loads;  // [frames] on the bodies of mechanisms then
 };
 
 struct Workspace {
-  // threads: 0 for the number of the model.
+  // `threads`: 0 selects the number of the model.
   explicit Workspace(const Model& model, int threads = 0);
 
   int threads;
@@ -173,8 +173,8 @@ struct Workspace {
   double skin = 0;                    // m
   double least_overlap_limit = 0;     // m, over all laws
 
-  // A new list is found in pieces, and written here while the old one is read, then both change
-  // places.
+  // A new list is found in chunks and written here while the old one is read. Then both are
+  // swapped.
   std::vector<NeighborListChunk> list_chunks;
   NeighborListBuffers back_buffer;
 
@@ -183,9 +183,9 @@ struct Workspace {
   std::vector<PairRange> ranges;
   std::size_t ranges_of_task = 1;
   std::vector<TaskScratch> scratch;      // [tasks]
-  std::int64_t patches = 0, points = 0;  // in use; State holds them with holes between
+  std::int64_t patches = 0, points = 0;  // in use; the arrays of State also have unused elements
   bool points_moved = false;             // holes were closed in this step
-  HugePageVector<RangeLoad> loads;       // of all ranges, one behind the other
+  HugePageVector<RangeLoad> loads;       // of all ranges, concatenated
   LoadIndex load_index;
   TaskAffinity pair_shares, body_shares;  // of tasks: ranges of pairs, and of bodies
   std::vector<char> needs_rebuild;        // [tasks] a body has moved further than its skin
@@ -198,7 +198,7 @@ struct Workspace {
   std::vector<int> mechanism_of;                        // [frames] -1: none
   std::vector<BoundaryContactTable> boundary_contacts;  // [boundary contacts of the model]
   TaskScratch boundary_scratch;
-  // Written by a step while those of the state are read; then both change places.
+  // Written by a step while those of the state are read. Then both are swapped.
   std::vector<Patch> boundary_patches;
   std::vector<ContactPoint> boundary_points;
   std::vector<PatchDetail> boundary_details;  // zero: boundaries have no rolling resistance
@@ -210,28 +210,28 @@ struct Workspace {
   int shapes = 0, columns = 0;
 };
 
-// The phases of a step, in order (see Solver::step).
-// And first half kick of free bodies.
+// The phases of a step, in order (see Solver::step). Also makes the first half-kick of free bodies.
 void advance_boundaries(const Model& model, Workspace& workspace, State& state);
-// With both kicks: after the deferred second half kick of the last step.
+// `both_kicks`: also makes the deferred second half-kick of the last step.
 void integrate_positions(const Model& model, Workspace& workspace, State& state, bool both_kicks);
-void refresh_neighbours(const Model& model, Workspace& workspace, State& state);
+void update_neighbor_list(const Model& model, Workspace& workspace, State& state);
 void find_contacts(const Model& model, Workspace& workspace, State& state);
 void build_pair_blocks(const Model& model, Workspace& workspace,
                        const State& state);  // after a new list
 void contact_forces(const Model& model, Workspace& workspace, State& state);
 void boundary_contacts(const Model& model, Workspace& workspace, State& state);  // if there are any
-void keep_statistics(const Model& model, Workspace& workspace, State& state);    // if asked for
+void update_statistics(const Model& model, Workspace& workspace, State& state);  // if asked for
 void finish_velocities(const Model& model, const Workspace& workspace, State& state);
-// Second half kick of free bodies, loads.
+// Second half-kick of free bodies, and impulses on frames.
 void finish_frames(const Model& model, Workspace& workspace, State& state);
-// After this step; only then is the state to be checked.
-bool check_is_due(const State& state);
+// Whether the state is checked after this step.
+bool is_check_step(const State& state);
 void check_state(const Model& model, const Workspace& workspace, State& state);
 
-// Contacts' force and torque about the frame's origin, on all that it carries, at this step.
+// Force and torque (about the origin of the frame) of contacts on all boundaries that the frame
+// carries, at this step.
 BodyLoad load_on_frame(const Model& model, const State& state, int frame);
-// Boundaries and frames where they are at t = 0.
+// Places boundaries and frames at t = 0.
 BoundaryContactState boundary_contact_state(const Workspace& workspace, const State& state,
                                             std::size_t number);
 void place_boundaries(const Model& model, State& state);
@@ -246,10 +246,10 @@ double particle_energy(const Model& model, const Workspace& workspace, const Sta
 // "particle 3" or "boundary "floor"".
 std::string name_of_body(const Model& model, int body);
 
-// Body axes -> world. Computed on request: few callers need it.
+// Body axes -> world. Computed on demand: few callers need it.
 inline Mat3 rotation_of(const State& s, int body) { return s.orientation[body].toRotationMatrix(); }
 
-// The placement of b's axes in a's.
+// Pose of b's axes in a's axes.
 inline Pose relative_pose(const State& s, int a, int b) {
   Pose p;
   const Mat3 at = rotation_of(s, a).transpose();

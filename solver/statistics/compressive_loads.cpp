@@ -1,4 +1,4 @@
-// What presses particles from two sides at once, over every step (see CompressiveLoad).
+// Two-sided loads on particles, over every step (see CompressiveLoad).
 #include <algorithm>
 #include <utility>
 

@@ -94,7 +94,7 @@ class ContactReader {
     contact.start = step_;
     contact.pair = pair.pair;
     add(pair, load, contact, begun.sums);
-    // The velocities here are those between the two half kicks, which the contact has felt.
+    // The velocities here are those between the two half kicks, which the contact law used.
     const BodyMotion &a = s_.motion[pair.a], &b = s_.motion[pair.b];
     const Vec3 &place = contact.event.place, &normal = contact.event.normal;
     const Vec3 velocity = a.velocity + a.spin.cross(place - a.position) - b.velocity -
@@ -247,7 +247,7 @@ void end_parted(const Model& model, const StatisticsWorkspace& w, State& s) {
 
 }  // namespace
 
-void follow_contacts(const Model& model, Workspace& w, State& s) {
+void update_contact_events(const Model& model, Workspace& w, State& s) {
   StatisticsState& stats = s.statistics;
   constexpr std::size_t kFew = 64;  // free places, not worth the while
   if (stats.list != s.diagnostics.rebuilds || stats.open_of_pair.size() != s.pairs.size() ||

@@ -50,9 +50,9 @@ StatisticsState empty_statistics(const Model& model) {
   return stats;
 }
 
-void keep_statistics(const Model& model, Workspace& w, State& s) {
+void update_statistics(const Model& model, Workspace& w, State& s) {
   const StatisticsOptions& options = model.statistics;
-  if (options.contacts()) follow_contacts(model, w, s);
+  if (options.contacts()) update_contact_events(model, w, s);
   if (options.compressive_loads) record_compressive_loads(model, w, s);
   if (!options.watched.empty()) sum_triangle_loads(model, w, s);
 }

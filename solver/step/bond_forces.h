@@ -1,4 +1,4 @@
-// Bonds within the step: what they do to their bodies, when they break, and their energy.
+// Bonds within a step: loads on their bodies, breakage and elastic energy.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@ struct BodyLoad;
 struct BondState;
 struct BondWorkspace;
 
-// The phase of the step: loads of all bonds, and which of them break. A bond that is beyond its
-// strength bears nothing from this very step on; its elastic energy is lost.
+// Phase of a step: computes the loads of all bonds and breaks those beyond their strength. A broken
+// bond has no load from this step on; its elastic energy is lost.
 void compute_bond_forces(const Model& model, int threads, BondWorkspace& w, State& s);
-// Adds them to the loads of the particles [begin, end), in order of the bonds.
+// Adds the loads of the bonds to those of the particles [begin, end), in order of the bonds.
 void add_bond_loads(const BondWorkspace& w, const State& s, std::size_t begin, std::size_t end,
                     BodyLoad* loads);
 
-// Elastic energy, J: of all, and of those of one particle.
+// Elastic energy of all bonds and of the bonds of one particle, J.
 double bond_energy(const Model& model, const BondWorkspace& w, const State& s);
 double bond_energy_of(const Model& model, const BondWorkspace& w, const State& s, int particle);
-// Ends those of a particle that leaves.
+// Ends the bonds of a particle that is removed.
 void release_bonds(const Model& model, const BondWorkspace& w, State& s, int particle);
 BondState bond_state(const Model& model, const BondWorkspace& w, const State& s, std::size_t bond);
 

@@ -29,7 +29,7 @@ Bodies bodies_of(const Model& model, const State& s, const BoundaryContact& cont
 
 // A bound on how far any two points of the bodies have moved against each other since the last
 // search, and on how far directions and arms in world axes have aged by the turning of a, m.
-double moved_since(const BoundaryContactTable& table, const BoundaryContactMemory& memory,
+double moved_since(const BoundaryContactTable& table, const BoundaryContactHistory& memory,
                    const Pose& pose, const Mat3& rotation_a) {
   const auto chord = [](const Mat3& change) { return change.norm() / std::sqrt(2.0); };
   const RotationMap before(memory.rotation);
@@ -59,7 +59,7 @@ double collide_all(const BoundaryContactTable& table, const Pose& pose,
     used += c.manifold.points.empty() ? 0 : 1;
     least = std::min(least, c.manifold.gap);
   };
-  const double shell = table.law.shell;
+  const double shell = table.law.contact_margin;
   for (std::size_t i = 0; i < table.parts_a.size(); ++i) {
     const ConvexPart& part = table.parts_a[i];
     if (table.parts_b.empty()) {
@@ -127,7 +127,7 @@ void check_speed(const Model& model, const State& s, const BoundaryContact& cont
 // Updates the patches of a contact from those at `old_patches`, whose points are `old_points`.
 void search(const Model& model, const State& s, const BoundaryContactTable& table,
             const Bodies& bodies, std::span<const Patch> old_patches,
-            const ContactPoint* old_points, Workspace& w, BoundaryContactMemory& memory) {
+            const ContactPoint* old_points, Workspace& w, BoundaryContactHistory& memory) {
   TaskScratch& scratch = w.boundary_scratch;
   std::size_t used = 0;
   memory.gap = collide_all(table, bodies.pose, scratch.contacts, used);
@@ -138,7 +138,8 @@ void search(const Model& model, const State& s, const BoundaryContactTable& tabl
   fill_motion(s, bodies, model.timestep, in);
   build_patches(in, scratch.patches, scratch.search.found);
   memory.need =
-      used > 0 ? table.law.refresh : std::max(memory.gap - table.law.shell, table.law.refresh);
+      used > 0 ? table.law.contact_update_distance
+               : std::max(memory.gap - table.law.contact_margin, table.law.contact_update_distance);
   Eigen::Map<Mat3>(memory.rotation_a) = rotation_a;
   Eigen::Map<Mat3>(memory.rotation) = bodies.pose.rotation;
   Eigen::Map<Vec3>(memory.translation) = bodies.pose.translation;
@@ -147,20 +148,20 @@ void search(const Model& model, const State& s, const BoundaryContactTable& tabl
 // Advances the patches of a contact by the step and puts what they do on both boundaries.
 void apply(const Model& model, State& s, const BoundaryContact& contact,
            const BoundaryContactTable& table, const Bodies& bodies, std::span<Patch> patches,
-           ContactPoint* points, BoundaryContactMemory& memory) {
+           ContactPoint* points, BoundaryContactHistory& memory) {
   const double dt = model.timestep;
   const PairLaw& law = table.law;
   const FrictionLaw friction{law.tangential_stiffness, law.static_friction, law.dynamic_friction,
-                             law.sliding_speed};
+                             law.restick_velocity};
   const BodyMotion &a = s.motion[bodies.body_a], &b = s.motion[bodies.body_b];
   const Vec3 apart = a.position - b.position, spin = a.spin - b.spin;
   const Vec3 velocity = a.velocity - b.velocity - b.spin.cross(apart);
   Vec3 force = Vec3::Zero(), moment_a = Vec3::Zero(), moment_b = Vec3::Zero();
   double normal = 0;
   for (Patch& patch : patches) {
-    const Approach way =
-        approach(plain(patch.normal), plain(velocity + spin.cross(patch.arm)), plain(spin), dt);
-    const NormalLoad load = advance_points(law, patch, points + patch.first_point, way);
+    const PatchMotion motion =
+        patch_motion(plain(patch.normal), plain(velocity + spin.cross(patch.arm)), plain(spin), dt);
+    const NormalLoad load = advance_points(law, patch, points + patch.first_point, motion);
     if (load.overlap > law.overlap_limit)
       refuse(model, s, contact,
              fmt::format("overlaps by {:.4g} m, beyond the limit of {:.4g} m,", load.overlap,
@@ -168,7 +169,7 @@ void apply(const Model& model, State& s, const BoundaryContact& contact,
              a.position + patch.arm);
     const FrictionStep step =
         advance_friction(friction, {plain(patch.tangential), patch.torsion, double(patch.sliding)},
-                         load.force, friction_region(patch), way, dt);
+                         load.force, friction_region(patch), motion, dt);
     patch.fresh = 0;
     patch.normal_force = load.force;
     patch.tangential = eigen(step.state.tangential);
@@ -208,7 +209,7 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
   for (std::size_t k = 0; k < model.boundary_contacts.size(); ++k) {
     const BoundaryContact& contact = model.boundary_contacts[k];
     const BoundaryContactTable& table = w.boundary_contacts[k];
-    BoundaryContactMemory& memory = s.boundary_contacts[k];
+    BoundaryContactHistory& memory = s.boundary_contacts[k];
     const std::span<const Patch> old_patches(s.boundary_patches.data() + first_patch,
                                              memory.patch_count);
     const ContactPoint* old_points = s.boundary_points.data() + first_point;
@@ -248,7 +249,7 @@ void boundary_contacts(const Model& model, Workspace& w, State& s) {
 
 BoundaryContactState boundary_contact_state(const Workspace& w, const State& s,
                                             std::size_t number) {
-  const BoundaryContactMemory& memory = s.boundary_contacts[number];
+  const BoundaryContactHistory& memory = s.boundary_contacts[number];
   const PairLaw& law = w.boundary_contacts[number].law;
   std::size_t first_patch = 0, first_point = 0;
   for (std::size_t k = 0; k < number; ++k) {

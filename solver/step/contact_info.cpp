@@ -28,11 +28,11 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   c.unloading_ratio = law.unloading_ratio;
   c.gap = std::numeric_limits<double>::infinity();
   Vec3 offset_force = Vec3::Zero();
-  const double shares = sum_of_shares(patch, s.points.data() + patch.first_point);
+  const double shares = sum_of_fractions(patch, s.points.data() + patch.first_point);
   for (std::uint32_t i = 0; i < patch.point_count; ++i) {
     const ContactPoint& p = s.points[patch.first_point + i];
-    c.spots.push_back(
-        {c.place + p.offset, p.gap, p.share, p.force, detail.area * p.share / shares});
+    c.spots.push_back({c.place + p.offset, p.gap, p.stiffness_fraction, p.force,
+                       detail.area * p.stiffness_fraction / shares});
     c.gap = std::min(c.gap, p.gap);
     offset_force += p.force * p.offset;
   }
@@ -41,7 +41,8 @@ Contact contact_of(const State& s, const PairLaw& law, const Pair& pair, int num
   c.friction = patch.tangential;
   c.torsion = patch.torsion;
   c.rolling = detail.rolling;
-  const NormalLoad pull = adhesion_of(law, patch, s.points.data() + patch.first_point, Approach{});
+  const NormalLoad pull =
+      adhesion_of(law, patch, s.points.data() + patch.first_point, PatchMotion{});
   c.adhesion = pull.force;
   offset_force -= eigen(pull.offset_force);
   c.force = patch.tangential - (patch.normal_force - pull.force) * patch.normal;

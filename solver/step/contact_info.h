@@ -1,4 +1,4 @@
-// What the contacts of a state are, for people to look at.
+// Contacts of a state, for inspection.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// All patches of the neighbour list, in order of (a, b) and of their number (see Contact).
+// All patches of the neighbor list, in order of (a, b) and of their number (see Contact).
 std::vector<Contact> contacts_of(const Workspace& workspace, const State& state);
 
 }  // namespace firn

@@ -14,7 +14,7 @@ constexpr std::size_t kBodiesPerTask = 128;  // bodies a task
 constexpr std::size_t kBodiesAhead = 32;     // bodies, to be fetched
 
 // Up to Lanes::size bodies, one in each lane; lanes beyond `count` repeat the last one.
-struct Crew {
+struct BodyBatch {
   std::size_t body[Lanes::size];
   int count = 0;
 
@@ -23,10 +23,11 @@ struct Crew {
   }
 };
 
-class Mover {
+class BodyIntegrator {
  public:
   // `loads` are those of the particles from `first` on.
-  Mover(const Model& model, const Workspace& w, State& s, const BodyLoad* loads, std::size_t first)
+  BodyIntegrator(const Model& model, const Workspace& w, State& s, const BodyLoad* loads,
+                 std::size_t first)
       : model_(model), w_(w), s_(s), loads_(loads), first_(first), dt_(model.timestep) {
     get_three(model.gravity, gravity_);
   }
@@ -43,14 +44,14 @@ class Mover {
   }
 
   template <int kicks>
-  [[gnu::always_inline]] void kick_momentum(const Crew& crew, const Rotations& r,
+  [[gnu::always_inline]] void kick_momentum(const BodyBatch& batch, const Rotations& r,
                                             Columns4& momentum) const {
     Columns4 torque;
     Columns3 turned;
     gather(
-        crew.body, [&](std::size_t i, Four& row) { get(&load(i).torque, row); }, torque);
+        batch.body, [&](std::size_t i, Four& row) { get(&load(i).torque, row); }, torque);
     gather(
-        crew.body, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); },
+        batch.body, [&](std::size_t i, Four& row) { get_three(s_.angular_momentum[i], row); },
         momentum);
     r.turn_back(half_, torque, turned);
     for (int k = 0; k < kicks; ++k) {
@@ -60,14 +61,15 @@ class Mover {
     }
   }
 
-  [[gnu::always_inline]] void gather_orientation(const Crew& crew, Columns4& q) const {
+  [[gnu::always_inline]] void gather_orientation(const BodyBatch& batch, Columns4& q) const {
     gather(
-        crew.body, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); },
+        batch.body, [&](std::size_t i, Four& row) { get(s_.orientation[i].coeffs().data(), row); },
         q);
   }
-  [[gnu::always_inline]] void gather_inverse_inertia(const Crew& crew, Columns4& inverse) const {
+  [[gnu::always_inline]] void gather_inverse_inertia(const BodyBatch& batch,
+                                                     Columns4& inverse) const {
     gather(
-        crew.body, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); },
+        batch.body, [&](std::size_t i, Four& row) { get_three(body(i).inverse_inertia, row); },
         inverse);
   }
   [[gnu::always_inline]] void spin_of(const Rotations& r, const Columns4& momentum,
@@ -77,15 +79,15 @@ class Mover {
     spin.w = Lanes(0.0);
   }
 
-  [[gnu::always_inline]] void store_spin(const Crew& crew, Columns4& spin) const {
+  [[gnu::always_inline]] void store_spin(const BodyBatch& batch, Columns4& spin) const {
     Four rows[Lanes::size];
     scatter(spin, rows);
-    for (int k = 0; k < crew.count; ++k) put(rows[k], &s_.motion[crew.body[k]].spin);
+    for (int k = 0; k < batch.count; ++k) put(rows[k], &s_.motion[batch.body[k]].spin);
   }
-  [[gnu::always_inline]] void store_momentum(const Crew& crew, Columns4& momentum) const {
+  [[gnu::always_inline]] void store_momentum(const BodyBatch& batch, Columns4& momentum) const {
     Four rows[Lanes::size];
     scatter(momentum, rows);
-    for (int k = 0; k < crew.count; ++k) put_three(rows[k], s_.angular_momentum[crew.body[k]]);
+    for (int k = 0; k < batch.count; ++k) put_three(rows[k], s_.angular_momentum[batch.body[k]]);
   }
 
   const RigidBody& body(std::size_t i) const { return w_.rigid[model_.particles[i].shape]; }
@@ -102,61 +104,61 @@ class Mover {
 
 // True when a body has moved further than its skin.
 template <int kicks>
-bool kick_and_drift_crew(const Mover& mover, Crew& crew) {
+bool kick_and_drift_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
   bool leaves = false;
-  State& s = mover.s_;
-  crew.fill_up();
+  State& s = integrator.s_;
+  batch.fill_up();
   Columns4 q, momentum, inverse, spin, velocity;
   Four rows[Lanes::size];
-  for (int k = 0; k < crew.count; ++k) {
-    const std::size_t i = crew.body[k];
+  for (int k = 0; k < batch.count; ++k) {
+    const std::size_t i = batch.body[k];
     Four place;
-    mover.kick_velocity<kicks>(i, rows[k]);
+    integrator.kick_velocity<kicks>(i, rows[k]);
     get(&s.motion[i].position, place);
-    put(place + mover.dt_ * rows[k], &s.motion[i].position);
+    put(place + integrator.dt_ * rows[k], &s.motion[i].position);
   }
-  for (int k = crew.count; k < Lanes::size; ++k) get(&s.motion[crew.body[k]].velocity, rows[k]);
-  mover.gather_orientation(crew, q);
-  mover.kick_momentum<kicks>(crew, Rotations(q), momentum);
-  mover.gather_inverse_inertia(crew, inverse);
+  for (int k = batch.count; k < Lanes::size; ++k) get(&s.motion[batch.body[k]].velocity, rows[k]);
+  integrator.gather_orientation(batch, q);
+  integrator.kick_momentum<kicks>(batch, Rotations(q), momentum);
+  integrator.gather_inverse_inertia(batch, inverse);
   FreeRotations free{{q.x, q.y, q.z, q.w},
                      {momentum.x, momentum.y, momentum.z},
                      {inverse.x, inverse.y, inverse.z}};
-  rotate_free(free, mover.dt_);
+  rotate_free(free, integrator.dt_);
   q = {free.q[0], free.q[1], free.q[2], free.q[3]};
   momentum = {free.momentum[0], free.momentum[1], free.momentum[2], Lanes(0.0)};
   const Rotations r(q);
-  mover.spin_of(r, momentum, inverse, spin);
-  const Lanes turned = norm(spin.x, spin.y, spin.z) * Lanes(mover.dt_);
+  integrator.spin_of(r, momentum, inverse, spin);
+  const Lanes turned = norm(spin.x, spin.y, spin.z) * Lanes(integrator.dt_);
   velocity = {{rows[0], rows[4]}, {rows[1], rows[5]}, {rows[2], rows[6]}, {rows[3], rows[7]}};
   transpose(velocity.x.low, velocity.y.low, velocity.z.low, velocity.w.low);
   transpose(velocity.x.high, velocity.y.high, velocity.z.high, velocity.w.high);
-  const Lanes gone = norm(velocity.x, velocity.y, velocity.z) * Lanes(mover.dt_);
-  for (int k = 0; k < crew.count; ++k) {
-    const std::size_t i = crew.body[k];
+  const Lanes gone = norm(velocity.x, velocity.y, velocity.z) * Lanes(integrator.dt_);
+  for (int k = 0; k < batch.count; ++k) {
+    const std::size_t i = batch.body[k];
     s.turn[i] += turned[k];
-    s.path[i] += gone[k] + turned[k] * mover.w_.reach[mover.model_.particles[i].shape];
+    s.path[i] += gone[k] + turned[k] * integrator.w_.reach[integrator.model_.particles[i].shape];
     leaves |= s.path[i] > s.rebuild_distance[i];
   }
-  mover.store_spin(crew, spin);
-  mover.store_momentum(crew, momentum);
+  integrator.store_spin(batch, spin);
+  integrator.store_momentum(batch, momentum);
   scatter(q, rows);
-  for (int k = 0; k < crew.count; ++k) put(rows[k], s.orientation[crew.body[k]].coeffs().data());
+  for (int k = 0; k < batch.count; ++k) put(rows[k], s.orientation[batch.body[k]].coeffs().data());
   return leaves;
 }
 
-void kick_crew(const Mover& mover, Crew& crew) {
-  crew.fill_up();
+void kick_batch(const BodyIntegrator& integrator, BodyBatch& batch) {
+  batch.fill_up();
   Columns4 q, momentum, inverse, spin;
   Four velocity;
-  for (int k = 0; k < crew.count; ++k) mover.kick_velocity<1>(crew.body[k], velocity);
-  mover.gather_orientation(crew, q);
+  for (int k = 0; k < batch.count; ++k) integrator.kick_velocity<1>(batch.body[k], velocity);
+  integrator.gather_orientation(batch, q);
   const Rotations r(q);
-  mover.kick_momentum<1>(crew, r, momentum);
-  mover.gather_inverse_inertia(crew, inverse);
-  mover.spin_of(r, momentum, inverse, spin);
-  mover.store_spin(crew, spin);
-  mover.store_momentum(crew, momentum);
+  integrator.kick_momentum<1>(batch, r, momentum);
+  integrator.gather_inverse_inertia(batch, inverse);
+  integrator.spin_of(r, momentum, inverse, spin);
+  integrator.store_spin(batch, spin);
+  integrator.store_momentum(batch, momentum);
 }
 
 // Adds up what contacts and bonds do to the bodies [begin, end), into `loads`.
@@ -186,8 +188,8 @@ void sum_loads(const Workspace& w, State& s, std::size_t begin, std::size_t end,
   if (!s.bonds.empty()) add_bond_loads(w.bonds, s, begin, end, loads);
 }
 
-// Fetches the loads of the bodies [begin, end), as many at a time as a crew has: they lie anywhere,
-// and sum_loads() alone would only wait for them.
+// Fetches the loads of the bodies [begin, end), as many at a time as a batch has: they lie
+// anywhere, and sum_loads() alone would only wait for them.
 class LoadPrefetcher {
  public:
   LoadPrefetcher(const Workspace& w, std::size_t begin, std::size_t end)
@@ -206,9 +208,9 @@ class LoadPrefetcher {
   const std::uint32_t *next_, *end_;
 };
 
-// Fetches what a crew reads of as many bodies from the first one on, which may lie beyond the last.
-// Processors follow an array by themselves, but stop at the end of every page, and a crew reads
-// six. Always inlined, see prefetch.h.
+// Fetches what a batch reads of as many bodies from the first one on, which may lie beyond the
+// last. Processors follow an array by themselves, but stop at the end of every page, and a batch
+// reads six. Always inlined, see prefetch.h.
 [[gnu::always_inline]] inline void fetch_bodies(const State& s, std::size_t first) {
   constexpr std::size_t kMany = Lanes::size;
   fetch(s.motion.data() + first, kMany);
@@ -219,18 +221,18 @@ class LoadPrefetcher {
   fetch(s.rebuild_distance.data() + first, kMany);
 }
 
-// Calls move(crew) for the present bodies of [begin, end).
+// Calls move(batch) for the present bodies of [begin, end).
 template <class Move>
-void for_crews(const State& s, std::size_t begin, std::size_t end, const Move& move) {
-  Crew crew;
+void for_body_batches(const State& s, std::size_t begin, std::size_t end, const Move& move) {
+  BodyBatch batch;
   for (std::size_t i = begin; i < end; ++i) {
     if (s.presence[i] != Presence::present) continue;
-    crew.body[crew.count++] = i;
-    if (crew.count < Lanes::size) continue;
-    move(crew);
-    crew.count = 0;
+    batch.body[batch.count++] = i;
+    if (batch.count < Lanes::size) continue;
+    move(batch);
+    batch.count = 0;
   }
-  if (crew.count > 0) move(crew);
+  if (batch.count > 0) move(batch);
 }
 
 }  // namespace
@@ -248,17 +250,19 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
       sum_loads(w, s, begin, end, loads);
       // Dampers of bonds read them (bond_forces.cpp).
       if (!s.bonds.empty()) std::copy_n(loads, end - begin, s.load.data() + begin);
-      const Mover mover(model, w, s, loads, begin);
+      const BodyIntegrator integrator(model, w, s, loads, begin);
       LoadPrefetcher ahead(w, end, goes_on ? std::min(n, end + kBodiesPerTask) : end);
-      for_crews(s, begin, end, [&](Crew& crew) {
+      for_body_batches(s, begin, end, [&](BodyBatch& batch) {
         ahead.fetch_some();
-        if (goes_on || crew.body[0] + kBodiesAhead < end)
-          fetch_bodies(s, crew.body[0] + kBodiesAhead);
-        leaves |= kick_and_drift_crew<2>(mover, crew);
+        if (goes_on || batch.body[0] + kBodiesAhead < end)
+          fetch_bodies(s, batch.body[0] + kBodiesAhead);
+        leaves |= kick_and_drift_batch<2>(integrator, batch);
       });
     } else {
-      const Mover mover(model, w, s, s.load.data(), 0);
-      for_crews(s, begin, end, [&](Crew& crew) { leaves |= kick_and_drift_crew<1>(mover, crew); });
+      const BodyIntegrator integrator(model, w, s, s.load.data(), 0);
+      for_body_batches(s, begin, end, [&](BodyBatch& batch) {
+        leaves |= kick_and_drift_batch<1>(integrator, batch);
+      });
     }
     w.needs_rebuild[begin / kBodiesPerTask] = leaves;
   };
@@ -288,13 +292,13 @@ void integrate_positions(const Model& model, Workspace& w, State& s, bool both_k
 }
 
 void finish_velocities(const Model& model, const Workspace& w, State& s) {
-  parallel_for_blocks(w.threads, model.particles.size(), kBodiesPerTask,
-                      [&](std::size_t begin, std::size_t end) {
-                        BodyLoad* const loads = s.load.data() + begin;
-                        sum_loads(w, s, begin, end, loads);
-                        const Mover mover(model, w, s, loads, begin);
-                        for_crews(s, begin, end, [&](Crew& crew) { kick_crew(mover, crew); });
-                      });
+  parallel_for_blocks(
+      w.threads, model.particles.size(), kBodiesPerTask, [&](std::size_t begin, std::size_t end) {
+        BodyLoad* const loads = s.load.data() + begin;
+        sum_loads(w, s, begin, end, loads);
+        const BodyIntegrator integrator(model, w, s, loads, begin);
+        for_body_batches(s, begin, end, [&](BodyBatch& batch) { kick_batch(integrator, batch); });
+      });
 }
 
 }  // namespace firn

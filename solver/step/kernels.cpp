@@ -6,7 +6,7 @@
 namespace firn {
 
 const Kernels& FIRN_KERNELS() {
-  static constexpr Kernels kernels{FIRN_KERNELS_NAME, integrate_positions, refresh_neighbours,
+  static constexpr Kernels kernels{FIRN_KERNELS_NAME, integrate_positions, update_neighbor_list,
                                    find_contacts,     contact_forces,      finish_velocities};
   return kernels;
 }

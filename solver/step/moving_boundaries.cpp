@@ -214,7 +214,7 @@ void kick_mechanism(const Model& model, State& s, const std::vector<FrameMotion>
                           ? Vec3(Vec3::Zero())
                           : grounds[static_cast<std::size_t>(members.ground)].position;
   for (std::size_t c = 0; c < members.couplings.size(); ++c) {
-    CouplingMemory& memory = s.couplings[static_cast<std::size_t>(members.couplings[c])];
+    CouplingReaction& memory = s.couplings[static_cast<std::size_t>(members.couplings[c])];
     memory.position = ground + mechanism.coupling_point(c, at);
     memory.impulse += by_couplings[c].force;
     memory.angular_impulse += by_couplings[c].torque;
@@ -297,7 +297,7 @@ void note_reactions(const Model& model, State& s, const std::vector<FrameMotion>
   for (const int c : members.couplings) {
     const Coupling& coupling = model.couplings[static_cast<std::size_t>(c)];
     if (coupling.ties_joints()) continue;  // through the bearings
-    const CouplingMemory& memory = s.couplings[static_cast<std::size_t>(c)];
+    const CouplingReaction& memory = s.couplings[static_cast<std::size_t>(c)];
     add(coupling.b, memory.position, -memory.half_impulse, -memory.half_angular_impulse);
     add(coupling.a, memory.position, memory.half_impulse, memory.half_angular_impulse);
   }

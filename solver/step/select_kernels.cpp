@@ -10,7 +10,7 @@ namespace firn {
 
 namespace {
 
-const Kernels* avx2_if_there() {
+const Kernels* avx2_if_supported() {
 #ifdef FIRN_HAS_AVX2_KERNELS
   // What -march=x86-64-v3 lets the compiler use.
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
@@ -24,7 +24,7 @@ const Kernels* avx2_if_there() {
 }  // namespace
 
 const Kernels& choose_kernels() {
-  const Kernels* const avx2 = avx2_if_there();
+  const Kernels* const avx2 = avx2_if_supported();
   const char* const wish = std::getenv("FIRN_INSTRUCTIONS");
   if (!wish || !*wish) return avx2 ? *avx2 : baseline_kernels();
   const std::string name = wish;

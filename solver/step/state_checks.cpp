@@ -106,7 +106,7 @@ void check_energy(const Model& model, const Workspace& w, State& s) {
 
 }  // namespace
 
-bool check_is_due(const State& s) { return s.steps % kFiniteEvery == 0; }
+bool is_check_step(const State& s) { return s.steps % kFiniteEvery == 0; }
 
 void check_state(const Model& model, const Workspace& w, State& s) {
   check_finite(model, s);

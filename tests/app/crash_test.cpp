@@ -121,7 +121,7 @@ class CrashTest : public testing::Test {
     const Outcome o = folder_.firn(resume("r/run.h5"));
     if (safe || o.status == 0) {
       ASSERT_EQ(o.status, 0) << context << "\n" << o.err;
-      ASSERT_FALSE(has_kept_copy(path("r/run.h5"))) << context;
+      ASSERT_FALSE(has_saved_copy(path("r/run.h5"))) << context;
       return expect_equal_bits(path("r/run.h5"), whole());
     }
     EXPECT_EQ(o.status, 2) << context << "\n" << o.err;
@@ -174,7 +174,7 @@ class CrashTest : public testing::Test {
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(path("out/runs"), none)) {
       const std::string file = entry.path().string();
-      if (entry.path().extension() != ".h5" || has_kept_copy(file)) continue;
+      if (entry.path().extension() != ".h5" || has_saved_copy(file)) continue;
       try {
         const hdf5::File results = hdf5::File::open(file, hdf5::File::Access::read);
         if (results.has_attribute("/", "responses_complete"))
@@ -279,7 +279,7 @@ void CrashTest::interrupt_a_run(const std::string& interrupted) {
     // Before its first checkpoint a run ends at once and leaves no file.
     if (o.status != 130 || !fs::exists(path("r/run.h5"))) continue;
     EXPECT_THAT(o.err, HasSubstr("interrupted at t = "));
-    ASSERT_FALSE(has_kept_copy(path("r/run.h5")));
+    ASSERT_FALSE(has_saved_copy(path("r/run.h5")));
     fs::rename(path("r/run.h5"), interrupted);
   }
 }
@@ -387,7 +387,7 @@ TEST_F(CrashTest, RunOnAFullDiskSaysSoAndContinuesWithMoreRoom) {
   for (int size = 40; size < 4000 && o.status != 0; size += 40) {
     mount("none", run_folder().c_str(), nullptr, MS_REMOUNT,
           ("size=" + std::to_string(size) + "k").c_str());
-    const bool begun = has_kept_copy(path("r/run.h5"));
+    const bool begun = has_saved_copy(path("r/run.h5"));
     o = folder_.firn(begun ? resume("r/run.h5") : run_to("r/run.h5"));
     if (o.status == 0) break;
     ++stopped;
@@ -395,7 +395,7 @@ TEST_F(CrashTest, RunOnAFullDiskSaysSoAndContinuesWithMoreRoom) {
     EXPECT_EQ(lines(o.err), 1u) << o.err;
     EXPECT_THAT(o.err, HasSubstr("cannot write: No space left on device; "));
     EXPECT_THAT(o.err, HasSubstr(": free space and "));
-    if (!has_kept_copy(path("r/run.h5")))
+    if (!has_saved_copy(path("r/run.h5")))
       for (const auto& entry : fs::directory_iterator(run_folder())) fs::remove(entry.path());
   }
   EXPECT_GT(stopped, 2);
@@ -629,14 +629,14 @@ void CrashTest::be_killed(int kills, unsigned seed) {
     killed += o.status == 130 || o.status == 128 + signal;
     if (o.status == 0) {
       expect_equal_bits(path("r/run.h5"), whole());
-      ASSERT_FALSE(has_kept_copy(path("r/run.h5"))) << context;
+      ASSERT_FALSE(has_saved_copy(path("r/run.h5"))) << context;
       empty_run_folder();
       continue;
     }
     if (o.status == 2) {  // killed before the first state was saved
       EXPECT_EQ(lines(o.err), 1u) << context;
       ASSERT_TRUE(begun) << context;
-      ASSERT_FALSE(has_kept_copy(path("r/run.h5"))) << context;
+      ASSERT_FALSE(has_saved_copy(path("r/run.h5"))) << context;
       empty_run_folder();
       continue;
     }
@@ -779,7 +779,7 @@ TEST_F(CrashTest, ResultsFileThatIsRemovedIsNoSuccess) {
     int status = 0;
     ASSERT_EQ(waitpid(pid, &status, WUNTRACED), pid);
     ASSERT_TRUE(WIFSTOPPED(status));
-    ASSERT_TRUE(has_kept_copy(path("r/run.h5")));
+    ASSERT_TRUE(has_saved_copy(path("r/run.h5")));
     fs::remove_all(whole_folder ? run_folder() : run_folder() / "run.h5");
     kill(pid, SIGCONT);
     const Outcome o = folder_.wait(pid);

@@ -59,7 +59,7 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"experiments/batch", {"experiments/batch/slurm"}},
     {"experiments/batch/sweep", {"experiments/batch", "experiments/responses"}},
 
-    {"calibrate/numerics", {}},
+    {"calibrate/numerics", {"experiments/analysis"}},
     {"calibrate/study",
      {"calibrate/numerics", "experiments/batch", "experiments/material_records",
       "experiments/measurements"}},
@@ -75,7 +75,8 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"validation/comparison", {"validation/statistics", "validation/suite"}},
     {"validation", {"experiments/batch", "validation/comparison"}},
     {"validation/verification", {"solver/include/firn"}},
-    {"validation/verification/fixtures", {"experiments/meshes", "validation/verification"}},
+    {"validation/verification/fixtures",
+     {"experiments/analysis", "experiments/meshes", "validation/verification"}},
     {"validation/verification/single_body", {"validation/verification/fixtures"}},
     {"validation/verification/assemblies", {"validation/verification/fixtures"}},
     {"validation/verification/robustness",

@@ -137,7 +137,7 @@ class KillTest : public testing::Test {
     for (const auto& entry : fs::directory_iterator(folder_ / (directory + "/runs"), none)) {
       if (entry.path().extension() != ".h5") continue;
       // The copy goes last of all: with it there, the run was killed before it had come to its end.
-      if (has_kept_copy(entry.path().string())) continue;
+      if (has_saved_copy(entry.path().string())) continue;
       try {
         const Recording recording(entry.path().string());
         if (recording.status() == "finished" && !recording.responses().empty())

@@ -15,7 +15,7 @@
 #include "calibrate/inference/posterior.h"
 #include "calibrate/numerics/experimental_design.h"
 #include "calibrate/numerics/optimize.h"
-#include "calibrate/numerics/random.h"
+#include "experiments/analysis/random_stream.h"
 #include "experiments/storage/sha256.h"
 #include "tests/calibration_proof/covered_problem.h"
 #include "tests/support/fake_experiment.h"
@@ -249,7 +249,7 @@ MethodAnswer by_restarts(Laboratory& lab, int runs) {
       return distance * distance;
     };
     minimize_locally(seen, VectorXd::Zero(d), VectorXd::Ones(d), start, 0.2, left);
-    for (double& x : start) x = uniform(lab.random);
+    for (double& x : start) x = open_uniform(lab.random);
   }
   MethodAnswer a;
   a.values = values_at(lab.problem, best);

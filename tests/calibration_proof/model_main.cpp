@@ -9,7 +9,7 @@
 
 #include "calibrate/inference/response_model.h"
 #include "calibrate/numerics/experimental_design.h"
-#include "calibrate/numerics/random.h"
+#include "experiments/analysis/random_stream.h"
 #include "tests/calibration_proof/covered_problem.h"
 #include "tests/support/fake_experiment.h"
 
@@ -47,7 +47,7 @@ void judge_model(const CoveredProblem& p, const CoveredResponse& r, int points, 
   if (!models) return;
   for (int i = 0; i < 100; ++i) {
     VectorXd u(d);
-    for (double& x : u) x = uniform(random);
+    for (double& x : u) x = open_uniform(random);
     const Prediction q = models->targets[0].surrogate.best.predict(u);
     const double error2 = std::pow(q.mean - r.mean(values_at(p, u)), 2);
     ++t.count;

@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fuzz::require(!c.tolerance || (*c.tolerance > 0 && std::isfinite(*c.tolerance)),
                     "a tolerance is above zero");
       for (const std::string& operand : c.responses)
-        if (c.kind != ComparisonKind::value) parse_operand(operand);
+        if (c.kind != ComparisonKind::value) parse_response_expression(operand);
     }
   });
   return 0;

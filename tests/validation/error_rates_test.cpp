@@ -412,7 +412,7 @@ Coverage coverage(int n, int suites) {
     e.base = &groups[0];
     e.base_modulus = 1e7;
     e.stiffness = {&groups[1], &groups[2]};
-    const SofteningResult s = soften("x", e, 3e8);
+    const StiffnessScalingResult s = fit_stiffness_scaling("x", e, 3e8);
     c.one_error += (std::abs(s.exponent - 0.5) <= s.exponent_error) / static_cast<double>(suites);
     if (!std::isfinite(s.extrapolated.low)) continue;
     ++given;

@@ -24,7 +24,7 @@ std::vector<double> defined(std::vector<double> values) {
 }
 
 void require_unit(const std::string& response, const RunGroup& base, const Measurement& m) {
-  const Operand o = parse_operand(response);
+  const ResponseExpression o = parse_response_expression(response);
   for (const JobResult* r : base.finished())
     if (const std::string unit = unit_of(o, r->responses); !unit.empty() && unit != m.unit)
       throw InputError(
@@ -40,7 +40,7 @@ std::string describe_setting(const RunGroup& group) {
 }
 
 Change change_between(const RunGroup& base, const RunGroup& changed, const std::string& operand) {
-  const Operand o = parse_operand(operand);
+  const ResponseExpression o = parse_response_expression(operand);
   std::vector<double> before, after, difference;
   for (std::size_t i = 0; i < changed.results.size(); ++i) {
     const auto seed = std::ranges::find(base.seeds, changed.seeds[i]);
@@ -153,7 +153,7 @@ std::vector<const JobResult*> RunGroup::finished() const {
 }
 
 std::vector<double> RunGroup::values(const std::string& text) const {
-  const Operand operand = parse_operand(text);
+  const ResponseExpression operand = parse_response_expression(text);
   std::vector<double> all;
   for (const JobResult* r : finished()) all.push_back(evaluate(operand, r->responses));
   return all;
@@ -171,19 +171,19 @@ void compare_replicates(const SuiteComparison& what, const ComparisonRuns& e, Co
       comparison::compare_criteria(what, e, c);
       break;
     case ComparisonKind::breakage:
-      comparison::compare_damage(what, e, c);
+      comparison::compare_breakage(what, e, c);
       break;
     case ComparisonKind::curve:
       comparison::compare_curve(what, e, c);
       break;
     case ComparisonKind::numerical_variants:
-      comparison::compare_choices(what, e, c);
+      comparison::compare_variants(what, e, c);
       break;
     case ComparisonKind::stiffness_scaling:
       c.verdict = ValidationVerdict::not_judged;
       for (const std::string& response : what.responses)
-        c.softening.push_back(soften(response, e, what.real_modulus));
-      c.headline = softening_headline(c.softening, what.real_modulus);
+        c.stiffness_scaling.push_back(fit_stiffness_scaling(response, e, what.real_modulus));
+      c.headline = stiffness_scaling_headline(c.stiffness_scaling, what.real_modulus);
       break;
   }
 }

@@ -1,5 +1,5 @@
-// Comparison of simulation and experiment: the difference, its uncertainty budget by source, and
-// the validation outcome. After ASME V&V 20-2009; docs/validation.md explains every step.
+// Comparison of simulation and experiment: the comparison error, its uncertainty budget by source,
+// and the outcome. After ASME V&V 20-2009; docs/validation.md explains every step.
 #pragma once
 
 #include <limits>
@@ -19,14 +19,14 @@ namespace firn {
 enum class ValidationVerdict {
   consistent,
   inconsistent,
-  inconclusive,     // the data do not decide
+  inconclusive,     // the uncertainty is too large to decide
   not_independent,  // inputs were chosen with these very data
   not_comparable,   // for a reason that the suite gives
   not_judged        // no criterion given
 };
 const char* to_string(ValidationVerdict verdict);
 
-// The runs of one experiment with one parameter set and one choice of numerics, in order of seeds.
+// The runs of one experiment with one parameter set and one set of numerics, in order of seeds.
 struct RunGroup {
   enum class Purpose { base, input, timestep, stiffness, variant };
   std::size_t experiment = 0, parameter_set = 0;
@@ -49,7 +49,7 @@ const char* to_string(RunGroup::Purpose purpose);
 struct ComparisonRuns {
   const RunGroup* base = nullptr;
   const RunGroup* input = nullptr;  // draws from the posterior ensemble, one run each; may be null
-  const RunGroup* numerics_base = nullptr;  // what the following are compared with
+  const RunGroup* numerics_base = nullptr;  // reference of the groups below
   const RunGroup* timestep = nullptr;       // may be null
   std::vector<const RunGroup*> stiffness;   // ascending modulus, without the base
   double base_modulus = 0;                  // Pa; 0: not known
@@ -59,19 +59,20 @@ struct ComparisonRuns {
     const RunGroup* runs = nullptr;
   };
   std::vector<Other> variants = {};
-  std::vector<const RunGroup*> timesteps = {};  // all that `timestep` is the finest of
+  std::vector<const RunGroup*> timesteps =
+      {};  // all groups with other time steps; `timestep` is the finest
   // Calibrated records whose values the case has, from any source.
   std::vector<const MaterialRecord*> same_values = {};
 };
 
-// One part of the uncertainty of a difference, one standard deviation.
+// One component of the validation uncertainty, one standard deviation.
 struct UncertaintyComponent {
   // "run-to-run variability", "time step", "stiffness", "input parameters", "experiment", or a
   // variant's
   std::string name;
-  std::optional<double> value;  // nothing: not looked at
-  std::string how;
-  double freedom = std::numeric_limits<double>::infinity();  // that it was estimated with
+  std::optional<double> value;  // nothing: not evaluated
+  std::string evaluation_method;
+  double freedom = std::numeric_limits<double>::infinity();  // degrees of freedom of the estimate
 };
 
 struct ValueComparison {
@@ -80,18 +81,18 @@ struct ValueComparison {
   std::string unit;
   double difference = 0;   // simulation - measured
   double uncertainty = 0;  // one standard deviation, root of the sum of squares of the parts
-  // 95 % of the difference's noise is within this; and of the simulation's and the experiment's
-  // own. Wider than two standard deviations where few runs, draws or repeats give the scatter.
+  // Expanded uncertainties (95 %) of the comparison error, the simulation and the experiment. Wider
+  // than two standard deviations where few runs, draws or repeats give the scatter.
   double expanded = 0, simulated_expanded = 0, measured_expanded = 0;
-  double p_value = 1;  // of such a difference or a larger one by that noise alone
-  std::vector<UncertaintyComponent> parts;
+  double p_value = 1;  // of such a comparison error or a larger one under that uncertainty alone
+  std::vector<UncertaintyComponent> components;
   std::optional<Interval> area;  // metric, in `unit`
   std::vector<double> samples;   // of the runs
 };
 
 struct CriterionResult {
   Criterion criterion;
-  int holds = 0, runs = 0;  // in so many of so many
+  int holds = 0, runs = 0;  // runs in which it holds, and all runs
   Interval probability;     // that it holds in a run: 95 % on either side
   ValidationVerdict verdict = ValidationVerdict::inconclusive;
   std::vector<double> lhs, rhs;  // by run
@@ -107,50 +108,50 @@ struct DistributionResult {
   std::vector<double> measured, simulated;  // counts by class; else values, ascending
   // By class: of a run's share, over the runs; not below a multinomial's.
   std::vector<double> deviation;
-  // Values that are only known to be larger: of residence times, of what was still inside.
+  // Right-censored values: residence times of particles still inside.
   std::vector<double> measured_at_least, simulated_at_least;
   double distance = 0;  // by class: share that would have to be exchanged; else Smirnov's, of
                         // Kaplan and Meier's shares as far as both reach where values are open
   double p_value = 1;   // of as much difference or more, were both of one distribution
   double area = 0;      // between the cumulative distributions, in `unit`; none by class; NaN: open
   double area_p_value = 1;
-  double critical = 2;          // distance that chance reaches in 5 % of all cases; above 1: any
-  bool dependent = false;       // values of one run are alike: the experiment counts as one run
-  double dispersion = 1;        // by class: variance of counts over a multinomial's
-  std::optional<double> apart;  // a value that stands apart from all others
+  double critical = 2;     // critical distance at 5 % significance; above 1: none is significant
+  bool dependent = false;  // values of one run are correlated: the experiment counts as one run
+  double dispersion = 1;   // by class: variance of counts over a multinomial's
+  std::optional<double> apart;  // an outlier
   ValidationVerdict verdict = ValidationVerdict::inconclusive;
 };
 
-struct DamageResult {
+struct BreakageResult {
   std::string response;
   int particles = 0;               // of all runs
   double largest = 0, median = 0;  // N
-  DamageProbability free, weibull;
+  BreakageProbability free, weibull;
   std::vector<double> loads;  // N, all runs, ascending
 };
 
-struct SofteningResult {
+struct StiffnessScalingResult {
   std::string response, unit;
   std::vector<double> modulus, mean, error;  // by stiffness, ascending
-  std::vector<int> runs;                     // that a mean is of
+  std::vector<int> runs;                     // number of runs of each mean
   double exponent = 0;                       // of response ~ modulus^exponent
   double exponent_error = 0;                 // half of an interval of 68 %; NaN: too few runs
   // At the real modulus, 95 %. NaN: not enough data (three runs at each of three stiffnesses, and
   // an interval within a factor of ten).
   Interval extrapolated;
-  double reach = 0;  // real modulus over the largest simulated
-  std::string word;  // what to make of it
+  double extrapolation_factor = 0;  // real modulus over the largest simulated
+  std::string interpretation;       // a clause
 };
 
-// What another choice of numerics or of the instrument does to a response.
+// Effect of a numerical variant, or of a variant of the instrument, on a response.
 struct VariantEffect {
-  std::string response, unit, choice;
-  int seeds = 0;                 // that both have finished
+  std::string response, unit, variant;
+  int seeds = 0;                 // finished with both
   double before = 0, after = 0;  // means over these
   double error = 0;              // of their difference, one standard deviation; NaN: one seed
 };
 
-// What becomes of a verdict at an end of the range of an assumption.
+// Verdict at an end of the range of an assumption.
 struct AssumptionResult {
   std::string name;
   int runs = 0;
@@ -163,21 +164,21 @@ struct Comparison {
   ComparisonKind kind = ComparisonKind::value;
   ValidationVerdict verdict = ValidationVerdict::inconclusive;
   std::string headline;            // one sentence
-  std::string recommended_action;  // what would, where the verdict leaves it open
+  std::string recommended_action;  // what would decide, where the verdict is inconclusive
   std::string measurement;         // in words, with its source
   std::string measurement_status;
-  bool code_to_code = false;  // with a number of another simulation: no validation
+  bool code_to_code = false;  // with the result of another simulation: no validation
   std::vector<std::string> caveats;
   int runs = 0, finished = 0;
   std::vector<AssumptionResult> assumptions;
   std::optional<ValueComparison> value;
   std::vector<CriterionResult> criteria;
   std::optional<DistributionResult> distribution;
-  std::vector<DamageResult> damage;
+  std::vector<BreakageResult> breakage;
   std::optional<WeibullFit> strength;
-  Measurement breaking_force;  // of a comparison of damage
-  std::vector<SofteningResult> softening;
-  std::vector<VariantEffect> choices;
+  Measurement breaking_force;  // of a comparison of breakage
+  std::vector<StiffnessScalingResult> stiffness_scaling;
+  std::vector<VariantEffect> variants;
   std::optional<CurveComparison> curve;
 };
 

@@ -1,4 +1,5 @@
-// The kinds of comparisons, each filling in what is its own. Pure functions; for compare() alone.
+// The kinds of comparisons. Each function fills in its members of Comparison. Pure functions, for
+// compare() alone.
 #pragma once
 
 #include <string>
@@ -9,7 +10,8 @@
 
 namespace firn::comparison {
 
-// What is seen once must not be all but impossible; what is seen as a rule must be the rule.
+// Probability limits: an event that was observed once must not be improbable; one that is observed
+// as a rule must have a probability above `rule`.
 inline constexpr double improbable = 0.05, rule = 0.5;
 
 std::string with_unit(double value, const std::string& unit);
@@ -28,8 +30,8 @@ Change change_between(const RunGroup& base, const RunGroup& changed, const std::
 
 void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_criteria(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
-void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_breakage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 void compare_curve(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
-void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
+void compare_variants(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c);
 
 }  // namespace firn::comparison

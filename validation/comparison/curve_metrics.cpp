@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "experiments/results/response.h"
 #include "validation/statistics/distributions.h"
 #include "validation/statistics/estimated_variance.h"
 
@@ -12,7 +13,6 @@ namespace firn {
 namespace {
 
 constexpr std::size_t grid_points = 200;
-constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
 void move(SampledCurve& curve, double by) {
   for (double& x : curve.x) x += by;
@@ -170,8 +170,7 @@ std::optional<CurveComparison> compare_curves(std::vector<SampledCurve> simulate
   c.simulated = mean_of(simulated, c.x).y;
   for (const double x : c.x) c.simulated_error.push_back(error_at(simulated, x));
   if (measured.empty()) {
-    c.range = c.difference = c.uncertainty = c.expanded = c.largest = c.at =
-        std::numeric_limits<double>::quiet_NaN();
+    c.range = c.difference = c.uncertainty = c.expanded = c.largest = c.at = kUndefined;
     return c;
   }
   c.measured = mean_of(measured, c.x).y;

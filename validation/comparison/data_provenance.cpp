@@ -79,7 +79,8 @@ DataIdentity identity_of(const Measurement& m, const std::vector<std::string>& o
     texts.insert(texts.end(), {criterion.lhs, criterion.rhs});
   if (m.data) texts.push_back(m.data->response);
   for (const std::string& text : texts)
-    if (const Operand o = parse_operand(text); o.part != Operand::Part::number)
+    if (const ResponseExpression o = parse_response_expression(text);
+        o.part != ResponseExpression::Part::number)
       d.responses.push_back(without_experiment(o.response));
   d.has_value = m.status != MeasurementStatus::qualitative;
   d.value = m.value;

@@ -1,5 +1,5 @@
-// Which data an input was chosen with, by content: neither names nor wording decide. Pure
-// functions.
+// Finds whether an input was calibrated with the data of a measurement. Data are identified by
+// content, not by name. Pure functions.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace firn {
 
-// What data are known by. Responses without the name of a study's experiment before them.
+// Identity of a datum. Response names are without the name of a study's experiment.
 struct DataIdentity {
   std::string experiment;  // as stated; empty: not stated
   std::vector<std::string> responses;
@@ -22,11 +22,12 @@ struct DataIdentity {
 DataIdentity identity_of(const Measurement& measurement, const std::vector<std::string>& operands);
 DataIdentity identity_of(const UsedMeasurement& used);
 
-// Why two are taken as the same data, as a clause; nothing when they are different. The same are:
-// a value, uncertainty and unit that are equal, whatever the response is called; one response of
-// one stated experiment; one response with values closer than a twentieth of their uncertainty or
-// half a percent, whatever the experiments are called; and one response where not both state their
-// experiment, unless the values contradict each other (two standard uncertainties).
+// Why two data are regarded as the same, as a clause; nothing when they are different. Data are the
+// same with: a value, uncertainty and unit that are equal, whatever the response is called; one
+// response of one stated experiment; one response with values closer than a twentieth of their
+// uncertainty or half a percent, whatever the experiments are called; and one response where not
+// both state their experiment, unless the values contradict each other (two standard
+// uncertainties).
 std::optional<std::string> same_data(const DataIdentity& a, const DataIdentity& b);
 
 // Whether the values that a case has for a record's keys are those of the record: all within 5 % of

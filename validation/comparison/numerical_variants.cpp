@@ -10,13 +10,13 @@
 namespace firn::comparison {
 namespace {
 
-struct Choice {
+struct NumericalVariant {
   std::string name;
   const RunGroup* runs;
 };
 
-std::vector<Choice> choices_of(const ComparisonRuns& e) {
-  std::vector<Choice> all;
+std::vector<NumericalVariant> variants_of(const ComparisonRuns& e) {
+  std::vector<NumericalVariant> all;
   if (e.timestep != nullptr) all.push_back({describe_setting(*e.timestep), e.timestep});
   for (const RunGroup* group : e.stiffness) all.push_back({describe_setting(*group), group});
   for (const ComparisonRuns::Other& other : e.variants)
@@ -41,28 +41,28 @@ std::string headline(const std::vector<VariantEffect>& all) {
   if (worst != nullptr)
     text += fmt::format("; the largest: {} goes from {} to {} with {}", worst->response,
                         with_unit(worst->before, worst->unit), with_unit(worst->after, worst->unit),
-                        worst->choice);
+                        worst->variant);
   return text;
 }
 
 }  // namespace
 
-void compare_choices(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
+void compare_variants(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   c.verdict = ValidationVerdict::not_judged;
   for (const std::string& response : what.responses)
-    for (const Choice& choice : choices_of(e)) {
-      const Change change = change_between(*e.numerics_base, *choice.runs, response);
+    for (const NumericalVariant& variant : variants_of(e)) {
+      const Change change = change_between(*e.numerics_base, *variant.runs, response);
       if (change.seeds == 0) {
-        c.caveats.push_back(fmt::format("{}: no run finished", choice.name));
+        c.caveats.push_back(fmt::format("{}: no run finished", variant.name));
         continue;
       }
       std::string unit;
       for (const JobResult* r : e.numerics_base->finished())
-        unit = unit_of(parse_operand(response), r->responses);
-      c.choices.push_back(
-          {response, unit, choice.name, change.seeds, change.before, change.after, change.error});
+        unit = unit_of(parse_response_expression(response), r->responses);
+      c.variants.push_back(
+          {response, unit, variant.name, change.seeds, change.before, change.after, change.error});
     }
-  c.headline = headline(c.choices);
+  c.headline = headline(c.variants);
 }
 
 }  // namespace firn::comparison

@@ -57,7 +57,8 @@ int runs_to_settle(CriterionResult r) {
 CriterionResult evaluate_criterion(const Criterion& criterion, const RunGroup& base) {
   CriterionResult r;
   r.criterion = criterion;
-  const Operand lhs = parse_operand(criterion.lhs), rhs = parse_operand(criterion.rhs);
+  const ResponseExpression lhs = parse_response_expression(criterion.lhs),
+                           rhs = parse_response_expression(criterion.rhs);
   for (const JobResult* run : base.finished()) {
     r.lhs.push_back(evaluate(lhs, run->responses));
     r.rhs.push_back(evaluate(rhs, run->responses));

@@ -17,8 +17,8 @@ namespace {
 
 // What a change of numerics does: the difference of the means over the same seeds, or its standard
 // error where that is larger: a change that seeds hide is not known to be smaller.
-UncertaintyComponent numerics_part(const std::string& name, const RunGroup* changed,
-                                   const RunGroup& base, const std::string& operand) {
+UncertaintyComponent numerics_component(const std::string& name, const RunGroup* changed,
+                                        const RunGroup& base, const std::string& operand) {
   if (changed == nullptr) return {name, std::nullopt, "not looked at"};
   const std::string setting =
       changed->purpose == RunGroup::Purpose::variant ? name : describe_setting(*changed);
@@ -37,16 +37,16 @@ UncertaintyComponent numerics_part(const std::string& name, const RunGroup* chan
 }
 
 // The finest of several time steps, by the order of convergence where there is one.
-UncertaintyComponent timestep_part(const ComparisonRuns& e, const std::string& operand) {
+UncertaintyComponent timestep_component(const ComparisonRuns& e, const std::string& operand) {
   if (e.timesteps.size() < 2)
-    return numerics_part("time step", e.timestep, *e.numerics_base, operand);
+    return numerics_component("time step", e.timestep, *e.numerics_base, operand);
   const RunGroup& medium = **(e.timesteps.end() - 2);
   const Change first = change_between(*e.numerics_base, medium, operand);
   const Change last = change_between(medium, *e.timestep, operand);
   const Change all = change_between(*e.numerics_base, *e.timestep, operand);
   if (e.timesteps.size() > 2 || first.seeds < 2 || last.seeds != first.seeds ||
       all.seeds != first.seeds)
-    return numerics_part("time step", e.timestep, *e.numerics_base, operand);
+    return numerics_component("time step", e.timestep, *e.numerics_base, operand);
   const Convergence c = converge(
       {first.before, first.after, all.after, medium.setting / e.timestep->setting, last.error});
   return {
@@ -55,18 +55,18 @@ UncertaintyComponent timestep_part(const ComparisonRuns& e, const std::string& o
 }
 
 // An end of the range of what is assumed: uniform up to there on either side.
-UncertaintyComponent assumed_part(const ComparisonRuns::Other& other, const RunGroup& base,
-                                  const std::string& operand) {
-  UncertaintyComponent p = numerics_part(other.what->name, other.runs, base, operand);
+UncertaintyComponent assumption_component(const ComparisonRuns::Other& other, const RunGroup& base,
+                                          const std::string& operand) {
+  UncertaintyComponent p = numerics_component(other.what->name, other.runs, base, operand);
   if (p.value && std::isinf(p.freedom)) *p.value /= std::sqrt(3.0);
-  p.how += "; an assumption";
+  p.evaluation_method += "; an assumption";
   return p;
 }
 
 constexpr const char* kRunVariability = "run-to-run variability";
 constexpr const char* kInputParameters = "input parameters";
 
-UncertaintyComponent seeds_part(const SampleStatistics& f) {
+UncertaintyComponent run_variability_component(const SampleStatistics& f) {
   if (f.count < 2) return {kRunVariability, std::nullopt, "one run gives no scatter"};
   return {kRunVariability, f.error(),
           fmt::format("standard deviation {:.3g} over {} runs", f.deviation, f.count),
@@ -74,8 +74,8 @@ UncertaintyComponent seeds_part(const SampleStatistics& f) {
 }
 
 // What is left of the scatter over draws from the ensemble when that over seeds is taken out.
-UncertaintyComponent input_part(const ComparisonRuns& e, const SampleStatistics& draws,
-                                const SampleStatistics& base) {
+UncertaintyComponent input_component(const ComparisonRuns& e, const SampleStatistics& draws,
+                                     const SampleStatistics& base) {
   if (e.input == nullptr)
     return {kInputParameters, std::nullopt,
             e.material == nullptr ? "the parameters come without an uncertainty"
@@ -110,7 +110,7 @@ void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noi
   std::optional<std::size_t> seeds;
   if (base.count > 1)
     seeds = noise.add({base.deviation * base.deviation, base.count - 1.0}, 1.0 / base.count);
-  for (const UncertaintyComponent& p : v.parts) {
+  for (const UncertaintyComponent& p : v.components) {
     if (!p.value || p.name == kRunVariability || p.name == "experiment") continue;
     if (p.name != kInputParameters) {
       noise.add({*p.value * *p.value, p.freedom});
@@ -121,15 +121,15 @@ void add_simulation(const ValueComparison& v, const SampleStatistics& draws, Noi
   }
 }
 
-const UncertaintyComponent& largest_part(const ValueComparison& v) {
+const UncertaintyComponent& largest_component(const ValueComparison& v) {
   return *std::ranges::max_element(
-      v.parts, {}, [](const UncertaintyComponent& p) { return p.value.value_or(-1); });
+      v.components, {}, [](const UncertaintyComponent& p) { return p.value.value_or(-1); });
 }
 
 std::string value_remedy(const ValueComparison& v) {
-  for (const UncertaintyComponent& p : v.parts)
+  for (const UncertaintyComponent& p : v.components)
     if (p.name == kRunVariability && !p.value) return "more than one run";
-  const std::string& largest = largest_part(v).name;
+  const std::string& largest = largest_component(v).name;
   if (largest == kRunVariability)
     return "more runs with other seeds: their scatter is the largest part";
   if (largest == "experiment") return "more repeats of the experiment, each value given";
@@ -142,7 +142,7 @@ std::string value_remedy(const ValueComparison& v) {
 void judge_value(const SuiteComparison& what, Comparison& c) {
   const ValueComparison& v = *c.value;
   const double expanded = v.expanded, off = std::abs(v.difference);
-  const bool seeds_known = v.parts.front().value.has_value();
+  const bool seeds_known = v.components.front().value.has_value();
   c.headline = fmt::format(
       "simulated {}, measured {}: {} by {} ± {}", with_unit(v.simulation.mean, v.unit),
       with_unit(v.measured, v.unit), v.difference < 0 ? "lower" : "higher",
@@ -205,21 +205,22 @@ void compare_value(const SuiteComparison& what, const ComparisonRuns& e, Compari
                                      ? SampleStatistics{}
                                      : sample_statistics(defined(e.input->values(response)));
   const RunGroup* stiffest = e.stiffness.empty() ? nullptr : e.stiffness.back();
-  v.parts = {seeds_part(v.simulation),
-             timestep_part(e, response),
-             numerics_part("stiffness", stiffest, *e.numerics_base, response),
-             input_part(e, draws, v.simulation),
-             {"experiment", m.standard_uncertainty(), m.sentence(), freedom_of(m)}};
+  v.components = {run_variability_component(v.simulation),
+                  timestep_component(e, response),
+                  numerics_component("stiffness", stiffest, *e.numerics_base, response),
+                  input_component(e, draws, v.simulation),
+                  {"experiment", m.standard_uncertainty(), m.sentence(), freedom_of(m)}};
   for (const ComparisonRuns::Other& other : e.variants)
     if (other.what->numerics)
-      v.parts.push_back(numerics_part(other.what->name, other.runs, *e.numerics_base, response));
+      v.components.push_back(
+          numerics_component(other.what->name, other.runs, *e.numerics_base, response));
     else if (other.what->assumed)
-      v.parts.push_back(assumed_part(other, *e.numerics_base, response));
+      v.components.push_back(assumption_component(other, *e.numerics_base, response));
   v.difference = v.simulation.mean - v.measured;
-  for (const UncertaintyComponent& p : v.parts) {
+  for (const UncertaintyComponent& p : v.components) {
     v.uncertainty = std::hypot(v.uncertainty, p.value.value_or(0));
     if (!p.value && p.name != kRunVariability)
-      c.caveats.push_back(fmt::format("{}: {}", p.name, p.how));
+      c.caveats.push_back(fmt::format("{}: {}", p.name, p.evaluation_method));
   }
   Noise simulation, experiment, both;
   add_simulation(v, draws, simulation);

@@ -12,13 +12,13 @@
 namespace firn {
 namespace {
 
-constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is a guess
+constexpr double trusted_reach = 3;  // beyond this factor an extrapolation is not reliable
 constexpr int least_runs = 3, least_stiffnesses = 3;
 // An interval that spans a larger factor is no extrapolation.
 constexpr double widest = 10;
 
 void add_point(const RunGroup& group, const std::string& operand, double modulus,
-               SofteningResult& s) {
+               StiffnessScalingResult& s) {
   std::vector<double> values = group.values(operand);
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return;
@@ -29,9 +29,9 @@ void add_point(const RunGroup& group, const std::string& operand, double modulus
   s.runs.push_back(f.count);
 }
 
-bool known(const SofteningResult& s) { return std::isfinite(s.exponent_error); }
+bool known(const StiffnessScalingResult& s) { return std::isfinite(s.exponent_error); }
 
-std::string word_on(const SofteningResult& s) {
+std::string interpretation_of(const StiffnessScalingResult& s) {
   if (s.modulus.size() < least_stiffnesses)
     return "two stiffnesses give a slope and no idea of how straight it is";
   if (!known(s)) return "not enough data for an exponent: one run gives no scatter";
@@ -40,19 +40,19 @@ std::string word_on(const SofteningResult& s) {
     return "does not depend on the stiffness as far as it was looked at";
   if (!std::isfinite(s.extrapolated.low))
     return fmt::format("not enough data to extrapolate to {:.3g} times the largest stiffness: {}",
-                       s.reach,
+                       s.extrapolation_factor,
                        std::ranges::min(s.runs) < least_runs
                            ? fmt::format("expected {} runs or more at each", least_runs)
                            : fmt::format("the interval spans more than a factor of {}", widest));
-  if (s.reach > trusted_reach)
+  if (s.extrapolation_factor > trusted_reach)
     return fmt::format(
         "the real stiffness is {:.3g} times beyond what was simulated: a direction, "
         "not a value",
-        s.reach);
+        s.extrapolation_factor);
   return "can be extrapolated";
 }
 
-void fit(SofteningResult& s, double real_modulus) {
+void fit(StiffnessScalingResult& s, double real_modulus) {
   const PowerLaw law = fit_power_law(s.modulus, s.mean, s.error, s.runs);
   s.exponent = law.exponent;
   s.exponent_error = law.exponent_error;
@@ -66,34 +66,36 @@ void fit(SofteningResult& s, double real_modulus) {
 
 }  // namespace
 
-SofteningResult soften(const std::string& operand, const ComparisonRuns& e, double real_modulus) {
-  SofteningResult s;
+StiffnessScalingResult fit_stiffness_scaling(const std::string& operand, const ComparisonRuns& e,
+                                             double real_modulus) {
+  StiffnessScalingResult s;
   s.response = operand;
   s.exponent = s.exponent_error = std::numeric_limits<double>::quiet_NaN();
   s.extrapolated = {s.exponent, s.exponent};
   for (const JobResult* r : e.base->finished())
-    s.unit = unit_of(parse_operand(operand), r->responses);
+    s.unit = unit_of(parse_response_expression(operand), r->responses);
   std::vector<std::pair<double, const RunGroup*>> groups = {{e.base_modulus, e.base}};
   for (const RunGroup* group : e.stiffness) groups.emplace_back(group->setting, group);
   std::ranges::sort(groups, {}, [](const auto& g) { return g.first; });
   for (const auto& [modulus, group] : groups) add_point(*group, operand, modulus, s);
   if (s.modulus.empty()) {
-    s.word = "no run gave it";
+    s.interpretation = "no run gave it";
     return s;
   }
-  s.reach = real_modulus / s.modulus.back();
+  s.extrapolation_factor = real_modulus / s.modulus.back();
   if (!has_power_law(s.modulus, s.mean)) {
-    s.word = "has no power law: it is not above zero at two stiffnesses or more";
+    s.interpretation = "has no power law: it is not above zero at two stiffnesses or more";
     return s;
   }
   fit(s, real_modulus);
-  s.word = word_on(s);
+  s.interpretation = interpretation_of(s);
   return s;
 }
 
-std::string softening_headline(const std::vector<SofteningResult>& all, double real_modulus) {
+std::string stiffness_scaling_headline(const std::vector<StiffnessScalingResult>& all,
+                                       double real_modulus) {
   std::string text;
-  for (const SofteningResult& s : all) {
+  for (const StiffnessScalingResult& s : all) {
     if (!std::isfinite(s.exponent)) continue;
     text += fmt::format("{}{} grows as E^{:.2f}", text.empty() ? "" : ", ", s.response, s.exponent);
     if (std::isfinite(s.exponent_error)) text += fmt::format(" (± {:.2f})", s.exponent_error);

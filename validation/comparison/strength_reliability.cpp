@@ -17,12 +17,12 @@ constexpr double least_shape = 1, most_shape = 60;  // a coefficient of variatio
 
 using Cdf = std::function<double(double)>;
 
-struct Damage {
+struct Breakage {
   double each = 0, any = 0;
 };
 
-Damage damage(const std::vector<std::vector<double>>& runs, const Cdf& strength) {
-  Damage d;
+Breakage breakage(const std::vector<std::vector<double>>& runs, const Cdf& strength) {
+  Breakage d;
   double particles = 0;
   for (const std::vector<double>& loads : runs) {
     double none = 1;
@@ -99,14 +99,14 @@ void require_strength(const Measurement& m) {
 
 }  // namespace
 
-DamageProbability damage_without_assumption(const std::vector<std::vector<double>>& runs,
-                                            const Measurement& m) {
+BreakageProbability breakage_distribution_free(const std::vector<std::vector<double>>& runs,
+                                               const Measurement& m) {
   require_strength(m);
   const DistributionBand band = distribution_of(m).value();
   const double width = distribution_band_width(m.repeats);
-  const Damage least =
-      damage(runs, [&](double load) { return std::max(0.0, band.at(load).low - width); });
-  const Damage most = damage(
+  const Breakage least =
+      breakage(runs, [&](double load) { return std::max(0.0, band.at(load).low - width); });
+  const Breakage most = breakage(
       runs, [&](double load) { return load > 0 ? std::min(1.0, band.at(load).high + width) : 0; });
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   return {{least.each, most.each}, {least.any, most.any}, none, none};
@@ -141,12 +141,12 @@ WeibullFit fit_weibull(const Measurement& m) {
   return fit;
 }
 
-DamageProbability damage_if_weibull(const std::vector<std::vector<double>>& runs,
-                                    const WeibullFit& fit) {
+BreakageProbability breakage_weibull(const std::vector<std::vector<double>>& runs,
+                                     const WeibullFit& fit) {
   std::vector<std::pair<double, double>> each, any;
   for (std::size_t k = 0; k < fit.weight.size(); ++k) {
     if (fit.weight[k] < 1e-7) continue;
-    const Damage d = damage(runs, [&](double load) {
+    const Breakage d = breakage(runs, [&](double load) {
       return load > 0 ? -std::expm1(-std::pow(load / fit.scale[k], fit.shape[k])) : 0;
     });
     each.emplace_back(d.each, fit.weight[k]);

@@ -1,5 +1,5 @@
-// Loads on particles against what particles bear: the probability of damage, with what is not known
-// of it. Breaking forces come as single values or as a summary of a few tests.
+// Loads on particles against their strength: the probability of breakage and its uncertainty.
+// Breaking forces are single values or a summary of a few tests.
 #pragma once
 
 #include <optional>
@@ -12,28 +12,27 @@ namespace firn {
 
 // The probability that a particle breaks under its largest load, averaged over all loads, and that
 // at least one of a run's particles does (strengths taken as independent of loads and each other).
-struct DamageProbability {
+struct BreakageProbability {
   Interval each;  // bounds, or an interval of 95 % confidence
   Interval any;
-  double each_best = 0, any_best = 0;  // NaN: none is better than another within the bounds
+  double each_best = 0, any_best = 0;  // NaN: no best estimate within the bounds
 };
 
 // Without an assumption on the distribution: bounds from the tests' order statistics, widened by
-// what n tests leave open about the population (distribution_band_width).
-// `runs`: the loads (N) of each run's particles. Throws InputError for a measurement without range.
-DamageProbability damage_without_assumption(const std::vector<std::vector<double>>& runs,
-                                            const Measurement& breaking_force);
+// the uncertainty of the population from n tests (distribution_band_width). `runs`: the loads (N)
+// of each run's particles. Throws InputError for a measurement without range.
+BreakageProbability breakage_distribution_free(const std::vector<std::vector<double>>& runs,
+                                               const Measurement& breaking_force);
 
-// Breaking forces taken as Weibull-distributed, shape and scale by the likelihood of what is known
-// of the tests (their values, or smallest, largest and mean), on a grid with flat priors of their
-// logarithms.
+// Breaking forces taken as Weibull-distributed, shape and scale by the likelihood of the tests
+// (their values, or smallest, largest and mean), on a grid with flat priors of their logarithms.
 struct WeibullFit {
   std::vector<double> shape, scale, weight;  // posterior on the grid; weights sum to 1
   Interval shape_95;
   double shape_median = 0;
 };
 WeibullFit fit_weibull(const Measurement& breaking_force);
-DamageProbability damage_if_weibull(const std::vector<std::vector<double>>& runs,
-                                    const WeibullFit& fit);
+BreakageProbability breakage_weibull(const std::vector<std::vector<double>>& runs,
+                                     const WeibullFit& fit);
 
 }  // namespace firn

@@ -28,8 +28,8 @@ struct DistributionBand {
   Interval at(double value) const;
 };
 DistributionBand empirical_distribution(std::vector<double> values);
-// All that n values with this smallest, largest and mean value can be: tight for every x. n >= 2;
-// throws InputError when no such values exist.
+// Bounds of the distribution of n values with this smallest, largest and mean value; tight for
+// every x. n >= 2; throws InputError when no such values exist.
 DistributionBand distribution_from_summary(int n, double minimum, double maximum, double mean);
 // Bounds of the distribution of the repeats of a measurement; none without values and without a
 // range.
@@ -43,13 +43,12 @@ double distribution_band_width(int n, double confidence = 0.95);
 // An interval where one is only bounded.
 Interval area_metric(const std::vector<double>& sample, const DistributionBand& other);
 
-// Times until something has happened, and times after which it had not yet: of those still inside
-// when the watch ended.
+// Right-censored times: times until an event, and observation times without an event.
 struct CensoredTimes {
   std::vector<double> passed, inside;
 };
 // Share that has passed by x, steps at x ascending: one less Kaplan and Meier's (1958) share that
-// is still inside. It does not reach 1 when the last ones were not seen to pass.
+// is still inside. It does not reach 1 when the last ones are censored.
 struct EmpiricalCdf {
   std::vector<double> x, share;
   std::vector<double> error;  // one standard deviation (Greenwood 1926)

@@ -33,7 +33,7 @@ struct Noise {
 // for one estimate, and near the nominal level for several of few degrees of freedom each.
 double exceedance(const Noise& noise, double size);
 
-// What the noise stays below in magnitude with this confidence. Zero for no noise.
+// Bound of the magnitude of the noise with this confidence. Zero for no noise.
 double expanded_uncertainty(const Noise& noise, double confidence = 0.95);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// Random orders that are the same everywhere.
+// Random orders that are the same on every machine.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace firn {
 
-class Dealer {
+class RandomOrder {
  public:
-  // A whole number below `limit`.
+  // A random integer from 0 to `limit` - 1, without bias.
   std::size_t below(std::size_t limit) {
     const std::uint64_t most = std::mt19937_64::max() - std::mt19937_64::max() % limit;
     std::uint64_t r = bits_();

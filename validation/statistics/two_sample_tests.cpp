@@ -48,7 +48,7 @@ std::vector<Pair> under_exchange(const Labels& observed, std::size_t a,
     while (std::prev_permutation(labels.begin(), labels.end()));
     return all;
   }
-  Dealer dealer;
+  RandomOrder dealer;
   for (int k = 0; k < random_splits; ++k) {
     dealer.shuffle(labels);
     all.push_back(statistics(labels));
@@ -464,7 +464,7 @@ ShareTest compare_shares(const std::vector<std::vector<double>>& runs,
       things.insert(things.end(), static_cast<std::size_t>(std::llround((*counts)[k])), k);
   const double ours = sum_of(simulated), theirs = sum_of(measured);
   const auto first = static_cast<std::size_t>(std::llround(ours));
-  Dealer dealer;
+  RandomOrder dealer;
   std::vector<double> distances = {t.distance};
   for (int draw = 0; draw < random_splits; ++draw) {
     dealer.shuffle(things);

@@ -17,11 +17,11 @@ struct SampleTest {
   double area = 0;      // between the cumulative distributions; NaN of open times
   double distance_p = 1;
   double area_p = 1;  // of open times: of the difference of log-rank scores
-  double p = 1;       // of both together: what a verdict rests on
+  double p = 1;       // of both together: used for the verdict
   // Smallest distance that chance reaches in at most 5 % of all cases; above 1: none does. Of
   // dependent values, twice the smallest significant difference of mean ranks.
   double critical = 2;
-  bool dependent = false;  // values of one run are alike: runs are what is compared
+  bool dependent = false;  // values of one run are correlated: runs are compared
 };
 
 // `a` and `b` exchanged at random: Smirnov's distance and the area between the cumulative
@@ -29,8 +29,8 @@ struct SampleTest {
 // 20000 ways to split the values, else by 1999 random ones. Neither may be empty.
 SampleTest exchange_test(const std::vector<double>& a, const std::vector<double>& b);
 
-// The same for the values of several runs. Where values of one run are alike (one-way analysis of
-// variance of their ranks, p < 0.25), exchange of single values is no valid test. Then mean and
+// The same for the values of several runs. Where values of one run are correlated (one-way analysis
+// of variance of their ranks, p < 0.25), exchange of single values is no valid test. Then mean and
 // spread of the experiment's ranks are compared with those of runs, by the scatter from run to run;
 // the experiment counts as one run.
 SampleTest compare_samples(const ValuesByRun& runs, const std::vector<double>& measured);
@@ -40,9 +40,8 @@ SampleTest compare_samples(const ValuesByRun& runs, const std::vector<double>& m
 SampleTest compare_open_times(const std::vector<CensoredTimes>& runs,
                               const CensoredTimes& measured);
 
-// A value that stands apart from all others: found by the generalised extreme studentised deviate
-// test (Rosner 1983) in the values and, where all are above zero, in their logarithms as well.
-// Nothing below five values.
+// An outlier: found by the generalised extreme studentised deviate test (Rosner 1983) in the values
+// and, where all are above zero, in their logarithms as well. Nothing below five values.
 std::optional<double> value_apart(const std::vector<double>& values, double significance = 0.05);
 
 struct ShareTest {

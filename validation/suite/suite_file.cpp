@@ -209,7 +209,8 @@ void read_operands(const TomlTable& t, SuiteComparison& c) {
   c.responses = current_responses(t, "responses");
   if (c.responses.empty())
     t.fail("responses", "is missing; expected names of responses, such as [\"compressive_loads\"]");
-  for (const std::string& text : c.responses) t.at("responses", [&] { parse_operand(text); });
+  for (const std::string& text : c.responses)
+    t.at("responses", [&] { parse_response_expression(text); });
 }
 
 SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
@@ -233,14 +234,14 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       t.fail(key, fmt::format("does not go with the kind \"{}\"; expected it left out",
                               to_string(c.kind)));
   };
-  const bool damage = c.kind == ComparisonKind::breakage;
+  const bool breakage = c.kind == ComparisonKind::breakage;
   belongs("response", c.kind == ComparisonKind::value);
   belongs("calibrated_by_design", c.kind == ComparisonKind::value);
   belongs("not_comparable", measures(c.kind));
   c.not_comparable = t.string("not_comparable", "");
   belongs("tolerance", c.kind == ComparisonKind::value || c.kind == ComparisonKind::curve);
-  belongs("responses", damage || !measures(c.kind));
-  belongs("expected_outcome", damage);
+  belongs("responses", breakage || !measures(c.kind));
+  belongs("expected_outcome", breakage);
   belongs("real_modulus", c.kind == ComparisonKind::stiffness_scaling);
   belongs("measurement", measures(c.kind));
   if (measures(c.kind)) c.measurement = measurement_of_case(t, suite);
@@ -259,8 +260,9 @@ SuiteComparison read_comparison(const TomlTable& t, const Suite& suite) {
       if (c.measurement.criteria.empty())
         t.fail("measurement", "has no [[claims]]; expected a qualitative one that has");
       for (const Criterion& criterion : c.measurement.criteria)
-        t.at("measurement",
-             [&] { return parse_operand(criterion.lhs), parse_operand(criterion.rhs); });
+        t.at("measurement", [&] {
+          return parse_response_expression(criterion.lhs), parse_response_expression(criterion.rhs);
+        });
       break;
     case ComparisonKind::breakage:
       read_operands(t, c);

@@ -21,9 +21,10 @@ struct ParameterSet {
   int samples = 0;            // draws from the record's ensemble, for the uncertainty of the input
 };
 
-// Runs of the first parameter set with finer numerics, to see what these do to the answers.
+// Runs of the first parameter set with finer numerics, to estimate their effect on the results.
 struct Refinement {
-  std::vector<double> timesteps;  // times the case's own, descending; empty: not looked at
+  std::vector<double>
+      timesteps;  // factors on the time step of the case, descending; empty: not varied
   std::vector<double> stiffness;  // Young's moduli of `material`, Pa
   std::string material;           // of the particles
   std::vector<std::uint64_t> seeds;
@@ -34,9 +35,10 @@ struct Variant {
   std::string name;
   std::vector<Override> set;
   std::vector<std::uint64_t> seeds;
-  bool numerics = true;  // what it changes is uncertainty; else only for comparisons of choices
-  // An end of the range of what is assumed, such as a dimension that no source gives: uncertainty
-  // of the input, and what a verdict depends on.
+  bool numerics = true;  // its effect is a part of the uncertainty; else only for comparisons of
+                         // numerical variants
+  // An end of the range of an assumption, such as a dimension that no source gives. It adds to the
+  // input uncertainty and may change a verdict.
   bool assumed = false;
 };
 
@@ -64,10 +66,11 @@ struct Chosen {
 enum class ComparisonKind {
   value,              // a number against a number
   curve,              // one quantity over another, against the same measured
-  criteria,           // what was seen, as relations that hold in a run or not
+  criteria,           // observations as relations that hold in a run or not
   breakage,           // loads on particles against their breaking force
-  stiffness_scaling,  // no measurement: what a reduced stiffness does to responses
-  numerical_variants  // no measurement: what numerics and the experiment's variants do to responses
+  stiffness_scaling,  // no measurement: effect of a reduced stiffness on responses
+  numerical_variants  // no measurement: effect of numerics and variants of the experiment on
+                      // responses
 };
 const char* to_string(ComparisonKind kind);
 bool measures(ComparisonKind kind);  // has a measurement
@@ -76,14 +79,14 @@ struct SuiteComparison {
   std::string name, title, note;
   ComparisonKind kind = ComparisonKind::value;
   std::size_t experiment = 0;
-  Measurement measurement;             // none for softening
-  std::vector<std::string> responses;  // one for a value; operands for all kinds but claims
-  // What difference would matter: of a value in its unit, of a curve as a share of its range.
+  Measurement measurement;             // none for stiffness_scaling
+  std::vector<std::string> responses;  // one for a value; expressions for all kinds but criteria
+  // Smallest relevant difference: of a value in its unit, of a curve as a share of its range.
   std::optional<double> tolerance;
   bool expects_breakage = true;  // what the experiment's authors say of it
-  double real_modulus = 0;       // Pa, for softening
+  double real_modulus = 0;       // Pa, for stiffness_scaling
   std::string calibrated_by_design =
-      {};                           // why the case has the measured value by itself; empty: not
+      {};  // why the case reproduces the measured value by construction; empty: it does not
   std::string not_comparable = {};  // why nothing can be concluded; empty: something can
 };
 

@@ -2,8 +2,8 @@
 //
 // A case sets up a small scene through the public Solver alone, runs it, and returns checks: one
 // number each, compared with a closed form, a published value, a second method or an equivalent
-// setup. `firn verify` prints them as a table and writes a page; the test suite runs the same
-// ones. Cases are pure: no files, no clock, no global state, so that they run side by side.
+// setup. `firn verify` prints them as a table and writes a page; the test suite runs the same ones.
+// Cases are pure: no files, no clock, no global state, so that they can run in parallel.
 #pragma once
 
 #include <functional>
@@ -31,17 +31,18 @@ struct Check {
 
 // True when the measured value is finite and keeps its bound.
 bool passed(const Check& check);
-// How much of the tolerance is used up: 1 is just at the bound, more is beyond. For at_most and
-// at_least, measured / expected or its inverse.
+// Tolerance fraction: error over tolerance; above 1 the check fails. For at_most and at_least,
+// measured / expected or its inverse.
 double used(const Check& check);
 
 enum class Tier { quick, full };  // seconds; minutes
 
 struct VerificationCase {
-  std::string name;       // "impact.normal": group, dot, name
-  std::string title;      // "Sphere on a rigid wall, hysteretic spring"
-  std::string reference;  // the closed form or referee, in words and symbols, with its source
-  std::string remark;     // why the tolerance is what it is; what is assumed; what is not reached
+  std::string name;   // "impact.normal": group, dot, name
+  std::string title;  // "Sphere on a rigid wall, hysteretic spring"
+  std::string
+      reference;  // the closed form or reference solution, in words and symbols, with its source
+  std::string remark;  // reason for the tolerance; assumptions; limits
   Tier tier = Tier::quick;
   std::function<std::vector<Check>()> run;
 };
@@ -60,6 +61,6 @@ std::vector<VerificationCase> machine_cases();       // "machine.": parts in con
 std::vector<VerificationCase> invariance_cases();    // "invariance.": equivalent setups
 std::vector<VerificationCase> mesh_cases();          // "invariance.": other meshes, other parts
 std::vector<VerificationCase> tessellation_cases();  // "invariance.": the same solid cut otherwise
-std::vector<VerificationCase> robustness_cases();    // "robustness.": the hard places
+std::vector<VerificationCase> robustness_cases();    // "robustness.": extreme setups
 
 }  // namespace firn::verification

@@ -49,7 +49,7 @@ std::vector<VerificationCase> select(const std::vector<std::string>& names, bool
   }
   std::erase_if(cases, [&](const VerificationCase& c) {
     if (names.empty()) return c.tier == Tier::full && !full;
-    // A group brings its long cases only when asked for; a case that is named is wanted.
+    // A group includes its long cases only on request; a case that is named is always run.
     const bool by_name = std::find(names.begin(), names.end(), c.name) != names.end();
     return !named(c) || (c.tier == Tier::full && !full && !by_name);
   });

@@ -1,4 +1,4 @@
-// Runs verification cases side by side.
+// Runs verification cases in parallel.
 #pragma once
 
 #include <functional>
@@ -16,13 +16,13 @@ struct CaseResult {
   bool ran = false;
 };
 
-// Ran without an error, with checks that all hold.
+// True when the case ran without an error and all checks hold.
 bool passed(const CaseResult& result);
-// Largest share of a tolerance that a check has used up, 0 without checks.
+// Largest tolerance fraction of the checks, 0 without checks.
 double most_used(const CaseResult& result);
 
 // The cases chosen by names of groups or cases ("impact", "bulk.dice"), in the suite's order. No
-// names: all, those of the full tier only when `full`. Throws InputError for a name that is none.
+// names: all, those of the full tier only when `full`. Throws InputError for an unknown name.
 std::vector<VerificationCase> select(const std::vector<std::string>& names, bool full);
 
 // Results in the order of the cases. `jobs` at a time; `done` is called, one call at a time, when a

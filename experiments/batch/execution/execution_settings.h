@@ -1,5 +1,5 @@
-// How the runs of a study are carried out: [execution] of a study file. Nothing here changes what a
-// run computes; keys: docs/calibration.md.
+// Execution of the runs of a study: [execution] of a study file. It does not change results. Keys:
+// docs/calibration.md.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ class TomlTable;
 struct SlurmSettings {
   std::string partition, account;    // empty: the cluster's defaults
   std::vector<std::string> options;  // further ones of sbatch, as they are
-  double poll = 10;                  // s between two looks at the queue
+  double poll = 10;                  // s between two queries of the queue
 };
 
 struct Execution {
@@ -34,8 +34,8 @@ double parse_memory(const std::string& text);
 std::string memory_text(double bytes);  // "2 GiB"
 std::string time_text(double seconds);  // "10 min"
 
-// The study's text as far as it decides what is run: its TOML without [execution], comments and
-// layout. Throws InputError for a text that is no TOML.
+// The part of the text of a study that determines its runs: its TOML without [execution], comments
+// and layout. Throws InputError for a text that is no TOML.
 std::string study_identity(const std::string& text, const std::string& source);
 
 }  // namespace firn

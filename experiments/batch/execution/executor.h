@@ -1,4 +1,4 @@
-// Who carries out a batch of simulations: this machine's cores, a cluster, or a test's formula.
+// Execution of a batch of simulations: on this machine, on a cluster, or by a function of a test.
 #pragma once
 
 #include <atomic>
@@ -12,9 +12,9 @@
 
 namespace firn {
 
-// What one run may take; 0: as much as it wants.
+// Limits of one run; 0: no limit.
 struct RunLimits {
-  double time = 0;    // s of wall time, all sessions of a run that was gone on with together
+  double time = 0;    // s of wall time, all sessions of a resumed run together
   double memory = 0;  // bytes resident
 };
 
@@ -33,14 +33,14 @@ enum class JobStatus {
   finished,
   arched,         // ended well, but the flow stopped by itself: a category, not a number
   failed,         // the simulation says why
-  crashed,        // its process died; worth one more try
+  crashed,        // its process died; is repeated once
   timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
   out_of_memory,  // killed at its limit of memory: the same
-  // No outcomes: they say nothing of the run.
+  // No outcomes: the run is repeated.
   lost,        // its process or its machine vanished for an external reason
   interrupted  // by the user
 };
-// Those that are kept.
+// Statuses that are stored in the journal.
 inline constexpr JobStatus outcomes[] = {JobStatus::finished,  JobStatus::arched,
                                          JobStatus::failed,    JobStatus::crashed,
                                          JobStatus::timed_out, JobStatus::out_of_memory};
@@ -48,20 +48,20 @@ inline constexpr JobStatus outcomes[] = {JobStatus::finished,  JobStatus::arched
 inline bool cut_short(JobStatus status) {
   return status == JobStatus::timed_out || status == JobStatus::out_of_memory;
 }
-const char* to_string(JobStatus status);  // for people and journals: "timed out", ...
+const char* to_string(JobStatus status);  // for messages and journals: "timed out", ...
 
 struct JobResult {
   JobStatus status = JobStatus::failed;
   std::string reason;  // one sentence, for all but finished
   std::vector<Response> responses;
   double wall = 0;       // s
-  double simulated = 0;  // s; how far a run came that was cut short
+  double simulated = 0;  // s; reached by a run that was cut short
   double limit = 0;      // that cut it short: s or bytes
   std::string results_file = {};
 };
 
-// The same, or a failure that names the response, where one is beyond 1e30: an absurd number must
-// not reach statistics and models of other runs. NaN, which stands for undefined, stays.
+// The same, or a failure that names the response, where one is beyond 1e30: such a number must not
+// enter statistics and models of other runs. NaN, which stands for undefined, stays.
 JobResult plausible(JobResult result);
 
 struct JobEvents {
@@ -74,8 +74,8 @@ struct JobEvents {
 class Executor {
  public:
   virtual ~Executor() = default;
-  // The complete text of the case with these overrides and material records: what a run's identity
-  // is made of. Throws InputError when the case does not take them.
+  // The complete text of the case with these overrides and material records: the input of the run's
+  // identity. Throws InputError when the overrides do not fit the case.
   virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
                               const MaterialRequest& materials) = 0;
   // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
@@ -91,7 +91,7 @@ struct LocalExecutorOptions {
 
 std::string own_program();  // path of the running executable
 
-// One process of `firn run` per job: a crash of one cannot take the others along.
+// One process of `firn run` per job: a crash of one does not affect the others.
 std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options);
 
 }  // namespace firn

@@ -73,7 +73,7 @@ std::string last_lines(const std::string& file) {
 }
 
 // What the program printed last. Some print errors on standard output.
-std::string last_words(const std::string& folder) {
+std::string last_output(const std::string& folder) {
   std::string text = last_lines(file_in(folder, "stderr.txt"));
   if (text.empty()) text = last_lines(file_in(folder, "stdout.txt"));
   return text.empty() ? "no message" : text;
@@ -93,7 +93,7 @@ JobResult finished_program(const Job& job) {
     r.status = JobStatus::finished;
   } catch (const InputError& e) {
     r.status = JobStatus::failed;
-    r.reason = fmt::format("{} (its last output: {})", e.what(), last_words(folder));
+    r.reason = fmt::format("{} (its last output: {})", e.what(), last_output(folder));
     return r;
   }
   for (const Response& response : r.responses)
@@ -119,8 +119,8 @@ ProgramProcess::~ProgramProcess() {
 }
 
 void ProgramProcess::end() {
-  if (pid_ < 0 || told_to_end_) return;
-  told_to_end_ = Clock::now();
+  if (pid_ < 0 || end_requested_) return;
+  end_requested_ = Clock::now();
   kill(-pid_, SIGTERM);
 }
 
@@ -135,15 +135,16 @@ double ProgramProcess::wall() const {
 
 void ProgramProcess::watch_limits() {
   const RunLimits& limits = job_.limits;
-  if (over_ == Over::nothing && limits.memory > 0 && resident_memory(pid_) > limits.memory) {
-    over_ = Over::memory;
+  if (exceeded_ == Exceeded::nothing && limits.memory > 0 &&
+      resident_memory(pid_) > limits.memory) {
+    exceeded_ = Exceeded::memory;
     kill(-pid_, SIGKILL);
   }
-  if (over_ == Over::nothing && limits.time > 0 && wall() > limits.time) {
-    over_ = Over::time;
+  if (exceeded_ == Exceeded::nothing && limits.time > 0 && wall() > limits.time) {
+    exceeded_ = Exceeded::time;
     end();
   }
-  if (told_to_end_ && Clock::now() - *told_to_end_ > kill_delay) kill(-pid_, SIGKILL);
+  if (end_requested_ && Clock::now() - *end_requested_ > kill_delay) kill(-pid_, SIGKILL);
 }
 
 std::optional<JobResult> ProgramProcess::poll() {
@@ -170,9 +171,9 @@ JobResult ProgramProcess::result(int status) const {
     r.limit = limit;
     return r;
   };
-  if (over_ == Over::memory)
+  if (exceeded_ == Exceeded::memory)
     return cut(JobStatus::out_of_memory, job_.limits.memory, memory_text(job_.limits.memory));
-  if (over_ == Over::time)
+  if (exceeded_ == Exceeded::time)
     return cut(JobStatus::timed_out, job_.limits.time, time_text(job_.limits.time));
   if (interrupted_) return {JobStatus::interrupted, "interrupted", {}};
   if (WIFSIGNALED(status)) {
@@ -181,13 +182,13 @@ JobResult ProgramProcess::result(int status) const {
     if (signal == SIGKILL || signal == SIGTERM || signal == SIGHUP || signal == SIGINT)
       return {JobStatus::lost, killed, {}};
     require_writable(job_.folder);
-    return {JobStatus::crashed, fmt::format("{}: {}", killed, last_words(folder_)), {}};
+    return {JobStatus::crashed, fmt::format("{}: {}", killed, last_output(folder_)), {}};
   }
   JobResult r =
       WEXITSTATUS(status) == 0
           ? finished_program(job_)
           : JobResult{JobStatus::failed,
-                      fmt::format("exit status {}: {}", WEXITSTATUS(status), last_words(folder_)),
+                      fmt::format("exit status {}: {}", WEXITSTATUS(status), last_output(folder_)),
                       {}};
   // A failure on a full disk is no outcome.
   if (r.status == JobStatus::failed) require_writable(job_.folder);

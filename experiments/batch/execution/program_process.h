@@ -14,7 +14,7 @@
 
 namespace firn {
 
-// Where the content of an input with this hash is kept, below the folder of the runs.
+// Path of the stored content of an input with this hash, below the folder of the runs.
 std::string program_input_file(const std::string& runs_folder, const std::string& hash);
 
 // The result of a program that ended with status 0, from the files of its run.
@@ -22,8 +22,8 @@ JobResult finished_program(const Job& job);
 
 class ProgramProcess final : public RunningJob {
  public:
-  // Recreates the folder and starts the program. Nothing of an earlier attempt is kept: whether it
-  // came to its end is not known.
+  // Recreates the folder and starts the program. The files of an earlier attempt are removed: its
+  // end is not known.
   explicit ProgramProcess(const Job& job);
   // Kills the program and its children.
   ~ProgramProcess() override;
@@ -36,9 +36,9 @@ class ProgramProcess final : public RunningJob {
 
  private:
   using Clock = std::chrono::steady_clock;
-  enum class Over { nothing, time, memory };
+  enum class Exceeded { nothing, time, memory };
 
-  void end();  // SIGTERM now, SIGKILL when that does not help
+  void end();  // SIGTERM now, SIGKILL after a delay
   void watch_limits();
   double wall() const;  // s
   JobResult result(int status) const;
@@ -46,9 +46,9 @@ class ProgramProcess final : public RunningJob {
   Job job_;
   std::string folder_;
   Clock::time_point start_;
-  std::optional<Clock::time_point> told_to_end_;
+  std::optional<Clock::time_point> end_requested_;
   bool interrupted_ = false;
-  Over over_ = Over::nothing;
+  Exceeded exceeded_ = Exceeded::nothing;
   pid_t pid_ = -1;  // of the process and of its group; -1: has ended
 };
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <set>
 
 #include "experiments/system/input_file.h"
@@ -19,7 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_responses = 1000, longest_name = 200;
 
 std::map<std::string, std::string> text_map(const json& document, const std::string& source,
@@ -35,12 +33,12 @@ Response response_of(const std::string& name, double value, std::string unit) {
 }
 
 Response read_json_response(const std::string& name, const json& value, const std::string& file) {
-  if (value.is_null()) return response_of(name, undefined, "");
+  if (value.is_null()) return response_of(name, kUndefined, "");
   const json whole = value.is_object() ? value : json{{"value", value}};
   const JsonReader reader(whole, file, name);
   reader.allow({"value", "unit", "uncertainty"});
   if (!whole.contains("value")) reader.number("value");  // throws
-  Response r = response_of(name, reader.optional_number("value").value_or(undefined),
+  Response r = response_of(name, reader.optional_number("value").value_or(kUndefined),
                            reader.string_or_empty("unit"));
   if (const auto u = reader.optional_number("uncertainty")) r.uncertainty = {*u};
   return r;
@@ -68,7 +66,7 @@ std::vector<Response> read_csv_responses(const std::string& file) {
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const auto& fields = rows[i].fields;
     const double number =
-        fields[value.index].empty() ? undefined : csv_number(file, rows[i], value);
+        fields[value.index].empty() ? kUndefined : csv_number(file, rows[i], value);
     const auto column = static_cast<std::size_t>(unit);
     responses.push_back(
         response_of(fields[name.index], number, column < fields.size() ? fields[column] : ""));

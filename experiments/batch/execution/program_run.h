@@ -1,5 +1,5 @@
-// One run of a simulator of the user: what is started, with which files, and where its responses
-// are read. Plain data and its JSON text, which is what the run's key is made of.
+// One run of a simulator of the user: arguments, input files and the file of its responses. Plain
+// data and its JSON text, from which the key of the run is made.
 #pragma once
 
 #include <map>

@@ -24,12 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 
 // A run that is over its time is asked to save its state, and made to end when it does not.
-constexpr auto patience = std::chrono::seconds(60);
+constexpr auto save_timeout = std::chrono::seconds(60);
 constexpr std::size_t probe_size = 1 << 20;  // bytes
 
 // Nothing for a run that has not come to its end, measured.
 std::optional<JobResult> outcome(const std::string& results) {
-  if (has_kept_copy(results)) return std::nullopt;
+  if (has_saved_copy(results)) return std::nullopt;
   const Recording recording(results);
   const std::string status = recording.status();
   JobResult r;
@@ -65,7 +65,7 @@ void remove_if_there(const std::string& file) {
 // Removes the files of a run that has saved nothing.
 void remove_results(const std::string& results) {
   remove_if_there(results);
-  remove_if_there(kept_copy(results));
+  remove_if_there(saved_copy(results));
 }
 
 std::string free_name(const std::string& file) {
@@ -79,7 +79,7 @@ std::string free_name(const std::string& file) {
 // recover. Empty files are removed. The new names, comma-separated; empty: none was worth keeping.
 std::string set_aside(const std::string& results) {
   std::string names;
-  for (const std::string& file : {results, kept_copy(results)}) {
+  for (const std::string& file : {results, saved_copy(results)}) {
     std::error_code error;
     if (fs::is_regular_file(file, error) && fs::file_size(file, error) > 0) {
       const std::string name = free_name(file);
@@ -147,21 +147,21 @@ void require_writable(const std::string& folder) {
 RunProcess::RunProcess(const Job& job, const std::string& program, Note print_note)
     : job_(job), files_(job), print_note_(std::move(print_note)), start_(Clock::now()) {
   std::error_code unreadable;
-  if (fs::exists(files_.results, unreadable) || has_kept_copy(files_.results)) {
+  if (fs::exists(files_.results, unreadable) || has_saved_copy(files_.results)) {
     try {
       const Recording recording(files_.results);
-      gone_on_ = recording.has_checkpoint() || recording.status() == "finished";
-      earlier_ = gone_on_ ? recording.wall_time() : 0;
-      if (!gone_on_) remove_results(files_.results);
+      resumed_ = recording.has_checkpoint() || recording.status() == "finished";
+      earlier_ = resumed_ ? recording.wall_time() : 0;
+      if (!resumed_) remove_results(files_.results);
     } catch (const InputError& e) {
-      gone_on_ = false;
+      resumed_ = false;
       note(set_aside_line(files_.results, e.what()));
     }
   }
   make_folder(job_.folder);
   write_own_file(files_.case_file, job_.text, OutputFile::When::unsynced);
   std::vector<std::string> args = {program, "run"};
-  if (gone_on_)
+  if (resumed_)
     args.insert(args.end(), {"--resume", files_.results});
   else
     args.insert(args.end(), {files_.case_file, "-o", files_.results});
@@ -197,16 +197,18 @@ double RunProcess::wall() const {
 // large, because threads and allocators reserve far more than they use.
 void RunProcess::watch_limits() {
   const RunLimits& limits = job_.limits;
-  if (over_ == Over::nothing && limits.memory > 0 && resident_memory(pid_) > limits.memory) {
-    over_ = Over::memory;  // saving would take more of it; the last checkpoint stays
+  if (exceeded_ == Exceeded::nothing && limits.memory > 0 &&
+      resident_memory(pid_) > limits.memory) {
+    exceeded_ = Exceeded::memory;  // saving would take more of it; the last checkpoint stays
     send(SIGKILL);
   }
-  if (over_ == Over::nothing && limits.time > 0 && wall() > limits.time) {
-    over_ = Over::time;
+  if (exceeded_ == Exceeded::nothing && limits.time > 0 && wall() > limits.time) {
+    exceeded_ = Exceeded::time;
     deadline_notified_ = Clock::now();
     send(SIGINT);
   }
-  if (over_ == Over::time && Clock::now() - deadline_notified_ > patience) send(SIGKILL);
+  if (exceeded_ == Exceeded::time && Clock::now() - deadline_notified_ > save_timeout)
+    send(SIGKILL);
 }
 
 std::optional<JobResult> RunProcess::poll() {
@@ -234,7 +236,7 @@ JobResult RunProcess::cut(JobStatus status, double limit, const std::string& lim
 JobResult RunProcess::result(int status) const {
   const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   const int code = WIFSIGNALED(status) ? 128 + signal : WEXITSTATUS(status);
-  if (over_ == Over::memory)
+  if (exceeded_ == Exceeded::memory)
     return cut(JobStatus::out_of_memory, job_.limits.memory, memory_text(job_.limits.memory));
   if (signal == 0 && (code == 0 || code == 1)) {
     try {
@@ -243,7 +245,7 @@ JobResult RunProcess::result(int status) const {
       // It has left nothing that can be read: judged below.
     }
   }
-  if (over_ == Over::time)
+  if (exceeded_ == Exceeded::time)
     return cut(JobStatus::timed_out, job_.limits.time, time_text(job_.limits.time));
   if (code == 130 && interrupted_) return {JobStatus::interrupted, "interrupted", {}};
   const std::string last = last_line_of_file(files_.log);
@@ -269,7 +271,7 @@ JobResult RunProcess::result(int status) const {
         "command resumes",
         code));
   if (signal != 0) return {JobStatus::crashed, killed, {}};
-  if (code == 2 && gone_on_) {  // what an earlier session left is of no use: from the start, then
+  if (code == 2 && resumed_) {  // what an earlier session left is of no use: from the start, then
     note(set_aside_line(files_.results, last));
     return {JobStatus::lost, last, {}};
   }

@@ -1,5 +1,5 @@
-// One run as a watched process of `firn run`. All executors start runs through this, so that a run
-// and its limits mean the same on a desk and on a cluster.
+// One run as a watched process of `firn run`. All executors start runs through this, so that limits
+// apply in the same way on a workstation and on a cluster.
 #pragma once
 
 #include <sys/types.h>
@@ -18,7 +18,7 @@ struct JobFiles {
   std::string case_file, results, log;
 };
 
-// What the files of a run say of its outcome; nothing while it has not come to an end.
+// Outcome of a run according to its files; nothing while it has not ended.
 std::optional<JobResult> existing_result(const Job& job);
 
 // Simulated time that the files of the run reach, s.
@@ -35,7 +35,7 @@ class RunProcess final : public RunningJob {
   // Results that cannot be opened are renamed FILE.unreadable, and `print_note` gets a line that
   // says so.
   RunProcess(const Job& job, const std::string& program, Note print_note = {});
-  // One that is still running saves its state and ends.
+  // A run in progress saves its state and ends.
   ~RunProcess() override;
   RunProcess(const RunProcess&) = delete;
   RunProcess& operator=(const RunProcess&) = delete;
@@ -48,7 +48,7 @@ class RunProcess final : public RunningJob {
 
  private:
   using Clock = std::chrono::steady_clock;
-  enum class Over { nothing, time, memory };
+  enum class Exceeded { nothing, time, memory };
 
   void send(int signal);
   void note(const std::string& line) const;
@@ -60,11 +60,11 @@ class RunProcess final : public RunningJob {
   Job job_;
   JobFiles files_;
   Note print_note_;
-  bool gone_on_ = false;      // from a checkpoint of an earlier session
+  bool resumed_ = false;      // from a checkpoint of an earlier session
   bool interrupted_ = false;  // by interrupt()
   double earlier_ = 0;        // s of wall time in sessions before this
   Clock::time_point start_;
-  Over over_ = Over::nothing;
+  Exceeded exceeded_ = Exceeded::nothing;
   Clock::time_point deadline_notified_;  // to end, for taking too long
   pid_t pid_ = -1;                       // -1: has ended
 };

@@ -10,13 +10,13 @@
 
 namespace firn {
 
-// The destructor of one that is still running ends it.
+// The destructor ends a job that is still running.
 class RunningJob {
  public:
   virtual ~RunningJob() = default;
   virtual const Job& job() const = 0;
   virtual void interrupt() = 0;  // asks it to end
-  // Checks the limits of the job. Returns the result of one that has ended. Throws RunError for
+  // Checks the limits of the job. Returns the result of a job that has ended. Throws RunError for
   // trouble outside the run, such as a full disk.
   virtual std::optional<JobResult> poll() = 0;
 };

@@ -71,7 +71,7 @@ class Journal {
   // something else, or holds the study of another text.
   Journal(const std::string& directory, const std::string& study_text, bool must_exist);
 
-  // Outcome of a run that has ended; nothing for one that has not.
+  // Outcome of a run that has ended; nothing otherwise.
   std::optional<JobResult> outcome(const std::string& key);
   // Notes all of them at once; those that are known already stay as they are.
   void plan(const std::vector<PlannedRun>& runs);

@@ -26,7 +26,7 @@ inline constexpr const char* responses_table =
     "unit TEXT NOT NULL, method TEXT NOT NULL, method_version INTEGER NOT NULL, "
     "PRIMARY KEY (run, name, part)) WITHOUT ROWID;";
 
-// The outcome of a run; nothing for one that is unknown or has not ended.
+// The outcome of a run; nothing for a run that is unknown or has not ended.
 std::optional<JobResult> read_outcome(Database& db, const std::string& key);
 // What read_outcome() gives of a result that write_outcome() has written.
 JobResult stored_form(JobResult result);

@@ -195,7 +195,7 @@ class SlurmExecutor final : public Executor {
     }
   }
 
-  // The journal knows of it before Slurm does, and of Slurm's answer afterwards.
+  // The journal stores the array before its submission, and Slurm's reply afterwards.
   void submit(const std::vector<Job>& jobs) {
     Submission array;
     for (const Job& job : jobs) {
@@ -278,7 +278,7 @@ class SlurmExecutor final : public Executor {
       else if (task.gone == Clock::time_point{})
         task.gone = now;
       if (task.gone == Clock::time_point{} ||
-          now - task.gone < std::chrono::duration<double>(options_.patience)) {
+          now - task.gone < std::chrono::duration<double>(options_.file_timeout)) {
         ++item;
         continue;
       }
@@ -304,7 +304,7 @@ class SlurmExecutor final : public Executor {
     return {JobStatus::lost, "vanished from the cluster", {}};
   }
 
-  // The accounting knows it longer than the queue, where there is one.
+  // The accounting, where there is one, lists it longer than the queue.
   static std::string final_state(const std::string& task, const std::string& last_state) {
     const CommandResult r =
         run_command({"sacct", "--noheader", "--parsable2", "-X", "--format=State", "-j", task});
@@ -328,7 +328,7 @@ class SlurmExecutor final : public Executor {
   Journal& journal_;
   std::map<std::string, Submission> arrays_;    // by name; those that may be under way
   std::map<std::string, std::string> states_;   // by key, as of the last look at the queue
-  std::map<std::string, std::string> numbers_;  // of arrays, by name, as the queue knows them
+  std::map<std::string, std::string> numbers_;  // of arrays in the queue, by name
   bool answered_ = false;                       // by the queue, at the last look
   std::string trouble_;                         // what it said instead
 };

@@ -8,9 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
 #include "experiments/batch/execution/program_process.h"
@@ -30,13 +28,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr auto look_every = std::chrono::milliseconds(100);
-
-std::string read_whole(const std::string& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 void make_folder_of(const std::string& file) {
   std::error_code error;
@@ -83,7 +74,7 @@ Job read_task(const std::string& list, int index, std::string& program) {
   job.threads = static_cast<int>(t.integer("threads", 1, 1024));
   job.limits = {t.number("time_limit"), t.number("memory_limit")};
   job.user_program = t.boolean("user_program");
-  job.text = read_whole(JobFiles(job).case_file);
+  job.text = read_own_file(JobFiles(job).case_file);
   return job;
 }
 

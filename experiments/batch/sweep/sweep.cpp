@@ -7,12 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "experiments/batch/batch_folder.h"
 #include "experiments/responses/response_expression.h"
+#include "experiments/results/response.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
 #include "experiments/system/interruption.h"
@@ -27,7 +27,6 @@ namespace firn {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double not_defined = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_runs = input_limits::batch_runs;
 
 SweptKey read_key(const TomlTable& t, const Sweep& sweep) {
@@ -81,20 +80,20 @@ void choose_responses(SweepResult& r) {
     for (const Response& response : finished->result.responses)
       if (response.value.size() == 1) r.responses.push_back(response.name);
   for (const std::string& name : r.responses)
-    r.units.push_back(unit_of(parse_operand(name), finished->result.responses));
+    r.units.push_back(unit_of(parse_response_expression(name), finished->result.responses));
 }
 
 void read_values(SweepResult& r) {
   for (SweepRun& run : r.runs)
     for (const std::string& name : r.responses) try {
         run.values.push_back(run.result.status == JobStatus::finished
-                                 ? evaluate(parse_operand(name), run.result.responses)
-                                 : not_defined);
+                                 ? evaluate(parse_response_expression(name), run.result.responses)
+                                 : kUndefined);
       } catch (const InputError& e) {
         // One that a run has only when something came to pass is undefined where it did not.
         if (!r.sweep.responses.empty())
           throw InputError(r.sweep.source + ": responses: " + e.what());
-        run.values.push_back(not_defined);
+        run.values.push_back(kUndefined);
       }
 }
 
@@ -124,7 +123,7 @@ void write_csv(const SweepResult& r) {
 
 struct Scatter {
   int count = 0;
-  double mean = not_defined, deviation = not_defined;
+  double mean = kUndefined, deviation = kUndefined;
 };
 Scatter scatter(const SweepResult& r, std::size_t combination, std::size_t response) {
   std::vector<double> values;
@@ -196,7 +195,8 @@ Sweep read_sweep(const std::string& file) {
   s.set = read_case_overrides(head);
   s.materials = head.strings("materials");
   s.responses = current_responses(head, "responses");
-  for (const std::string& name : s.responses) head.at("responses", [&] { parse_operand(name); });
+  for (const std::string& name : s.responses)
+    head.at("responses", [&] { parse_response_expression(name); });
   const int seeds = head.integer("seeds", 1, 1), first = head.integer("first_seed", 1, 1);
   if (seeds > static_cast<int>(most_runs))
     head.fail("seeds", fmt::format("are more than {}; expected fewer", most_runs));
@@ -284,7 +284,7 @@ std::vector<SweptPower> powers(const SweepResult& r) {
   if (r.sweep.vary.size() != 1) return {};
   std::vector<double> x;
   for (const std::string& value : r.sweep.vary.front().values)
-    x.push_back(number(value).value_or(not_defined));
+    x.push_back(number(value).value_or(kUndefined));
   std::vector<SweptPower> all;
   for (std::size_t i = 0; i < r.responses.size(); ++i) {
     std::vector<double> mean, error;

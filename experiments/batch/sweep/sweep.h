@@ -11,7 +11,7 @@
 
 namespace firn {
 
-// One thing that is varied: a name for people, the keys that take it, and its values as TOML.
+// One varied quantity: a name, the keys that take it, and its values as TOML.
 struct SweptKey {
   std::string name;
   std::vector<std::string> keys;
@@ -72,7 +72,7 @@ struct SweptPower {
 // units or without); a response that is not above zero everywhere is left out.
 std::vector<SweptPower> powers(const SweepResult& result);
 
-std::string render_table(const SweepResult& result);  // for people: means and scatter
+std::string render_table(const SweepResult& result);  // as text: means and scatter
 std::string render_json(const SweepResult& result);
 
 }  // namespace firn

@@ -11,7 +11,7 @@
 
 namespace firn {
 
-// The kinds that read_machine_part() knows.
+// The kinds that read_machine_part() supports.
 std::span<const std::string_view> machine_kinds();
 
 // A part from the keys of its kind; `common` are the keys that all boundaries have. Throws

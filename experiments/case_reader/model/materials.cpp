@@ -35,7 +35,8 @@ Interaction read_interaction(const TomlTable& t) {
                 "a number from 0 to below 1");
   }
   if (law.adhesion_force > 0 || law.adhesion_stiffness_fraction > 0)
-    require(t, "minimum_unloading_ratio", law.unloading_floor, law.unloading_floor > 0,
+    require(t, "minimum_unloading_ratio", law.minimum_unloading_ratio,
+            law.minimum_unloading_ratio > 0,
             "a number above 0 together with adhesion, which acts while a contact is loaded");
   return law;
 }
@@ -91,11 +92,13 @@ Interaction read_dry_interaction(const TomlTable& t, std::vector<std::string_vie
       t.number("tangential_stiffness_ratio", defaults.tangential_stiffness_ratio);
   require(t, "tangential_stiffness_ratio", law.tangential_stiffness_ratio,
           law.tangential_stiffness_ratio > 0, "a number above 0");
-  law.unloading_floor = t.number("minimum_unloading_ratio", defaults.unloading_floor);
-  require(t, "minimum_unloading_ratio", law.unloading_floor,
-          law.unloading_floor >= 0 && law.unloading_floor < 1, "a number from 0 to below 1");
-  law.sliding_speed = t.quantity("restick_velocity", dimension::velocity, Sign::non_negative,
-                                 si_text(defaults.sliding_speed, dimension::velocity));
+  law.minimum_unloading_ratio =
+      t.number("minimum_unloading_ratio", defaults.minimum_unloading_ratio);
+  require(t, "minimum_unloading_ratio", law.minimum_unloading_ratio,
+          law.minimum_unloading_ratio >= 0 && law.minimum_unloading_ratio < 1,
+          "a number from 0 to below 1");
+  law.restick_velocity = t.quantity("restick_velocity", dimension::velocity, Sign::non_negative,
+                                    si_text(defaults.restick_velocity, dimension::velocity));
   return law;
 }
 

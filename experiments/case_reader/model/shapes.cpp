@@ -17,7 +17,7 @@ namespace {
 // All that make_...() computes from.
 std::string options_text(const ShapeOptions& o) {
   return fmt::format("{} {} {} {} {} {} {} {} {}", o.material, o.density, o.young_modulus, o.mass,
-                     o.rounding, o.size_for_stiffness, o.stiffness, o.max_parts, o.name);
+                     o.rounding, o.stiffness_length, o.stiffness, o.max_parts, o.name);
 }
 
 // A batch reads its case for every run: the shapes that were made last are mostly wanted
@@ -93,7 +93,7 @@ class ShapeReader {
         t.optional_quantity("rounding", dimension::length, Sign::non_negative).value_or(o.rounding);
     o.stiffness =
         t.optional_quantity("stiffness", dimension::stiffness, Sign::positive).value_or(0);
-    o.size_for_stiffness =
+    o.stiffness_length =
         t.optional_quantity("stiffness_length", dimension::length, Sign::positive).value_or(0);
     if (o.mass == 0 && o.density == 0) {
       t.fail("material", fmt::format("\"{}\" has no density; expected one, or a mass of the shape",

@@ -1,4 +1,4 @@
-// What a caller of the solver reads of particles, boundaries, motion frames and bonds.
+// States of particles, boundaries, motion frames and bonds that a solver returns.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@ namespace firn {
 
 enum class Presence : std::uint8_t { waiting, present, left };
 
-// What a user may read of the particles at the end of a step. Arrays have one entry a particle, in
-// order of the ids, particles that wait or have left included.
+// State of all particles at the end of a step. Arrays have one entry per particle [particles], in
+// order of the ids, including particles that wait or have left.
 struct ParticleState {
   std::vector<Presence> presence;
   std::vector<Vec3> position;             // m, centre of mass, world
@@ -33,14 +33,15 @@ struct BoundaryState {
   double peak_normal_force = 0;         // N, largest single patch
 };
 
-// Where a motion frame stands before the first step, other than as drawn.
+// Initial pose of a motion frame that differs from the drawn one.
 struct FrameStart {
   int frame = 0;
-  // World. Of a free frame the coordinates say it, and the orientation of one that turns freely.
+  // World axes. A free frame is placed by its coordinates instead; one with free rotation also by
+  // the orientation.
   Vec3 position = Vec3::Zero();  // m, of its origin
   Quat orientation = Quat::Identity();
-  std::vector<double> coordinates, rates;  // of a free one's axes: m or rad, m/s or rad/s
-  Vec3 spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
+  std::vector<double> coordinates, rates;  // [joints of a free frame] m or rad, m/s or rad/s
+  Vec3 spin = Vec3::Zero();  // rad/s, world, relative to the parent, of a frame with free rotation
 };
 
 // A motion frame, at the end of a step.
@@ -50,7 +51,8 @@ struct FrameState {
   Vec3 velocity = Vec3::Zero();          // m/s, of the origin
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
   bool driven = false;                   // a motor acted in the last step
-  Vec3 free_spin = Vec3::Zero();  // rad/s, world, against the parent, of one that turns freely
+  Vec3 free_spin =
+      Vec3::Zero();  // rad/s, world, relative to the parent, of a frame with free rotation
   // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
   struct JointState {
@@ -58,12 +60,12 @@ struct FrameState {
     double motor_impulse = 0, limit_impulse = 0;
   };
   std::vector<JointState> joints;  // of a free one
-  // N s, N m s: of all that its parent does to a free one through the joint (bearing, springs,
-  // motors, limits), about the moving origin, since the last clear_boundary_loads().
+  // N s, N m s: reaction of the parent on a free frame through the joint (bearing, springs, motors,
+  // limits), about the moving origin, since the last clear_boundary_loads().
   Vec3 reaction_impulse = Vec3::Zero(), reaction_angular_impulse = Vec3::Zero();
 };
 
-// What a coupling does to its body b, at the end of a step.
+// Load of a coupling on its body b, at the end of a step.
 struct CouplingState {
   Vec3 position = Vec3::Zero();  // m, world, of its point
   // N s, N m s about that point, world, since the last clear_boundary_loads(). Of a gear or cam:
@@ -76,15 +78,15 @@ struct BoundaryContactState {
   double gap = 0;                // m, least; negative: overlap; a lower bound while apart
   Vec3 force = Vec3::Zero();     // N, world, on boundary a
   double normal_force = 0;       // N, sum over its patches
-  int patches = 0;               // that bear a force
-  int sliding = 0;               // of them
+  int patches = 0;               // patches with a force
+  int sliding = 0;               // patches that slide
   Vec3 impulse = Vec3::Zero();   // N s, on boundary a, since the last clear_boundary_loads()
   double peak_normal_force = 0;  // N, largest sum, since then
   double elastic = 0;            // J, recoverable
   double dissipated_normal = 0, dissipated_friction = 0;  // J, since the start
 };
 
-// What has become of a bond.
+// Breakage of a bond.
 struct BondRecord {
   BondMode mode = BondMode::whole;
   double time = 0;            // s, when it broke or parted
@@ -92,14 +94,14 @@ struct BondRecord {
   Vec3 place = Vec3::Zero();  // m, of its middle then, world
 };
 
-// What a bond bears at the end of a step; zero unless it is whole and both particles are there.
+// Load of a bond at the end of a step; zero unless it is whole and both particles are present.
 struct BondState {
   bool acts = false;
   Vec3 middle = Vec3::Zero();           // m, world
   Quat orientation = Quat::Identity();  // beam axes -> world
   BeamForces forces;                    // elastic ones
   BeamStress stress;
-  BeamLoad load;  // as the last step has put it on the bodies, damping included
+  BeamLoad load;  // applied to the bodies in the last step, damping included
 };
 
 }  // namespace firn

@@ -1,11 +1,10 @@
 // Breakable bonds: two particles joined by a short beam of elastic material, such as the bridges of
 // ice between the cubes of one harvest.
 //
-// The law is that of a Timoshenko beam between two ends, each fixed to a body, written with the
-// relative pose of the ends and not with increments: nothing drifts, and turning or moving both
-// bodies together changes nothing, whatever the angle. Strengths and the way stresses are taken
-// from force and moment are those of the parallel bond of Potyondy and Cundall (2004).
-// docs/contact.md.
+// The law is that of a Timoshenko beam between two ends, each fixed to a body, formulated with the
+// relative pose of the ends instead of increments: errors do not accumulate, and a rigid motion of
+// both bodies, by any angle, has no effect. Strengths, and stresses from force and moment, are
+// those of the parallel bond of Potyondy and Cundall (2004). docs/contact.md.
 #pragma once
 
 #include <cstdint>
@@ -48,14 +47,14 @@ struct Bond {
   Quat axes_a = Quat::Identity(), axes_b = Quat::Identity();  // beam axes -> body axes
 };
 
-// Where a body is and how it moves, world; axes are the principal ones.
+// Pose and velocity of a body, world axes; body axes are the principal ones.
 struct BodyInMotion {
   Vec3 position, velocity, spin;  // m, m/s, rad/s
   Quat orientation;               // body axes -> world
 };
 
-// Joins two bodies as they stand, without stress: the beam lies about `middle` (m, world), along
-// `axis` (any length, from a to b), its height along `up` as far as that is across the axis.
+// Joins two bodies in their present poses, free of stress: the beam lies about `middle` (m, world),
+// along `axis` (any length, from a to b), its height along `up` as far as that is across the axis.
 Bond make_bond(int a, int b, int law, double length, const BodyInMotion& at_a,
                const BodyInMotion& at_b, const Vec3& middle, const Vec3& axis, const Vec3& up);
 
@@ -78,8 +77,8 @@ Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Sha
 double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a,
                          const Shape& b, double share_b);
 
-// How the beam is deformed, and where it is. Both ends see the deformations alike: they are taken
-// in axes midway between those of the ends.
+// Deformation and pose of a beam. Deformations are expressed in axes midway between those of the
+// ends, so that both ends are equivalent.
 struct BeamPose {
   Vec3 way = Vec3::Zero();    // m, stretch and two shears, beam axes
   Vec3 turn = Vec3::Zero();   // rad, rotation vector from a's end to b's, beam axes
@@ -101,15 +100,15 @@ double elastic_energy(const BeamSprings& stiffness, const BeamPose& pose);  // J
 // Rates of the deformations, m/s and rad/s, beam axes: stretch and two shears, then the turns.
 Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b);
 
-// What the beam does to the bodies, world. The force on b is the opposite of that on a, and forces
-// and moments together turn nothing.
+// Load of the beam on the bodies, world axes. The force on b is opposite to that on a; forces and
+// moments are in equilibrium.
 struct BeamLoad {
   Vec3 force = Vec3::Zero();                              // N, on a
   Vec3 moment_a = Vec3::Zero(), moment_b = Vec3::Zero();  // N m, about the centres of mass
 };
 BeamLoad load_of(const BeamPose& pose, const BeamForces& forces);
 
-// Largest stresses, Pa, by what makes them; those of the same kind add up.
+// Largest stresses by origin, Pa; normal stresses add up, and so do shear stresses.
 struct BeamStress {
   double tension = 0;  // below 0: compression
   double bending = 0;  // at the worse end, in the farthest fibre
@@ -118,9 +117,9 @@ struct BeamStress {
 };
 BeamStress stress_of(const BeamLaw& law, const BeamForces& forces);
 
-// What broke a bond, or keeps it from acting.
+// Mode of breakage of a bond, or another reason why it does not act.
 enum class BondMode : std::int64_t { whole, tension, bending, shear, torsion, parted };
-// The larger contribution where a strength is passed; whole: none is.
+// The larger contribution where a strength is exceeded; whole: none is exceeded.
 BondMode broken_by(const BeamLaw& law, const BeamStress& stress);
 const char* to_string(BondMode mode);  // "tension"
 

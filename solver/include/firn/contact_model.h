@@ -1,5 +1,5 @@
-// The contact model of this build: what results files, studies, validations and material records
-// state, so that numbers of two models are never taken for those of one.
+// Version of the contact model of this build. Results files, studies, validations and material
+// records state it, so that results of different models are not mixed.
 #pragma once
 
 namespace firn {

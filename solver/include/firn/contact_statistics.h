@@ -28,9 +28,9 @@ struct EnergyClasses {
   double lower_bound(int k) const;  // J; of class 0: 0
 };
 
-// What a simulation keeps. Nothing of it costs anything while it is not asked for.
+// Statistics that a simulation accumulates. Those that are off cost no time.
 struct StatisticsOptions {
-  double merge = 0;  // s: a pair parted for less than this is in the same contact still
+  double merge = 0;  // s: separations of a pair shorter than this do not end a contact
 
   bool events = false;   // contacts, one by one
   double threshold = 0;  // N: those whose peak normal force stays below are not kept
@@ -50,9 +50,9 @@ struct StatisticsOptions {
   bool any() const { return contacts() || compressive_loads || !watched.empty(); }
 };
 
-// One contact of two bodies: from the first step in which they bear on each other to the last one
-// before they part. Forces are sums over the patches of the pair. `a` is a particle; `b` a particle
-// above a, or number of particles + boundary.
+// One contact of two bodies: from the first step with a force to the last one before they separate.
+// Forces are sums over the patches of the pair. `a` is a particle; `b` a particle above a, or
+// number of particles + boundary.
 struct ContactEvent {
   std::int32_t a = 0, b = 0;
   double start = 0;               // s, first step with a force
@@ -70,22 +70,22 @@ struct ContactEvent {
   Vec3 place = Vec3::Zero();    // m, world, at the peak; between the patches by their forces
   // m, the same in the axes in which each body's mesh is drawn (a boundary: its own)
   Vec3 place_on_a = Vec3::Zero(), place_on_b = Vec3::Zero();
-  double dissipated = 0;    // J lost; while the contact lasts, what its springs hold included
-  std::uint64_t lasts = 0;  // 1: still under way
+  double dissipated = 0;    // J; of an open contact including the elastic energy
+  std::uint64_t lasts = 0;  // 1: still open
 };
 
-// What presses a particle from two sides at once: of all pairs of patches on it in one step, the
-// largest min(F_i, F_j) (-n_i . n_j), with the normal forces F and the normals n out of the
-// particle. Patches that face the same way, or across, do not oppose each other.
+// Two-sided load on a particle: of all pairs of patches on it in one step, the largest min(F_i,
+// F_j) (-n_i . n_j), with the normal forces F and the normals n out of the particle. Patches that
+// face the same way, or across, do not oppose each other.
 struct CompressiveLoad {
   double load = 0;                            // N, largest over all steps; 0: none
   double time = 0;                            // s, when
-  std::array<std::int32_t, 2> by = {-1, -1};  // bodies, the one that pressed harder first
+  std::array<std::int32_t, 2> by = {-1, -1};  // bodies, the one with the larger force first
 };
 
-// What has acted on one triangle of a boundary over an interval. Each contact point of a patch acts
-// on the triangle that was nearest to it at the last contact search of its pair, and
-// friction in the proportion of the points' normal forces.
+// Loads on one triangle of a boundary, summed over an interval. Each contact point of a patch acts
+// on the triangle that was nearest to it at the last contact search of its pair, and friction in
+// the proportion of the points' normal forces.
 struct TriangleSums {
   double normal_impulse = 0;      // N s, of normal forces
   double tangential_impulse = 0;  // N s, of the size of friction
@@ -97,17 +97,17 @@ struct TriangleSums {
 };
 struct LoadInterval {
   double start = 0, end = 0;            // s
-  std::vector<TriangleSums> triangles;  // of all watched boundaries, one behind the other
+  std::vector<TriangleSums> triangles;  // of all watched boundaries, concatenated
 };
 
-// Ended contacts whose peak lay on one triangle of a shape.
+// Sums over ended contacts with their peak on one triangle of a shape.
 struct SurfaceSums {
   double normal_impulse = 0;     // N s
   double peak_normal_force = 0;  // N, largest
   std::uint64_t contacts = 0;
 };
 
-// Ended contacts of one kind of pair that dissipated about as much.
+// Sums over ended contacts of one kind of pair and one class of energy.
 struct EnergySums {
   double dissipated = 0;  // J
   std::uint64_t contacts = 0;

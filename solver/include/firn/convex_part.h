@@ -1,7 +1,7 @@
-// A convex piece of a body, as the contact code sees it: a polyhedral core swept by a sphere.
+// A convex piece of a body for contact: a polyhedral core swept by a sphere (spheropolyhedron).
 //
-// The swept solid  core + ball(radius)  touches what the user drew: the core is the drawn piece
-// eroded by the radius, so faces stay where they are and edges and corners become round.
+// The swept solid  core + ball(radius)  has the faces of the drawn piece: the core is that piece
+// eroded by the radius, so that edges and corners become round.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ struct ConvexPart {
   std::vector<std::uint16_t> loops;
   std::vector<std::array<std::uint16_t, 2>> edges;  // each once
 
-  // What meets at each vertex: far ends of its edges and its faces, both ascending.
+  // Neighbors of each vertex: far ends of its edges, and its faces, both ascending.
   struct VertexEdge {
     std::uint16_t vertex = 0;
     double inverse_length = 0;  // 1/m

@@ -1,4 +1,4 @@
-// Energies, hashes and measures of the quality of a run, as the solver reports them.
+// Energies, state hashes and diagnostics of a run.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,26 @@ struct Energy {  // J
   double elastic = 0;            // recoverable part of the contact springs, and of bonds
   double dissipated_normal = 0;  // since the start, by restitution
   double dissipated_friction = 0;
-  double dissipated_boundaries = 0;  // the part of both that was lost against boundaries
-  double dissipated_bonds = 0;       // since the start, by damping of bonds and when they break
-  double boundary_work = 0;          // done by moving boundaries on the particles since the start
-  double removed = 0;  // mechanical energy carried away by removals, less that inserted
+  double dissipated_boundaries =
+      0;                        // part of dissipated_normal and dissipated_friction at boundaries
+  double dissipated_bonds = 0;  // since the start, by damping of bonds and when they break
+  double boundary_work = 0;     // done by moving boundaries on the particles since the start
+  double removed = 0;           // mechanical energy carried away by removals, less that inserted
 };
 
-// What a user should see when results of a run look odd.
+// Measures of the quality of a run.
 struct Diagnostics {
   double largest_overlap = 0;  // m, over all steps
   int largest_overlap_particle = -1;
-  std::uint64_t late_contacts = 0;  // patches first seen already deeper than 1 % of the sweep radii
-  double energy_error = 0;          // J, sum of unexplained rises
-  std::uint64_t rebuilds = 0;       // of the neighbour list
-  std::uint64_t queries = 0;        // narrow-phase queries of part pairs
-  std::uint64_t refreshes = 0;      // of body pairs with patches
-  std::uint64_t patches = 0;        // now
-  std::uint64_t points = 0;         // now
-  std::uint64_t pairs = 0;          // in the neighbour list now
+  std::uint64_t late_contacts =
+      0;                    // patches first detected with an overlap above 1 % of the sweep radii
+  double energy_error = 0;  // J, sum of unexplained rises
+  std::uint64_t rebuilds = 0;   // of the neighbour list
+  std::uint64_t queries = 0;    // narrow-phase queries of part pairs
+  std::uint64_t refreshes = 0;  // of body pairs with patches
+  std::uint64_t patches = 0;    // now
+  std::uint64_t points = 0;     // now
+  std::uint64_t pairs = 0;      // in the neighbour list now
 };
 
 // Hashes of the arrays of the state in groups. They show which group of two runs diverges first.

@@ -28,7 +28,8 @@ struct Pose {
   Vec3 operator*(const Vec3& p) const { return rotation * p + translation; }
 };
 
-// Control characters as spaces. Messages quote what a file holds, and that may be anything.
+// Replaces control characters by spaces. Messages quote the content of files, which may have any
+// characters.
 inline std::string one_line(std::string text) {
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = ' ';

@@ -1,4 +1,4 @@
-// Closed triangle meshes: what mass, measuring and drawing see of a body.
+// Closed triangle meshes: the geometry of a body for mass, measurements and drawings.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@ struct TriangleMesh {
   std::vector<std::array<int, 3>> triangles;  // counter-clockwise seen from outside
 };
 
-// Defects that make a mesh useless as a solid. All zero for a closed, outward-facing manifold.
+// Defects that prevent the use of a mesh as a solid. All zero for a closed, outward-facing
+// manifold.
 struct MeshDefects {
   int open_edges = 0;         // edges with one triangle
   int nonmanifold_edges = 0;  // edges with more than two
@@ -47,7 +48,7 @@ TriangleMesh box_mesh(const Vec3& size);
 // Merges vertices nearer than `tolerance` (m); triangles that collapse are dropped.
 TriangleMesh weld(const TriangleMesh& mesh, double tolerance);
 
-// Outward, as long as twice the triangle's area: m^2.
+// Outward normal with twice the area of the triangle as its length, m^2.
 Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle);
 
 // The same surface in triangles whose edges are no longer than `edge` (m): each longer one is cut

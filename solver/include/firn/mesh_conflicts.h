@@ -1,4 +1,4 @@
-// Where a closed mesh bounds no solid: surfaces that cross, and shells that hold others.
+// Conflicts of a closed mesh that bounds no solid: intersecting surfaces and nested shells.
 #pragma once
 
 #include <string>
@@ -31,8 +31,8 @@ struct MeshConflicts {
   std::vector<MeshConflict> examples;  // at most one of each kind
 
   bool none() const { return examples.empty(); }
-  // Names and counts every conflict, with triangle numbers from 1 and a place in mm; empty when
-  // there is none.
+  // Names and counts every conflict, with triangle numbers from 1 and a place in mm; empty without
+  // conflicts.
   std::string sentence() const;
 };
 

@@ -1,4 +1,4 @@
-// The constant model of a simulation: what never changes while it runs.
+// The constant model of a simulation.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct Material {
   std::string name;
   double density = 0;        // kg/m^3; walls need none
   double young_modulus = 0;  // Pa
-  double poisson_ratio = 0;  // kept for the record: no equation of this contact model uses it
+  double poisson_ratio = 0;  // stored only: no equation of this contact model uses it
 };
 
 // Contact law of a pair of materials, equations (3)-(9).
@@ -24,11 +24,11 @@ struct Interaction {
   double dynamic_friction = 0;
   double restitution = 1;                  // epsilon of equation (5), in (0, 1]
   double tangential_stiffness_ratio = 1;   // K_tau / K_nl
-  double unloading_floor = 0.001;          // lambda of equation (3)
+  double minimum_unloading_ratio = 0.001;  // lambda of equation (3)
   double rolling_resistance = 0;           // limit of the rolling moment / (normal force * L)
-  double sliding_speed = 1e-3;             // m/s, below which a sliding contact may stick again
-  double adhesion_force = 0;               // N, pulls while two bodies overlap, once per contact
-  double adhesion_stiffness_fraction = 0;  // and so much of K_nl times the overlap
+  double restick_velocity = 1e-3;          // m/s, below which a sliding contact may stick again
+  double adhesion_force = 0;               // N, attraction while two bodies overlap, per patch
+  double adhesion_stiffness_fraction = 0;  // attraction over K_nl times the overlap
 };
 
 struct Particle {
@@ -40,7 +40,7 @@ struct Boundary {
   enum class Kind { plane, solid };
   std::string name;
   int material = 0;
-  bool rigid = false;    // no compliance in series, whatever its Young's modulus
+  bool rigid = false;    // no compliance in series; Young's modulus is not used
   double stiffness = 0;  // N/m; 0: E_b * L of the particle, equation (7)
   Kind kind = Kind::plane;
   // Axes of the boundary. A plane is the half-space z <= 0 in these axes, solid below.
@@ -63,12 +63,12 @@ struct BoundaryContact {
 };
 
 struct Numerics {
-  // Points nearer than the shell are tracked as contact points, touching or not. It is this
-  // fraction of the smaller sweep radius of a pair, and never more than contact_margin_limit.
+  // Points with a gap below the contact margin are tracked as contact points. The margin is this
+  // fraction of the smaller sweep radius of a pair, at most contact_margin_limit.
   double contact_margin = 0.06;
   double contact_margin_limit = 60e-6;  // m
-  // Contacts are linearised until the two bodies have moved this fraction of the shell relative to
-  // each other. 0: a contact search for every pair in every step.
+  // Contacts are linearized until the relative motion of the two bodies exceeds this fraction of
+  // the contact margin. 0: a contact search for every pair in every step.
   double contact_update_fraction = 1;
   double skin = 0;  // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
   int threads = 1;
@@ -82,13 +82,13 @@ struct Model {
   std::vector<Material> materials;
   std::vector<Interaction> interactions;  // [material a * materials.size() + b], symmetric
   std::vector<Shape> shapes;
-  std::vector<Particle> particles;  // all that will ever exist, in order of their ids
+  std::vector<Particle> particles;  // all particles of the simulation, in order of their ids
   std::vector<Boundary> boundaries;
   std::vector<MotionFrame> frames;
   std::vector<Coupling> couplings;  // of free frames
   std::vector<BoundaryContact> boundary_contacts;
   std::vector<BeamLaw> beams;
-  std::vector<Bond> bonds;  // act while both particles are there, until they break
+  std::vector<Bond> bonds;  // act while both particles are present, until they break
   Numerics numerics;
   StatisticsOptions statistics;
 
@@ -106,12 +106,12 @@ double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundar
 // bonds and of the springs of free bodies.
 struct TimestepAdvice {
   double timestep = 0;      // s
-  bool is_a_limit = false;  // something can swing; otherwise the step is a guess
+  bool is_a_limit = false;  // a spring limits the step; otherwise it is a default
   std::string reason;       // one sentence naming the pair, stiffness, mass and period
 };
 TimestepAdvice advise_timestep(const Model& model, double steps);
-// With fewer steps in that quarter period a bed is not stable, with fewer than the second number
-// the restitution of an impact is off by more than 1 %. docs/contact.md, "Time step".
+// Minimum numbers of steps per quarter period: for a stable bed, and for an error of the
+// restitution below 1 %. docs/contact.md, "Time step".
 inline constexpr double kStableSteps = 3, kAccurateSteps = 6;
 
 // Throws InputError with one sentence when the model cannot be simulated (no interaction for a

@@ -1,5 +1,5 @@
-// How boundaries move: prescribed motions, and frames that carry boundaries and each other, along
-// prescribed motions or as free bodies.
+// Motion of boundaries: prescribed motions, and motion frames, which carry boundaries and other
+// frames. Frames have prescribed motions or are free bodies.
 //
 // All data are in world axes at t = 0. Children move with their parent frame: directions and points
 // turn with it.
@@ -16,19 +16,19 @@ namespace firn {
 
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-// When something acts: from start to stop, or between them in every period.
+// Active times of a motion or motor: from start to stop, or between them in every period.
 struct Schedule {
   double start = 0;          // s
   double stop = kUnbounded;  // s
   double period = 0;         // s; 0: once; otherwise stop - start is at most one period
-  double end = kUnbounded;   // s, after which it does not act any more
+  double end = kUnbounded;   // s, end of all activity
 
   bool acts(double t) const;
 };
 
-// Prescribed motion, active while its schedule says so. In a list each motion is carried by those
-// before it, as if it hung on a frame that they move: its axis, center and direction are those at
-// t = 0 and go along. The pose at t is T_1(t) T_2(t) ... T_n(t) of the pose at t = 0.
+// Prescribed motion, active while its schedule says so. In a list, each motion is carried by those
+// before it, as by a frame. Its axis, center and direction are given at t = 0 and move along. The
+// pose at t is T_1(t) T_2(t) ... T_n(t) of the pose at t = 0.
 struct Motion : Schedule {
   enum class Kind { translation, rotation };
   enum class Course {
@@ -48,19 +48,19 @@ struct Motion : Schedule {
   double amplitude = 0, frequency = 0, phase = 0;  // frequency in 1/s
   std::vector<double> times, ways;                 // as many each, times ascending from 0
 
-  // Way covered within [t, t + dt], m or rad; for a steady translation the time in s.
+  // Displacement within [t, t + dt], m or rad; for a steady translation the active time in s.
   double way(double t, double dt) const;
-  // Way covered from the start to t, in all periods.
+  // Displacement from the start to t, in all periods.
   double covered(double t) const;
 };
 
-// A motor on one axis of a free body: pushes towards a speed, with no more than its limit.
+// A motor on one axis of a free body: drives it towards a speed with a load up to its limit.
 struct Motor : Schedule {
-  double speed = 0;              // m/s or rad/s; with a target, the greatest
-  std::optional<double> target;  // m or rad: goes there, and holds
+  double speed = 0;              // m/s or rad/s; with a target, the maximum
+  std::optional<double> target;  // m or rad: position to approach and hold
   double limit = kUnbounded;     // N or N m
-  // m/s or rad/s: what the motor can give falls linearly from `limit` at rest (stall) to nothing at
-  // this speed in the direction of its push.
+  // m/s or rad/s: the load limit decreases linearly from `limit` at rest (stall) to zero at this
+  // speed in the direction of the load.
   double no_load_speed = kUnbounded;
 };
 
@@ -102,10 +102,10 @@ struct Coupling {
   enum class Kind {
     ball,   // the bodies share the point `position`
     hinge,  // and the axis through it along `direction`
-    weld,   // they move as one
+    weld,   // no relative motion
     slot,   // the point of b stays on the line along `direction`, which belongs to a
     gear,   // the coordinate of joint_b is `ratio` times that of joint_a
-    cam     // it is the lift at the coordinate of joint_a, which turns
+    cam     // the coordinate of joint_b is the lift at that of joint_a, a rotation
   };
   Kind kind = Kind::ball;
   std::string name;

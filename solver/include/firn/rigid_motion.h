@@ -1,4 +1,4 @@
-// Rigid motion that a list of prescribed motions makes up.
+// Rigid motion composed of a list of prescribed motions.
 #pragma once
 
 #include <vector>

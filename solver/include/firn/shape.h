@@ -19,38 +19,38 @@ struct Shape {
 
   // Body axes are the principal axes about the centre of mass:
   //   x_shape = centroid + shape_from_body * x_body.
-  // Of all such frames it is the one nearest to the shape axes; those themselves where they are
-  // principal already (a box, a sphere, a crescent).
+  // Among all such frames, the one nearest to the shape axes; equal to these where they are
+  // principal axes (a box, a sphere, a crescent).
   Vec3 centroid = Vec3::Zero();  // m, shape axes
   Quat shape_from_body = Quat::Identity();
-  double volume = 0;              // m^3
-  double mass = 0;                // kg
-  Vec3 inertia = Vec3::Zero();    // kg m^2, principal, body axes
-  double bounding_radius = 0;     // m, about the centre of mass
-  Vec3 box = Vec3::Zero();        // m, bounding box edges in shape axes
-  double rounding = 0;            // m, sweep radius of edges and corners (a sphere: R)
-  double size_for_stiffness = 0;  // m, L of equation (6): middle edge of the bounding box
-  double stiffness = 0;           // N/m, loading stiffness K of equation (6), or given
-  double contact_deviation = 0;   // m, largest distance mesh <-> swept parts, sampled
-  std::string deviation_reason;   // what decides contact_deviation, a few words
+  double volume = 0;             // m^3
+  double mass = 0;               // kg
+  Vec3 inertia = Vec3::Zero();   // kg m^2, principal, body axes
+  double bounding_radius = 0;    // m, about the centre of mass
+  Vec3 box = Vec3::Zero();       // m, bounding box edges in shape axes
+  double rounding = 0;           // m, sweep radius of edges and corners (a sphere: R)
+  double stiffness_length = 0;   // m, L of equation (6): middle edge of the bounding box
+  double stiffness = 0;          // N/m, loading stiffness K of equation (6), or given
+  double contact_deviation = 0;  // m, largest distance mesh <-> swept parts, sampled
+  std::string deviation_reason;  // cause of contact_deviation, a few words
 };
 
-// Input of every maker below in addition to the geometry.
+// Input of the makers below in addition to the geometry. They throw InputError for wrong input.
 struct ShapeOptions {
   std::string name;
   int material = 0;
-  double density = 0;             // kg/m^3
-  double young_modulus = 0;       // Pa
-  double mass = 0;                // kg; 0: density * volume
-  double rounding = -1;           // m; below 0: chosen, see default_rounding()
-  double size_for_stiffness = 0;  // m; 0: the middle bounding-box edge
-  double stiffness = 0;           // N/m; 0: young_modulus * size_for_stiffness
-  int max_parts = 64;             // for the decomposition of a concave mesh
+  double density = 0;           // kg/m^3
+  double young_modulus = 0;     // Pa
+  double mass = 0;              // kg; 0: density * volume
+  double rounding = -1;         // m; below 0: default, see default_rounding()
+  double stiffness_length = 0;  // m; 0: the middle bounding-box edge
+  double stiffness = 0;         // N/m; 0: young_modulus * stiffness_length
+  int max_parts = 64;           // for the decomposition of a concave mesh
 };
 
-Shape make_sphere(double radius, const ShapeOptions& options);
-Shape make_box(const Vec3& size, const ShapeOptions& options);
-Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);
+Shape make_sphere(double radius, const ShapeOptions& options);  // m, about the origin
+Shape make_box(const Vec3& size, const ShapeOptions& options);  // edges, m, about the origin
+Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);  // hull of them, m
 // Any closed mesh of up to 20000 triangles. One whose hull exceeds it by no more than 1.6 % of the
 // smallest edge of its bounding box becomes one part; others are cut into pieces that convex, or
 // into max_parts. The deviation is measured and stored with its reason. Throws InputError naming
@@ -80,7 +80,7 @@ struct CrescentParameters {
 
   bool operator==(const CrescentParameters&) const = default;
 };
-TriangleMesh crescent_mesh(const CrescentParameters& p);
+TriangleMesh crescent_mesh(const CrescentParameters& p);  // m, axes as above; throws InputError
 Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options);
 
 // "table1", "mass-matched" (13.7 g at 916.7 kg/m^3 by its depth, solved for the mesh in use) or

@@ -16,17 +16,18 @@
 
 namespace firn {
 
-// One contact point of a patch, as the force law sees it.
+// One contact point of a patch.
 struct ContactSpot {
   Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
   double gap = 0;                // m, along the patch's normal; negative: overlap
-  double share = 0;              // of the stiffness K of the pair; may not add up to 1 (contact.md)
-  double force = 0;              // N, normal
-  double area = 0;               // m^2 that it stands for
+  double stiffness_fraction =
+      0;             // of the stiffness K of the pair; may not add up to 1 (contact.md)
+  double force = 0;  // N, normal
+  double area = 0;   // m^2, share of the area of the patch
 };
 
-// One patch: what body b does to body a over one touching region, at the end of a step. Points that
-// are merely near (gap above 0) bear nothing; a patch of such points alone bears nothing.
+// One patch: the load of body b on body a over one touching region, at the end of a step. Points
+// with a positive gap have no force.
 struct Contact {
   int a = 0;                     // particle
   int b = 0;                     // particle above a, or number of particles + boundary
@@ -40,7 +41,7 @@ struct Contact {
   double torsion = 0;            // N m, about the normal, on a
   double torsion_cap = 0;        // N m
   Vec3 rolling = Vec3::Zero();   // N m, world, on a
-  double overlap = 0;            // m, of the deepest point; 0 when none touches
+  double overlap = 0;            // m, of the deepest point; 0 when no point touches
   double gap = 0;                // m, the smallest; negative: overlap
   double stiffness = 0;          // N/m, K of the pair, loading, equation (4)
   double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
@@ -51,9 +52,9 @@ struct Contact {
   std::vector<ContactSpot> spots;
 };
 
-// The instructions that a solver made now would use: "baseline", or "avx2" where build and
-// processor have them. The environment variable FIRN_INSTRUCTIONS asks for one of them; results are
-// the same. Throws InputError when it asks for what is not there.
+// Instruction set of a solver constructed now: "baseline", or "avx2" where build and processor
+// support it. The environment variable FIRN_INSTRUCTIONS selects one of them; results are the same.
+// Throws InputError when the selected one is not available.
 std::string instruction_set();
 
 class Solver {
@@ -62,11 +63,11 @@ class Solver {
     Vec3 force, moment;  // N, N m about the centre of mass (frames: the origin), world
   };
 
-  // Keeps its own copy of the model. Particles start waiting, boundaries present.
-  // Throws InputError when validate(model) does.
+  // Stores a copy of the model. Initially all particles wait and all boundaries are present. Throws
+  // InputError as validate(model) does.
   explicit Solver(Model model);
   // Shares a model that has passed validate() and does not change while the solver exists, without
-  // a copy. `threads`: in place of the model's number; 0: that number.
+  // a copy. `threads` overrides the number of the model; 0: no override.
   Solver(std::shared_ptr<const Model> model, int threads);
   ~Solver();
   Solver(Solver&&) noexcept;
@@ -74,15 +75,16 @@ class Solver {
 
   const Model& model() const;
 
-  // Places a waiting particle. orientation: shape axes -> world; velocities in world axes.
+  // Places a waiting particle (else std::logic_error): center of mass (m, world), orientation
+  // (shape axes -> world), velocity (m/s, world) and angular velocity (rad/s, world).
   void insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
               const Vec3& velocity, const Vec3& angular_velocity);
-  // Before the first step, parents before their children: moves the children of the frame with it.
+  // Before the first step (else std::logic_error), parents before children: children move along.
   void start_frame(const FrameStart& start);
-  void remove_particle(int particle);
+  void remove_particle(int particle);  // throws std::logic_error unless it is present
   void remove_boundary(int boundary);
-  // Starts a motion or motor now or later (stages that begin on events). Those of a group
-  // above 0 end together.
+  // Adds a motion or motor that acts now or later (for stages that begin on events). Those of a
+  // group above 0 end together, by stop_stage_motions() at a `time` (s).
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
   void add_motor(int frame, int axis, const Motor& motor, int group = 0);
@@ -92,7 +94,7 @@ class Solver {
   // come nearer than `clearance` (m). For placement; does not change the state.
   bool overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
                 double clearance) const;
-  // What it would touch first: a particle, or number of particles + boundary; none: nothing.
+  // The first body within `clearance`: a particle, or number of particles + boundary; empty: none.
   std::optional<int> obstacle(int shape, const Vec3& center_of_mass, const Quat& orientation,
                               double clearance) const;
 
@@ -112,34 +114,35 @@ class Solver {
   // A copy, made once for each state. The reference is valid while the solver exists; its contents,
   // until the state changes.
   const ParticleState& particles() const;
-  // Orientation as the results file wants it: shape axes -> world.
+  // Orientation of a particle, shape axes -> world, as in a results file.
   Quat shape_orientation(int particle) const;
   const std::vector<BoundaryState>& boundaries() const;
   std::vector<FrameState> frames() const;
   std::vector<CouplingState> couplings() const;                 // [couplings of the model]
   std::vector<BoundaryContactState> boundary_contacts() const;  // [boundary contacts of the model]
-  // Contacts' force and moment, about its origin, on all that a frame carries, at this step.
+  // Force and moment (about the origin of the frame) of contacts on all boundaries that a frame
+  // carries, at this step.
   Load frame_load(int frame) const;
   void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
   Diagnostics diagnostics() const;
-  // Overlap of the deepest point of every patch that bears a force now, m.
+  // Overlap of the deepest point of every patch with a force now, m.
   std::vector<double> contact_overlaps() const;
   const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
   BondState bond(int number) const;
-  // Every patch of the neighbour list, in order of (a, b): a copy, nothing is changed. What it says
-  // of forces is what the next half kick reads. A particle or boundary removed since the last step
-  // still has its last contacts.
+  // Every patch of the neighbour list, in order of (a, b): a copy. Its forces are those of the next
+  // half-kick. A particle or boundary removed since the last step still has its last contacts.
   std::vector<Contact> contacts() const;
-  // Contacts that have ended since the last call, in order of their ends, and those under way, in
-  // order of their starts, whatever their force. None unless the model's statistics ask for them.
+  // Contacts that have ended since the last call, in order of their ends, and open_events(): open
+  // contacts, in order of their starts, with any force. Empty unless the statistics of the model
+  // include events.
   std::vector<ContactEvent> take_events();
   std::vector<ContactEvent> open_events() const;
   // Loads on the triangles of watched boundaries over the intervals that have ended since the last
-  // call; `up_to_now`: ends the one under way first, if a step has been taken in it.
+  // call; `up_to_now`: ends the open interval first, if it has a step.
   std::vector<LoadInterval> take_load_intervals(bool up_to_now = false);
-  // Since the start, empty unless asked for: [particles]; [triangles of all shapes, one behind the
-  // other]; [1 + boundaries][classes], pairs of particles first.
+  // Sums since the start, empty without the statistics: [particles]; [triangles of all shapes,
+  // concatenated]; [1 + boundaries][classes], pairs of particles first.
   const std::vector<CompressiveLoad>& compressive_loads() const;
   const std::vector<SurfaceSums>& surface_sums() const;
   const std::vector<EnergySums>& energy_sums() const;
@@ -153,10 +156,10 @@ class Solver {
   // model.
   std::vector<std::byte> save() const;
   void restore(const std::vector<std::byte>& bytes);
-  // Hash of the same state: equal for equal futures. Fowler, Noll and Vo's, over words: it
-  // detects chance differences, not forgery.
+  // Hash of the same state: equal hashes mean equal continuations. FNV hash over words (Fowler,
+  // Noll and Vo): it detects accidental differences, not forgery.
   std::uint64_t hash() const;
-  std::vector<GroupHash> group_hashes() const;  // together, all that save() packs but the model
+  std::vector<GroupHash> group_hashes() const;  // together, the bytes of save() without the model
 
  private:
   struct Impl;

@@ -48,20 +48,20 @@ struct Linear {
       }
       points.push_back(point);
     }
-    knowledge = fit_response_models(study, points);
+    models = fit_response_models(study, points);
   }
   Study study;
-  std::optional<ResponseModels> knowledge;
+  std::optional<ResponseModels> models;
 };
 
 TEST(Identify, TwoLinesThatCrossDetermineBothParameters) {
   // p = 0.4 ± 0.02 and q = 0.7 ± 0.05, straight.
   const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.7, 0.05}});
-  const NegativeLogPosterior misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.models);
   const VectorXd best = misfit.best().x;
   EXPECT_NEAR(best[0], 0.4, 1e-3);
   EXPECT_NEAR(best[1], 0.7, 1e-3);
-  const auto c = combinations(line.study, *line.knowledge, best);
+  const auto c = combinations(line.study, *line.models, best);
   EXPECT_TRUE(c[0].identifiable && c[1].identifiable);
   EXPECT_NEAR(c[0].sd, 0.02, 1e-4);
   EXPECT_NEAR(c[1].sd, 0.05, 1e-4);
@@ -76,9 +76,9 @@ TEST(Identify, TwoLinesThatCrossDetermineBothParameters) {
 
 TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
   const Linear line({{3, 4, 3.5, 0.1}});  // (3 p + 4 q) / 5 = 0.7 ± 0.02
-  const NegativeLogPosterior misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.models);
   const VectorXd best = misfit.best().x;
-  const auto c = combinations(line.study, *line.knowledge, best);
+  const auto c = combinations(line.study, *line.models, best);
   ASSERT_EQ(c.size(), 2u);
   EXPECT_TRUE(c[0].identifiable);
   EXPECT_NEAR(c[0].coefficients[0], 0.6, 1e-3);
@@ -101,7 +101,7 @@ TEST(Identify, OneLineLeavesTheDirectionAlongItOpen) {
 TEST(Identify, AWeakDirectionCountsAsOpenAlthoughNothingIsSingular) {
   // q moves its response by one standard deviation over the whole range: nothing to learn of it.
   const Linear line({{1, 0, 0.4, 0.02}, {0, 1, 0.5, 1.0}});
-  const auto c = combinations(line.study, *line.knowledge, Eigen::Vector2d(0.4, 0.5));
+  const auto c = combinations(line.study, *line.models, Eigen::Vector2d(0.4, 0.5));
   EXPECT_TRUE(c[0].identifiable);
   EXPECT_FALSE(c[1].identifiable);
   EXPECT_NEAR(c[1].singular_value, 1, 0.01);
@@ -111,17 +111,17 @@ TEST(Identify, ResidualsHaveExactDerivatives) {
   Linear line({{3, 4, 3.5, 0.1}, {1, -2, 0, 0.3}});
   line.study.parameters[1].prior_mean = 0.3;
   line.study.parameters[1].prior_sd = 0.1;
-  const NegativeLogPosterior misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.models);
   const VectorXd at = Eigen::Vector2d(0.3, 0.6);
   EXPECT_LT(jacobian_error(misfit.residuals(at), at), 1e-6);
 }
 
 TEST(Identify, SplittingPointsLieInTheValleyAndApart) {
   const Linear line({{3, 4, 3.5, 0.1}});
-  const NegativeLogPosterior misfit(line.study, *line.knowledge);
+  const NegativeLogPosterior misfit(line.study, *line.models);
   const auto points =
-      refinement_points(line.study, *line.knowledge, sample_posterior(line.study, misfit),
-                        misfit.best().x, FirstPoint::answer_if_unsure, {}, 3, 2);
+      refinement_points(line.study, *line.models, sample_posterior(line.study, misfit),
+                        misfit.best().x, FirstPoint::estimate_if_uncertain, {}, 3, 2);
   ASSERT_EQ(points.size(), 3u);
   for (const VectorXd& u : points) EXPECT_NEAR(0.6 * u[0] + 0.8 * u[1], 0.7, 0.1);
   EXPECT_GT((points[0] - points[1]).norm(), 0.3);

@@ -87,18 +87,18 @@ struct LinearResponse {
             finished({scalar("y", mean(point.u[0]) + noise(point.u[0]) * normal(random), "mm")}));
       points.push_back(point);
     }
-    knowledge = fit_response_models(study, points);
+    models = fit_response_models(study, points);
   }
 
   PosteriorPredictive predict(double measured, double uncertainty) {
     study.targets[0].value = measured;
     study.targets[0].uncertainty = uncertainty;
-    const NegativeLogPosterior misfit(study, *knowledge);
-    return posterior_predictive(knowledge->targets[0], sample_posterior(study, misfit)).value();
+    const NegativeLogPosterior misfit(study, *models);
+    return posterior_predictive(models->targets[0], sample_posterior(study, misfit)).value();
   }
 
   Study study;
-  std::optional<ResponseModels> knowledge;
+  std::optional<ResponseModels> models;
 };
 
 // With a flat prior, the mean response is as the measurement says, and a run has the variances of
@@ -106,7 +106,7 @@ struct LinearResponse {
 TEST(PosteriorPredictive, OfALinearResponseInClosedForm) {
   LinearResponse linear([](double) { return 0.8; });
   const PosteriorPredictive p = linear.predict(4, 0.5);
-  const ResponseModel& model = linear.knowledge->targets[0];
+  const ResponseModel& model = linear.models->targets[0];
   EXPECT_NEAR(std::sqrt(model.run_variance(VectorXd::Constant(1, 0.5), 5)), 0.8, 0.1);
   const double surrogate = model.surrogate.best.predict(VectorXd::Constant(1, 0.4)).variance;
   EXPECT_LT(surrogate, 0.03);
@@ -148,7 +148,7 @@ TEST(PosteriorPredictive, IntervalsCoverWhatTheySay) {
 
 TEST(PosteriorPredictive, NoiseOfARunIsThatOfItsPlace) {
   LinearResponse linear([](double p) { return p > 0.5 ? 2.0 : 0.1; });
-  const ResponseModel& model = linear.knowledge->targets[0];
+  const ResponseModel& model = linear.models->targets[0];
   ASSERT_FALSE(model.local_noise.uniform());
   EXPECT_NEAR(std::sqrt(model.run_variance(VectorXd::Constant(1, 0.95), 9.5)), 2, 0.6);
   EXPECT_LT(std::sqrt(model.run_variance(VectorXd::Constant(1, 0.05), 0.5)), 0.7);

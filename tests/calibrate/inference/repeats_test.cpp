@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "calibrate/numerics/experimental_design.h"
-#include "calibrate/numerics/random.h"
+#include "experiments/analysis/random_stream.h"
 #include "tests/support/fake_experiment.h"
 
 namespace firn {
@@ -40,12 +40,12 @@ struct SingleRuns {
     };
     add(Vector2d(0.5, 0.5), 4);
     for (const VectorXd& u : maximin_latin_hypercube(26, 2, seed, {points[0].u})) add(u, 1);
-    knowledge = fit_response_models(study, points);
+    models = fit_response_models(study, points);
   }
 
   Study study;
   std::vector<Point> points;
-  std::optional<ResponseModels> knowledge;
+  std::optional<ResponseModels> models;
 };
 
 TEST(SingleRuns, ModelsOfLinesStateTheUncertaintyThatTheyHave) {
@@ -53,14 +53,14 @@ TEST(SingleRuns, ModelsOfLinesStateTheUncertaintyThatTheyHave) {
   double squares = 0;
   for (std::uint64_t s = 0; s < models; ++s) {
     std::mt19937_64 random(900 + s);
-    const double a = 4 + 8 * uniform(random), b = 8 * uniform(random);
+    const double a = 4 + 8 * open_uniform(random), b = 8 * open_uniform(random);
     const auto line = [&](const VectorXd& u) { return a * u[0] + b * u[1]; };
     const SingleRuns runs(s + 1, [&](const VectorXd& u, std::mt19937_64& noise) {
       return line(u) + 0.6 * normal(noise);
     });
     for (int i = 0; i < places; ++i) {
-      const Vector2d u(uniform(random), uniform(random));
-      const Prediction p = runs.knowledge->targets[0].surrogate.best.predict(u);
+      const Vector2d u(open_uniform(random), open_uniform(random));
+      const Prediction p = runs.models->targets[0].surrogate.best.predict(u);
       squares += std::pow(p.mean - line(u), 2) / p.variance;
     }
   }
@@ -76,13 +76,13 @@ TEST(SingleRuns, ScatterThatTheMiddleDoesNotHaveIsNoticed) {
     const auto response = [](bool shifted) {
       return [shifted](const VectorXd& u, std::mt19937_64& random) {
         const double y = 10 * u[0] + 6 * u[1] + 0.4 * normal(random);
-        return y + (uniform(random) < 0.3 && shifted && u.sum() > 1 ? 5 : 0);
+        return y + (open_uniform(random) < 0.3 && shifted && u.sum() > 1 ? 5 : 0);
       };
     };
     const SingleRuns shifted(s + 1, response(true)), quiet(s + 1, response(false));
-    noticed += scatter_exceeds_noise(shifted.study, *shifted.knowledge);
-    alarms += scatter_exceeds_noise(quiet.study, *quiet.knowledge);
-    EXPECT_FALSE(noise_exceeds_measurement(quiet.study, *quiet.knowledge) &&
+    noticed += scatter_exceeds_noise(shifted.study, *shifted.models);
+    alarms += scatter_exceeds_noise(quiet.study, *quiet.models);
+    EXPECT_FALSE(noise_exceeds_measurement(quiet.study, *quiet.models) &&
                  sample(quiet.points[0].finished({0, "y", "y"})).sd() < 0.6);
   }
   EXPECT_GE(noticed, 17);
@@ -93,14 +93,14 @@ TEST(SingleRuns, ThoseThatMeetTheTargetAreRepeated) {
   const SingleRuns runs(3, [](const VectorXd& u, std::mt19937_64& random) {
     return 10 * u[0] + 6 * u[1] + 0.1 * normal(random);
   });
-  const auto chosen = points_to_repeat(runs.study, *runs.knowledge, runs.points, 3);
+  const auto chosen = points_to_repeat(runs.study, *runs.models, runs.points, 3);
   ASSERT_EQ(chosen.size(), 3u);
   const auto off = [&](const Point& p) { return std::abs(10 * p.u[0] + 6 * p.u[1] - 8); };
   for (const std::size_t i : chosen) {
     EXPECT_EQ(runs.points[i].seeds.size(), 1u);
     EXPECT_LT(off(runs.points[i]), 1);
   }
-  EXPECT_EQ(points_to_repeat(runs.study, *runs.knowledge, runs.points, 100).size(), 26u);
+  EXPECT_EQ(points_to_repeat(runs.study, *runs.models, runs.points, 100).size(), 26u);
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ echo 77
     options.folder = folder_ / "lists";
     options.at_once = 3;
     options.largest_array = 4;
-    options.patience = 0.05;
+    options.file_timeout = 0.05;
     options.interrupt = &interrupt_;
     const auto executor = slurm_executor(options, journal_);
     std::vector<Job> jobs;

@@ -144,8 +144,8 @@ TEST(Case, ReadsEverySection) {
   for (const Interaction& wall : {c.model.interaction(0, 1), c.model.interaction(1, 0)}) {
     EXPECT_EQ(wall.static_friction, 0.3);
     EXPECT_EQ(wall.dynamic_friction, 0.3);
-    EXPECT_EQ(wall.sliding_speed, 1e-3);
-    EXPECT_EQ(wall.unloading_floor, 1e-3);
+    EXPECT_EQ(wall.restick_velocity, 1e-3);
+    EXPECT_EQ(wall.minimum_unloading_ratio, 1e-3);
   }
   ASSERT_EQ(c.model.shapes.size(), 1u);
   EXPECT_EQ(c.model.shapes[0].mass, 1);

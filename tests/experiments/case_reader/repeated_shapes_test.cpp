@@ -22,7 +22,7 @@ void put(std::string& out, const void* data, std::size_t size) {
 // Everything that a contact or a picture is computed from.
 std::string bits(const Shape& s) {
   std::string out = s.name + ' ' + s.deviation_reason;
-  for (const double x : {s.volume, s.mass, s.bounding_radius, s.rounding, s.size_for_stiffness,
+  for (const double x : {s.volume, s.mass, s.bounding_radius, s.rounding, s.stiffness_length,
                          s.stiffness, s.contact_deviation})
     put(out, &x, sizeof x);
   put(out, s.centroid.data(), sizeof s.centroid);

@@ -268,7 +268,7 @@ TEST_F(ResultsFile, HalfWrittenCheckpointLeavesTheOlderOne) {
       bytes.put(std::vector<char>(static_cast<std::size_t>(100000 + 10 * i), 'x'));
       recorder.with_file([&](hdf5::File& f) {
         write_checkpoint(f, {static_cast<std::uint64_t>(i / 20 + 1), bytes.take()});
-        recorder.lock().keep_copy();
+        recorder.lock().save_copy();
       });
       if (i == 20 && ::write(pipe, "x", 1) != 1) std::abort();
     }
@@ -280,7 +280,7 @@ TEST_F(ResultsFile, KilledWriterLeavesAReadableFile) {
   for (int trial = 0; trial < 24; ++trial) {
     const std::string file = path("killed.h5");
     fs::remove(file);
-    fs::remove(kept_copy(file));
+    fs::remove(saved_copy(file));
     int ends[2];
     ASSERT_EQ(::pipe(ends), 0);
     const pid_t child = ::fork();

@@ -291,7 +291,7 @@ TEST_F(RunTest, NewRunKeepsAKilledOneWhole) {
   c.duration = 0.02;
   const std::string file = options("run.h5").results_file;
   run(c, options("run.h5"));
-  ResultsLock(file).keep_copy();
+  ResultsLock(file).save_copy();
   fs::resize_file(file, fs::file_size(file) / 2);
   const RunSummary again = run(c, options("run.h5"));
   expect_equal_datasets(file, again.kept_earlier);
@@ -303,7 +303,7 @@ TEST_F(RunTest, FileOfALivingRunIsNotTakenFromIt) {
   c.duration = 0.02;
   const std::string file = options("run.h5").results_file;
   run(c, options("run.h5"));
-  ResultsLock(file).keep_copy();
+  ResultsLock(file).save_copy();
   struct stat before = {}, after = {};
   ASSERT_EQ(::stat(file.c_str(), &before), 0);
   Recorder writer = Recorder::reopen(file, {});

@@ -41,28 +41,28 @@ Json& object_at(Json& node, std::string_view path) {
 }
 
 TEST(JsonAliases, EveryOldKeyAndWordIsRead) {
-  for (const RenamedJsonKey& k : renamed_json_keys()) {
-    Json document = document_of(k.kind);
+  for (const JsonAlias& k : renamed_json_keys()) {
+    Json document = document_of(k.document);
     Json& object = object_at(document, k.path);
     object["before"] = 1;
     object[std::string(k.old_name)] = "kept";
     object["behind"] = 2;
-    use_current(document, k.kind);
+    use_current(document, k.document);
     const Json& now = object_at(document, k.path);
     EXPECT_EQ(now.value(std::string(k.name), ""), "kept") << k.old_name;
     EXPECT_FALSE(now.contains(std::string(k.old_name))) << k.old_name;
-    if (k.kind != "material record") {
+    if (k.document != "material record") {
       EXPECT_TRUE(now.dump().ends_with("\"kept\",\"behind\":2}")) << now;
     }
     const Json once = document;
-    use_current(document, k.kind);
+    use_current(document, k.document);
     EXPECT_EQ(document, once);
   }
-  for (const RenamedJsonWord& w : renamed_json_words()) {
-    Json document = document_of(w.kind);
-    object_at(document, w.path)[std::string(w.key)] = std::string(w.old_word);
-    use_current(document, w.kind);
-    EXPECT_EQ(object_at(document, w.path)[std::string(w.key)], std::string(w.word));
+  for (const JsonAlias& w : renamed_json_words()) {
+    Json document = document_of(w.document);
+    object_at(document, w.path)[std::string(w.key)] = std::string(w.old_name);
+    use_current(document, w.document);
+    EXPECT_EQ(object_at(document, w.path)[std::string(w.key)], std::string(w.name));
   }
 }
 
@@ -85,9 +85,9 @@ TEST(JsonAliases, RecordsHaveFirstNamesAndBack) {
 
 TEST(JsonAliases, OldNamesAreNoCurrentNames) {
   std::set<std::string> current, first;
-  for (const RenamedJsonKey& k : renamed_json_keys()) {
+  for (const JsonAlias& k : renamed_json_keys()) {
     const auto at = [&](std::string_view name) {
-      return std::string(k.kind) + ' ' + std::string(k.path) + ' ' + std::string(name);
+      return std::string(k.document) + ' ' + std::string(k.path) + ' ' + std::string(name);
     };
     EXPECT_TRUE(current.insert(at(k.name)).second) << k.name;
     EXPECT_TRUE(first.insert(at(k.old_name)).second) << k.old_name;

@@ -74,42 +74,42 @@ std::string old_text(const std::string& text, TomlFormat format) {
 }
 
 TEST(TomlAliases, EveryOldKeyAndWordIsReadAndReported) {
-  for (const RenamedKey& k : renamed_keys()) {
+  for (const TomlAlias& k : renamed_keys()) {
     toml::table root;
-    table_at(root, k.table).insert(k.old_name, "kept");
+    table_at(root, k.path).insert(k.old_name, "kept");
     const std::string before = toml_text(root);
-    const auto uses = current_names(k.format, root);
+    const auto uses = current_names(k.document, root);
     ASSERT_EQ(uses.size(), 1u) << before;
     EXPECT_EQ(uses[0].old_name, k.old_name);
     EXPECT_EQ(uses[0].name, k.name);
     EXPECT_TRUE(uses[0].path.ends_with(k.old_name)) << uses[0].path;
-    EXPECT_EQ(table_at(root, k.table)[k.name].value<std::string>(), "kept") << before;
-    EXPECT_TRUE(current_names(k.format, root).empty()) << toml_text(root);
+    EXPECT_EQ(table_at(root, k.path)[k.name].value<std::string>(), "kept") << before;
+    EXPECT_TRUE(current_names(k.document, root).empty()) << toml_text(root);
     // The tables around it may have an old name as well.
     const std::string now = toml_text(root);
-    use_first_names(k.format, root);
+    use_first_names(k.document, root);
     EXPECT_THAT(toml_text(root), HasSubstr(fmt::format("{} = 'kept'", k.old_name)));
-    current_names(k.format, root);
+    current_names(k.document, root);
     EXPECT_EQ(toml_text(root), now);
   }
-  for (const RenamedWord& w : renamed_words()) {
+  for (const TomlAlias& w : renamed_words()) {
     toml::table root;
-    table_at(root, w.table).insert(w.key, toml::array{"other", w.old_word});
-    const auto uses = current_names(w.format, root);
-    ASSERT_EQ(uses.size(), 1u) << w.old_word;
-    const toml::node_view<toml::node> list = table_at(root, w.table)[w.key];
-    EXPECT_EQ(list[1].value<std::string>(), w.word);
-    use_first_names(w.format, root);
-    EXPECT_THAT(toml_text(root), HasSubstr(fmt::format("'other', '{}'", w.old_word)));
+    table_at(root, w.path).insert(w.key, toml::array{"other", w.old_name});
+    const auto uses = current_names(w.document, root);
+    ASSERT_EQ(uses.size(), 1u) << w.old_name;
+    const toml::node_view<toml::node> list = table_at(root, w.path)[w.key];
+    EXPECT_EQ(list[1].value<std::string>(), w.name);
+    use_first_names(w.document, root);
+    EXPECT_THAT(toml_text(root), HasSubstr(fmt::format("'other', '{}'", w.old_name)));
   }
 }
 
 // No old name is a current name of the same table: a reader could not decide which one is meant.
 TEST(TomlAliases, OldNamesAreNoCurrentNames) {
   std::set<std::string> current, first;
-  for (const RenamedKey& k : renamed_keys()) {
+  for (const TomlAlias& k : renamed_keys()) {
     const auto at = [&](std::string_view name) {
-      return fmt::format("{} {} {}", static_cast<int>(k.format), k.table, name);
+      return fmt::format("{} {} {}", static_cast<int>(k.document), k.path, name);
     };
     EXPECT_TRUE(current.insert(at(k.name)).second) << k.name;
     EXPECT_TRUE(first.insert(at(k.old_name)).second) << k.old_name;
@@ -122,16 +122,16 @@ TEST(TomlAliases, RandomTreesKeepTheirValues) {
   std::mt19937_64 random(4);
   const auto keys = renamed_keys();
   for (int round = 0; round < 300; ++round) {
-    const TomlFormat format = keys[random() % keys.size()].format;
+    const TomlFormat format = keys[random() % keys.size()].document;
     toml::table old_names, new_names;
-    for (const RenamedKey& k : keys) {
-      const std::string path = fmt::format("{}{}{}", k.table, k.table.empty() ? "" : ".", k.name);
-      const bool has_tables = std::ranges::any_of(keys, [&](const RenamedKey& other) {
-        return other.format == format && other.table.starts_with(path);
+    for (const TomlAlias& k : keys) {
+      const std::string path = fmt::format("{}{}{}", k.path, k.path.empty() ? "" : ".", k.name);
+      const bool has_tables = std::ranges::any_of(keys, [&](const TomlAlias& other) {
+        return other.document == format && other.path.starts_with(path);
       });
-      if (k.format != format || has_tables || random() % 3 != 0) continue;
-      toml::table& a = table_at(old_names, k.table);
-      toml::table& b = table_at(new_names, k.table);
+      if (k.document != format || has_tables || random() % 3 != 0) continue;
+      toml::table& a = table_at(old_names, k.path);
+      toml::table& b = table_at(new_names, k.path);
       // A renamed table that has been made for its own keys stays.
       if (a.contains(k.old_name) || a.contains(k.name)) continue;
       a.insert(random() % 2 == 0 ? k.old_name : k.name, static_cast<std::int64_t>(round));
@@ -313,8 +313,8 @@ class Names {
       seen_.insert(use.old_name + " " + use.name);
   }
   void expect_all_but(const std::set<std::string>& rare) const {
-    for (const RenamedKey& k : renamed_keys()) expect(k.format, k.old_name, k.name, rare);
-    for (const RenamedWord& w : renamed_words()) expect(w.format, w.old_word, w.word, rare);
+    for (const TomlAlias& k : renamed_keys()) expect(k.document, k.old_name, k.name, rare);
+    for (const TomlAlias& w : renamed_words()) expect(w.document, w.old_name, w.name, rare);
   }
 
  private:
@@ -333,8 +333,8 @@ class Names {
 void expect_first_names(const toml::table& table, const std::string& path) {
   static const std::set<std::string, std::less<>> current = [] {
     std::set<std::string, std::less<>> names;
-    for (const RenamedKey& k : renamed_keys())
-      if (k.format == TomlFormat::case_file) names.emplace(k.name);
+    for (const TomlAlias& k : renamed_keys())
+      if (k.document == TomlFormat::case_file) names.emplace(k.name);
     return names;
   }();
   for (const auto& [key, value] : table) {

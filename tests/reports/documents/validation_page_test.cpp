@@ -138,17 +138,17 @@ test::Json with_old_names(test::Json document) {
     };
     step(step, document, path);
   };
-  for (const RenamedJsonWord& w : renamed_json_words()) {
-    if (w.kind != "validation") continue;
+  for (const JsonAlias& w : renamed_json_words()) {
+    if (w.document != "validation") continue;
     at(w.path, [&](test::Json& object) {
       const std::string key(w.key);
-      if (object.contains(key) && object[key] == std::string(w.word))
-        object[key] = std::string(w.old_word);
+      if (object.contains(key) && object[key] == std::string(w.name))
+        object[key] = std::string(w.old_name);
     });
   }
   for (std::size_t i = renamed_json_keys().size(); i-- > 0;) {
-    const RenamedJsonKey& k = renamed_json_keys()[i];
-    if (k.kind != "validation") continue;
+    const JsonAlias& k = renamed_json_keys()[i];
+    if (k.document != "validation") continue;
     at(k.path, [&](test::Json& object) {
       const std::string name(k.name);
       if (!object.contains(name)) return;

@@ -16,7 +16,7 @@ constexpr double kSmallFloor = 1e-6;
 
 Interaction sticky(double force, double fraction = 0) {
   Interaction law = scenes::law(0.4, kRestitution);
-  law.unloading_floor = kSmallFloor;
+  law.minimum_unloading_ratio = kSmallFloor;
   law.adhesion_force = force;
   law.adhesion_stiffness_fraction = fraction;
   return law;
@@ -114,18 +114,19 @@ TEST(Adhesion, PullOffGrowsWithThePreload) {
   PairLaw law;
   law.stiffness = kStiffness;
   law.unloading_ratio = 1 / (kRestitution * kRestitution);
-  law.floor = 0.01;
+  law.minimum_unloading_ratio = 0.01;
   law.adhesion_fraction = 0.5;
   ContactPoint point;
-  point.share = 1;
+  point.stiffness_fraction = 1;
   const double deepest = 1e-4, step = 1e-9, e2 = kRestitution * kRestitution;
   double force = kStiffness * deepest, most = 0;
   for (double s = deepest; s > 0; s -= step) {
-    force = normal_force(force, kStiffness, kStiffness / e2, law.floor, s, -step);
+    force = normal_force(force, kStiffness, kStiffness / e2, law.minimum_unloading_ratio, s, -step);
     most = std::max(most, adhesion_of(law, point, -s, 1).force - force);
   }
-  const double there = deepest * (1 - e2) / (1 - law.floor * e2);
-  EXPECT_NEAR(most, (law.adhesion_fraction - law.floor) * kStiffness * there, 1e-3 * most);
+  const double there = deepest * (1 - e2) / (1 - law.minimum_unloading_ratio * e2);
+  EXPECT_NEAR(most, (law.adhesion_fraction - law.minimum_unloading_ratio) * kStiffness * there,
+              1e-3 * most);
 }
 
 // A block on an incline holds up to m g sin a = mu (m g cos a + F0).
@@ -181,7 +182,7 @@ TEST(Adhesion, RefusesWhatCannotWork) {
     EXPECT_THROW(Solver{model}, InputError);
   }
   Interaction without_floor = sticky(1);
-  without_floor.unloading_floor = 0;
+  without_floor.minimum_unloading_ratio = 0;
   Model model = scenes::body_on_plane(ball(), without_floor);
   model.timestep = 1e-5;
   EXPECT_THROW(Solver{model}, InputError);

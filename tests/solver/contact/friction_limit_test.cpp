@@ -64,10 +64,10 @@ Load by_law(const Sliding& s, const Vec3& normal, double axis) {
                               static_cast<float>(e * std::cos(2 * axis)),
                               static_cast<float>(e * std::sin(2 * axis))};
   constexpr double dt = 1e-5;
-  const Approach way{0, {}, plain(s.u * long_axis + s.v * short_axis), s.spin * dt};
+  const PatchMotion motion{0, {}, plain(s.u * long_axis + s.v * short_axis), s.spin * dt};
   FrictionState state{{0, 0, 0}, 0, 0};
   for (int step = 0; step < 3000; ++step)
-    state = advance_friction(law, state, 1, region, way, dt).state;
+    state = advance_friction(law, state, 1, region, motion, dt).state;
   const Vec3 force = eigen(state.tangential);
   EXPECT_EQ(state.sliding, 1);
   return {force.dot(long_axis), force.dot(short_axis), state.torsion / region.radius};

@@ -225,7 +225,7 @@ TEST(Neighbours, ListHoldsWhatIsNearWhenEverythingIsTried) {
   for (const int threads : {1, 3}) {
     Scene scene(threads);
     Workspace w(scene.model);
-    refresh_neighbours(scene.model, w, scene.state);
+    update_neighbor_list(scene.model, w, scene.state);
     const List list = list_of(scene.state), expected = everything_tried(scene.model, scene.state);
     ASSERT_GT(expected.size(), 1000u);
     int at_boundaries = 0;
@@ -249,7 +249,7 @@ TEST(Neighbours, ListOfALonelyBodyHoldsWhatIsNearIt) {
     const double reach = 1.6 * scene.model.shapes[0].bounding_radius;
     s.motion[body].position = s.motion[solid].position + dice.vector(reach);
     Workspace w(scene.model);
-    refresh_neighbours(scene.model, w, s);
+    update_neighbor_list(scene.model, w, s);
     const List expected = everything_tried(scene.model, s);
     ASSERT_EQ(list_of(s), expected);
     ++(expected.contains({static_cast<int>(body), static_cast<int>(solid)}) ? near : far);
@@ -264,7 +264,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
     Scene scene(threads);
     State& s = scene.state;
     Workspace w(scene.model);
-    refresh_neighbours(scene.model, w, s);
+    update_neighbor_list(scene.model, w, s);
     // Marks that tell whose they are. Every third pair has patches, of one to three points.
     const auto mark = [](const Pair& p) { return 1000.0 * p.a + p.b; };
     for (std::size_t k = 0; k < s.pairs.size(); ++k) {
@@ -296,7 +296,7 @@ TEST(Neighbours, NewListTakesOverWhatTheOldOneKnew) {
       s.motion[i].position += dice.vector(2e-3);
     s.presence[20] = Presence::left;
     s.neighbor_list_invalid = true;
-    refresh_neighbours(scene.model, w, s);
+    update_neighbor_list(scene.model, w, s);
     const List list = list_of(s);
     EXPECT_EQ(list, everything_tried(scene.model, s));
     int kept = 0, added = 0, patches = 0;

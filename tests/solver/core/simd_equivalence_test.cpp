@@ -154,7 +154,7 @@ TEST(Lanes, FindThePoseOfEachPairAsOnItsOwn) {
     }
   }
   for (int trial = 0; trial < 40; ++trial) {
-    const int count = 1 + trial % PairPoses::room;
+    const int count = 1 + trial % PairPoses::capacity;
     std::vector<std::uint32_t> numbers;
     for (int k = 0; k < count; ++k)
       numbers.push_back(static_cast<std::uint32_t>(dice(0, static_cast<double>(s.pairs.size()))));
@@ -188,11 +188,11 @@ Contact any_contact(Dice& dice) {
   Contact c;
   c.law.stiffness = 2e5;
   c.law.unloading_ratio = dice(1, 10);
-  c.law.floor = 0.001;
+  c.law.minimum_unloading_ratio = 0.001;
   c.law.tangential_stiffness = dice(0.3, 1) * 2e5;
   c.law.static_friction = dice(0, 0.5);
   c.law.dynamic_friction = dice(0, 1) * c.law.static_friction;
-  c.law.sliding_speed = 1e-3;
+  c.law.restick_velocity = 1e-3;
   c.law.rolling_limit = dice(-1, 1) > 0 ? 1e-3 : 0;
   Patch& p = c.patch;
   p.normal = dice.vector(1).normalized();
@@ -211,7 +211,7 @@ Contact any_contact(Dice& dice) {
     ContactPoint point;
     point.offset = dice.vector(0.005);
     point.gap = dice(-2e-5, 1e-5);
-    point.share = 1.0 / p.point_count;
+    point.stiffness_fraction = 1.0 / p.point_count;
     point.force = dice(-1, 1) > 0 && point.gap < 0 ? dice(0, 1) : 0;
     c.points.push_back(point);
   }
@@ -227,7 +227,7 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
   Dice dice(11);
   const double dt = 2e-5;
   for (int trial = 0; trial < 200; ++trial) {
-    const int count = 1 + trial % PatchBlock::room;
+    const int count = 1 + trial % PatchBlock::capacity;
     std::vector<Contact> wide;
     for (int k = 0; k < count; ++k) wide.push_back(any_contact(dice));
     std::vector<Contact> plain_ones = wide;
@@ -251,13 +251,14 @@ TEST(Lanes, AdvanceEachPatchAsOnItsOwn) {
       Contact& c = plain_ones[k];
       const Vec n = plain(c.patch.normal), arm = plain(c.patch.arm);
       const Vec spin = plain(c.motion.spin);
-      const Approach way = approach(n, plain(c.motion.velocity) + cross(spin, arm), spin, dt);
-      const NormalLoad pressed = advance_points(c.law, c.patch, c.points.data(), way);
+      const PatchMotion motion =
+          patch_motion(n, plain(c.motion.velocity) + cross(spin, arm), spin, dt);
+      const NormalLoad pressed = advance_points(c.law, c.patch, c.points.data(), motion);
       const FrictionStep rubbed = advance_friction(
           {c.law.tangential_stiffness, c.law.static_friction, c.law.dynamic_friction,
-           c.law.sliding_speed},
+           c.law.restick_velocity},
           {plain(c.patch.tangential), c.patch.torsion, c.patch.sliding ? 1.0 : 0.0}, pressed.force,
-          friction_region(c.patch), way, dt);
+          friction_region(c.patch), motion, dt);
       const Wrench on_a = wrench(n, pressed.force, pressed.offset_force, rubbed.state);
       const PatchLoad load = block.load(k);
       EXPECT_EQ(load.a, 2 * k);

@@ -46,7 +46,7 @@ TEST(Sphere, HasItsClosedForms) {
   EXPECT_EQ(s.rounding, r);
   EXPECT_EQ(s.box, Vec3::Constant(2 * r));
   EXPECT_NEAR(s.bounding_radius, r, 1e-17);
-  EXPECT_DOUBLE_EQ(s.size_for_stiffness, 2 * r);
+  EXPECT_DOUBLE_EQ(s.stiffness_length, 2 * r);
   EXPECT_DOUBLE_EQ(s.stiffness, 1e7 * 2 * r);
   EXPECT_TRUE(inspect(s.mesh).sound());
   // Triangles of a drawn sphere lie inside it by their sagitta, and nowhere outside.
@@ -63,7 +63,7 @@ TEST(Box, HasItsClosedForms) {
   EXPECT_LT((s.inertia - expected).norm(), 1e-14 * expected.norm());
   EXPECT_TRUE(s.shape_from_body.coeffs() == Quat::Identity().coeffs());
   EXPECT_DOUBLE_EQ(s.rounding, 2e-4);  // 2 % of the smallest edge
-  EXPECT_DOUBLE_EQ(s.size_for_stiffness, 0.02);
+  EXPECT_DOUBLE_EQ(s.stiffness_length, 0.02);
   EXPECT_NEAR(s.bounding_radius, size.norm() / 2, 1e-16);
   EXPECT_THAT(s.part_neighbours, testing::ElementsAre(1u));
 }
@@ -78,7 +78,7 @@ TEST(Box, DeviationIsThatOfARoundedCorner) {
 TEST(Box, OptionsOverrideMassSizeAndStiffness) {
   ShapeOptions options = ice();
   options.mass = 2;
-  options.size_for_stiffness = 0.5;
+  options.stiffness_length = 0.5;
   EXPECT_DOUBLE_EQ(make_box({1, 1, 1}, options).stiffness, 1e7 * 0.5);
   options.stiffness = 123;
   const Shape s = make_box({1, 1, 1}, options);

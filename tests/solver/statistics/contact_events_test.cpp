@@ -20,7 +20,7 @@ constexpr double kRadius = 0.01, kMass = 1e-3, kStiffness = 1e4;  // m, kg, N/m
 Model sphere_over_plane(double friction, double restitution) {
   const Shape ball = make_sphere(kRadius, scenes::ice_options(kMass, kStiffness, kRadius));
   Interaction law = scenes::law(friction, restitution);
-  law.unloading_floor = 1e-6;
+  law.minimum_unloading_ratio = 1e-6;
   Model model = scenes::body_on_plane(ball, law);
   model.gravity = Vec3::Zero();
   model.timestep = 1e-3 * std::sqrt(kMass / kStiffness);

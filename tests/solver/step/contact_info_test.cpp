@@ -46,13 +46,13 @@ TEST(Contacts, CubeAtRestSharesItsWeightBetweenFourCorners) {
   double sum = 0, share = 0, deepest = 0;
   for (const ContactSpot& spot : c.spots) {
     EXPECT_NEAR(spot.force, weight / 4, 1e-9 * weight);
-    EXPECT_NEAR(spot.share, 0.25, 1e-6);
+    EXPECT_NEAR(spot.stiffness_fraction, 0.25, 1e-6);
     // Corners of the flat face, midway between it and the plane.
     EXPECT_NEAR(std::abs(spot.position.x()), 0.5 * kEdge - kRounding, 1e-6);
     EXPECT_NEAR(std::abs(spot.position.y()), 0.5 * kEdge - kRounding, 1e-6);
     EXPECT_NEAR(spot.position.z(), 0.5 * spot.gap, 1e-6);
     sum += spot.force;
-    share += spot.share;
+    share += spot.stiffness_fraction;
     deepest = std::max(deepest, -spot.gap);
   }
   EXPECT_NEAR(sum, c.normal_force, 1e-12);

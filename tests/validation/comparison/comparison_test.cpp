@@ -66,15 +66,15 @@ TEST_F(Comparisons, OfAValueAddUpItsUncertainties) {
   ASSERT_TRUE(c.value);
   const ValueComparison& v = *c.value;
   EXPECT_NEAR(v.difference, 0, 1e-12);
-  ASSERT_EQ(v.parts.size(), 5u);
+  ASSERT_EQ(v.components.size(), 5u);
   const double sd = std::sqrt(6.0 / 9);  // of the ten values
-  EXPECT_NEAR(*v.parts[0].value, sd / std::sqrt(10.0), 1e-12);
-  EXPECT_NEAR(*v.parts[1].value, 0.3, 1e-9);  // the same for every seed
-  EXPECT_NEAR(*v.parts[2].value, 0.4, 1e-9);
-  EXPECT_NEAR(*v.parts[3].value, std::sqrt(54.0 / 5 - 6.0 / 9), 1e-12);
-  EXPECT_NEAR(*v.parts[4].value, 0.1, 1e-12);
+  EXPECT_NEAR(*v.components[0].value, sd / std::sqrt(10.0), 1e-12);
+  EXPECT_NEAR(*v.components[1].value, 0.3, 1e-9);  // the same for every seed
+  EXPECT_NEAR(*v.components[2].value, 0.4, 1e-9);
+  EXPECT_NEAR(*v.components[3].value, std::sqrt(54.0 / 5 - 6.0 / 9), 1e-12);
+  EXPECT_NEAR(*v.components[4].value, 0.1, 1e-12);
   double sum = 0;
-  for (const UncertaintyComponent& p : v.parts) sum += *p.value * *p.value;
+  for (const UncertaintyComponent& p : v.components) sum += *p.value * *p.value;
   EXPECT_NEAR(v.uncertainty, std::sqrt(sum), 1e-12);
   EXPECT_GT(v.expanded, 2 * v.uncertainty);  // six draws tell most of it
   EXPECT_EQ(v.p_value, 1);                   // no difference
@@ -111,9 +111,9 @@ TEST_F(Comparisons, OfAValueCountNumericalVariantsOnly) {
   evidence.base = evidence.numerics_base = &base;
   evidence.variants = {{&mesh, &coarse}, {&other, &coarse}};
   const Comparison c = result();
-  ASSERT_EQ(c.value->parts.size(), 6u);
-  EXPECT_EQ(c.value->parts.back().name, "68 facets");
-  EXPECT_NEAR(*c.value->parts.back().value, 0.5, 1e-12);
+  ASSERT_EQ(c.value->components.size(), 6u);
+  EXPECT_EQ(c.value->components.back().name, "68 facets");
+  EXPECT_NEAR(*c.value->components.back().value, 0.5, 1e-12);
 }
 
 TEST_F(Comparisons, OfChoicesTellWhatStandsOutFromTheSeeds) {
@@ -128,13 +128,13 @@ TEST_F(Comparisons, OfChoicesTellWhatStandsOutFromTheSeeds) {
   evidence.variants = {{&variant, &broken}};
   const Comparison c = result();
   EXPECT_EQ(c.verdict, ValidationVerdict::not_judged);
-  ASSERT_EQ(c.choices.size(), 2u);
-  EXPECT_EQ(c.choices[0].choice, "time step 5 us");
-  EXPECT_EQ(c.choices[0].seeds, 3);
-  EXPECT_NEAR(c.choices[0].before, 10, 1e-12);  // over the seeds that both have
-  EXPECT_NEAR(c.choices[0].after - c.choices[0].before, 0.1 / 3, 1e-12);
+  ASSERT_EQ(c.variants.size(), 2u);
+  EXPECT_EQ(c.variants[0].variant, "time step 5 us");
+  EXPECT_EQ(c.variants[0].seeds, 3);
+  EXPECT_NEAR(c.variants[0].before, 10, 1e-12);  // over the seeds that both have
+  EXPECT_NEAR(c.variants[0].after - c.variants[0].before, 0.1 / 3, 1e-12);
   const double sd = std::sqrt((0.1 * 0.1 + 0.1 * 0.1 + 0.1 * 0.1 - 0.1 * 0.1 / 3) / 2);
-  EXPECT_NEAR(c.choices[0].error, sd / std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(c.variants[0].error, sd / std::sqrt(3.0), 1e-12);
   EXPECT_THAT(c.headline, HasSubstr("1 of 2 changes stand out"));
   EXPECT_THAT(c.headline, HasSubstr("from 10 deg to 21 deg with Young's modulus 0.1 GPa"));
   EXPECT_THAT(c.caveats, testing::Contains("broken: no run finished"));
@@ -238,8 +238,8 @@ TEST_F(Comparisons, DependOnWhatIsAssumed) {
   // Of a value it is a part of the uncertainty.
   what.kind = ComparisonKind::value;
   const Comparison v = result();
-  EXPECT_EQ(v.value->parts.back().name, "0.1 kg");
-  EXPECT_NEAR(*v.value->parts.back().value, 5 / std::sqrt(3.0), 1e-12);
+  EXPECT_EQ(v.value->components.back().name, "0.1 kg");
+  EXPECT_NEAR(*v.value->components.back().value, 5 / std::sqrt(3.0), 1e-12);
   what.not_comparable = "the paper gives no length";
   EXPECT_EQ(result().verdict, ValidationVerdict::not_comparable);
   EXPECT_THAT(result().headline, HasSubstr("the paper gives no length"));
@@ -252,13 +252,13 @@ TEST_F(Comparisons, OfAValueTakeTheOrderOfThreeTimeSteps) {
   evidence.base = evidence.numerics_base = &base;
   evidence.timestep = &quarter;
   evidence.timesteps = {&half, &quarter};
-  const UncertaintyComponent p = result().value->parts[1];
+  const UncertaintyComponent p = result().value->components[1];
   EXPECT_NEAR(*p.value, 1.25 * 1 / 2, 1e-9);  // first order: off by 1
-  EXPECT_THAT(p.how, HasSubstr("observed order 1 over three levels"));
+  EXPECT_THAT(p.evaluation_method, HasSubstr("observed order 1 over three levels"));
   const RunGroup noisy = group(RunGroup::Purpose::timestep, {10, 9, 12.5}, 5e-6);
   evidence.timestep = &noisy;
   evidence.timesteps = {&half, &noisy};
-  EXPECT_THAT(result().value->parts[1].how, HasSubstr("the seeds hide it"));
+  EXPECT_THAT(result().value->components[1].evaluation_method, HasSubstr("the seeds hide it"));
 }
 
 TEST_F(Comparisons, SayWhichRunsAreMissing) {
@@ -480,7 +480,7 @@ TEST_F(Comparisons, OfDamageGiveBoundsAndAnAssumption) {
     }
     evidence.base = evidence.numerics_base = &base;
     const Comparison c = result();
-    EXPECT_EQ(c.damage.at(0).particles, 3 * static_cast<int>(loads.size()));
+    EXPECT_EQ(c.breakage.at(0).particles, 3 * static_cast<int>(loads.size()));
     return c.verdict;
   };
   EXPECT_EQ(verdict({2000, 10}), ValidationVerdict::consistent);
@@ -499,11 +499,11 @@ TEST_F(Comparisons, OfStiffnessFindAPowerLaw) {
   const RunGroup b = group(RunGroup::Purpose::stiffness, {at(1e8), at(1e8), at(1e8)}, 1e8);
   evidence = {&base, nullptr, &base, nullptr, {&a, &b}, 1e7, nullptr};
   const Comparison c = result();
-  ASSERT_EQ(c.softening.size(), 1u);
-  EXPECT_NEAR(c.softening[0].exponent, 0.5, 1e-9);
-  EXPECT_LT(c.softening[0].extrapolated.low, at(9.2e9));
-  EXPECT_GT(c.softening[0].extrapolated.high, at(9.2e9));
-  EXPECT_THAT(c.softening[0].word, HasSubstr("92 times beyond"));
+  ASSERT_EQ(c.stiffness_scaling.size(), 1u);
+  EXPECT_NEAR(c.stiffness_scaling[0].exponent, 0.5, 1e-9);
+  EXPECT_LT(c.stiffness_scaling[0].extrapolated.low, at(9.2e9));
+  EXPECT_GT(c.stiffness_scaling[0].extrapolated.high, at(9.2e9));
+  EXPECT_THAT(c.stiffness_scaling[0].interpretation, HasSubstr("92 times beyond"));
   EXPECT_EQ(c.verdict, ValidationVerdict::not_judged);
 }
 
@@ -512,23 +512,23 @@ TEST_F(Comparisons, OfStiffnessExtrapolateNothingFromTwoSeeds) {
   what.real_modulus = 9.2e9;
   const auto extrapolated = [&](const RunGroup& base, const RunGroup& a, const RunGroup& b) {
     evidence = {&base, nullptr, &base, nullptr, {&a, &b}, 1e7, nullptr};
-    return result().softening.at(0);
+    return result().stiffness_scaling.at(0);
   };
   using P = RunGroup::Purpose;
   // Two seeds that scatter, as an angle of repose does: with three degrees of freedom the 95 %
   // would reach far beyond any angle.
-  const SofteningResult two =
+  const StiffnessScalingResult two =
       extrapolated(group(P::base, {8, 12}), group(P::stiffness, {13, 9}, 2e7),
                    group(P::stiffness, {14, 9}, 3e7));
   EXPECT_TRUE(std::isnan(two.extrapolated.low));
   EXPECT_TRUE(std::isnan(two.extrapolated.high));
-  EXPECT_THAT(two.word, HasSubstr("not enough data to extrapolate"));
+  EXPECT_THAT(two.interpretation, HasSubstr("not enough data to extrapolate"));
   // Nor from three that scatter as much.
-  const SofteningResult three =
+  const StiffnessScalingResult three =
       extrapolated(group(P::base, {8, 12, 10}), group(P::stiffness, {13, 9, 11}, 2e7),
                    group(P::stiffness, {14, 9, 11}, 3e7));
   EXPECT_TRUE(std::isnan(three.extrapolated.high));
-  EXPECT_THAT(three.word, HasSubstr("spans more than a factor of 10"));
+  EXPECT_THAT(three.interpretation, HasSubstr("spans more than a factor of 10"));
 }
 
 TEST_F(Comparisons, OfAValueDoNotPassWithOneThatStandsApart) {
@@ -565,10 +565,10 @@ TEST_F(Comparisons, OfSeveralClaimsAllowForTheirNumber) {
   EXPECT_FALSE(result().recommended_action.empty());
 }
 
-TEST(Operand, ReadsNumbersNamesElementsAndSummaries) {
+TEST(ResponseExpression, ReadsNumbersNamesElementsAndSummaries) {
   const std::vector<Response> r = {response("counts", {3, NAN, 5, 4}, "1"),
                                    response("time", {2}, "s")};
-  const auto value = [&](const char* text) { return evaluate(parse_operand(text), r); };
+  const auto value = [&](const char* text) { return evaluate(parse_response_expression(text), r); };
   EXPECT_EQ(value("-2.5"), -2.5);
   EXPECT_EQ(value("time"), 2);
   EXPECT_EQ(value("counts[3]"), 5);
@@ -581,7 +581,7 @@ TEST(Operand, ReadsNumbersNamesElementsAndSummaries) {
   EXPECT_EQ(value("median counts"), 4);
   EXPECT_THROW(value("counts"), InputError);
   for (const char* wrong : {"", "a b", "counts[0]", "counts[x]", "counts[2", "largest time"})
-    EXPECT_THROW(parse_operand(wrong), InputError) << wrong;
+    EXPECT_THROW(parse_response_expression(wrong), InputError) << wrong;
 }
 
 }  // namespace

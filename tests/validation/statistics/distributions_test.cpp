@@ -120,14 +120,14 @@ TEST(Damage, WithoutAssumptionIsWhatTheTestsBound) {
   const Measurement m = summary(7, 898.5, 1227.7, 1044);
   const double width = distribution_band_width(7);
   EXPECT_NEAR(width, std::sqrt(std::log(40.0) / 14), 1e-15);
-  const DamageProbability low = damage_without_assumption({{100, 200}}, m);
+  const BreakageProbability low = breakage_distribution_free({{100, 200}}, m);
   EXPECT_EQ(low.each.low, 0);
   EXPECT_NEAR(low.each.high, width, 1e-12);
   EXPECT_NEAR(low.any.high, 1 - (1 - width) * (1 - width), 1e-12);
-  const DamageProbability high = damage_without_assumption({{2000}}, m);
+  const BreakageProbability high = breakage_distribution_free({{2000}}, m);
   EXPECT_NEAR(high.each.low, 1 - width, 1e-12);
   EXPECT_EQ(high.each.high, 1);
-  EXPECT_EQ(damage_without_assumption({{0, 0}}, m).any.high, 0);
+  EXPECT_EQ(breakage_distribution_free({{0, 0}}, m).any.high, 0);
 }
 
 TEST(Damage, WeibullIsFoundFromValuesAndFromTheirSummary) {
@@ -148,7 +148,7 @@ TEST(Damage, WeibullIsFoundFromValuesAndFromTheirSummary) {
   EXPECT_GT(fit.shape_95.high, shape);
   const double load = 800;
   const double truth = -std::expm1(-std::pow(load / scale, shape));
-  const DamageProbability p = damage_if_weibull({{load}}, fit);
+  const BreakageProbability p = breakage_weibull({{load}}, fit);
   EXPECT_LT(p.each.low, truth);
   EXPECT_GT(p.each.high, truth);
   // Smallest, largest and mean tell less, but nothing else.
@@ -169,8 +169,8 @@ TEST(Damage, WeibullIntervalsOfSummariesCoverTheTruth) {
     std::vector<double> v(7);
     for (double& x : v) x = scale * std::pow(-std::log1p(-uniform(bits)), 1 / shape);
     const auto [low, high] = std::ranges::minmax(v);
-    const DamageProbability p =
-        damage_if_weibull({{load}}, fit_weibull(summary(7, low, high, sample_statistics(v).mean)));
+    const BreakageProbability p =
+        breakage_weibull({{load}}, fit_weibull(summary(7, low, high, sample_statistics(v).mean)));
     covered += p.each.low <= truth && truth <= p.each.high;
   }
   EXPECT_GE(covered, 0.95 * trials - 3 * std::sqrt(trials * 0.05 * 0.95));

@@ -19,7 +19,7 @@ using namespace scenes;
 
 constexpr int kReferenceSteps = 5000;  // so many that their error does not count
 
-double drawn(std::mt19937& random, double low, double high) {
+double uniform_between(std::mt19937& random, double low, double high) {
   return std::uniform_real_distribution(low, high)(random);
 }
 
@@ -30,8 +30,8 @@ double coordinate_of(const Solver& solver, int frame) {
 // Lagrange's equations of bars of m1, l1 and m2, l2, for a and the angle b of the second against
 // the first.
 double double_pendulum_error(std::mt19937& random) {
-  const double l1 = drawn(random, 0.1, 0.3), l2 = drawn(random, 0.1, 0.3),
-               m1 = drawn(random, 0.1, 0.5), m2 = drawn(random, 0.1, 0.5);
+  const double l1 = uniform_between(random, 0.1, 0.3), l2 = uniform_between(random, 0.1, 0.3),
+               m1 = uniform_between(random, 0.1, 0.5), m2 = uniform_between(random, 0.1, 0.5);
   const auto rates = [&](const std::vector<double>& y) {
     const double a = y[0], c = y[0] + y[1], da = y[2], dc = y[2] + y[3];
     const double i1 = m1 * l1 * l1 / 3 + m2 * l1 * l1, i2 = m2 * l2 * l2 / 3, k = m2 * l1 * l2 / 2;
@@ -54,8 +54,8 @@ double double_pendulum_error(std::mt19937& random) {
 
 // The same of a bar on a cart.
 double cart_error(std::mt19937& random) {
-  const double cart = drawn(random, 0.1, 1), bob = drawn(random, 0.1, 0.5),
-               length = drawn(random, 0.1, 0.3), i = bob * length * length / 3,
+  const double cart = uniform_between(random, 0.1, 1), bob = uniform_between(random, 0.1, 0.5),
+               length = uniform_between(random, 0.1, 0.3), i = bob * length * length / 3,
                k = bob * length / 2;
   const auto rates = [&](const std::vector<double>& y) {
     const double c = std::cos(y[1]), m = -k * std::sin(y[1]), det = (cart + bob) * i - m * m;
@@ -77,8 +77,9 @@ double cart_error(std::mt19937& random) {
 
 // m, of the piston of a driven slider-crank from its closed form, at most over a turn.
 double slider_crank_error(std::mt19937& random) {
-  const double r = drawn(random, 0.02, 0.05), l = drawn(random, 0.12, 0.2),
-               height = drawn(random, -0.04, 0.04), reach = r + std::sqrt(l * l - height * height);
+  const double r = uniform_between(random, 0.02, 0.05), l = uniform_between(random, 0.12, 0.2),
+               height = uniform_between(random, -0.04, 0.04),
+               reach = r + std::sqrt(l * l - height * height);
   const Vec3 end(r, 0, 0), wrist(reach, 0, height);
   Model model = mechanism();
   const int crank = add_bar(model, 0.1, Vec3::Zero(), end, -1),
@@ -102,8 +103,8 @@ double slider_crank_error(std::mt19937& random) {
 // m, of the pin between coupler and rocker from where two circles meet, at most over a turn of the
 // crank, which is the shortest link (Grashof).
 double four_bar_error(std::mt19937& random) {
-  const double r = drawn(random, 0.03, 0.05), base = drawn(random, 0.18, 0.22),
-               l = drawn(random, 0.17, 0.2), c = drawn(random, 0.17, 0.2);
+  const double r = uniform_between(random, 0.03, 0.05), base = uniform_between(random, 0.18, 0.22),
+               l = uniform_between(random, 0.17, 0.2), c = uniform_between(random, 0.17, 0.2);
   const Vec3 pivot(base, 0, 0);
   const auto meeting = [&](double angle) {
     const Vec3 from(r * std::cos(angle), 0, r * std::sin(angle)), apart = pivot - from;
@@ -133,8 +134,8 @@ double four_bar_error(std::mt19937& random) {
 
 // Relative error of the speed that a constant torque gives two geared rotors.
 double gear_error(std::mt19937& random) {
-  const double own = drawn(random, 1e-3, 5e-3), other = drawn(random, 1e-3, 5e-3),
-               ratio = drawn(random, -4, 4);
+  const double own = uniform_between(random, 1e-3, 5e-3),
+               other = uniform_between(random, 1e-3, 5e-3), ratio = uniform_between(random, -4, 4);
   Model model = mechanism();
   const int a = add_mover(model, "a", 1, Vec3::Zero(), Vec3(1, own, 1), {hinge(Vec3::UnitY())});
   const int b = add_mover(model, "b", 1, Vec3(0.1, 0, 0), Vec3(1, other, 1), {hinge(Vec3::UnitY())},

@@ -19,8 +19,8 @@ using namespace scenes;
 std::vector<Check> hammer() {
   constexpr double kArm = 0.3, kRadius = 0.02, kMass = 0.4, kOwn = 2e-3, kStiffness = 1e5;
   constexpr double kInertia = kOwn + kMass * 0.04;  // about the hinge, 0.2 m from the centre
-  Worst rebound("rate after over before", 0.01), peak("largest force", 0.005);
-  Worst loss("energy lost", 0.01);
+  LargestError rebound("rate after over before", 0.01), peak("largest force", 0.005);
+  LargestError loss("energy lost", 0.01);
   for (const double e : {1.0, 0.8, 0.5, 0.2}) {
     for (const double speed : {0.1, 1.0}) {  // m/s, of the head
       Model model = mechanism();

@@ -35,7 +35,7 @@ struct Places {
 Model make_model(const Setup& t) {
   const double force = t.mass * t.length / (t.time * t.time);
   Model model = scenes::empty(scenes::law(0.2, 0.3), scenes::law(0.3, 0.3));
-  for (Interaction& i : model.interactions) i.sliding_speed *= t.length / t.time;
+  for (Interaction& i : model.interactions) i.restick_velocity *= t.length / t.time;
   for (Material& m : model.materials) {
     m.density *= t.mass / std::pow(t.length, 3);
     m.young_modulus *= force / (t.length * t.length);

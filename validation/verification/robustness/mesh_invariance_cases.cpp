@@ -19,7 +19,7 @@ ShapeOptions ice(double rounding) { return scenes::ice_options(0, 0, rounding); 
 
 // --- Bodies. -------------------------------------------------------------------------------------
 
-// Force and torque that a body feels in the first step from the plane below it, which it overlaps.
+// Force and torque on a body in the first step, from the plane below it, which it overlaps.
 struct Push {
   Vec3 force, torque;
 };

@@ -193,7 +193,7 @@ std::vector<Check> tilt() {
   Random random(20261);
   const auto check = [&](const Shape& shape, const Boundary& floor, const std::string& what) {
     constexpr int kPlaces = 12;
-    Worst worst(what + ": tilt stiffness over K a^2 / 4", 0.02);
+    LargestError worst(what + ": tilt stiffness over K a^2 / 4", 0.02);
     for (int i = 0; i < kPlaces; ++i) {
       const Vec3 place(random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01), 0);
       const double angle = random.uniform(0, 2 * std::numbers::pi);
@@ -250,14 +250,15 @@ std::vector<Check> bar_spin() {
   const double wanted = spin(whole, plane, Vec3::Zero());
   std::vector<Check> checks;
   for (const int pieces : {2, 3, 4, 6, 8, 12}) {
-    Worst worst(fmt::format("bar of {} pieces: spin over that of the whole bar", pieces), 0.02);
+    LargestError worst(fmt::format("bar of {} pieces: spin over that of the whole bar", pieces),
+                       0.02);
     for (int i = 0; i < 10; ++i)
       worst.add(spin(cut_box(size, pieces, random, kRounding, kStiffness), plane, Vec3::Zero()),
                 wanted, fmt::format("cut {}", i));
     checks.push_back(worst.check());
   }
   for (const Floor& f : floors(0.12, {40e-3, 10e-3, 5e-3}, 11)) {
-    Worst worst(fmt::format("bar on: {}: spin over that on the plane", f.name), 0.02);
+    LargestError worst(fmt::format("bar on: {}: spin over that on the plane", f.name), 0.02);
     for (int i = 0; i < 20; ++i) {
       const Vec3 place(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0);
       worst.add(spin(whole, f.boundary, place), wanted,
@@ -341,8 +342,8 @@ std::vector<Check> open_floor_tilt(int count) {
   const double flat = kEdge - 2 * kRounding;
   std::vector<Check> checks;
   for (const auto& [name, outline] : kOpenFloors) {
-    Worst worst(fmt::format("cube on: {}, {} members: tilt stiffness over K a^2 / 4", name, count),
-                0.01);
+    LargestError worst(
+        fmt::format("cube on: {}, {} members: tilt stiffness over K a^2 / 4", name, count), 0.01);
     for (int i = 0; i < count; ++i) {
       Random random(4100 + i);
       const OpenFloor floor(outline, 0.24, 6 + i % 13, 50 + i);

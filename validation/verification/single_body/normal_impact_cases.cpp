@@ -35,7 +35,7 @@ struct ImpactScene {
 Impact drop(const ImpactScene& in) {
   const double radius = 0.05;
   Interaction law = scenes::law(0, in.e);
-  law.unloading_floor = in.floor;
+  law.minimum_unloading_ratio = in.floor;
   Model model = scenes::body_on_plane(sphere(radius, in.mass, in.stiffness), law);
   model.gravity.setZero();
   const double dt = model.timestep = quarter_period(in.mass, in.stiffness) * in.e / in.steps;
@@ -72,12 +72,12 @@ std::vector<Check> normal_impact() {
   std::vector<Check> checks;
   for (const double e : {0.1, 0.3, 0.5, 0.8, 1.0}) {
     const auto named = [&](const char* what) { return fmt::format("e = {}: {}", e, what); };
-    Worst overlap(named("largest overlap / (v sqrt(m/K))"), 1e-4);
-    Worst force(named("largest force / (v sqrt(m K))"), 1e-4);
-    Worst time(named("contact time / ((1 + e) pi/2 sqrt(m/K))"), 8e-3);
-    Worst rebound(named("rebound speed / (e' v)"), 1e-3 / e);
-    Worst residual(named("residual overlap / ((1 - e^2) largest)"), 8e-3);
-    Worst loss(named("energy lost / (m v^2 (1 - e'^2) / 2)"), 1e-3);
+    LargestError overlap(named("largest overlap / (v sqrt(m/K))"), 1e-4);
+    LargestError force(named("largest force / (v sqrt(m K))"), 1e-4);
+    LargestError time(named("contact time / ((1 + e) pi/2 sqrt(m/K))"), 8e-3);
+    LargestError rebound(named("rebound speed / (e' v)"), 1e-3 / e);
+    LargestError residual(named("residual overlap / ((1 - e^2) largest)"), 8e-3);
+    LargestError loss(named("energy lost / (m v^2 (1 - e'^2) / 2)"), 1e-3);
     const double floored = restitution_with_floor(e);
     for (const double mass : {0.0137, 0.05, 1.0}) {
       for (const double stiffness : {2e4, 1e5, 1e6}) {
@@ -95,7 +95,7 @@ std::vector<Check> normal_impact() {
         }
       }
     }
-    for (const Worst& w : {overlap, force, time, rebound}) checks.push_back(w.check());
+    for (const LargestError& w : {overlap, force, time, rebound}) checks.push_back(w.check());
     if (e < 1) checks.push_back(residual.check());
     if (e < 1) checks.push_back(loss.check());
   }
@@ -171,7 +171,7 @@ std::vector<Check> time_step() {
   for (const double e : {0.3, 0.5, 0.8}) {
     double coarse = 0;
     for (const double steps : {10.0, 20.0, 40.0, 80.0}) {
-      // Over all phases of the first touch within a step; one alone may be lucky.
+      // Over all phases of the first touch within a step; a single phase may be accurate by chance.
       constexpr int kPhases = 16;
       double squares = 0;
       for (int k = 0; k < kPhases; ++k) {

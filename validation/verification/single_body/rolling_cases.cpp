@@ -164,7 +164,7 @@ double rolling_ratio(int sides) {
       ((2 + std::cos(2 * part)) / 6 + 1) * radius * radius;
   const double spin = 1.5 * std::sqrt(2 * kGravity * radius * (1 - std::cos(part)) / about_edge);
   Interaction law = scenes::law(2, 0.05);
-  law.unloading_floor = 1e-4;  // or it would give back 3 % of the speed by itself
+  law.minimum_unloading_ratio = 1e-4;  // or it would give back 3 % of the speed by itself
   Model model = scenes::body_on_plane(prism(sides, radius, stiffness, rounding), law);
   model.timestep = 2e-6;
   Solver solver(model);

@@ -27,7 +27,7 @@ struct FloorImpact {
 // when it does not leave, or when a crescent touches with more than one point.
 std::optional<double> rebound(const FloorImpact& in) {
   Interaction law = scenes::law(0, in.e);
-  law.unloading_floor = in.floor;
+  law.minimum_unloading_ratio = in.floor;
   Model model = scenes::empty(law, law);
   scenes::add_particles(model, scenes::add_shape(model, in.shape));
   model.boundaries.push_back(sheet(in.ground));
@@ -70,9 +70,9 @@ std::vector<Check> small_floors() {
   for (const char* body :
        {"sphere", "box on a face", "box on an edge", "box on a corner", "crescent"}) {
     for (const ThinWall::Kind ground : {ThinWall::Kind::plane, ThinWall::Kind::mesh}) {
-      Worst worst(fmt::format("{} on a {}: rebound / e'", body,
-                              ground == ThinWall::Kind::plane ? "plane" : "mesh"),
-                  0.01);
+      LargestError worst(fmt::format("{} on a {}: rebound / e'", body,
+                                     ground == ThinWall::Kind::plane ? "plane" : "mesh"),
+                         0.01);
       for (int k = 0; k < kMembers; ++k) {
         FloorImpact in;
         in.e = 0.1 * (1 + k % 9);

@@ -26,7 +26,7 @@ struct Target {
   std::string response;
   double value = 0;
   double uncertainty = 0;  // one standard deviation, > 0
-  std::string unit = "1";  // of value and uncertainty, as the simulator spells it
+  std::string unit = "1";  // of value and uncertainty, as the simulator states it
 };
 
 struct Response {
@@ -35,9 +35,9 @@ struct Response {
   std::string unit = "1";
 };
 
-// One run: values of all parameters by name, in their units, and the seed of all randomness.
-// Equal arguments give equal responses. RunError makes a failed run, of which the responses stay
-// unknown; any other exception ends the calibration and leaves calibrate().
+// One run: values of all parameters by name, in their units, and the seed of all randomness. Equal
+// arguments give equal responses. A RunError makes a failed run with unknown responses. Any other
+// exception ends the calibration and is rethrown by calibrate().
 using Simulator = std::function<std::vector<Response>(const std::map<std::string, double>& values,
                                                       std::uint64_t seed)>;
 
@@ -77,12 +77,13 @@ struct Result {
   // Posterior samples [S, number of parameters] row by row in the parameters' units, and their
   // weights [S], which add up to 1.
   std::vector<double> samples, weights;
-  int runs = 0;       // used by the answer
-  std::string table;  // for people
+  int runs = 0;       // used by the result
+  std::string table;  // as text
   std::string json;   // everything, as results.json of `firn calibrate`
 };
 
-// Throws InputError for a wrong problem or a directory that holds another one.
+// Throws InputError for an invalid problem or a directory that holds another one, and WriteError (a
+// RunError) when the directory cannot be written.
 Result calibrate(const Problem& problem, const Simulator& simulator, const Options& options = {});
 
 }  // namespace firn::calibration

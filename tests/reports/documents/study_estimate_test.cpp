@@ -1,4 +1,4 @@
-#include "reports/documents/study_answer.h"
+#include "reports/documents/study_estimate.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ TEST(StudyAnswer, RecommendsNothingWhereTheTargetsAreOutOfReach) {
       {"estimate", {{"parameters", {{"mu", 0.155}}}}},
       {"parameters", {{{"name", "mu"}, {"unit", "1"}, {"interval_95", {0.203, 0.298}}}}},
       {"verdict", "not identifiable"}};
-  const auto recommended = [&] { return study_answer(results).front().value; };
+  const auto recommended = [&] { return study_estimate(results).front().value; };
   EXPECT_EQ(recommended(), "mu = 0.155 (95 %: 0.203 to 0.298)");
   results["verdict"] = "infeasible";
   EXPECT_EQ(recommended(),
@@ -32,7 +32,7 @@ TEST(StudyAnswer, AdvisesMoreRunsWhereTheyLimitWhatIsDetermined) {
          {"repeats_a_target", true},
          {"information_bits", 0.1},
          {"remaining_extent", 0.97}}}}};
-  const auto next = [&] { return study_answer(results).back().value; };
+  const auto next = [&] { return study_estimate(results).back().value; };
   EXPECT_EQ(
       next(),
       "first more runs (a larger budget): they make 90 % of the variance of what is determined; "

@@ -26,7 +26,7 @@ std::vector<std::vector<double>> loads_by_run(const RunGroup& base, const std::s
 
 }  // namespace
 
-void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
+void compare_breakage(const SuiteComparison& what, const ComparisonRuns& e, Comparison& c) {
   if (e.base->finished().empty()) {
     c.headline = "no run finished";
     c.recommended_action = "runs that finish";
@@ -37,7 +37,7 @@ void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Compar
   for (const std::string& response : what.responses) {
     require_unit("max " + response, *e.base, what.measurement);
     const auto runs = loads_by_run(*e.base, response);
-    DamageResult d;
+    BreakageResult d;
     d.response = response;
     for (const auto& run : runs) d.loads.insert(d.loads.end(), run.begin(), run.end());
     if (d.loads.empty()) throw InputError(fmt::format("\"{}\" has no values in any run", response));
@@ -45,12 +45,12 @@ void compare_damage(const SuiteComparison& what, const ComparisonRuns& e, Compar
     d.particles = static_cast<int>(d.loads.size());
     d.largest = d.loads.back();
     d.median = d.loads[(d.loads.size() - 1) / 2];
-    d.free = damage_without_assumption(runs, what.measurement);
-    d.weibull = damage_if_weibull(runs, *c.strength);
-    c.damage.push_back(d);
+    d.free = breakage_distribution_free(runs, what.measurement);
+    d.weibull = breakage_weibull(runs, *c.strength);
+    c.breakage.push_back(d);
   }
   // The first of the responses is the one to be judged by.
-  const DamageResult& d = c.damage.front();
+  const BreakageResult& d = c.breakage.front();
   const bool some = d.free.any.low > improbable, none = d.free.any.high < improbable;
   c.headline = fmt::format(
       "largest of {} loads {:.3g} N, weakest of {} tests {:.4g} N; at least one particle of a run "

@@ -1,4 +1,4 @@
-#include "reports/documents/study_answer.h"
+#include "reports/documents/study_estimate.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -129,7 +129,7 @@ std::string combination_text(const Json& c) {
   return text;
 }
 
-std::vector<page::Fact> study_answer(const Json& results) {
+std::vector<page::Fact> study_estimate(const Json& results) {
   if (!results.contains("estimate") || !results.at("estimate").is_object()) return {};
   return {{"Recommended", recommended(results)},
           {"Determined", determined(results)},
