@@ -120,12 +120,12 @@ void Calibration::spread_design() {
   a_.points.insert(a_.points.end(), design.begin(), design.end());
 }
 
-// Whether seeds at the middle differ by less than what each measurement is uncertain by.
+// Whether seeds at the middle differ by less than what each target is uncertain by.
 bool Calibration::noise_is_negligible() const {
   const Point& centre = a_.points.back();
   return std::all_of(study_.targets.begin(), study_.targets.end(), [&](const Target& t) {
     const Sample s = sample(centre.finished(t.response));
-    return s.count >= 2 && s.sd() < t.uncertainty;
+    return s.count >= 2 && s.sd() < t.sd();
   });
 }
 

@@ -79,7 +79,7 @@ void Calibration::judge_fit() {
       const Prediction p = m.surrogate.best.predict(u);
       r.lowest = std::min(r.lowest, p.mean);
       r.highest = std::max(r.highest, p.mean);
-      const double sd = std::hypot(t.uncertainty, std::sqrt(p.variance));
+      const double sd = std::hypot(t.sd(), std::sqrt(p.variance));
       r.reachable = r.reachable || std::abs(p.mean - t.value) <= agreement * sd;
     };
     look(best_);
@@ -135,7 +135,7 @@ void Calibration::describe_knowledge() {
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Prediction p = a_.knowledge->targets[k].surrogate.best.predict(best_);
     a_.split.push_back({std::pow(study_.targets[k].uncertainty, 2), p.noise_variance,
-                        p.variance - p.noise_variance});
+                        p.variance - p.noise_variance, std::pow(study_.targets[k].discrepancy, 2)});
   }
   a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
   a_.advice = rank_measurements(study_, *a_.knowledge, *a_.posterior);
@@ -153,7 +153,7 @@ void Calibration::describe_knowledge() {
                               : fmt::format("{} outlier runs were left out", a_.outliers.size()));
   for (std::size_t k = 0; k < study_.targets.size(); ++k)
     if (const Observation& o = a_.best.observed[k];
-        o.standard_error > agreement * study_.targets[k].uncertainty)
+        o.standard_error > agreement * study_.targets[k].sd())
       a_.cautions.push_back(
           fmt::format("{} is confirmed to ± {:.2g} only, and was measured to ± {:.2g}", o.response,
                       o.standard_error, study_.targets[k].uncertainty));
@@ -220,8 +220,7 @@ bool Calibration::agrees(const CheckedSet& set) const {
     const Target& t = study_.targets[k];
     const Observation& o = set.observed[k];
     if (o.sample.count < 2) return false;
-    chi_square +=
-        std::pow((o.sample.mean - t.value) / std::hypot(t.uncertainty, o.standard_error), 2);
+    chi_square += std::pow((o.sample.mean - t.value) / std::hypot(t.sd(), o.standard_error), 2);
   }
   return chi_square_tail(chi_square, static_cast<double>(study_.targets.size())) >= significance;
 }

@@ -18,8 +18,8 @@ namespace firn {
 
 // Where a variance comes from.
 struct VarianceSplit {
-  double measurement = 0, seeds = 0, surrogate = 0;
-  double total() const { return measurement + seeds + surrogate; }
+  double measurement = 0, seeds = 0, surrogate = 0, discrepancy = 0;
+  double total() const { return measurement + seeds + surrogate + discrepancy; }
 };
 
 // A linear combination of the (scaled) parameters that the data pin down, or do not.
@@ -42,8 +42,8 @@ struct Combination {
   // What is stated of it: true all over the posterior, not only near the answer.
   double uncertainty() const { return std::max({sd, spread, distance_95 / 2}); }
 };
-// What counts against a direction: all that is uncertain, or the measurements alone, as if the
-// responses were known perfectly.
+// What counts against a direction: all that is uncertain, or the measurements and the discrepancies
+// alone, as if the responses were known perfectly.
 enum class Against { everything, measurement };
 // At u, strongest first; as many as there are parameters.
 std::vector<Combination> combinations(const Study& study, const ResponseModels& knowledge,

@@ -16,6 +16,7 @@ struct MeasurementValue {
   double information = 0;  // bits expected about the parameters
   // Expected standard deviation along the posterior's longest direction, as a share of today's.
   double remaining_extent = 1;
+  double discrepancy = 0;  // one standard deviation of the simulator's systematic error, in `unit`
 };
 
 // Every target, measured once more, and every observed response whose measurement the study
@@ -24,8 +25,8 @@ struct MeasurementValue {
 //
 // Information is the mutual information of the outcome and the parameters (Lindley 1956), by nested
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
-// of the measurement's. A repeated measurement meets the same error of the surrogate as the first
-// one. Deterministic.
+// of the measurement's. A repeated measurement meets the same error of the surrogate and the
+// same discrepancy as the first one. Deterministic.
 std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& knowledge,
                                                 const Posterior& posterior);
 

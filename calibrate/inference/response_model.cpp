@@ -190,7 +190,7 @@ double NegativeLogPosterior::cost(const VectorXd& u) const {
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
     const Prediction p = knowledge_.targets[k].surrogate.best.predict(u);
-    const double v = t.uncertainty * t.uncertainty + p.variance;
+    const double v = t.variance() + p.variance;
     sum += (p.mean - t.value) * (p.mean - t.value) / v + std::log(v);
   }
   sum += prior_cost(study_.priors, study_.parameters, u);
@@ -208,7 +208,7 @@ VectorXd NegativeLogPosterior::z(const VectorXd& u) const {
   for (Index k = 0; k < z.size(); ++k) {
     const Target& t = study_.targets[static_cast<std::size_t>(k)];
     const Prediction p = knowledge_.targets[static_cast<std::size_t>(k)].surrogate.best.predict(u);
-    z[k] = (p.mean - t.value) / std::sqrt(t.uncertainty * t.uncertainty + p.variance);
+    z[k] = (p.mean - t.value) / std::sqrt(t.variance() + p.variance);
   }
   return z;
 }
@@ -218,7 +218,7 @@ LeastSquaresProblem NegativeLogPosterior::residuals(const VectorXd& frozen) cons
   VectorXd sd(targets);
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    sd[k] = std::hypot(study_.targets[i].uncertainty,
+    sd[k] = std::hypot(study_.targets[i].sd(),
                        std::sqrt(knowledge_.targets[i].surrogate.best.predict(frozen).variance));
   }
   LeastSquaresProblem problem;

@@ -81,9 +81,9 @@ class NegativeLogPosterior {
       : study_(study), knowledge_(knowledge) {}
 
   // Minus twice the logarithm of the posterior density up to a constant: for each target
-  // (m - y)^2 / V + ln V with V the variance of measurement and surrogate, plus the given priors, a
-  // steep wall beyond constraints, plus the chance that the flow arches, which the experiment did
-  // not do.
+  // (m - y)^2 / V + ln V with V the variance of measurement, discrepancy and surrogate, plus the
+  // given priors, a steep wall beyond constraints, plus the chance that the flow arches, which the
+  // experiment did not do.
   double cost(const Eigen::VectorXd& u) const;
   // The same with a weak pull to the middle of the ranges, which chooses among equals and nothing
   // else: one range away costs as much as one standard deviation of a target.

@@ -70,13 +70,15 @@ void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult&
     const std::string name = variable_name(t.response.label), dimension = name + "_dim_0";
     for (const char* group : {"observed_data", "posterior_predictive"})
       file.dimension(group, dimension, 1);
-    file.variable("observed_data", name, {dimension}, std::span(&t.value, 1),
-                  {{"units", stored_unit(t.unit)},
-                   {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
+    NetcdfAttributes measured = {{"units", stored_unit(t.unit)},
+                                 {"standard_uncertainty", fmt::format("{}", t.uncertainty)}};
+    if (t.discrepancy > 0)
+      measured.emplace_back("discrepancy_standard_deviation", fmt::format("{}", t.discrepancy));
+    file.variable("observed_data", name, {dimension}, std::span(&t.value, 1), measured);
     for (std::size_t s = 0; s < u.size(); ++s) {
       const ResponseModel& model = a.knowledge->targets[k];
       const Prediction p = model.surrogate.best.predict(u[s]);
-      values[s] = p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * deviate(random);
+      values[s] = p.mean + std::hypot(t.sd(), std::sqrt(p.variance)) * deviate(random);
       means[s] = p.mean;
       runs[s] =
           p.mean + std::sqrt(p.variance + model.run_variance(u[s], p.mean)) * deviate(random_runs);

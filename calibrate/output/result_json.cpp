@@ -21,9 +21,11 @@ Json named_values(const Study& study, const std::vector<double>& values) {
 }
 
 Json split_json(const VarianceSplit& s) {
-  return {{"measurement", std::sqrt(s.measurement)},
-          {"seed_noise", std::sqrt(s.seeds)},
-          {"surrogate", std::sqrt(s.surrogate)}};
+  Json j = {{"measurement", std::sqrt(s.measurement)},
+            {"seed_noise", std::sqrt(s.seeds)},
+            {"surrogate", std::sqrt(s.surrogate)}};
+  if (s.discrepancy > 0) j["discrepancy"] = std::sqrt(s.discrepancy);
+  return j;
 }
 
 Json checked_json(const Study& study, const CheckedSet& set) {
@@ -140,6 +142,7 @@ Json targets_json(const Study& study, const CalibrationResult& a) {
               {"uncertainty", t.uncertainty},
               {"unit", t.unit},
               {"source", t.source}};
+    if (t.discrepancy > 0) j["discrepancy"] = t.discrepancy;
     if (a.knowledge)
       j["reach"] = {{"lowest", a.reach[k].lowest},
                     {"highest", a.reach[k].highest},
@@ -219,6 +222,7 @@ Json advice_json(const CalibrationResult& a) {
     Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
               {"uncertainty", m.uncertainty},      {"unit", m.unit},
               {"information_bits", m.information}, {"remaining_extent", m.remaining_extent}};
+    if (m.discrepancy > 0) j["discrepancy"] = m.discrepancy;
     if (m.effort > 0) j["effort_seconds"] = m.effort;
     all.push_back(j);
   }

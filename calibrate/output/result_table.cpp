@@ -27,6 +27,12 @@ std::string counts_text(const CheckedSet& set) {
   return s;
 }
 
+// ", discrepancy 1.5" where there is one.
+std::string discrepancy_share(const VarianceSplit& s, const char* format) {
+  if (!(s.discrepancy > 0)) return "";
+  return ", discrepancy " + fmt::format(fmt::runtime(format), std::sqrt(s.discrepancy));
+}
+
 void print_values(Out& out, const Study& study, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i)
     print(out, "{}{} = {}{}", i == 0 ? "" : ", ", study.parameters[i].name,
@@ -40,6 +46,11 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
     print(out, "  {} = {:.4g} ± {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
           unit_suffix(t.unit));
     print(out, "    {}\n", t.source);
+    if (t.discrepancy > 0)
+      print(out,
+            "    discrepancy of the simulation, a prior: ± {:.2g}{}; with the measurement ± "
+            "{:.2g}{}\n",
+            t.discrepancy, unit_suffix(t.unit), t.sd(), unit_suffix(t.unit));
     if (!a.knowledge) continue;
     const ReachedRange& r = a.reach[k];
     print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest,
@@ -152,11 +163,13 @@ void print_best(Out& out, const Study& study, const CalibrationResult& a) {
   print_checked(out, study, a.best);
   for (std::size_t k = 0; k < a.split.size(); ++k) {
     const VarianceSplit& s = a.split[k];
-    print(out,
-          "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}; the "
-          "other surrogate says {:.4g}\n",
-          study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
-          std::sqrt(s.surrogate), unit_suffix(study.targets[k].unit), a.cross_check[k]);
+    print(
+        out,
+        "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}{}; the "
+        "other surrogate says {:.4g}\n",
+        study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
+        std::sqrt(s.surrogate), discrepancy_share(s, "{:.2g}"), unit_suffix(study.targets[k].unit),
+        a.cross_check[k]);
   }
 }
 
@@ -198,9 +211,10 @@ void print_identified(Out& out, const Study& study, const CalibrationResult& a) 
     }
     print(out,
           "  determined:      {} = {:.3f} ± {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
-          "surrogate {:.3f})\n",
+          "surrogate {:.3f}{})\n",
           combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
-          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
+          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate),
+          discrepancy_share(c.split, "{:.3f}"));
     if (c.bends())
       print(out,
             "    ± {:.3f} near the answer; farther off the equally good parameters bend away from "

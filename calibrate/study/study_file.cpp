@@ -13,6 +13,7 @@
 #include "experiments/measurements/measurement.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/text/number_text.h"
 #include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
@@ -145,6 +146,21 @@ double read_effort(const TomlTable& t) {
   return t.optional_quantity("effort", dimension::time, Sign::positive).value_or(0);
 }
 
+// Standard deviation of the simulation's systematic error in a response of this unit; 0: none.
+double read_discrepancy(const TomlTable& t, const std::string& unit) {
+  if (!t.has("discrepancy")) return 0;
+  const StatedQuantity q = read_stated_quantity(t, "discrepancy");
+  if (q.unit != unit_text(unit))
+    t.fail("discrepancy", fmt::format("has the unit \"{}\"; expected \"{}\" as the value has",
+                                      q.unit, unit_text(unit)));
+  if (!(q.value > 0))
+    t.fail("discrepancy",
+           fmt::format("{} is not above 0; expected one standard deviation of the simulation's "
+                       "systematic error, or no such key",
+                       q.value));
+  return q.value;
+}
+
 std::string source_of(const Measurement& m) {
   const double plain = m.standard_uncertainty(), believed = m.widened_uncertainty();
   if (believed == plain) return m.sentence();
@@ -154,7 +170,7 @@ std::string source_of(const Measurement& m) {
 
 // From a measurement file, relative to the study.
 Target measured_target(const TomlTable& t, const Study& study) {
-  t.allow({"measurement", "response", "experiment", "effort"});
+  t.allow({"measurement", "response", "experiment", "effort", "discrepancy"});
   const auto file = std::filesystem::path(study.source).parent_path() / t.string("measurement");
   Measurement m = read_measurement(file.lexically_normal().string());
   const std::size_t e = named_experiment(t, study);
@@ -174,12 +190,13 @@ Target measured_target(const TomlTable& t, const Study& study) {
           m.unit,
           source_of(m),
           read_effort(t),
-          m.file};
+          m.file,
+          read_discrepancy(t, m.unit)};
 }
 
 // Given in place.
 Target stated_target(const TomlTable& t, const Study& study) {
-  t.allow({"response", "value", "uncertainty", "experiment", "effort"});
+  t.allow({"response", "value", "uncertainty", "experiment", "effort", "discrepancy"});
   const StatedQuantity value = read_stated_quantity(t, "value"),
                        uncertainty = read_stated_quantity(t, "uncertainty");
   if (uncertainty.unit != value.unit)
@@ -189,9 +206,9 @@ Target stated_target(const TomlTable& t, const Study& study) {
     t.fail("uncertainty",
            fmt::format("{} is not above 0; expected one standard deviation of the measured value",
                        uncertainty.value));
-  return {response_id(t, study), value.value,
-          uncertainty.value,     value.unit.empty() ? "1" : value.unit,
-          "stated in the study", read_effort(t)};
+  const std::string unit = value.unit.empty() ? "1" : value.unit;
+  return {response_id(t, study), value.value, uncertainty.value,        unit, "stated in the study",
+          read_effort(t),        "",          read_discrepancy(t, unit)};
 }
 
 // What a list of bench tests says of measuring this response.
@@ -213,7 +230,7 @@ void take_from_list(const TomlTable& t, const std::vector<BenchTest>& list, Obse
 
 // A response that is no target, perhaps with what measuring it would give and cost.
 Observed read_observed(const TomlTable& t, const Study& study, const std::vector<BenchTest>& list) {
-  t.allow({"response", "experiment", "uncertainty", "effort", "bench_test"});
+  t.allow({"response", "experiment", "uncertainty", "effort", "bench_test", "discrepancy"});
   Observed o;
   o.response = response_id(t, study);
   if (t.has("bench_test")) {
@@ -221,6 +238,7 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
       t.fail("bench_test",
              "is given together with uncertainty or effort; expected one or the other");
     take_from_list(t, list, o);
+    o.discrepancy = read_discrepancy(t, o.unit);
     return o;
   }
   if (t.has("uncertainty")) {
@@ -231,6 +249,11 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
                          q.value));
     o.uncertainty = q.value;
     o.unit = q.unit.empty() ? "1" : q.unit;
+    o.discrepancy = read_discrepancy(t, o.unit);
+  } else if (t.has("discrepancy")) {
+    t.fail("discrepancy",
+           "stands without an uncertainty; expected one of a measurement that could be made, since "
+           "a response that is not measured has no use for it");
   }
   o.effort = read_effort(t);
   return o;

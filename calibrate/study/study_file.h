@@ -2,6 +2,7 @@
 // measurements to meet, and how many runs it may cost. Keys: docs/calibration.md.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -49,6 +50,13 @@ struct Target {
   std::string source;      // in words: of the measurement, or that the study states it
   double effort = 0;       // s of work to measure it once more; 0: not said
   std::string file{};      // of the measurement; empty for a value given in place
+  // Standard deviation of the simulator's systematic error in this response, same unit: reality is
+  // the mean response plus an error of mean zero, the same in every measurement. 0: none.
+  double discrepancy = 0;
+
+  // What the measured value and the mean response at the true parameters differ by.
+  double variance() const { return uncertainty * uncertainty + discrepancy * discrepancy; }
+  double sd() const { return std::hypot(uncertainty, discrepancy); }
 };
 
 // A response that is modelled and reported in addition to the targets. With an uncertainty it is a
@@ -58,6 +66,7 @@ struct Observed {
   double uncertainty = 0;  // one standard deviation of such a measurement; 0: not said
   std::string unit;        // of the uncertainty
   double effort = 0;       // s of work; 0: not said
+  double discrepancy = 0;  // as of a target, in the unit of the uncertainty
 };
 
 // Parameters held at given values for comparison: what does this solver say of them?

@@ -79,7 +79,7 @@ std::string compared(const Json& j) {
 }
 
 // Share of the variance of the combination known best that the runs make: their scatter and what
-// lies between them. The measurements make the rest. 0: nothing is determined.
+// lies between them. The measurements and discrepancies make the rest. 0: nothing is determined.
 double share_of_runs(const Json& j) {
   for (const Json& c : j.value("combinations", Json::array())) {
     if (!c.value("identifiable", false) || !c.contains("split")) continue;
@@ -87,7 +87,9 @@ double share_of_runs(const Json& j) {
       const double sd = value_of(c.at("split").value(name, Json()));
       return sd * sd;
     };
-    const double runs = part("seed_noise") + part("surrogate"), all = runs + part("measurement");
+    const double runs = part("seed_noise") + part("surrogate");
+    double all = runs + part("measurement");
+    if (c.at("split").contains("discrepancy")) all += part("discrepancy");
     return all > 0 ? runs / all : 0;
   }
   return 0;

@@ -97,8 +97,11 @@ void targets_section(const Json& results, page::Page& page) {
     if (t.contains("reach") && t.at("reach").is_object())
       reach = fmt::format("{} to {}", page::number_text(number(t.at("reach"), "lowest"), 3),
                           page::number_text(number(t.at("reach"), "highest"), 3));
-    table.rows.push_back({response, with_unit(number(t, "value"), number(t, "uncertainty"), t),
-                          fitted, reach, t.value("source", "")});
+    std::string measured = with_unit(number(t, "value"), number(t, "uncertainty"), t);
+    if (t.contains("discrepancy"))
+      measured += fmt::format(", discrepancy of the simulation ± {} {}",
+                              page::number_text(number(t, "discrepancy"), 2), unit_of(t));
+    table.rows.push_back({response, measured, fitted, reach, t.value("source", "")});
   }
   page.section("Targets", "targets").table(table);
 }

@@ -98,6 +98,14 @@ TEST_F(StudyPage, ShowsPredictionsHistoryAndSensitivity) {
     EXPECT_THAT(html, HasSubstr(part)) << part;
 }
 
+TEST_F(StudyPage, StatesTheDiscrepancyOfATarget) {
+  test::Json j = test::Json::parse(kResults);
+  EXPECT_THAT(study_page(file(j.dump())).html(), Not(HasSubstr("discrepancy")));
+  j["targets"][0]["discrepancy"] = 1.5;
+  EXPECT_THAT(study_page(file(j.dump())).html(),
+              HasSubstr("10.0 ± 1.0 deg, discrepancy of the simulation ± 1.5 deg"));
+}
+
 // Results of earlier versions have none of these.
 TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
   test::Json j = test::Json::parse(kResults);
