@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <memory>
 
 #include "calibrate/calibration.h"
+#include "calibrate/choices.h"
 #include "calibrate/direct_search.h"
 #include "calibrate/output/calibration_result.h"
 #include "calibrate/output/result_to_record.h"
@@ -19,11 +22,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& campaign,
+// Of each part of a study.
+using Campaigns = std::vector<std::unique_ptr<StudyRuns>>;
+
+bool was_requested(const Campaigns& campaigns, const std::string& key) {
+  return std::any_of(campaigns.begin(), campaigns.end(),
+                     [&](const auto& campaign) { return campaign->was_requested(key); });
+}
+
+void count_runs(const std::vector<JournalRun>& runs, const Campaigns& campaigns,
                 CalibrationResult& a) {
   for (const JournalRun& run : runs) {
-    a.other_version += run.program != campaign.program() && run.program != user_program_identity;
-    if (!campaign.was_requested(run.key)) continue;
+    a.other_version +=
+        run.program != campaigns.front()->program() && run.program != user_program_identity;
+    if (!was_requested(campaigns, run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
@@ -39,10 +51,10 @@ void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& campaign,
 }
 
 StudySummary summarize(const Study& study, CalibrationResult& answer, Journal& journal,
-                       const StudyRuns& campaign, const std::string& directory, bool plot) {
+                       const Campaigns& campaigns, const std::string& directory, bool plot) {
   journal.require_in_place();
   const std::vector<JournalRun> runs = journal.runs();
-  count_runs(runs, campaign, answer);
+  count_runs(runs, campaigns, answer);
   StudySummary s;
   s.verdict = answer.verdict;
   s.headline = answer.headline;
@@ -55,7 +67,7 @@ StudySummary summarize(const Study& study, CalibrationResult& answer, Journal& j
     for (const fs::path& results :
          {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
       std::error_code unreadable;  // as a name that is too long
-      if (run.label.phase == "confirm" && campaign.was_requested(run.key) &&
+      if (run.label.phase == "confirm" && was_requested(campaigns, run.key) &&
           results.extension() == ".h5" && fs::exists(results, unreadable))
         s.example_run = results.string();
     }
@@ -115,13 +127,20 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
                                    directory, study.largest_total(), study.execution.slurm));
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command resumes from there", directory));
-  StudyRuns campaign(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
-                     batch.runs(), options.interrupt);
+  const std::vector<Study> parts = parts_of(study);
+  Campaigns campaigns;
+  for (const Study& part : parts)
+    campaigns.push_back(std::make_unique<StudyRuns>(part, batch.executor(), batch.journal(),
+                                                    batch.store(), batch.progress(), batch.runs(),
+                                                    options.interrupt));
   CalibrationResult answer;
   try {
-    answer = study.direct == DirectSearch::none
-                 ? Calibration(study, campaign, batch.progress()).answer()
-                 : direct_search(study, campaign, batch.progress());
+    if (study.choice)
+      answer = calibrate_choices(parts, campaigns, batch.progress());
+    else if (study.direct == DirectSearch::none)
+      answer = Calibration(study, *campaigns.front(), batch.progress()).answer();
+    else
+      answer = direct_search(study, *campaigns.front(), batch.progress());
   } catch (const BatchInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(
@@ -133,13 +152,15 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
     return s;
   }
   batch.progress().done();
+  const Study& best = parts[answer.best_choice];
   StudySummary summary =
-      summarize(study, answer, batch.journal(), campaign, directory, options.plot);
-  if (options.on_answer) options.on_answer(study, answer);
+      summarize(best, answer, batch.journal(), campaigns, directory, options.plot);
+  if (options.on_answer) options.on_answer(best, answer);
   if (!options.save.name.empty()) {
     try {
       std::vector<JournalRun> used = batch.journal().runs();
-      std::erase_if(used, [&](const JournalRun& run) { return !campaign.was_requested(run.key); });
+      std::erase_if(used,
+                    [&](const JournalRun& run) { return !was_requested(campaigns, run.key); });
       summary.record =
           material_record(study, answer, used, batch.executor(), directory, options.save);
     } catch (const InputError& e) {  // the study is reported without a record

@@ -291,6 +291,7 @@ bool Calibration::simulated_nearby(const VectorXd& u) const {
 void Calibration::report_estimate() const {
   const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   std::vector<std::string> regions, determined;
+  if (study_.chosen) regions.push_back(study_.chosen_text());
   nlohmann::ordered_json j = {{"best", nlohmann::ordered_json::object()},
                               {"determined", nlohmann::ordered_json::array()}};
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -23,21 +23,28 @@ class Calibration {
       : study_(study), campaign_(campaign), progress_(progress) {}
 
   CalibrationResult answer() {
+    make_runs();
+    return conclude({});
+  }
+  // The two steps of it. `elsewhere` are the points of the other choices of the study.
+  void make_runs() {
     run_initial_design();
-    bool fitted = fit();
-    while (!fitted && explore_further()) fitted = fit();
-    while (fitted && worth_refining()) {
+    fitted_ = fit();
+    while (!fitted_ && explore_further()) fitted_ = fit();
+    while (fitted_ && worth_refining()) {
       refine();
-      fitted = fit();
+      fitted_ = fit();
     }
-    if (fitted) {
-      choose_answer();
-      confirm();
-      check_valley_ends();
-      describe_knowledge();
-    }
+    if (!fitted_) return;
+    choose_answer();
+    confirm();
+    check_valley_ends();
+  }
+  CalibrationResult conclude(const std::vector<Point>& elsewhere) {
+    if (fitted_) describe_knowledge(elsewhere);
     return finish();
   }
+  const std::vector<Point>& points() const { return a_.points; }
 
  private:
   void run_initial_design();
@@ -62,7 +69,7 @@ class Calibration {
   void decide_whether_determined();
   void confirm();
   void check_valley_ends();
-  void describe_knowledge();
+  void describe_knowledge(const std::vector<Point>& elsewhere);
   CalibrationResult finish();
 
   void compare_numerics();
@@ -83,6 +90,7 @@ class Calibration {
   int point_multiplier_ = 1;      // times as many as planned
   bool repeated_ = false;         // points with one run, for their noise
   bool budget_used_ = false;      // refinement ended for want of runs
+  bool fitted_ = false;
 };
 
 // Fills in what the runs of a point gave; `knowledge` (may be null) has the noise.

@@ -122,8 +122,8 @@ void Calibration::decide_whether_determined() {
 
 // Final models, from all runs including the confirmation runs. These are replicates at one point
 // and determine the noise at the estimate.
-void Calibration::describe_knowledge() {
-  a_.knowledge = fit_response_models(study_, a_.points);
+void Calibration::describe_knowledge(const std::vector<Point>& elsewhere) {
+  a_.knowledge = fit_response_models(study_, a_.points, elsewhere);
   const NegativeLogPosterior misfit(study_, *a_.knowledge);
   a_.posterior = sample_posterior(study_, misfit);
   record_estimate("confirmation");

@@ -30,6 +30,9 @@ struct Posterior {
   double hpd_95_cost = 0;
   std::vector<Marginal> marginals;
   Eigen::VectorXd longest;  // unit vector: where it stretches farthest
+  // Logarithm of the mean of exp(-cost / 2) over the places of the cube that have a density: what
+  // the data say for the model as a whole (the evidence), up to a constant.
+  double log_evidence = 0;
 
   // Share of the posterior that is denser than a place of this cost: at most 0.95 inside the 95 %
   // region, uniform between 0 and 1 for the truth of many well-calibrated studies.
@@ -44,7 +47,7 @@ double weighted_quantile(const std::vector<double>& x, const std::vector<double>
 // cloud still carries weight, and moved by Metropolis steps of the cloud's own covariance in
 // between (Del Moral, Doucet and Jasra 2006; step length of Roberts, Gelman and Gilks 1997).
 // Where the cost is infinite there is no density. Deterministic. `weight`, `cost`,
-// `effective_samples` and `cost_95` are filled in.
+// `effective_samples`, `hpd_95_cost` and `log_evidence` are filled in.
 Posterior sample_density(const std::function<double(const Eigen::VectorXd&)>& cost, int dimensions);
 
 // The posterior of a study, all of it filled in.

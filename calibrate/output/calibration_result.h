@@ -74,6 +74,18 @@ struct EstimateRound {
   std::vector<Marginal> marginals;  // in order of the parameters
 };
 
+// What the runs of one choice say of it, for a study of a parameter with choices.
+struct ChoiceOutcome {
+  std::string label;
+  double prior = 0;
+  std::optional<double> probability;  // among the choices that could be fitted; nothing: not fitted
+  StudyVerdict verdict = StudyVerdict::too_few_runs;
+  std::string headline;
+  std::vector<double> best;          // parameters
+  std::vector<Marginal> marginals;   // of the parameters, given this choice; empty: not fitted
+  std::optional<Goodness> goodness;  // of all targets together
+};
+
 struct CalibrationResult {
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
@@ -108,6 +120,9 @@ struct CalibrationResult {
   std::vector<std::string> cut_short;  // where: a sentence for each run that a limit stopped
   int other_version = 0;               // runs in the journal that another program made: not used
   double wall = 0;                     // s, of all runs together
+  // In order of Study::choice; empty without one. All else is that of `best_choice`.
+  std::vector<ChoiceOutcome> choices;
+  std::size_t best_choice = 0;
 };
 
 // Rendering: result_table.cpp, result_json.cpp.

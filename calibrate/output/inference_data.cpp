@@ -41,9 +41,10 @@ std::string added_name(std::string name, std::set<std::string>& taken) {
 void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult& a) {
   const std::vector<VectorXd> u = resampled(*a.posterior, draws);
   const NegativeLogPosterior misfit(study, *a.knowledge);
-  const NetcdfAttributes made = {{"inference_library", "firn"},
-                                 {"inference_library_version", firn_version()},
-                                 {"study", study.name}};
+  NetcdfAttributes made = {{"inference_library", "firn"},
+                           {"inference_library_version", firn_version()},
+                           {"study", study.name}};
+  if (study.chosen) made.emplace_back("choice", study.chosen_text());
   const std::vector<std::string> per_draw = {"chain", "draw"};
   for (const char* name : {"posterior", "sample_stats", "posterior_predictive"}) {
     file.group(name, made);

@@ -107,6 +107,46 @@ Json parameters_json(const Study& study, const CalibrationResult& a) {
   return all;
 }
 
+Json goodness_json(const Study& study, const Goodness& g) {
+  Json j = {{"chi_square", number_json(g.chi_square)},
+            {"degrees_of_freedom", g.freedom},
+            {"probability", g.probability},
+            {"acceptable", g.acceptable()}};
+  for (std::size_t k = 0; k < g.z.size(); ++k)
+    j["standardized_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
+  return j;
+}
+
+Json marginals_json(const Study& study, const std::vector<Marginal>& marginals) {
+  Json j = Json::object();
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Marginal& m = marginals[i];
+    j[study.parameters[i].name] = {{"median", m.median},
+                                   {"interval_68", {m.low_68, m.high_68}},
+                                   {"interval_95", {m.low, m.high}}};
+  }
+  return j;
+}
+
+Json choices_json(const Study& study, const CalibrationResult& a) {
+  Json all = Json::array();
+  for (const ChoiceOutcome& c : a.choices) {
+    Json j = {{"choice", c.label},
+              {"prior", c.prior},
+              {"probability", c.probability ? number_json(*c.probability) : nullptr},
+              {"verdict", to_string(c.verdict)},
+              {"headline", c.headline}};
+    if (c.goodness) j["goodness_of_fit"] = goodness_json(study, *c.goodness);
+    if (!c.best.empty()) j["estimate"] = named_values(study, c.best);
+    if (!c.marginals.empty()) j["parameters"] = marginals_json(study, c.marginals);
+    all.push_back(j);
+  }
+  return {{"parameter", study.choice->name},
+          {"keys", study.choice->keys},
+          {"best", a.choices[a.best_choice].label},
+          {"choices", all}};
+}
+
 Json combinations_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const Combination& c : a.combinations) {
@@ -162,16 +202,6 @@ Json targets_json(const Study& study, const CalibrationResult& a) {
   return all;
 }
 
-Json goodness_json(const Study& study, const Goodness& g) {
-  Json j = {{"chi_square", number_json(g.chi_square)},
-            {"degrees_of_freedom", g.freedom},
-            {"probability", g.probability},
-            {"acceptable", g.acceptable()}};
-  for (std::size_t k = 0; k < g.z.size(); ++k)
-    j["standardized_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
-  return j;
-}
-
 Json sensitivity_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const Sensitivity& s : a.sensitivity) {
@@ -192,14 +222,9 @@ Json sensitivity_json(const Study& study, const CalibrationResult& a) {
 Json history_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const EstimateRound& round : a.estimate_history) {
-    Json j = {{"after", round.after}, {"runs", round.runs}, {"parameters", Json::object()}};
-    for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-      const Marginal& m = round.marginals[i];
-      j["parameters"][study.parameters[i].name] = {{"median", m.median},
-                                                   {"interval_68", {m.low_68, m.high_68}},
-                                                   {"interval_95", {m.low, m.high}}};
-    }
-    all.push_back(j);
+    all.push_back({{"after", round.after},
+                   {"runs", round.runs},
+                   {"parameters", marginals_json(study, round.marginals)}});
   }
   return all;
 }
@@ -240,6 +265,7 @@ std::string render_json(const Study& study, const CalibrationResult& a) {
             {"contact_model", kContactModel},
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
+  if (!a.choices.empty()) j["choice"] = choices_json(study, a);
   for (const Prior& prior : study.priors) {
     Json names = Json::array();
     for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);

@@ -60,6 +60,32 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
   }
 }
 
+// All choices; what follows in the table is of the best one.
+void print_choices(Out& out, const Study& study, const CalibrationResult& a) {
+  if (a.choices.empty()) return;
+  print(out, "\nChoices of {}\n  {:<24}{:>10}{:>14}{:>16}", study.choice->name, "choice", "before",
+        "probability", "targets");
+  for (const Parameter& p : study.parameters)
+    print(out, "{:>36}", p.name + unit_suffix(p.unit) + ", median, 95 %");
+  print(out, "\n");
+  for (const ChoiceOutcome& c : a.choices) {
+    print(out, "  {:<24}{:>10.3f}{:>14}{:>16}", c.label, c.prior,
+          c.probability ? fmt::format("{:.3f}", *c.probability) : "-",
+          !c.goodness                ? "not fitted"
+          : c.goodness->acceptable() ? "met"
+                                     : "NOT MET");
+    for (std::size_t i = 0; i < c.marginals.size(); ++i) {
+      const Parameter& p = study.parameters[i];
+      const Marginal& m = c.marginals[i];
+      print(out, "{:>36}",
+            fmt::format("{}, {} to {}", p.text(m.median), p.text(m.low), p.text(m.high)));
+    }
+    print(out, "\n");
+  }
+  print(out, "  all that follows is for {} = {}\n", study.choice->name,
+        a.choices[a.best_choice].label);
+}
+
 void print_beliefs(Out& out, const Study& study) {
   if (!study.priors.empty()) print(out, "\nPriors\n");
   for (const Prior& prior : study.priors) {
@@ -348,6 +374,7 @@ void print_goodness(Out& out, const CalibrationResult& a) {
 std::string render_table(const Study& study, const CalibrationResult& a) {
   Out out;
   print_targets(out, study, a);
+  print_choices(out, study, a);
   print_beliefs(out, study);
   print_compare(out, study, a);
   if (a.knowledge) print_models(out, a);

@@ -276,6 +276,11 @@ std::vector<SimulatedCase> cases_of(const Study& study, const ReferenceSet& refe
 }  // namespace
 
 void require_material(const Study& study) {
+  if (study.choice)
+    throw InputError(
+        fmt::format("{}: parameters: {} has choices, which a material record cannot hold; expected "
+                    "parameters with ranges alone",
+                    study.source, study.choice->name));
   for (const Experiment& e : study.experiments)
     if (e.program)
       throw InputError(

@@ -40,9 +40,14 @@ std::string case_path(const TomlTable& t, const std::string& study_file) {
 }
 
 // Which of the parameters an experiment's case is given: those named, or all.
-std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
+void read_takes(const TomlTable& t, const Study& study, Experiment& e) {
   std::vector<bool> takes(study.parameters.size(), !t.has("parameters"));
+  e.takes_choice = study.choice && !t.has("parameters");
   for (const std::string& name : t.strings("parameters")) {
+    if (study.choice && study.choice->name == name) {
+      e.takes_choice = true;
+      continue;
+    }
     const auto found = std::find_if(study.parameters.begin(), study.parameters.end(),
                                     [&](const Parameter& p) { return p.name == name; });
     if (found == study.parameters.end())
@@ -51,18 +56,22 @@ std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
                                        name));
     takes[static_cast<std::size_t>(found - study.parameters.begin())] = true;
   }
-  return takes;
+  e.takes = std::move(takes);
 }
 
 // A parameter needs keys where a case takes it; a program takes it by its name.
 void require_keys(const TomlTable& root, const Study& study) {
-  const std::vector<TomlTable> tables = root.tables("parameters");
-  for (std::size_t i = 0; i < tables.size(); ++i)
+  std::size_t i = 0;  // of the parameters with a range
+  for (const TomlTable& t : root.tables("parameters")) {
+    const bool choice = t.has("choices");
+    const auto& keys = choice ? study.choice->keys : study.parameters[i].keys;
     for (const Experiment& e : study.experiments)
-      if (e.takes[i] && !e.program && study.parameters[i].keys.empty())
-        tables[i].fail("keys",
-                       "is missing; expected a list such as "
-                       "[\"interactions.ice-ice.static_friction\"]");
+      if ((choice ? e.takes_choice : e.takes[i]) && !e.program && keys.empty())
+        t.fail("keys",
+               "is missing; expected a list such as "
+               "[\"interactions.ice-ice.static_friction\"]");
+    i += choice ? 0 : 1;
+  }
 }
 
 Experiment read_experiment(const TomlTable& t, const Study& study, Programs programs) {
@@ -76,11 +85,12 @@ Experiment read_experiment(const TomlTable& t, const Study& study, Programs prog
     e.case_file = case_path(t, study.source);
   }
   if (t.has("set")) e.set = e.program ? read_program_inputs(t) : read_case_overrides(t);
-  e.takes = read_takes(t, study);
+  read_takes(t, study, e);
   if (!e.program) return e;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < e.takes.size(); ++i)
     if (e.takes[i]) names.push_back(study.parameters[i].name);
+  if (e.takes_choice) names.push_back(study.choice->name);
   for (const auto& [key, value] : e.set) names.push_back(key);
   require_placeholders(t, *e.program, names);
   return e;
@@ -115,6 +125,11 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
       root.fail("experiments", fmt::format("no experiment takes the parameter \"{}\"; expected at "
                                            "least one",
                                            study.parameters[i].name));
+  if (study.choice && std::none_of(study.experiments.begin(), study.experiments.end(),
+                                   [](const Experiment& e) { return e.takes_choice; }))
+    root.fail("experiments", fmt::format("no experiment takes the parameter \"{}\"; expected at "
+                                         "least one",
+                                         study.choice->name));
 }
 
 // The experiment that a target, an observation or a check names.
@@ -312,6 +327,8 @@ void read_direct(const TomlTable& root, Study& study) {
        {DirectSearch::bobyqa, DirectSearch::cobyla, DirectSearch::nelder_mead, DirectSearch::crs})
     if (word == to_string(s)) study.direct = s;
   study.direct_evaluations = t.integer("evaluations", 1);
+  if (study.choice)
+    t.fail("search", "takes no parameter with choices; expected a study without one");
   if (!study.constraints.all.empty() || !study.priors.empty())
     t.fail("search", "takes neither [[priors]] nor [[constraints]]; expected a study without them");
 }
@@ -319,6 +336,8 @@ void read_direct(const TomlTable& root, Study& study) {
 void read_compare(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("compare")) {
     t.allow({"name", "values"});
+    if (study.choice)
+      t.fail("values", "stands in a study of a parameter with choices; expected no [[compare]]");
     CompareSet set;
     set.name = t.string("name");
     const TomlTable values = t.required_table("values");

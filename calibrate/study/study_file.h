@@ -25,6 +25,7 @@ struct Experiment {
   std::vector<Override> set;                // case keys held at other values than the file's
   std::vector<bool> takes;                  // [parameters], which of them its case is given
   std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
+  bool takes_choice = true;                 // whether it is given Study::choice, where there is one
   // Whether Firn computes its responses, which then have the names of docs/responses.md.
   bool is_case() const { return !case_file.empty(); }
   // Where its responses come from, for messages.
@@ -121,6 +122,9 @@ struct Study {
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;
+  std::optional<ChoiceParameter> choice;  // besides the parameters
+  // Of the choices, the one that holds in all runs (choices.h): a part of the whole study.
+  std::optional<std::size_t> chosen;
   std::vector<Prior> priors;  // in addition to those of single parameters
   Constraints constraints;
   std::vector<Target> targets;
@@ -130,6 +134,14 @@ struct Study {
   Execution execution;
 
   int largest_total() const;  // simulations at most
+  // How many choices it is carried out for.
+  int choice_count() const {
+    return choice && !chosen ? static_cast<int>(choice->values.size()) : 1;
+  }
+  // "law=hertz" of a part of a study; empty for a study without choices.
+  std::string chosen_text() const {
+    return choice && chosen ? choice->name + "=" + choice->labels[*chosen] : "";
+  }
 };
 
 // Reads and checks a study. Throws InputError with one line

@@ -106,6 +106,38 @@ void targets_section(const Json& results, page::Page& page) {
   page.section("Targets", "targets").table(table);
 }
 
+// The choices of a parameter without order, and what each of them gives.
+void choices_section(const Json& results, page::Page& page) {
+  if (!results.contains("choice")) return;
+  const Json& choice = results.at("choice");
+  page::Table table;
+  table.caption = fmt::format(
+      "Choices of {}, and the parameters given each of them; the rest of "
+      "this page is for {}",
+      text(choice, "parameter"), text(choice, "best"));
+  table.columns = {{"choice", ""}, {"before", ""}, {"probability", ""}, {"verdict", ""}};
+  for (const Json& p : results.at("parameters"))
+    table.columns.push_back({text(p, "name") + ", median, 95 %", unit_of(p)});
+  for (const Json& c : list(choice, "choices")) {
+    std::vector<Cell> row = {
+        text(c, "choice"), Cell(number(c, "prior"), 3),
+        c.at("probability").is_number() ? Cell(number(c, "probability"), 3) : Cell("not known"),
+        c.value("verdict", "")};
+    for (const Json& p : results.at("parameters")) {
+      std::string known;
+      const std::string name = text(p, "name");
+      if (c.contains("parameters") && c.at("parameters").contains(name)) {
+        const Json& m = c.at("parameters").at(name);
+        known = fmt::format("{}, {}", number_text(number(m, "median")),
+                            interval_text(m.at("interval_95")));
+      }
+      row.emplace_back(known);
+    }
+    table.rows.push_back(row);
+  }
+  page.section("Choices", "choices").table(table);
+}
+
 page::Figure profile_figure(const Json& p) {
   const Json& profile = p.at("profile");
   plots::XyPlot plot;
@@ -323,6 +355,7 @@ page::Page page_of(const Json& results, const fs::path& folder) {
                   results.value("git_commit", ""), contact_model_of(results)));
   study_summary(results, page);
   targets_section(results, page);
+  choices_section(results, page);
   study_parameters_section(results, page);
   predictions_section(results, page);
   estimate_history_section(results, page);

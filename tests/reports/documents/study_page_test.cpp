@@ -106,6 +106,22 @@ TEST_F(StudyPage, StatesTheDiscrepancyOfATarget) {
               HasSubstr("10.0 ± 1.0 deg, discrepancy of the simulation ± 1.5 deg"));
 }
 
+TEST_F(StudyPage, ListsTheChoicesOfAParameter) {
+  test::Json j = test::Json::parse(kResults);
+  j["choice"] = test::Json::parse(R"({
+   "parameter": "law", "keys": ["x.law"], "best": "<linear>", "choices": [
+    {"choice": "<linear>", "prior": 0.4, "probability": 0.973, "verdict": "calibrated", "headline": "",
+     "parameters": {"a": {"median": 0.055, "interval_68": [0.03, 0.08], "interval_95": [0.02, 0.1]},
+                    "b": {"median": 0.2, "interval_68": [0.15, 0.25], "interval_95": [0.1, 0.3]}}},
+    {"choice": "none", "prior": 0.6, "probability": null, "verdict": "too few runs",
+     "headline": ""}]})");
+  const std::string html = study_page(file(j.dump())).html();
+  for (const char* part :
+       {"Choices of law", "the rest of this page is for &lt;linear&gt;", "0.973", "not known",
+        "0.055, 0.02 to 0.1", "law = &lt;linear&gt; (probability 0.97); a = 0.05"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+}
+
 // Results of earlier versions have none of these.
 TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
   test::Json j = test::Json::parse(kResults);
