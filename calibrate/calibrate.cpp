@@ -53,7 +53,14 @@ void count_runs(const std::vector<JournalRun>& runs, const Campaigns& campaigns,
 StudySummary summarize(const Study& study, CalibrationResult& answer, Journal& journal,
                        const Campaigns& campaigns, const std::string& directory, bool plot) {
   journal.require_in_place();
-  const std::vector<JournalRun> runs = journal.runs();
+  std::vector<JournalRun> runs = journal.runs();
+  for (std::size_t i = 0; i < answer.curves.size(); ++i) {
+    const CurveTarget& c = study.curves[i];
+    for (JournalRun& run : runs)
+      if (run.label.experiment == study.experiments[c.experiment].name &&
+          was_requested(campaigns, run.key))
+        add_scores(c, answer.curves[i], run.result);
+  }
   count_runs(runs, campaigns, answer);
   StudySummary s;
   s.verdict = answer.verdict;
@@ -152,7 +159,7 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
     return s;
   }
   batch.progress().done();
-  const Study& best = parts[answer.best_choice];
+  const Study& best = answer.study ? *answer.study : parts[answer.best_choice];
   StudySummary summary =
       summarize(best, answer, batch.journal(), campaigns, directory, options.plot);
   if (options.on_answer) options.on_answer(best, answer);

@@ -29,6 +29,7 @@ class Calibration {
   // The two steps of it. `elsewhere` are the points of the other choices of the study.
   void make_runs() {
     run_initial_design();
+    if (!define_scores()) return;
     fitted_ = fit();
     while (!fitted_ && explore_further()) fitted_ = fit();
     while (fitted_ && worth_refining()) {
@@ -47,6 +48,8 @@ class Calibration {
   const std::vector<Point>& points() const { return a_.points; }
 
  private:
+  void run(std::vector<Point>& points);
+  bool define_scores();
   void run_initial_design();
   std::vector<Point> reused_points();
   void spread_design();
@@ -79,7 +82,7 @@ class Calibration {
   std::string failure_text() const;
   void account_for_budget();
 
-  const Study& study_;
+  Study study_;  // with the targets that its curves become
   StudyRuns& campaign_;
   BatchProgress& progress_;
   CalibrationResult a_;

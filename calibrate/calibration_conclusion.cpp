@@ -157,6 +157,10 @@ void Calibration::describe_knowledge(const std::vector<Point>& elsewhere) {
       a_.cautions.push_back(
           fmt::format("{} is confirmed to ± {:.2g} only, and was measured to ± {:.2g}", o.response,
                       o.standard_error, study_.targets[k].uncertainty));
+  for (std::size_t i = 0; i < a_.curves.size(); ++i)
+    if (has_unexplained_part(study_.curves[i], a_.curves[i]))
+      a_.cautions.push_back(fmt::format(
+          "the recorded curve {} has a part that no simulated curve has", study_.curves[i].label));
   for (const ResponseModel& m : a_.knowledge->targets)
     if (!m.passes_cross_validation())
       a_.cautions.push_back(
@@ -179,7 +183,7 @@ void Calibration::confirm() {
   std::vector<Point> batch = {
       campaign_.point("confirm", 0, a_.best.values, seed_range(first, seeds))};
   progress_.phase("confirming with fresh seeds");
-  campaign_.run(batch);
+  run(batch);
   a_.points.push_back(batch[0]);
   a_.outliers = mark_outliers(study_, a_.points);
   observe(study_, &*a_.knowledge, a_.points.back(), a_.best);
@@ -194,7 +198,7 @@ void Calibration::check_valley_ends() {
                                     seed_range(study_.seed + ridge_seeds + i * ridge_seed_stride,
                                                study_.budget.endpoint_replicates)));
   progress_.phase("checking the ends of the valley");
-  campaign_.run(batch);
+  run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
   a_.outliers = mark_outliers(study_, a_.points);
   for (std::size_t i = 0; i < ends.size(); ++i)
@@ -356,6 +360,7 @@ CalibrationResult Calibration::finish() {
       break;
   }
   for (const std::string& caution : a_.cautions) a_.headline += "; " + caution;
+  if (!study_.curves.empty()) a_.study = std::make_shared<const Study>(study_);
   return std::move(a_);
 }
 

@@ -1,10 +1,12 @@
 // What a study found, as plain data; tables, JSON and plots are made from it.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calibrate/inference/curve_scores.h"
 #include "calibrate/inference/goodness_of_fit.h"
 #include "calibrate/inference/identifiability.h"
 #include "calibrate/inference/measurement_planning.h"
@@ -123,6 +125,10 @@ struct CalibrationResult {
   // In order of Study::choice; empty without one. All else is that of `best_choice`.
   std::vector<ChoiceOutcome> choices;
   std::size_t best_choice = 0;
+  // In order of Study::curves, once enough were simulated, and the study with the targets that they
+  // became; null where the study has no curve.
+  std::vector<CurveBasis> curves;
+  std::shared_ptr<const Study> study;
 };
 
 // Rendering: result_table.cpp, result_json.cpp.

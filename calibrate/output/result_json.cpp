@@ -128,6 +128,24 @@ Json marginals_json(const Study& study, const std::vector<Marginal>& marginals) 
   return j;
 }
 
+Json curve_json(const CurveTarget& c, const CurveBasis& basis) {
+  const auto list = [](const auto& v) { return std::vector<double>(v.begin(), v.end()); };
+  Json components = Json::array();
+  for (Eigen::Index k = 0; k < basis.components.cols(); ++k)
+    components.push_back(list(Eigen::VectorXd(basis.components.col(k))));
+  return {{"curve", c.label},
+          {"unit", c.unit},
+          {"x_unit", c.x_unit},
+          {"uncertainty", c.uncertainty},
+          {"explained_variance", basis.explained},
+          {"simulated_rest", basis.simulated_rest},
+          {"recorded_rest", basis.recorded_rest},
+          {"x", list(c.x)},
+          {"recorded", list(c.y)},
+          {"simulated_mean", list(basis.mean)},
+          {"components", components}};
+}
+
 Json choices_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const ChoiceOutcome& c : a.choices) {
@@ -266,6 +284,8 @@ std::string render_json(const Study& study, const CalibrationResult& a) {
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
   if (!a.choices.empty()) j["choice"] = choices_json(study, a);
+  for (std::size_t i = 0; i < a.curves.size(); ++i)
+    j["curves"].push_back(curve_json(study.curves[i], a.curves[i]));
   for (const Prior& prior : study.priors) {
     Json names = Json::array();
     for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);

@@ -60,6 +60,20 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
   }
 }
 
+void print_curves(Out& out, const Study& study, const CalibrationResult& a) {
+  for (std::size_t i = 0; i < a.curves.size(); ++i) {
+    const CurveTarget& c = study.curves[i];
+    const CurveBasis& basis = a.curves[i];
+    print(out,
+          "  {}: {} principal component{} hold {:.1f} % of the variance between the simulated "
+          "curves; they leave {:.2g}{} of these and {:.2g}{} of the recorded one (root mean "
+          "square)\n",
+          c.label, basis.components.cols(), basis.components.cols() == 1 ? "" : "s",
+          100 * basis.explained, basis.simulated_rest, unit_suffix(c.unit), basis.recorded_rest,
+          unit_suffix(c.unit));
+  }
+}
+
 // All choices; what follows in the table is of the best one.
 void print_choices(Out& out, const Study& study, const CalibrationResult& a) {
   if (a.choices.empty()) return;
@@ -374,6 +388,7 @@ void print_goodness(Out& out, const CalibrationResult& a) {
 std::string render_table(const Study& study, const CalibrationResult& a) {
   Out out;
   print_targets(out, study, a);
+  print_curves(out, study, a);
   print_choices(out, study, a);
   print_beliefs(out, study);
   print_compare(out, study, a);

@@ -276,6 +276,11 @@ std::vector<SimulatedCase> cases_of(const Study& study, const ReferenceSet& refe
 }  // namespace
 
 void require_material(const Study& study) {
+  if (!study.curves.empty())
+    throw InputError(
+        fmt::format("{}: targets: {} is a curve, which a material record cannot hold; expected "
+                    "targets with a value alone",
+                    study.source, study.curves.front().label));
   if (study.choice)
     throw InputError(
         fmt::format("{}: parameters: {} has choices, which a material record cannot hold; expected "

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include "calibrate/study/budget.h"
@@ -183,11 +184,82 @@ std::string source_of(const Measurement& m) {
                      m.sentence(), believed, m.unit, m.repeats);
 }
 
-// From a measurement file, relative to the study.
-Target measured_target(const TomlTable& t, const Study& study) {
-  t.allow({"measurement", "response", "experiment", "effort", "discrepancy"});
+Measurement named_measurement(const TomlTable& t, const Study& study) {
   const auto file = std::filesystem::path(study.source).parent_path() / t.string("measurement");
-  Measurement m = read_measurement(file.lexically_normal().string());
+  return read_measurement(file.lexically_normal().string());
+}
+
+bool is_curve(const Measurement& m) { return m.data && m.data->kind == MeasuredData::Kind::curve; }
+
+// The mean of the repeats of a recorded curve at evenly spaced places where all of them reach.
+void set_recorded(const TomlTable& t, const MeasuredData& data, CurveTarget& c) {
+  constexpr Eigen::Index places = 100;
+  double first = -std::numeric_limits<double>::infinity(), last = -first;
+  for (const MeasuredData::Repeat& r : data.repeats) {
+    first = std::max(first, *std::min_element(r.x.begin(), r.x.end()));
+    last = std::min(last, *std::max_element(r.x.begin(), r.x.end()));
+  }
+  if (!(first < last) || !std::isfinite(last - first))
+    t.fail("measurement", fmt::format("{}: the repeats have no stretch of {} in common; expected "
+                                      "one to compare curves over",
+                                      data.file, data.x_name));
+  c.x = Eigen::VectorXd::LinSpaced(places, first, last);
+  c.y = Eigen::VectorXd::Zero(places);
+  for (const MeasuredData::Repeat& r : data.repeats)
+    c.y += *sampled_curve(r.x, r.y, c.x) / static_cast<double>(data.repeats.size());
+}
+
+// A recorded curve, from a measurement file.
+CurveTarget curve_target(const TomlTable& t, const Study& study, Measurement m) {
+  constexpr int usual_components = 3, most_components = 5;
+  t.allow({"measurement", "experiment", "uncertainty", "components", "discrepancy"});
+  CurveTarget c;
+  c.experiment = named_experiment(t, study);
+  if (!study.experiments[c.experiment].is_case())
+    t.fail("measurement",
+           "is a curve; expected one of an experiment with a case, as programs and "
+           "functions give numbers alone");
+  if (study.choice)
+    t.fail("measurement",
+           "is a curve in a study of a parameter with choices; expected targets with a value");
+  use_current_responses(m);
+  const MeasuredData& data = *m.data;
+  if (!data.present)
+    t.fail("measurement", fmt::format("{} does not exist; expected what was recorded", data.file));
+  if (data.align != MeasuredData::Alignment::none)
+    t.fail("measurement", fmt::format("{}: aligns its curves; expected align = \"none\" in [data], "
+                                      "as scores need a fixed zero of {}",
+                                      m.file, data.x_name));
+  c.name = data.response;
+  c.label = response_id(c.experiment, study, data.response).label;
+  c.unit = data.unit;
+  c.x_unit = data.x_unit;
+  const StatedQuantity uncertainty = read_stated_quantity(t, "uncertainty");
+  if (uncertainty.unit != unit_text(c.unit))
+    t.fail("uncertainty", fmt::format("has the unit \"{}\"; expected \"{}\" as the curve has",
+                                      uncertainty.unit, unit_text(c.unit)));
+  if (!(uncertainty.value > 0))
+    t.fail("uncertainty", fmt::format("{} is not above 0; expected one standard deviation of the "
+                                      "recorded curve",
+                                      uncertainty.value));
+  c.uncertainty = uncertainty.value;
+  c.discrepancy = read_discrepancy(t, c.unit);
+  c.components = t.integer("components", 1, usual_components);
+  if (c.components > most_components)
+    t.fail("components", fmt::format("is {}; expected at most {}", c.components, most_components));
+  set_recorded(t, data, c);
+  c.source =
+      fmt::format("{}, {} of {} over {}", m.source,
+                  data.repeats.size() == 1 ? std::string("one record")
+                                           : fmt::format("mean of {} records", data.repeats.size()),
+                  data.y_name, data.x_name);
+  c.file = m.file;
+  return c;
+}
+
+// From a measurement file with a value.
+Target measured_target(const TomlTable& t, const Study& study, Measurement m) {
+  t.allow({"measurement", "response", "experiment", "effort", "discrepancy"});
   const std::size_t e = named_experiment(t, study);
   if (study.experiments[e].is_case()) use_current_responses(m);
   if (m.status == MeasurementStatus::qualitative)
@@ -283,14 +355,25 @@ void read_responses(const TomlTable& root, const TomlTable& head, Study& study) 
             .string());
   std::set<std::string> seen;
   for (const TomlTable& t : root.tables("targets")) {
-    study.targets.push_back(t.has("measurement") ? measured_target(t, study)
-                                                 : stated_target(t, study));
+    if (t.has("measurement")) {
+      Measurement m = named_measurement(t, study);
+      if (is_curve(m)) {
+        study.curves.push_back(curve_target(t, study, std::move(m)));
+        if (!seen.insert(study.curves.back().label).second)
+          t.fail("measurement", fmt::format("\"{}\" is a target twice; expected each curve once",
+                                            study.curves.back().label));
+        continue;
+      }
+      study.targets.push_back(measured_target(t, study, std::move(m)));
+    } else {
+      study.targets.push_back(stated_target(t, study));
+    }
     const std::string& label = study.targets.back().response.label;
     if (!seen.insert(label).second)
       t.fail("response",
              fmt::format("\"{}\" is a target twice; expected each response once", label));
   }
-  if (study.targets.empty())
+  if (study.targets.empty() && study.curves.empty())
     root.fail("targets", "is missing; expected at least one [[targets]] table");
   for (const TomlTable& t : root.tables("observe")) {
     study.observed.push_back(read_observed(t, study, list));
@@ -329,6 +412,8 @@ void read_direct(const TomlTable& root, Study& study) {
   study.direct_evaluations = t.integer("evaluations", 1);
   if (study.choice)
     t.fail("search", "takes no parameter with choices; expected a study without one");
+  if (!study.curves.empty())
+    t.fail("search", "takes no curves as targets; expected targets with a value");
   if (!study.constraints.all.empty() || !study.priors.empty())
     t.fail("search", "takes neither [[priors]] nor [[constraints]]; expected a study without them");
 }

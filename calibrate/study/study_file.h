@@ -10,6 +10,7 @@
 
 #include "calibrate/numerics/optimize.h"
 #include "calibrate/study/constraint.h"
+#include "calibrate/study/curve_target.h"
 #include "calibrate/study/parameters.h"
 #include "calibrate/study/prior.h"
 #include "calibrate/study/user_program.h"
@@ -128,6 +129,7 @@ struct Study {
   std::vector<Prior> priors;  // in addition to those of single parameters
   Constraints constraints;
   std::vector<Target> targets;
+  std::vector<CurveTarget> curves;  // become targets once some were simulated (curve_scores.h)
   std::vector<Observed> observed;
   std::vector<CompareSet> compare;
   std::vector<NumericsCheck> numerics;

@@ -262,6 +262,14 @@ void StudyRuns::check_responses(std::size_t experiment, const JobResult& result)
         study_.source, id.name, study_.experiments[experiment].source(), fmt::join(known, ", ")));
   };
   for (const Target& t : study_.targets) check("targets", t.response, t.unit);
+  for (const CurveTarget& c : study_.curves) {
+    if (c.experiment != experiment) continue;
+    try {
+      simulated_curve(c, result);
+    } catch (const InputError& e) {
+      throw InputError(fmt::format("{}: targets: {}: {}", study_.source, c.label, e.what()));
+    }
+  }
   for (const Observed& o : study_.observed) check("observe", o.response, o.unit);
 }
 
