@@ -28,35 +28,45 @@ double mean_square_rest(const CurveBasis& basis, const VectorXd& y) {
          static_cast<double>(y.size());
 }
 
-// Mean over the seeds of a point.
-std::optional<VectorXd> mean_curve(const CurveTarget& target, const Point& point) {
-  VectorXd sum = VectorXd::Zero(target.x.size());
-  int count = 0;
-  if (target.experiment < point.results.size())
-    for (const JobResult& run : point.results[target.experiment]) {
-      if (run.status != JobStatus::finished) continue;
-      const auto y = simulated_curve(target, run);
-      if (!y) continue;
-      sum += *y;
-      ++count;
-    }
-  if (count == 0) return std::nullopt;
-  return sum / count;
+// Of the finished runs of a point that reach over all places.
+std::vector<VectorXd> curves_of_runs(const CurveTarget& target, const Point& point) {
+  std::vector<VectorXd> curves;
+  if (target.experiment >= point.results.size()) return curves;
+  for (const JobResult& run : point.results[target.experiment])
+    if (run.status == JobStatus::finished)
+      if (auto y = simulated_curve(target, run)) curves.push_back(std::move(*y));
+  return curves;
+}
+
+VectorXd mean_of(const std::vector<VectorXd>& curves) {
+  VectorXd mean = VectorXd::Zero(curves.front().size());
+  for (const VectorXd& y : curves) mean += y / static_cast<double>(curves.size());
+  return mean;
+}
+
+// Root mean square of what the components leave of some curves.
+double rest_of(const CurveBasis& basis, const std::vector<VectorXd>& curves) {
+  double sum = 0;
+  for (const VectorXd& y : curves)
+    sum += mean_square_rest(basis, y) / static_cast<double>(curves.size());
+  return std::sqrt(sum);
 }
 
 }  // namespace
 
 std::optional<CurveBasis> curve_basis(const CurveTarget& target, const std::vector<Point>& points) {
-  std::vector<VectorXd> curves;
+  std::vector<VectorXd> curves, runs;
   for (const Point& p : points) {
     if (p.u.minCoeff() < 0 || p.u.maxCoeff() > 1) continue;
-    if (auto y = mean_curve(target, p)) curves.push_back(std::move(*y));
+    const std::vector<VectorXd> here = curves_of_runs(target, p);
+    if (here.empty()) continue;
+    curves.push_back(mean_of(here));
+    runs.insert(runs.end(), here.begin(), here.end());
   }
   if (curves.size() < least_points) return std::nullopt;
   const auto n = static_cast<Index>(curves.size()), places = target.x.size();
   CurveBasis basis;
-  basis.mean = VectorXd::Zero(places);
-  for (const VectorXd& y : curves) basis.mean += y / static_cast<double>(n);
+  basis.mean = mean_of(curves);
   MatrixXd off(n, places);
   for (Index i = 0; i < n; ++i)
     off.row(i) = (curves[static_cast<std::size_t>(i)] - basis.mean).transpose();
@@ -73,10 +83,9 @@ std::optional<CurveBasis> curve_basis(const CurveTarget& target, const std::vect
     if (basis.components(largest, k) < 0) basis.components.col(k) *= -1;
   }
   basis.explained = all > 0 ? variance.head(count).sum() / all : 1;
-  double rest = 0;
-  for (const VectorXd& y : curves) rest += mean_square_rest(basis, y) / static_cast<double>(n);
-  basis.simulated_rest = std::sqrt(rest);
-  basis.recorded_rest = std::sqrt(mean_square_rest(basis, target.y));
+  basis.simulated_rest = rest_of(basis, curves);
+  basis.run_rest = rest_of(basis, runs);
+  basis.recorded_rest = rest_of(basis, {target.y});
   return basis;
 }
 
@@ -124,7 +133,7 @@ bool has_unexplained_part(const CurveTarget& target, const CurveBasis& basis) {
   constexpr double clearly = 2;
   return basis.recorded_rest >
          clearly * std::sqrt(std::pow(target.uncertainty, 2) + std::pow(target.discrepancy, 2) +
-                             std::pow(basis.simulated_rest, 2));
+                             std::pow(basis.run_rest, 2));
 }
 
 }  // namespace firn

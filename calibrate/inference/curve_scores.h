@@ -14,9 +14,9 @@ struct CurveBasis {
   Eigen::VectorXd mean;        // of the simulated curves [places]
   Eigen::MatrixXd components;  // [places, components], each with a mean square of 1
   double explained = 0;        // share of the variance between the curves of different parameters
-  // Root mean square of what the components leave: of the simulated curves, and of the recorded
-  // one.
-  double simulated_rest = 0, recorded_rest = 0;
+  // Root mean square of what the components leave: of the mean curves of points, of single runs,
+  // which scatter between seeds, and of the recorded curve.
+  double simulated_rest = 0, run_rest = 0, recorded_rest = 0;
 };
 
 // By the mean curves of the points. As few components as hold 99 % of the variance, and no more
@@ -32,7 +32,8 @@ std::vector<Target> score_targets(const CurveTarget& target, const CurveBasis& b
 void add_scores(const CurveTarget& target, const CurveBasis& basis, JobResult& run);
 void add_scores(const CurveTarget& target, const CurveBasis& basis, Point& point);  // of its runs
 
-// Whether the recorded curve has a part, beyond its uncertainty, that no simulated one has.
+// Whether the recorded curve has a part that no simulated one has, beyond its uncertainty and the
+// scatter of a single run.
 bool has_unexplained_part(const CurveTarget& target, const CurveBasis& basis);
 
 }  // namespace firn

@@ -139,6 +139,7 @@ Json curve_json(const CurveTarget& c, const CurveBasis& basis) {
           {"uncertainty", c.uncertainty},
           {"explained_variance", basis.explained},
           {"simulated_rest", basis.simulated_rest},
+          {"single_run_rest", basis.run_rest},
           {"recorded_rest", basis.recorded_rest},
           {"x", list(c.x)},
           {"recorded", list(c.y)},

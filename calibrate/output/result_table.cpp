@@ -66,11 +66,11 @@ void print_curves(Out& out, const Study& study, const CalibrationResult& a) {
     const CurveBasis& basis = a.curves[i];
     print(out,
           "  {}: {} principal component{} hold {:.1f} % of the variance between the simulated "
-          "curves; they leave {:.2g}{} of these and {:.2g}{} of the recorded one (root mean "
-          "square)\n",
+          "curves; they leave {:.2g}{} of these, {:.2g}{} of single runs and {:.2g}{} of the "
+          "recorded one (root mean square)\n",
           c.label, basis.components.cols(), basis.components.cols() == 1 ? "" : "s",
-          100 * basis.explained, basis.simulated_rest, unit_suffix(c.unit), basis.recorded_rest,
-          unit_suffix(c.unit));
+          100 * basis.explained, basis.simulated_rest, unit_suffix(c.unit), basis.run_rest,
+          unit_suffix(c.unit), basis.recorded_rest, unit_suffix(c.unit));
   }
 }
 

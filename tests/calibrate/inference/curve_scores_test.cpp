@@ -137,6 +137,25 @@ TEST(Curves, APartThatNoSimulatedCurveHasIsNamed) {
   EXPECT_THAT(s.headline, HasSubstr("the recorded curve press has a part that no simulated curve"));
 }
 
+// A record that scatters from place to place as single runs do.
+TEST(Curves, TheScatterOfASingleRunIsNoSuchPart) {
+  const Folder folder("curve-scatter");
+  std::mt19937_64 own(4);
+  write_record(folder, [&](double t) { return rise(9, 1.2, t) + normal(own); });
+  FakeExperiment experiment([](const Values& v, std::mt19937_64& random) {
+    JobResult r = press(v, random);
+    for (double& y : r.responses[1].value) y += normal(random);
+    return r;
+  });
+  const StudySummary s =
+      run_study(folder.write("study.toml", press_study()), folder / "out", experiment);
+  const json curve = json::parse(s.json)["curves"][0];
+  EXPECT_NEAR(curve["single_run_rest"].get<double>(), 0.8, 0.2);
+  EXPECT_NEAR(curve["recorded_rest"].get<double>(), 0.8, 0.25);
+  EXPECT_LT(curve["simulated_rest"], curve["single_run_rest"]);
+  EXPECT_EQ(s.headline.find("has a part"), s.headline.npos) << s.table;
+}
+
 TEST(Curves, RunsThatEndTooEarlyGiveNoScore) {
   const Folder folder("curve-short");
   write_record(folder, [](double t) { return rise(9, 1.2, t); });
