@@ -56,8 +56,7 @@ bool Calibration::define_scores() {
     const auto basis = curve_basis(c, a_.points);
     if (!basis) return false;
     a_.curves.push_back(*basis);
-    for (Target& t : score_targets(c, *basis, study_.experiments[c.experiment].name))
-      study_.targets.push_back(std::move(t));
+    for (Target& t : score_targets(c, *basis)) study_.targets.push_back(std::move(t));
     for (auto* points : {&a_.points, &numerics_})
       for (Point& p : *points) add_scores(c, *basis, p);
   }

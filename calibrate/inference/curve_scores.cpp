@@ -15,8 +15,8 @@ using Eigen::VectorXd;
 constexpr double enough = 0.99;  // of the variance
 constexpr std::size_t least_points = 3;
 
-std::string score_name(const CurveTarget& target, Index k) {
-  return fmt::format("{}.score_{}", target.name, k + 1);
+std::string score_name(const std::string& curve, Index k) {
+  return fmt::format("{}.score_{}", curve, k + 1);
 }
 
 VectorXd scores(const CurveBasis& basis, const VectorXd& y) {
@@ -89,15 +89,12 @@ std::optional<CurveBasis> curve_basis(const CurveTarget& target, const std::vect
   return basis;
 }
 
-std::vector<Target> score_targets(const CurveTarget& target, const CurveBasis& basis,
-                                  const std::string& experiment) {
+std::vector<Target> score_targets(const CurveTarget& target, const CurveBasis& basis) {
   const VectorXd recorded = scores(basis, target.y);
   std::vector<Target> all;
   for (Index k = 0; k < recorded.size(); ++k) {
-    const std::string name = score_name(target, k);
     Target t;
-    t.response = {target.experiment, name,
-                  experiment.empty() ? name : fmt::format("{}.{}", experiment, name)};
+    t.response = {target.experiment, score_name(target.name, k), score_name(target.label, k)};
     t.value = recorded[k];
     t.uncertainty = std::hypot(target.uncertainty, basis.simulated_rest);
     t.unit = target.unit;
@@ -116,7 +113,7 @@ void add_scores(const CurveTarget& target, const CurveBasis& basis, JobResult& r
   if (!y) return;
   const VectorXd s = scores(basis, *y);
   for (Index k = 0; k < s.size(); ++k)
-    run.responses.push_back({score_name(target, k),
+    run.responses.push_back({score_name(target.name, k),
                              {s[k]},
                              {},
                              target.unit,

@@ -25,8 +25,7 @@ std::optional<CurveBasis> curve_basis(const CurveTarget& target, const std::vect
 
 // One for each component: the score of the recorded curve. Each score is as uncertain as the curve,
 // which holds for errors of any shape, and as what the components leave of the simulated curves.
-std::vector<Target> score_targets(const CurveTarget& target, const CurveBasis& basis,
-                                  const std::string& experiment);
+std::vector<Target> score_targets(const CurveTarget& target, const CurveBasis& basis);
 
 // Adds the scores of a finished run to its responses, where it reaches over all places.
 void add_scores(const CurveTarget& target, const CurveBasis& basis, JobResult& run);

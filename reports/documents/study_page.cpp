@@ -106,6 +106,46 @@ void targets_section(const Json& results, page::Page& page) {
   page.section("Targets", "targets").table(table);
 }
 
+// Recorded curves, and what the model gives at the answer: the mean of the simulated curves and the
+// components, each times its score.
+void curves_section(const Json& results, page::Page& page) {
+  if (!results.contains("curves")) return;
+  std::vector<page::Figure> figures;
+  for (const Json& c : list(results, "curves")) {
+    const std::string name = text(c, "curve");
+    const std::vector<double> x = numbers(c.at("x"));
+    plots::XyPlot plot;
+    plot.x = {"x", unit_text(text(c, "x_unit")), false, {}, {}};
+    plot.y = {words(name), unit_of(c), false, {}, {}};
+    plots::Series recorded{"recorded", x, numbers(c.at("recorded"), x.size())};
+    plot.series = {recorded};
+    plots::Series fitted{"model at the answer", x, numbers(c.at("simulated_mean"), x.size())};
+    const Json& components = list(c, "components");
+    std::size_t scores = 0;
+    for (std::size_t k = 0; k < components.size(); ++k) {
+      const std::string score = fmt::format("{}.score_{}", name, k + 1);
+      if (!results.contains("estimate") || !results.at("estimate").contains("fit") ||
+          !results.at("estimate").at("fit").contains(score))
+        continue;
+      const double value = number(results.at("estimate").at("fit").at(score), "value");
+      const std::vector<double> component = numbers(components[k], x.size());
+      for (std::size_t i = 0; i < x.size(); ++i) fitted.y[i] += value * component[i];
+      ++scores;
+    }
+    if (scores == components.size()) plot.series.push_back(fitted);
+    figures.push_back(
+        {plots::draw(plot),
+         fmt::format("{}: {} principal components hold {} % of the variance between the simulated "
+                     "curves.",
+                     name, components.size(),
+                     number_text(100 * number(c, "explained_variance"), 3)),
+         fmt::format("{}: {} places, root mean square that the components leave of the recorded "
+                     "curve: {} {}",
+                     name, x.size(), number_text(number(c, "recorded_rest"), 2), unit_of(c))});
+  }
+  if (!figures.empty()) page.section("Curves", "curves").figures(figures);
+}
+
 // The choices of a parameter without order, and what each of them gives.
 void choices_section(const Json& results, page::Page& page) {
   if (!results.contains("choice")) return;
@@ -355,6 +395,7 @@ page::Page page_of(const Json& results, const fs::path& folder) {
                   results.value("git_commit", ""), contact_model_of(results)));
   study_summary(results, page);
   targets_section(results, page);
+  curves_section(results, page);
   choices_section(results, page);
   study_parameters_section(results, page);
   predictions_section(results, page);

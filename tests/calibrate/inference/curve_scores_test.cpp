@@ -268,7 +268,7 @@ TEST(Curves, ABasisHoldsAFamilyOfCurvesAndNoMore) {
   EXPECT_FALSE(has_unexplained_part(target, *basis));
   const Eigen::Matrix2d product = basis->components.transpose() * basis->components / 100.0;
   EXPECT_NEAR((product - Eigen::Matrix2d::Identity()).norm(), 0, 1e-9);
-  const auto targets = score_targets(target, *basis, "");
+  const auto targets = score_targets(target, *basis);
   ASSERT_EQ(targets.size(), 2u);
   VectorXd again = basis->mean;
   for (int k = 0; k < 2; ++k)

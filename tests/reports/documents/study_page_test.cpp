@@ -106,6 +106,28 @@ TEST_F(StudyPage, StatesTheDiscrepancyOfATarget) {
               HasSubstr("10.0 ± 1.0 deg, discrepancy of the simulation ± 1.5 deg"));
 }
 
+TEST_F(StudyPage, DrawsRecordedCurves) {
+  test::Json j = test::Json::parse(kResults);
+  j["curves"] = test::Json::parse(R"([{
+   "curve": "press", "unit": "N", "x_unit": "s", "explained_variance": 0.993,
+   "recorded_rest": 0.12, "x": [0, 1, 2], "recorded": [1, 5, 6], "simulated_mean": [1, 4, 5],
+   "components": [[0, 1, 1]]}])");
+  std::string html = study_page(file(j.dump())).html();
+  for (const char* part :
+       {"press: 1 principal components hold 99.3 %", "leave of the recorded curve: 0.12 N"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+  EXPECT_THAT(html, Not(HasSubstr("model at the answer")));
+  j["answer"]["fit"]["press.score_1"] = {{"value", 0.9}, {"uncertainty", 0.1}, {"unit", "N"}};
+  html = study_page(file(j.dump())).html();
+  EXPECT_THAT(html, HasSubstr("model at the answer"));
+  for (const char* damaged :
+       {"/curves/0/recorded", "/curves/0/components/0", "/curves/0/x", "/curves/0/x_unit"}) {
+    test::Json broken = j;
+    broken[test::Json::json_pointer(damaged)] = test::Json::array({1});
+    EXPECT_THROW(study_page(file(broken.dump())).html(), InputError) << damaged;
+  }
+}
+
 TEST_F(StudyPage, ListsTheChoicesOfAParameter) {
   test::Json j = test::Json::parse(kResults);
   j["choice"] = test::Json::parse(R"({
