@@ -191,7 +191,8 @@ TEST(Discrepancy, IsToldWhatIsWrongWithIt) {
       {"discrepancy = \"-1 deg\"\n", "discrepancy: -1 is not above 0"},
       {"discrepancy = true\n", "discrepancy"},
       {"[[observe]]\nresponse = \"y\"\ndiscrepancy = \"1 deg\"\n",
-       "study.toml:20: observe.0.discrepancy: stands without an uncertainty; expected one of a measurement"},
+       "study.toml:20: observe.0.discrepancy: stands without an uncertainty; expected one of a "
+       "measurement"},
       {"[[observe]]\nresponse = \"y\"\nuncertainty = \"1 deg\"\ndiscrepancy = \"1 mm\"\n",
        "discrepancy: has the unit \"mm\"; expected \"deg\""},
   };
