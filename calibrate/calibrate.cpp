@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <memory>
 
 #include "calibrate/calibration.h"
+#include "calibrate/choices.h"
 #include "calibrate/direct_search.h"
 #include "calibrate/output/calibration_result.h"
 #include "calibrate/output/result_to_record.h"
@@ -19,11 +22,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& study_runs,
+// Of each part of a study.
+using Campaigns = std::vector<std::unique_ptr<StudyRuns>>;
+
+bool was_requested(const Campaigns& campaigns, const std::string& key) {
+  return std::any_of(campaigns.begin(), campaigns.end(),
+                     [&](const auto& campaign) { return campaign->was_requested(key); });
+}
+
+void count_runs(const std::vector<JournalRun>& runs, const Campaigns& campaigns,
                 CalibrationResult& a) {
   for (const JournalRun& run : runs) {
-    a.other_version += run.program != study_runs.program() && run.program != user_program_identity;
-    if (!study_runs.was_requested(run.key)) continue;
+    a.other_version +=
+        run.program != campaigns.front()->program() && run.program != user_program_identity;
+    if (!was_requested(campaigns, run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
@@ -39,10 +51,17 @@ void count_runs(const std::vector<JournalRun>& runs, const StudyRuns& study_runs
 }
 
 StudySummary summarize(const Study& study, CalibrationResult& result, Journal& journal,
-                       const StudyRuns& study_runs, const std::string& directory, bool plot) {
+                       const Campaigns& campaigns, const std::string& directory, bool plot) {
   journal.require_in_place();
-  const std::vector<JournalRun> runs = journal.runs();
-  count_runs(runs, study_runs, result);
+  std::vector<JournalRun> runs = journal.runs();
+  for (std::size_t i = 0; i < result.curves.size(); ++i) {
+    const CurveTarget& c = study.curves[i];
+    for (JournalRun& run : runs)
+      if (run.label.experiment == study.experiments[c.experiment].name &&
+          was_requested(campaigns, run.key))
+        add_scores(c, result.curves[i], run.result);
+  }
+  count_runs(runs, campaigns, result);
   StudySummary s;
   s.verdict = result.verdict;
   s.headline = result.headline;
@@ -55,7 +74,7 @@ StudySummary summarize(const Study& study, CalibrationResult& result, Journal& j
     for (const fs::path& results :
          {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
       std::error_code unreadable;  // as a name that is too long
-      if (run.label.phase == "confirm" && study_runs.was_requested(run.key) &&
+      if (run.label.phase == "confirm" && was_requested(campaigns, run.key) &&
           results.extension() == ".h5" && fs::exists(results, unreadable))
         s.example_run = results.string();
     }
@@ -115,13 +134,20 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
                                    directory, study.largest_total(), study.execution.slurm));
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command resumes from there", directory));
-  StudyRuns study_runs(study, batch.executor(), batch.journal(), batch.store(), batch.progress(),
-                       batch.runs(), options.interrupt);
+  const std::vector<Study> parts = parts_of(study);
+  Campaigns campaigns;
+  for (const Study& part : parts)
+    campaigns.push_back(std::make_unique<StudyRuns>(part, batch.executor(), batch.journal(),
+                                                    batch.store(), batch.progress(), batch.runs(),
+                                                    options.interrupt));
   CalibrationResult result;
   try {
-    result = study.direct == DirectSearch::none
-                 ? Calibration(study, study_runs, batch.progress()).run()
-                 : direct_search(study, study_runs, batch.progress());
+    if (study.choice)
+      result = calibrate_choices(parts, campaigns, batch.progress());
+    else if (study.direct == DirectSearch::none)
+      result = Calibration(study, *campaigns.front(), batch.progress()).result();
+    else
+      result = direct_search(study, *campaigns.front(), batch.progress());
   } catch (const BatchInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(
@@ -133,14 +159,15 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
     return s;
   }
   batch.progress().done();
+  const Study& best = result.study ? *result.study : parts[result.best_choice];
   StudySummary summary =
-      summarize(study, result, batch.journal(), study_runs, directory, options.plot);
-  if (options.on_result) options.on_result(study, result);
+      summarize(best, result, batch.journal(), campaigns, directory, options.plot);
+  if (options.on_result) options.on_result(best, result);
   if (!options.save.name.empty()) {
     try {
       std::vector<JournalRun> used = batch.journal().runs();
       std::erase_if(used,
-                    [&](const JournalRun& run) { return !study_runs.was_requested(run.key); });
+                    [&](const JournalRun& run) { return !was_requested(campaigns, run.key); });
       summary.record =
           material_record(study, result, used, batch.executor(), directory, options.save);
     } catch (const InputError& e) {  // the study is reported without a record

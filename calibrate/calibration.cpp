@@ -42,6 +42,27 @@ std::string parameter_text(const Study& study, const std::vector<double>& values
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+// Carries out the runs of points, and finds the scores of their curves.
+void Calibration::run(std::vector<Point>& points) {
+  study_runs_.run(points);
+  for (std::size_t i = 0; i < a_.curves.size(); ++i)
+    for (Point& p : points) add_scores(study_.curves[i], a_.curves[i], p);
+}
+
+// The components of the curves that the design gave, and the targets that follow from them. False
+// where too few runs have a curve.
+bool Calibration::define_scores() {
+  for (const CurveTarget& c : study_.curves) {
+    const auto basis = curve_basis(c, a_.points);
+    if (!basis) return false;
+    a_.curves.push_back(*basis);
+    for (Target& t : score_targets(c, *basis)) study_.targets.push_back(std::move(t));
+    for (auto* points : {&a_.points, &numerics_})
+      for (Point& p : *points) add_scores(c, *basis, p);
+  }
+  return true;
+}
+
 // The named sets, and the middle of the ranges with the case's numerics and with others. Points
 // share their seeds: the same packing where the parameters allow it.
 void Calibration::run_initial_design() {
@@ -77,7 +98,7 @@ void Calibration::run_initial_design() {
   const auto asked = static_cast<std::ptrdiff_t>(points.size());
   points.insert(points.end(), numerics_.begin(), numerics_.end());
   progress_.phase("noise and numerics");
-  study_runs_.run(points);
+  run(points);
   numerics_.assign(points.begin() + asked, points.end());
   points.erase(points.begin() + asked, points.end());
   a_.points = std::move(points);
@@ -116,16 +137,17 @@ void Calibration::spread_design() {
                                        allowed_values(study_.constraints, study_.parameters, u),
                                        seed_range(study_.seed, replicates_per_point_)));
   progress_.phase("exploring the ranges");
-  study_runs_.run(design);
+  run(design);
   a_.points.insert(a_.points.end(), design.begin(), design.end());
 }
 
-// Whether seeds at the middle differ by less than what each measurement is uncertain by.
+// Whether seeds at the middle differ by less than what each target is uncertain by.
 bool Calibration::noise_is_negligible() const {
   const Point& centre = a_.points.back();
+  if (!study_.curves.empty()) return false;  // their components are not known yet
   return std::all_of(study_.targets.begin(), study_.targets.end(), [&](const Target& t) {
     const Sample s = sample(centre.finished(t.response));
-    return s.count >= 2 && s.sd() < t.uncertainty;
+    return s.count >= 2 && s.sd() < t.sd();
   });
 }
 
@@ -195,7 +217,7 @@ bool Calibration::extend_design() {
                                       seed_range(study_.seed, replicates_per_point_)));
   }
   progress_.phase("exploring further");
-  study_runs_.run(batch);
+  run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
   return true;
 }
@@ -231,7 +253,7 @@ void Calibration::run_more_seeds(const std::string& phase, const std::vector<std
     for (int k = 0; k < seeds[i]; ++k) again.back().seeds.push_back(++next);
   }
   progress_.phase(phase);
-  study_runs_.run(again);
+  run(again);
   for (std::size_t i = 0; i < points.size(); ++i) a_.points[points[i]] = again[i];
 }
 
@@ -291,6 +313,7 @@ bool Calibration::has_run_near(const VectorXd& u) const {
 void Calibration::report_estimate() const {
   const std::vector<double> values = allowed_values(study_.constraints, study_.parameters, best_);
   std::vector<std::string> regions, determined;
+  if (study_.chosen) regions.push_back(study_.chosen_text());
   nlohmann::ordered_json j = {{"best", nlohmann::ordered_json::object()},
                               {"determined", nlohmann::ordered_json::array()}};
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -308,11 +331,10 @@ void Calibration::report_estimate() const {
   }
   for (const Target& t : study_.targets)
     j["targets"].push_back({{"response", t.response.name}, {"value", t.value}});
-  progress_.knowledge(
-      fmt::format(
-          "  best so far: {}\n  determined: {}", fmt::join(regions, ", "),
-          determined.empty() ? "nothing yet" : fmt::format("{}", fmt::join(determined, "; "))),
-      j.dump());
+  progress_.knowledge(fmt::format("  best so far: {}\n  determined: {}", fmt::join(regions, ", "),
+                               determined.empty() ? "nothing yet"
+                                                  : fmt::format("{}", fmt::join(determined, "; "))),
+                   j.dump());
 }
 
 // Decides, and says why not: from the runs alone, so that a resumed study decides alike.
@@ -385,7 +407,7 @@ void Calibration::refine() {
                                       allowed_values(study_.constraints, study_.parameters, u),
                                       seed_range(study_.seed, replicates_per_point_)));
   progress_.phase("splitting the equally good");
-  study_runs_.run(batch);
+  run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
 }
 

@@ -21,24 +21,34 @@ class Calibration {
   Calibration(const Study& study, StudyRuns& study_runs, BatchProgress& progress)
       : study_(study), study_runs_(study_runs), progress_(progress) {}
 
-  CalibrationResult run() {
+  CalibrationResult result() {
+    make_runs();
+    return conclude({});
+  }
+  // The two steps of it. `elsewhere` are the points of the other choices of the study.
+  void make_runs() {
     run_initial_design();
-    bool fitted = fit();
-    while (!fitted && extend_design()) fitted = fit();
-    while (fitted && should_refine()) {
+    if (!define_scores()) return;
+    fitted_ = fit();
+    while (!fitted_ && extend_design()) fitted_ = fit();
+    while (fitted_ && should_refine()) {
       refine();
-      fitted = fit();
+      fitted_ = fit();
     }
-    if (fitted) {
-      choose_estimate();
-      confirm();
-      check_ridge_ends();
-      summarize_posterior();
-    }
+    if (!fitted_) return;
+    choose_estimate();
+    confirm();
+    check_ridge_ends();
+  }
+  CalibrationResult conclude(const std::vector<Point>& elsewhere) {
+    if (fitted_) summarize_posterior(elsewhere);
     return finish();
   }
+  const std::vector<Point>& points() const { return a_.points; }
 
  private:
+  void run(std::vector<Point>& points);
+  bool define_scores();
   void run_initial_design();
   std::vector<Point> reused_points();
   void spread_design();
@@ -61,7 +71,7 @@ class Calibration {
   void judge_identifiability();
   void confirm();
   void check_ridge_ends();
-  void summarize_posterior();
+  void summarize_posterior(const std::vector<Point>& elsewhere);
   CalibrationResult finish();
 
   void compare_numerics();
@@ -71,7 +81,7 @@ class Calibration {
   std::string failure_text() const;
   void account_for_budget();
 
-  const Study& study_;
+  Study study_;  // with the targets that its curves become
   StudyRuns& study_runs_;
   BatchProgress& progress_;
   CalibrationResult a_;
@@ -82,6 +92,7 @@ class Calibration {
   int point_multiplier_ = 1;      // factor on the planned number of points
   bool repeated_ = false;         // points with one run have been repeated, to estimate their noise
   bool budget_used_ = false;      // refinement ended because the budget was used
+  bool fitted_ = false;
 };
 
 // Fills in the responses of the runs of a point. `fitted` (may be null) has the noise.

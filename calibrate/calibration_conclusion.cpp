@@ -79,7 +79,7 @@ void Calibration::judge_fit() {
       const Prediction p = m.surrogate.best.predict(u);
       r.lowest = std::min(r.lowest, p.mean);
       r.highest = std::max(r.highest, p.mean);
-      const double sd = std::hypot(t.uncertainty, std::sqrt(p.variance));
+      const double sd = std::hypot(t.sd(), std::sqrt(p.variance));
       r.reachable = r.reachable || std::abs(p.mean - t.value) <= agreement * sd;
     };
     look(best_);
@@ -122,8 +122,8 @@ void Calibration::judge_identifiability() {
 
 // Final models, from all runs including the confirmation runs. These are replicates at one point
 // and determine the noise at the estimate.
-void Calibration::summarize_posterior() {
-  a_.models = fit_response_models(study_, a_.points);
+void Calibration::summarize_posterior(const std::vector<Point>& elsewhere) {
+  a_.models = fit_response_models(study_, a_.points, elsewhere);
   const NegativeLogPosterior misfit(study_, *a_.models);
   a_.posterior = sample_posterior(study_, misfit);
   record_estimate("confirmation");
@@ -135,7 +135,7 @@ void Calibration::summarize_posterior() {
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Prediction p = a_.models->targets[k].surrogate.best.predict(best_);
     a_.split.push_back({std::pow(study_.targets[k].uncertainty, 2), p.noise_variance,
-                        p.variance - p.noise_variance});
+                        p.variance - p.noise_variance, std::pow(study_.targets[k].discrepancy, 2)});
   }
   a_.profiles = profile_likelihoods(study_, misfit, *a_.posterior);
   a_.advice = rank_measurements(study_, *a_.models, *a_.posterior);
@@ -153,10 +153,14 @@ void Calibration::summarize_posterior() {
                              : fmt::format("{} outlier runs were left out", a_.outliers.size()));
   for (std::size_t k = 0; k < study_.targets.size(); ++k)
     if (const Observation& o = a_.best.observed[k];
-        o.standard_error > agreement * study_.targets[k].uncertainty)
+        o.standard_error > agreement * study_.targets[k].sd())
       a_.caveats.push_back(
           fmt::format("{} is confirmed to ± {:.2g} only, and was measured to ± {:.2g}", o.response,
                       o.standard_error, study_.targets[k].uncertainty));
+  for (std::size_t i = 0; i < a_.curves.size(); ++i)
+    if (has_unexplained_part(study_.curves[i], a_.curves[i]))
+      a_.caveats.push_back(fmt::format(
+          "the recorded curve {} has a part that no simulated curve has", study_.curves[i].label));
   for (const ResponseModel& m : a_.models->targets)
     if (!m.passes_cross_validation())
       a_.caveats.push_back(
@@ -179,7 +183,7 @@ void Calibration::confirm() {
   std::vector<Point> batch = {
       study_runs_.point("confirm", 0, a_.best.values, seed_range(first, seeds))};
   progress_.phase("confirming with fresh seeds");
-  study_runs_.run(batch);
+  run(batch);
   a_.points.push_back(batch[0]);
   a_.outliers = mark_outliers(study_, a_.points);
   observe(study_, &*a_.models, a_.points.back(), a_.best);
@@ -194,7 +198,7 @@ void Calibration::check_ridge_ends() {
                                       seed_range(study_.seed + ridge_seeds + i * ridge_seed_stride,
                                                  study_.budget.endpoint_replicates)));
   progress_.phase("checking the ends of the ridge");
-  study_runs_.run(batch);
+  run(batch);
   a_.points.insert(a_.points.end(), batch.begin(), batch.end());
   a_.outliers = mark_outliers(study_, a_.points);
   for (std::size_t i = 0; i < ends.size(); ++i)
@@ -220,8 +224,7 @@ bool Calibration::agrees(const CheckedSet& set) const {
     const Target& t = study_.targets[k];
     const Observation& o = set.observed[k];
     if (o.sample.count < 2) return false;
-    chi_square +=
-        std::pow((o.sample.mean - t.value) / std::hypot(t.uncertainty, o.standard_error), 2);
+    chi_square += std::pow((o.sample.mean - t.value) / std::hypot(t.sd(), o.standard_error), 2);
   }
   return chi_square_tail(chi_square, static_cast<double>(study_.targets.size())) >= significance;
 }
@@ -357,6 +360,7 @@ CalibrationResult Calibration::finish() {
       break;
   }
   for (const std::string& caveat : a_.caveats) a_.headline += "; " + caveat;
+  if (!study_.curves.empty()) a_.study = std::make_shared<const Study>(study_);
   return std::move(a_);
 }
 

@@ -18,7 +18,7 @@ double distance(const Study& study, const Point& point) {
   for (const Target& t : study.targets) {
     const Sample s = sample(point.finished(t.response));
     if (s.count == 0) return std::numeric_limits<double>::quiet_NaN();
-    sum += std::pow((s.mean - t.value) / t.uncertainty, 2);
+    sum += std::pow((s.mean - t.value) / t.sd(), 2);
   }
   return std::sqrt(sum / static_cast<double>(study.targets.size()));
 }

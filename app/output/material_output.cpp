@@ -128,8 +128,12 @@ void append_provenance(std::string& out, const StoredRecord& s) {
   line(out, "  {:<14} {}", "source", p.source);
   line(out, "  {:<14} {}, {}", "author, date", p.author, p.date);
   for (const UsedMeasurement& m : p.measurements)
-    line(out, "  {:<14} {} = {}; {}", "measurement", m.response,
-         value_text(m.value, m.uncertainty, m.unit), m.source);
+    line(out, "  {:<14} {} = {}{}; {}", "measurement", m.response,
+         value_text(m.value, m.uncertainty, m.unit),
+         m.discrepancy > 0 ? ", discrepancy of the simulation ± " + number_text(m.discrepancy, 2) +
+                                 unit_suffix(m.unit)
+                           : "",
+         m.source);
   if (!p.program_version.empty())
     line(out, "  {:<14} firn {}, commit {}, identity {}, contact model {}", "program",
          p.program_version, p.program_commit, p.program, p.contact_model);

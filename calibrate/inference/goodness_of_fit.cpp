@@ -27,8 +27,8 @@ double determined_directions(const Study& study, const ResponseModels& models, c
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Prediction p = models.targets[i].surrogate.best.predict_with_gradients(u);
-    jacobian.row(k) = p.mean_gradient.transpose() /
-                      std::hypot(study.targets[i].uncertainty, std::sqrt(p.variance));
+    jacobian.row(k) =
+        p.mean_gradient.transpose() / std::hypot(study.targets[i].sd(), std::sqrt(p.variance));
   }
   for (Index i = 0; i < d; ++i) {
     const auto sd = study.parameters[static_cast<std::size_t>(i)].prior_sd_unit();

@@ -22,8 +22,9 @@ constexpr double keep_apart = 0.15;  // unit cube
 
 VarianceSplit split_variance(const Target& t, const Prediction& p, VarianceSources sources) {
   const double measurement = t.uncertainty * t.uncertainty;
-  if (sources == VarianceSources::measurement) return {measurement, 0, 0};
-  return {measurement, p.noise_variance, p.variance - p.noise_variance};
+  const double discrepancy = t.discrepancy * t.discrepancy;
+  if (sources == VarianceSources::measurement) return {measurement, 0, 0, discrepancy};
+  return {measurement, p.noise_variance, p.variance - p.noise_variance, discrepancy};
 }
 
 double value_at(const Study& study, const Combination& c, const VectorXd& u) {
@@ -36,12 +37,11 @@ double value_at(const Study& study, const Combination& c, const VectorXd& u) {
   return value;
 }
 
-// True where the model's uncertainty at u is not negligible compared with a measurement's.
+// True where the model's uncertainty at u is not negligible compared with a target's.
 bool unsure(const Study& study, const std::vector<Surrogate>& models, const VectorXd& u) {
   constexpr double counts = 0.3;
   for (std::size_t k = 0; k < models.size(); ++k)
-    if (std::sqrt(models[k].predict(u).variance) > counts * study.targets[k].uncertainty)
-      return true;
+    if (std::sqrt(models[k].predict(u).variance) > counts * study.targets[k].sd()) return true;
   return false;
 }
 
@@ -85,6 +85,7 @@ std::vector<Combination> combinations(const Study& study, const ResponseModels& 
         c.split.measurement += share * s.measurement;
         c.split.seeds += share * s.seeds;
         c.split.surrogate += share * s.surrogate;
+        c.split.discrepancy += share * s.discrepancy;
       }
     all.push_back(std::move(c));
   }
@@ -122,8 +123,8 @@ double expected_narrowing(const Study& study, const ResponseModels& models,
     for (std::size_t s = 0; s < posterior.u.size(); ++s)
       variance +=
           posterior.weight[s] * models.targets[k].surrogate.best.predict(posterior.u[s]).variance;
-    const double measurement = study.targets[k].uncertainty;
-    gain = std::max(gain, 1 - measurement / std::hypot(measurement, std::sqrt(variance)));
+    const double least = study.targets[k].sd();
+    gain = std::max(gain, 1 - least / std::hypot(least, std::sqrt(variance)));
   }
   return gain;
 }
@@ -170,7 +171,7 @@ std::vector<VectorXd> refinement_points(const Study& study, const ResponseModels
     for (const VectorXd& u : pool) {
       double score = 0;
       for (std::size_t k = 0; k < believed.size(); ++k)
-        score += believed[k].predict(u).variance / std::pow(study.targets[k].uncertainty, 2);
+        score += believed[k].predict(u).variance / study.targets[k].variance();
       score *= std::pow(1 - models.arch_probability(u), 2);
       score *= 1 - models.cut_short_probability(u);  // costs as much and yields no value
       // The variance of a polynomial hardly depends on the places of the points: a minimum distance

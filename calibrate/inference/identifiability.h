@@ -18,8 +18,8 @@ namespace firn {
 
 // Contributions to a variance.
 struct VarianceSplit {
-  double measurement = 0, seeds = 0, surrogate = 0;
-  double total() const { return measurement + seeds + surrogate; }
+  double measurement = 0, seeds = 0, surrogate = 0, discrepancy = 0;
+  double total() const { return measurement + seeds + surrogate + discrepancy; }
 };
 
 // A linear combination of the (scaled) parameters, and how well the data determine it.
@@ -42,8 +42,8 @@ struct Combination {
   // The reported uncertainty: valid over the whole posterior, not only near the estimate.
   double uncertainty() const { return std::max({sd, spread, distance_95 / 2}); }
 };
-// Variances that limit a direction: all sources, or the measurements alone, as if the responses
-// were known exactly.
+// Variances that limit a direction: all sources, or the measurements and discrepancies alone, as if
+// the responses were known exactly.
 enum class VarianceSources { all, measurement };
 // Combinations at u (unit cube), best determined first; as many as parameters.
 std::vector<Combination> combinations(const Study& study, const ResponseModels& models,

@@ -33,23 +33,25 @@ double weighted_sd(const std::vector<double>& x, const std::vector<double>& weig
 }
 
 // What a measurement is expected to give where `model` predicts `p`. The first measurement of the
-// same response, of the value `known`, has the same error of the model: what it says of that error
-// is known already, and a second measurement does not average it out.
+// same response, of the value `known`, has the same error of the model and the same discrepancy:
+// what it says of them is known already, and a second measurement does not average them out.
 struct Outcome {
   double mean, variance;
 };
-Outcome outcome_of(const Prediction& p, double uncertainty, const std::optional<double>& known) {
-  const double own = uncertainty * uncertainty;
-  if (!known) return {p.mean, p.variance + own};
-  const double learned = p.variance / (p.variance + own);
-  return {p.mean + learned * (*known - p.mean), (1 - learned) * p.variance + own};
+Outcome outcome_of(const Prediction& p, const MeasurementValue& a,
+                   const std::optional<double>& known) {
+  const double own = a.uncertainty * a.uncertainty;
+  const double common = p.variance + a.discrepancy * a.discrepancy;
+  if (!known) return {p.mean, common + own};
+  const double learned = common / (common + own);
+  return {p.mean + learned * (*known - p.mean), (1 - learned) * common + own};
 }
 
 void judge(const Surrogate& model, const std::vector<VectorXd>& believed, const VectorXd& longest,
            const std::optional<double>& known, MeasurementValue& a) {
   std::vector<double> mean, variance, along;
   for (const VectorXd& u : believed) {
-    const Outcome outcome = outcome_of(model.predict(u), a.uncertainty, known);
+    const Outcome outcome = outcome_of(model.predict(u), a, known);
     mean.push_back(outcome.mean);
     variance.push_back(outcome.variance);
     along.push_back(longest.dot(u));
@@ -81,14 +83,14 @@ std::vector<MeasurementValue> rank_measurements(const Study& study, const Respon
   std::vector<MeasurementValue> all;
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    all.push_back({t.response, true, t.uncertainty, t.unit, t.effort, 0, 1});
+    all.push_back({t.response, true, t.uncertainty, t.unit, t.effort, 0, 1, t.discrepancy});
     judge(models.targets[k].surrogate.best, believed, posterior.longest, t.value, all.back());
   }
   for (const Observed& o : study.observed) {
     if (o.uncertainty == 0) continue;
     for (const ResponseModel& m : models.observed)
       if (m.response.label == o.response.label) {
-        all.push_back({o.response, false, o.uncertainty, o.unit, o.effort, 0, 1});
+        all.push_back({o.response, false, o.uncertainty, o.unit, o.effort, 0, 1, o.discrepancy});
         judge(m.surrogate.best, believed, posterior.longest, {}, all.back());
       }
   }

@@ -17,6 +17,7 @@ struct MeasurementValue {
   // Expected standard deviation along the posterior's longest direction, relative to the present
   // one.
   double remaining_extent = 1;
+  double discrepancy = 0;  // one standard deviation of the simulator's systematic error, in `unit`
 };
 
 // Repeats of every target, and measurements of every observed response that the study describes.
@@ -25,8 +26,8 @@ struct MeasurementValue {
 //
 // Information is the mutual information of the outcome and the parameters (Lindley 1956), by nested
 // Monte Carlo over the posterior (Ryan 2003) with the surrogate's own uncertainty counted as part
-// of the measurement's. A repeated measurement has the same error of the surrogate as the first
-// one. Deterministic.
+// of the measurement's. A repeated measurement has the same error of the surrogate and the same
+// discrepancy as the first one. Deterministic.
 std::vector<MeasurementValue> rank_measurements(const Study& study, const ResponseModels& models,
                                                 const Posterior& posterior);
 

@@ -47,6 +47,14 @@ std::vector<double> tempered_weights(const std::vector<double>& cost, double ste
   return weight;
 }
 
+// Logarithm of the mean of exp(-step / 2 * cost), by its weights relative to the largest.
+double log_mean_weight(const std::vector<double>& cost, const std::vector<double>& weight,
+                       double step) {
+  const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
+  return std::log(sum / static_cast<double>(weight.size())) -
+         0.5 * step * *std::min_element(cost.begin(), cost.end());
+}
+
 // The longest step of the temperature after which half of the cloud still counts.
 double longest_step(const std::vector<double>& cost, double left) {
   const double enough = 0.5 * static_cast<double>(cost.size());
@@ -234,11 +242,12 @@ double Posterior::hpd_level(double place_cost) const {
 
 Posterior sample_density(const std::function<double(const VectorXd&)>& cost, int dimensions) {
   Cloud cloud(cost, dimensions);
-  double temperature = 0;
+  double temperature = 0, log_evidence = 0;
   std::vector<double> weight;
   while (true) {
     const double step = longest_step(cloud.cost, 1 - temperature);
     weight = tempered_weights(cloud.cost, step);
+    log_evidence += log_mean_weight(cloud.cost, weight, step);
     if (temperature + step >= 1) break;
     temperature += step;
     cloud.resample(weight);
@@ -247,6 +256,7 @@ Posterior sample_density(const std::function<double(const VectorXd&)>& cost, int
   Posterior p;
   const double sum = std::accumulate(weight.begin(), weight.end(), 0.0);
   for (double& w : weight) w /= sum;
+  p.log_evidence = log_evidence;
   p.effective_samples = effective(weight);
   p.u = std::move(cloud.u);
   p.cost = std::move(cloud.cost);

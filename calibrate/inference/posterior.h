@@ -31,6 +31,9 @@ struct Posterior {
   double hpd_95_cost = 0;
   std::vector<Marginal> marginals;
   Eigen::VectorXd longest;  // unit vector: direction of the largest extent of the posterior
+  // Evidence: logarithm of the mean of exp(-cost / 2) over the points of the cube with a finite
+  // cost, up to a constant.
+  double log_evidence = 0;
 
   // Share of the posterior that is denser than a point of this cost: at most 0.95 inside the 95 %
   // region. For the true parameters of many well-calibrated studies it is uniform between 0 and 1.
@@ -44,8 +47,8 @@ double weighted_quantile(const std::vector<double>& x, const std::vector<double>
 // cube are moved to the posterior through tempered densities. Each tempering step keeps half of the
 // effective samples. Metropolis steps with the covariance of the samples follow each tempering step
 // (Del Moral, Doucet and Jasra 2006; step length of Roberts, Gelman and Gilks 1997). Where the cost
-// is infinite there is no density. Deterministic. `weight`, `cost`, `effective_samples` and
-// `cost_95` are filled in.
+// is infinite there is no density. Deterministic. `weight`, `cost`, `effective_samples`,
+// `hpd_95_cost` and `log_evidence` are filled in.
 Posterior sample_density(const std::function<double(const Eigen::VectorXd&)>& cost, int dimensions);
 
 // The posterior of a study with all members filled in.

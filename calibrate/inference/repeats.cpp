@@ -20,7 +20,7 @@ bool scatter_exceeds_noise(const Study& study, const ResponseModels& models) {
       ++count;
     }
     if (count >= enough && squares > clearly_more * clearly_more * noise &&
-        squares > count * std::pow(study.targets[k].uncertainty, 2))
+        squares > count * study.targets[k].variance())
       return true;
   }
   return false;
@@ -29,7 +29,7 @@ bool scatter_exceeds_noise(const Study& study, const ResponseModels& models) {
 bool noise_exceeds_measurement(const Study& study, const ResponseModels& models) {
   for (std::size_t k = 0; k < study.targets.size(); ++k) {
     const Target& t = study.targets[k];
-    if (models.targets[k].noise.at(t.value) > t.uncertainty) return true;
+    if (models.targets[k].noise.at(t.value) > t.sd()) return true;
   }
   return false;
 }

@@ -1,6 +1,7 @@
 #include "calibrate/inference/response_model.h"
 
 #include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 namespace firn {
@@ -55,9 +56,10 @@ std::vector<NoiseSite> noise_sites(const ResponseModel& m, const SurrogateData& 
 }
 
 std::optional<ResponseModel> model_response(const ResponseId& response,
-                                            const std::vector<Point>& points) {
+                                            const std::vector<Point>& points,
+                                            const std::vector<Point>& elsewhere) {
   std::vector<const Point*> used;
-  std::vector<Sample> samples, all;
+  std::vector<Sample> samples, all, others;
   std::string unit;
   for (const Point& p : points) {
     const Sample s = sample(p.finished(response));
@@ -68,7 +70,9 @@ std::optional<ResponseModel> model_response(const ResponseId& response,
     samples.push_back(s);
     unit = p.unit(response);
   }
-  const auto noise = pool_noise(all);
+  for (const Point& p : elsewhere)
+    if (const Sample s = sample(p.finished(response)); s.count > 0) others.push_back(s);
+  const auto noise = pool_noise(all, others);
   const Index d = points.empty() ? 0 : points.front().u.size(), n = static_cast<Index>(used.size());
   if (!noise || n < d + 2) return std::nullopt;
   SurrogateData data{MatrixXd(n, d), VectorXd(n), VectorXd(n), 0};
@@ -127,6 +131,26 @@ std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples) {
              : constant;
 }
 
+std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples,
+                                     const std::vector<Sample>& others) {
+  constexpr double significance = 0.01;
+  const auto alone = pool_noise(samples);
+  if (others.empty()) return alone;
+  std::vector<Sample> all = samples;
+  all.insert(all.end(), others.begin(), others.end());
+  const auto together = pool_noise(all);
+  if (!alone || !together) return together;
+  const int freedom = alone->degrees_of_freedom, more = together->degrees_of_freedom - freedom;
+  if (more == 0) return alone;
+  const double own = pooled_sd(samples, together->relative, freedom),
+               other = pooled_sd(others, together->relative, more);
+  if (!(own > 0) || !(other > 0)) return own == other ? together : alone;
+  const double ratio = std::pow(own / other, 2);
+  if (!std::isfinite(ratio)) return alone;
+  const double below = boost::math::cdf(boost::math::fisher_f(freedom, more), ratio);
+  return 2 * std::min(below, 1 - below) < significance ? alone : together;
+}
+
 OutcomeProbability::OutcomeProbability(const std::vector<Point>& points, std::size_t experiment,
                                        const std::vector<JobStatus>& counted,
                                        const std::vector<JobStatus>& among) {
@@ -167,7 +191,8 @@ double ResponseModels::cut_short_probability(const VectorXd& u) const {
 }
 
 std::optional<ResponseModels> fit_response_models(const Study& study,
-                                                  const std::vector<Point>& points) {
+                                                  const std::vector<Point>& points,
+                                                  const std::vector<Point>& elsewhere) {
   using enum JobStatus;
   ResponseModels k;
   for (std::size_t e = 0; e < study.experiments.size(); ++e) {
@@ -176,12 +201,12 @@ std::optional<ResponseModels> fit_response_models(const Study& study,
                              std::vector{finished, JobStatus::arched});
   }
   for (const Target& t : study.targets) {
-    auto m = model_response(t.response, points);
+    auto m = model_response(t.response, points, elsewhere);
     if (!m) return std::nullopt;
     k.targets.push_back(std::move(*m));
   }
   for (const Observed& o : study.observed)
-    if (auto m = model_response(o.response, points)) k.observed.push_back(std::move(*m));
+    if (auto m = model_response(o.response, points, elsewhere)) k.observed.push_back(std::move(*m));
   return k;
 }
 
@@ -190,7 +215,7 @@ double NegativeLogPosterior::cost(const VectorXd& u) const {
   for (std::size_t k = 0; k < study_.targets.size(); ++k) {
     const Target& t = study_.targets[k];
     const Prediction p = models_.targets[k].surrogate.best.predict(u);
-    const double v = t.uncertainty * t.uncertainty + p.variance;
+    const double v = t.variance() + p.variance;
     sum += (p.mean - t.value) * (p.mean - t.value) / v + std::log(v);
   }
   sum += prior_cost(study_.priors, study_.parameters, u);
@@ -208,7 +233,7 @@ VectorXd NegativeLogPosterior::z(const VectorXd& u) const {
   for (Index k = 0; k < z.size(); ++k) {
     const Target& t = study_.targets[static_cast<std::size_t>(k)];
     const Prediction p = models_.targets[static_cast<std::size_t>(k)].surrogate.best.predict(u);
-    z[k] = (p.mean - t.value) / std::sqrt(t.uncertainty * t.uncertainty + p.variance);
+    z[k] = (p.mean - t.value) / std::sqrt(t.variance() + p.variance);
   }
   return z;
 }
@@ -218,7 +243,7 @@ LeastSquaresProblem NegativeLogPosterior::residuals(const VectorXd& frozen) cons
   VectorXd sd(targets);
   for (Index k = 0; k < targets; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    sd[k] = std::hypot(study_.targets[i].uncertainty,
+    sd[k] = std::hypot(study_.targets[i].sd(),
                        std::sqrt(models_.targets[i].surrogate.best.predict(frozen).variance));
   }
   LeastSquaresProblem problem;

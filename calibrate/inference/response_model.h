@@ -25,6 +25,10 @@ struct NoiseModel {
 };
 // The better of a constant and a relative spread by likelihood. Nothing without two runs anywhere.
 std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples);
+// The same of two sets together, where the spreads of both agree (Fisher's distribution, at 1 %);
+// else of the first alone.
+std::optional<NoiseModel> pool_noise(const std::vector<Sample>& samples,
+                                     const std::vector<Sample>& others);
 
 struct ResponseModel {
   ResponseId response;
@@ -71,8 +75,10 @@ struct ResponseModels {
   double cut_short_probability(const Eigen::VectorXd& u) const;
 };
 // Points outside the ranges are left out. Nothing when the finished runs of a target are too few.
+// `elsewhere` are points of the other choices of the study: they inform the noise alone.
 std::optional<ResponseModels> fit_response_models(const Study& study,
-                                                  const std::vector<Point>& points);
+                                                  const std::vector<Point>& points,
+                                                  const std::vector<Point>& elsewhere = {});
 
 // Misfit of a parameter set to the measurements.
 class NegativeLogPosterior {
@@ -81,8 +87,9 @@ class NegativeLogPosterior {
       : study_(study), models_(models) {}
 
   // Minus twice the logarithm of the posterior density up to a constant: for each target (m - y)^2
-  // / V + ln V with V the variance of measurement and surrogate, plus the given priors, a steep
-  // penalty beyond constraints, and -2 ln of the probability that the flow does not arch.
+  // / V + ln V with V the variance of measurement, discrepancy and surrogate, plus the given
+  // priors, a steep penalty beyond constraints, and -2 ln of the probability that the flow does not
+  // arch.
   double cost(const Eigen::VectorXd& u) const;
   // cost() with a weak regularization towards the middle of the ranges, which selects one of
   // several equal minima. A distance of one range costs as much as one standard deviation of a

@@ -1,10 +1,12 @@
 // Result of a study as plain data. Tables, JSON and plots are made from it.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calibrate/inference/curve_scores.h"
 #include "calibrate/inference/goodness_of_fit.h"
 #include "calibrate/inference/identifiability.h"
 #include "calibrate/inference/measurement_planning.h"
@@ -75,6 +77,18 @@ struct EstimateRound {
   std::vector<Marginal> marginals;  // in order of the parameters
 };
 
+// What the runs of one choice say of it, for a study of a parameter with choices.
+struct ChoiceOutcome {
+  std::string label;
+  double prior = 0;
+  std::optional<double> probability;  // among the choices that could be fitted; nothing: not fitted
+  StudyVerdict verdict = StudyVerdict::too_few_runs;
+  std::string headline;
+  std::vector<double> best;          // parameters
+  std::vector<Marginal> marginals;   // of the parameters, given this choice; empty: not fitted
+  std::optional<GoodnessOfFit> goodness;  // of all targets together
+};
+
 struct CalibrationResult {
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
@@ -109,6 +123,13 @@ struct CalibrationResult {
   std::vector<std::string> cut_short;  // where: a sentence for each run that a limit stopped
   int other_version = 0;               // runs in the journal made by another program: not used
   double wall = 0;                     // s, of all runs together
+  // In order of Study::choice; empty without one. All else is that of `best_choice`.
+  std::vector<ChoiceOutcome> choices;
+  std::size_t best_choice = 0;
+  // In order of Study::curves, once enough were simulated, and the study with the targets that they
+  // became; null where the study has no curve.
+  std::vector<CurveBasis> curves;
+  std::shared_ptr<const Study> study;
 };
 
 // Rendering: result_table.cpp, result_json.cpp.

@@ -35,9 +35,10 @@ std::string added_name(std::string name, std::set<std::string>& taken) {
 void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult& a) {
   const std::vector<VectorXd> u = resampled(*a.posterior, draws);
   const NegativeLogPosterior misfit(study, *a.models);
-  const NetcdfAttributes made = {{"inference_library", "firn"},
-                                 {"inference_library_version", firn_version()},
-                                 {"study", study.name}};
+  NetcdfAttributes made = {{"inference_library", "firn"},
+                           {"inference_library_version", firn_version()},
+                           {"study", study.name}};
+  if (study.chosen) made.emplace_back("choice", study.chosen_text());
   const std::vector<std::string> per_draw = {"chain", "draw"};
   for (const char* name : {"posterior", "sample_stats", "posterior_predictive"}) {
     file.group(name, made);
@@ -64,14 +65,15 @@ void write_groups(NetcdfFile& file, const Study& study, const CalibrationResult&
     const std::string name = variable_name(t.response.label), dimension = name + "_dim_0";
     for (const char* group : {"observed_data", "posterior_predictive"})
       file.dimension(group, dimension, 1);
-    file.variable("observed_data", name, {dimension}, std::span(&t.value, 1),
-                  {{"units", stored_unit(t.unit)},
-                   {"standard_uncertainty", fmt::format("{}", t.uncertainty)}});
+    NetcdfAttributes measured = {{"units", stored_unit(t.unit)},
+                                 {"standard_uncertainty", fmt::format("{}", t.uncertainty)}};
+    if (t.discrepancy > 0)
+      measured.emplace_back("discrepancy_standard_deviation", fmt::format("{}", t.discrepancy));
+    file.variable("observed_data", name, {dimension}, std::span(&t.value, 1), measured);
     for (std::size_t s = 0; s < u.size(); ++s) {
       const ResponseModel& model = a.models->targets[k];
       const Prediction p = model.surrogate.best.predict(u[s]);
-      values[s] =
-          p.mean + std::hypot(t.uncertainty, std::sqrt(p.variance)) * normal_deviate(random);
+      values[s] = p.mean + std::hypot(t.sd(), std::sqrt(p.variance)) * normal_deviate(random);
       means[s] = p.mean;
       runs[s] = p.mean + std::sqrt(p.variance + model.run_variance(u[s], p.mean)) *
                              normal_deviate(random_runs);

@@ -21,9 +21,11 @@ Json named_values(const Study& study, const std::vector<double>& values) {
 }
 
 Json split_json(const VarianceSplit& s) {
-  return {{"measurement", std::sqrt(s.measurement)},
-          {"seed_noise", std::sqrt(s.seeds)},
-          {"surrogate", std::sqrt(s.surrogate)}};
+  Json j = {{"measurement", std::sqrt(s.measurement)},
+            {"seed_noise", std::sqrt(s.seeds)},
+            {"surrogate", std::sqrt(s.surrogate)}};
+  if (s.discrepancy > 0) j["discrepancy"] = std::sqrt(s.discrepancy);
+  return j;
 }
 
 Json checked_json(const Study& study, const CheckedSet& set) {
@@ -105,6 +107,65 @@ Json parameters_json(const Study& study, const CalibrationResult& a) {
   return all;
 }
 
+Json goodness_json(const Study& study, const GoodnessOfFit& g) {
+  Json j = {{"chi_square", number_json(g.chi_square)},
+            {"degrees_of_freedom", g.freedom},
+            {"probability", g.probability},
+            {"acceptable", g.acceptable()}};
+  for (std::size_t k = 0; k < g.z.size(); ++k)
+    j["standardized_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
+  return j;
+}
+
+Json marginals_json(const Study& study, const std::vector<Marginal>& marginals) {
+  Json j = Json::object();
+  for (std::size_t i = 0; i < study.parameters.size(); ++i) {
+    const Marginal& m = marginals[i];
+    j[study.parameters[i].name] = {{"median", m.median},
+                                   {"interval_68", {m.low_68, m.high_68}},
+                                   {"interval_95", {m.low, m.high}}};
+  }
+  return j;
+}
+
+Json curve_json(const CurveTarget& c, const CurveBasis& basis) {
+  const auto list = [](const auto& v) { return std::vector<double>(v.begin(), v.end()); };
+  Json components = Json::array();
+  for (Eigen::Index k = 0; k < basis.components.cols(); ++k)
+    components.push_back(list(Eigen::VectorXd(basis.components.col(k))));
+  return {{"curve", c.label},
+          {"unit", c.unit},
+          {"x_unit", c.x_unit},
+          {"uncertainty", c.uncertainty},
+          {"explained_variance", basis.explained},
+          {"simulated_rest", basis.simulated_rest},
+          {"single_run_rest", basis.run_rest},
+          {"recorded_rest", basis.recorded_rest},
+          {"x", list(c.x)},
+          {"recorded", list(c.y)},
+          {"simulated_mean", list(basis.mean)},
+          {"components", components}};
+}
+
+Json choices_json(const Study& study, const CalibrationResult& a) {
+  Json all = Json::array();
+  for (const ChoiceOutcome& c : a.choices) {
+    Json j = {{"choice", c.label},
+              {"prior", c.prior},
+              {"probability", c.probability ? number_json(*c.probability) : nullptr},
+              {"verdict", to_string(c.verdict)},
+              {"headline", c.headline}};
+    if (c.goodness) j["goodness_of_fit"] = goodness_json(study, *c.goodness);
+    if (!c.best.empty()) j["estimate"] = named_values(study, c.best);
+    if (!c.marginals.empty()) j["parameters"] = marginals_json(study, c.marginals);
+    all.push_back(j);
+  }
+  return {{"parameter", study.choice->name},
+          {"keys", study.choice->keys},
+          {"best", a.choices[a.best_choice].label},
+          {"choices", all}};
+}
+
 Json combinations_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const Combination& c : a.combinations) {
@@ -140,6 +201,7 @@ Json targets_json(const Study& study, const CalibrationResult& a) {
               {"uncertainty", t.uncertainty},
               {"unit", t.unit},
               {"source", t.source}};
+    if (t.discrepancy > 0) j["discrepancy"] = t.discrepancy;
     if (a.models)
       j["reach"] = {{"lowest", a.reach[k].lowest},
                     {"highest", a.reach[k].highest},
@@ -157,16 +219,6 @@ Json targets_json(const Study& study, const CalibrationResult& a) {
     all.push_back(j);
   }
   return all;
-}
-
-Json goodness_json(const Study& study, const GoodnessOfFit& g) {
-  Json j = {{"chi_square", number_json(g.chi_square)},
-            {"degrees_of_freedom", g.freedom},
-            {"probability", g.probability},
-            {"acceptable", g.acceptable()}};
-  for (std::size_t k = 0; k < g.z.size(); ++k)
-    j["standardized_residuals"][study.targets[k].response.label] = number_json(g.z[k]);
-  return j;
 }
 
 Json sensitivity_json(const Study& study, const CalibrationResult& a) {
@@ -189,14 +241,9 @@ Json sensitivity_json(const Study& study, const CalibrationResult& a) {
 Json history_json(const Study& study, const CalibrationResult& a) {
   Json all = Json::array();
   for (const EstimateRound& round : a.estimate_history) {
-    Json j = {{"after", round.after}, {"runs", round.runs}, {"parameters", Json::object()}};
-    for (std::size_t i = 0; i < study.parameters.size(); ++i) {
-      const Marginal& m = round.marginals[i];
-      j["parameters"][study.parameters[i].name] = {{"median", m.median},
-                                                   {"interval_68", {m.low_68, m.high_68}},
-                                                   {"interval_95", {m.low, m.high}}};
-    }
-    all.push_back(j);
+    all.push_back({{"after", round.after},
+                   {"runs", round.runs},
+                   {"parameters", marginals_json(study, round.marginals)}});
   }
   return all;
 }
@@ -219,6 +266,7 @@ Json advice_json(const CalibrationResult& a) {
     Json j = {{"response", m.response.label},      {"repeats_a_target", m.repeats_a_target},
               {"uncertainty", m.uncertainty},      {"unit", m.unit},
               {"information_bits", m.information}, {"remaining_extent", m.remaining_extent}};
+    if (m.discrepancy > 0) j["discrepancy"] = m.discrepancy;
     if (m.effort > 0) j["effort_seconds"] = m.effort;
     all.push_back(j);
   }
@@ -236,6 +284,9 @@ std::string render_json(const Study& study, const CalibrationResult& a) {
             {"contact_model", kContactModel},
             {"targets", targets_json(study, a)},
             {"parameters", parameters_json(study, a)}};
+  if (!a.choices.empty()) j["choice"] = choices_json(study, a);
+  for (std::size_t i = 0; i < a.curves.size(); ++i)
+    j["curves"].push_back(curve_json(study.curves[i], a.curves[i]));
   for (const Prior& prior : study.priors) {
     Json names = Json::array();
     for (const std::size_t i : prior.parameters) names.push_back(study.parameters[i].name);

@@ -29,6 +29,12 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return name + (unit_text(unit).empty() ? "" : " / " + unit);
 }
 
+// ", discrepancy ± 1.5 deg" of a target that has one.
+std::string discrepancy_text(const Target& t) {
+  if (!(t.discrepancy > 0)) return "";
+  return fmt::format(", discrepancy ± {:.2g}{}", t.discrepancy, unit_suffix(t.unit));
+}
+
 struct Scene {
   const Study& study;
   const CalibrationResult& result;
@@ -82,8 +88,8 @@ void print_preamble(Out& out, const Scene& s) {
         "set border lw 1.2 lc rgb '#444444'\nset tics scale 0.6 out nomirror\n"
         "set key below left reverse Left samplen 2.2 spacing 1.15 maxcols 2\n",
         encode::gnuplot(t.response.label),
-        encode::gnuplot(
-            fmt::format("{:.4g} ± {:.2g}{}", t.value, t.uncertainty, unit_suffix(t.unit))));
+        encode::gnuplot(fmt::format("{:.4g} ± {:.2g}{}{}", t.value, t.uncertainty,
+                                    unit_suffix(t.unit), discrepancy_text(t))));
 }
 
 // Runs of a point that gave no response.
@@ -227,7 +233,7 @@ std::string draw_map(const Scene& s) {
   }
   print(out, "set contour base\nunset surface\n");
   print_contours(out, "target", {t.value});
-  print_contours(out, "band", {t.value - t.uncertainty, t.value + t.uncertainty});
+  print_contours(out, "band", {t.value - t.sd(), t.value + t.sd()});
   print_contours(out, "contours", round_levels(r.lowest, r.highest));
   print(out,
         "unset contour\nset surface\n"
@@ -300,7 +306,7 @@ std::string draw_slices(const Scene& s) {
           " $slice{6} using 1:2 with lines lw 2.5 lc rgb '#2b6aa0' notitle, \\\n"
           " $points using {3}:{4}:{5} with yerrorbars pt 7 ps 1.1 lc rgb '#303030' "
           "title 'simulated ± standard error'\n",
-          t.value - t.uncertainty, t.value + t.uncertainty, t.value, i + 1, d + 1, d + 2, i + 1);
+          t.value - t.sd(), t.value + t.sd(), t.value, i + 1, d + 1, d + 2, i + 1);
   }
   if (d > 1) print(out, "unset multiplot\n");
   return fmt::to_string(out);

@@ -27,6 +27,12 @@ std::string counts_text(const CheckedSet& set) {
   return s;
 }
 
+// ", discrepancy 1.5" where there is one.
+std::string discrepancy_share(const VarianceSplit& s, const char* format) {
+  if (!(s.discrepancy > 0)) return "";
+  return ", discrepancy " + fmt::format(fmt::runtime(format), std::sqrt(s.discrepancy));
+}
+
 void print_values(Out& out, const Study& study, const std::vector<double>& values) {
   for (std::size_t i = 0; i < values.size(); ++i)
     print(out, "{}{} = {}{}", i == 0 ? "" : ", ", study.parameters[i].name,
@@ -40,6 +46,11 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
     print(out, "  {} = {:.4g} ± {:.2g}{}\n", t.response.label, t.value, t.uncertainty,
           unit_suffix(t.unit));
     print(out, "    {}\n", t.source);
+    if (t.discrepancy > 0)
+      print(out,
+            "    discrepancy of the simulation, a prior: ± {:.2g}{}; with the measurement ± "
+            "{:.2g}{}\n",
+            t.discrepancy, unit_suffix(t.unit), t.sd(), unit_suffix(t.unit));
     if (!a.models) continue;
     const ReachedRange& r = a.reach[k];
     print(out, "    the ranges give {:.4g} to {:.4g}{}{}\n", r.lowest, r.highest,
@@ -47,6 +58,46 @@ void print_targets(Out& out, const Study& study, const CalibrationResult& a) {
           r.reachable ? (r.bracketed ? "" : "; no simulated point lies beyond the target")
                       : ": OUT OF REACH");
   }
+}
+
+void print_curves(Out& out, const Study& study, const CalibrationResult& a) {
+  for (std::size_t i = 0; i < a.curves.size(); ++i) {
+    const CurveTarget& c = study.curves[i];
+    const CurveBasis& basis = a.curves[i];
+    print(out,
+          "  {}: {} principal component{} hold {:.1f} % of the variance between the simulated "
+          "curves; they leave {:.2g}{} of these, {:.2g}{} of single runs and {:.2g}{} of the "
+          "recorded one (root mean square)\n",
+          c.label, basis.components.cols(), basis.components.cols() == 1 ? "" : "s",
+          100 * basis.explained, basis.simulated_rest, unit_suffix(c.unit), basis.run_rest,
+          unit_suffix(c.unit), basis.recorded_rest, unit_suffix(c.unit));
+  }
+}
+
+// All choices; what follows in the table is of the best one.
+void print_choices(Out& out, const Study& study, const CalibrationResult& a) {
+  if (a.choices.empty()) return;
+  print(out, "\nChoices of {}\n  {:<24}{:>10}{:>14}{:>16}", study.choice->name, "choice", "before",
+        "probability", "targets");
+  for (const Parameter& p : study.parameters)
+    print(out, "{:>36}", p.name + unit_suffix(p.unit) + ", median, 95 %");
+  print(out, "\n");
+  for (const ChoiceOutcome& c : a.choices) {
+    print(out, "  {:<24}{:>10.3f}{:>14}{:>16}", c.label, c.prior,
+          c.probability ? fmt::format("{:.3f}", *c.probability) : "-",
+          !c.goodness                ? "not fitted"
+          : c.goodness->acceptable() ? "met"
+                                     : "NOT MET");
+    for (std::size_t i = 0; i < c.marginals.size(); ++i) {
+      const Parameter& p = study.parameters[i];
+      const Marginal& m = c.marginals[i];
+      print(out, "{:>36}",
+            fmt::format("{}, {} to {}", p.text(m.median), p.text(m.low), p.text(m.high)));
+    }
+    print(out, "\n");
+  }
+  print(out, "  all that follows is for {} = {}\n", study.choice->name,
+        a.choices[a.best_choice].label);
 }
 
 void print_priors(Out& out, const Study& study) {
@@ -152,11 +203,13 @@ void print_best(Out& out, const Study& study, const CalibrationResult& a) {
   print_checked(out, study, a.best);
   for (std::size_t k = 0; k < a.split.size(); ++k) {
     const VarianceSplit& s = a.split[k];
-    print(out,
-          "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}; the "
-          "other surrogate says {:.4g}\n",
-          study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
-          std::sqrt(s.surrogate), unit_suffix(study.targets[k].unit), a.cross_check[k]);
+    print(
+        out,
+        "    {:<22} uncertainty: measurement {:.2g}, seed noise {:.2g}, surrogate {:.2g}{}{}; the "
+        "other surrogate says {:.4g}\n",
+        study.targets[k].response.label, std::sqrt(s.measurement), std::sqrt(s.seeds),
+        std::sqrt(s.surrogate), discrepancy_share(s, "{:.2g}"), unit_suffix(study.targets[k].unit),
+        a.cross_check[k]);
   }
 }
 
@@ -198,9 +251,10 @@ void print_identified(Out& out, const Study& study, const CalibrationResult& a) 
     }
     print(out,
           "  determined:      {} = {:.3f} ± {:.3f}   (measurement {:.3f}, seed noise {:.3f}, "
-          "surrogate {:.3f})\n",
+          "surrogate {:.3f}{})\n",
           combination_text(study, c), c.value, c.uncertainty(), std::sqrt(c.split.measurement),
-          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate));
+          std::sqrt(c.split.seeds), std::sqrt(c.split.surrogate),
+          discrepancy_share(c.split, "{:.3f}"));
     if (c.is_curved())
       print(out,
             "    ± {:.3f} near the answer; farther off the equally good parameters bend away from "
@@ -334,6 +388,8 @@ void print_goodness(Out& out, const CalibrationResult& a) {
 std::string render_table(const Study& study, const CalibrationResult& a) {
   Out out;
   print_targets(out, study, a);
+  print_curves(out, study, a);
+  print_choices(out, study, a);
   print_priors(out, study);
   print_compare(out, study, a);
   if (a.models) print_models(out, a);

@@ -166,8 +166,12 @@ void collect(const toml::table& table, const std::string& path, std::vector<std:
 std::vector<ScopeLimit> scope_of(const Study& study, const std::vector<SimulatedCase>& cases) {
   std::string tests;
   for (const Target& t : study.targets)
-    tests += fmt::format("{}{} = {:.4g} ± {:.2g}{}", tests.empty() ? "" : ", ", t.response.label,
-                         t.value, t.uncertainty, unit_suffix(t.unit));
+    tests +=
+        fmt::format("{}{} = {:.4g} ± {:.2g}{}{}", tests.empty() ? "" : ", ", t.response.label,
+                    t.value, t.uncertainty, unit_suffix(t.unit),
+                    t.discrepancy > 0 ? fmt::format(" (discrepancy of the simulation ± {:.2g}{})",
+                                                    t.discrepancy, unit_suffix(t.unit))
+                                      : "");
   std::vector<ScopeLimit> scope = {{"test", fmt::format("fitted to {}", tests)}};
   std::set<std::string> bound;
   for (const Parameter& p : study.parameters) bound.insert(p.keys.begin(), p.keys.end());
@@ -226,6 +230,7 @@ Provenance provenance_of(const Study& study, const std::vector<JournalRun>& runs
   for (const Target& t : study.targets) {
     UsedMeasurement m{"", t.response.label, t.value, t.uncertainty, stored_unit(t.unit), t.source,
                       ""};
+    m.discrepancy = t.discrepancy;
     if (!t.file.empty()) {
       const Measurement read = read_measurement(t.file);
       m.name = read.name;
@@ -271,6 +276,16 @@ std::vector<SimulatedCase> cases_of(const Study& study, const ReferenceSet& refe
 }  // namespace
 
 void require_material(const Study& study) {
+  if (!study.curves.empty())
+    throw InputError(
+        fmt::format("{}: targets: {} is a curve, which a material record cannot hold; expected "
+                    "targets with a value alone",
+                    study.source, study.curves.front().label));
+  if (study.choice)
+    throw InputError(
+        fmt::format("{}: parameters: {} has choices, which a material record cannot hold; expected "
+                    "parameters with ranges alone",
+                    study.source, study.choice->name));
   for (const Experiment& e : study.experiments)
     if (e.program)
       throw InputError(

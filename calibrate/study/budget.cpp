@@ -55,9 +55,10 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   t.allow({"runs", "time", "center_replicates", "numerics_replicates", "design_points",
            "replicates_per_point", "refine_rounds", "refine_points", "confirmation_replicates",
            "endpoint_replicates", "compare_replicates", "min_improvement", "reuse"});
-  const int experiments = static_cast<int>(study.experiments.size());
+  // Each choice gets its own share, and each experiment of it.
+  const int shares = static_cast<int>(study.experiments.size()) * study.choice_count();
   const bool bounded = t.has("runs"), by_time = t.has("time");
-  const int runs = bounded ? limited(t, "runs", t.integer("runs", 1)) / experiments : 0;
+  const int runs = bounded ? limited(t, "runs", t.integer("runs", 1)) / shares : 0;
   const Budget plan = bounded ? divided(runs, study) : Budget{};
   // A number of runs divides itself; whatever is said besides holds.
   const auto read = [&](const char* key, int least, int planned, std::optional<int> usual = {}) {
@@ -87,7 +88,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
   if (bounded && left < 0)
     t.fail("runs", fmt::format("{} are too few: noise, design, confirmation and what is compared "
                                "take {}; expected at least that",
-                               runs * experiments, (runs - left) * experiments));
+                               runs * shares, (runs - left) * shares));
   constexpr int rounds_by_time = 50;
   const int rounds = bounded && batch > 0 ? static_cast<int>(left / batch)
                      : by_time            ? rounds_by_time
@@ -108,7 +109,7 @@ Budget read_budget(const TomlTable& root, const Study& study) {
 }
 
 int Study::largest_total() const {
-  const auto each = static_cast<std::int64_t>(experiments.size());
+  const auto each = static_cast<std::int64_t>(experiments.size()) * choice_count();
   const std::int64_t per_point = budget.replicates_per_point, rounds = budget.refine_rounds;
   const std::int64_t points = budget.design_points + rounds * budget.refine_points;
   std::int64_t seeds = budget.runs;

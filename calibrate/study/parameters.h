@@ -35,6 +35,16 @@ struct Parameter {
   std::optional<double> prior_sd_unit() const;
 };
 
+// A parameter that takes one of a few values without an order, such as the name of a contact law.
+// All of its keys take the same value.
+struct ChoiceParameter {
+  std::string name;
+  std::vector<std::string> keys;    // TOML paths in the case
+  std::vector<std::string> labels;  // of the choices, for people
+  std::vector<std::string> values;  // of the choices, TOML texts
+  std::vector<double> prior;        // probabilities; add up to 1
+};
+
 Eigen::VectorXd to_unit(const std::vector<Parameter>& parameters,
                         const std::vector<double>& values);
 std::vector<double> tidy_values(const std::vector<Parameter>& parameters, const Eigen::VectorXd& u);

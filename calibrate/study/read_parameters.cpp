@@ -39,16 +39,22 @@ StatedQuantity split_quantity(const std::string& text) {
   return q;
 }
 
+// The keys of the case that a parameter is bound to; empty where none are given.
+std::vector<std::string> read_bound_keys(const TomlTable& t) {
+  std::vector<std::string> keys;
+  for (const std::string& key : t.strings("keys")) keys.push_back(current_case_key(t, "keys", key));
+  if (t.has("keys") && keys.empty())
+    t.fail("keys",
+           "names no key of the case; expected a list such as "
+           "[\"interactions.ice-ice.static_friction\"]");
+  return keys;
+}
+
 Parameter read_parameter(const TomlTable& t) {
   t.allow({"name", "keys", "min", "max", "scale", "prior_mean", "prior_sd", "integer"});
   Parameter p;
   p.name = path_name(t);
-  for (const std::string& key : t.strings("keys"))
-    p.keys.push_back(current_case_key(t, "keys", key));
-  if (t.has("keys") && p.keys.empty())
-    t.fail("keys",
-           "names no key of the case; expected a list such as "
-           "[\"interactions.ice-ice.static_friction\"]");
+  p.keys = read_bound_keys(t);
   const StatedQuantity min = read_stated_quantity(t, "min"), max = read_stated_quantity(t, "max");
   p.min = min.value;
   p.max = max.value;
@@ -83,6 +89,67 @@ Parameter read_parameter(const TomlTable& t) {
     p.prior_sd = sd.value;
   }
   return p;
+}
+
+// Each name and each key of the case belongs to one parameter.
+void require_unused(const TomlTable& t, const std::string& name,
+                    const std::vector<std::string>& bound, std::set<std::string>& names,
+                    std::set<std::string>& keys) {
+  if (!names.insert(name).second)
+    t.fail("name", fmt::format("\"{}\" is used twice; expected a unique name", name));
+  for (const std::string& key : bound)
+    if (!keys.insert(key).second)
+      t.fail("keys", fmt::format("\"{}\" is bound twice; expected each key of the case once", key));
+  if (keys.contains("case.seed"))
+    t.fail("keys", "\"case.seed\" is the study's own; expected another key");
+}
+
+// A text or a number as it stands in a list of choices, for people.
+std::string choice_label(const TomlTable& t, const std::string& value) {
+  constexpr std::size_t longest = 60;  // bytes
+  const std::string label = placeholder_text(value);
+  const auto control = [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; };
+  if (label.empty() || label.size() > longest || value[0] == '[' || value[0] == '{' ||
+      std::any_of(label.begin(), label.end(), control))
+    t.fail(
+        "choices",
+        fmt::format("has an entry that cannot be shown on one line; expected numbers or texts of "
+                    "at most {} bytes",
+                    longest));
+  return label;
+}
+
+ChoiceParameter read_choice(const TomlTable& t) {
+  constexpr std::size_t most = 6;
+  t.allow({"name", "keys", "choices", "prior"});
+  ChoiceParameter c;
+  c.name = path_name(t);
+  c.keys = read_bound_keys(t);
+  c.values = t.value_texts("choices");
+  if (c.values.size() < 2 || c.values.size() > most)
+    t.fail("choices", fmt::format("has {} entries; expected 2 to {}, each of which gets separate "
+                                  "runs",
+                                  c.values.size(), most));
+  for (const std::string& value : c.values) {
+    const std::string label = choice_label(t, value);
+    if (std::find(c.labels.begin(), c.labels.end(), label) != c.labels.end())
+      t.fail("choices", fmt::format("has \"{}\" twice; expected different values", label));
+    c.labels.push_back(label);
+  }
+  c.prior.assign(c.values.size(), 1 / static_cast<double>(c.values.size()));
+  if (!t.has("prior")) return c;
+  c.prior.clear();
+  for (const std::string& text : t.value_texts("prior"))
+    c.prior.push_back(t.at("prior", [&] { return split_quantity(text).value; }));
+  constexpr double rounding = 1e-6;
+  double sum = 0;
+  for (const double p : c.prior) sum += p;
+  if (c.prior.size() != c.values.size() || !(std::abs(sum - 1) < rounding) ||
+      !(*std::min_element(c.prior.begin(), c.prior.end()) > 0))
+    t.fail("prior", fmt::format("is no list of {} probabilities above 0 that add up to 1; expected "
+                                "one for each choice",
+                                c.values.size()));
+  return c;
 }
 
 std::size_t named_parameter(const TomlTable& t, const Study& study) {
@@ -310,19 +377,22 @@ StatedQuantity read_stated_quantity(const TomlTable& table, const std::string& k
 void read_parameters(const TomlTable& root, Study& study) {
   std::set<std::string> names, keys;
   for (const TomlTable& t : root.tables("parameters")) {
-    const Parameter p = read_parameter(t);
-    if (!names.insert(p.name).second)
-      t.fail("name", fmt::format("\"{}\" is used twice; expected a unique name", p.name));
-    for (const std::string& key : p.keys)
-      if (!keys.insert(key).second)
-        t.fail("keys",
-               fmt::format("\"{}\" is bound twice; expected each key of the case once", key));
-    if (keys.contains("case.seed"))
-      t.fail("keys", "\"case.seed\" is the study's own; expected another key");
-    study.parameters.push_back(p);
+    if (!t.has("choices")) {
+      study.parameters.push_back(read_parameter(t));
+      require_unused(t, study.parameters.back().name, study.parameters.back().keys, names, keys);
+      continue;
+    }
+    if (study.choice)
+      t.fail("choices", fmt::format("stands for \"{}\", too; expected one parameter with choices "
+                                    "at most",
+                                    study.choice->name));
+    study.choice = read_choice(t);
+    require_unused(t, study.choice->name, study.choice->keys, names, keys);
   }
   if (study.parameters.empty())
-    root.fail("parameters", "is missing; expected at least one [[parameters]] table");
+    root.fail("parameters",
+              study.choice ? "have choices alone; expected at least one with a range, or a sweep"
+                           : "is missing; expected at least one [[parameters]] table");
   // Points of a design that are the same would count as several.
   if (std::all_of(study.parameters.begin(), study.parameters.end(),
                   [](const Parameter& p) { return p.integer; }))

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include "calibrate/study/budget.h"
@@ -13,6 +14,7 @@
 #include "experiments/measurements/measurement.h"
 #include "experiments/system/input_file.h"
 #include "experiments/system/input_limits.h"
+#include "experiments/text/number_text.h"
 #include "experiments/text/response_aliases.h"
 #include "experiments/text/toml_document.h"
 #include "experiments/text/toml_names.h"
@@ -39,9 +41,14 @@ std::string case_path(const TomlTable& t, const std::string& study_file) {
 }
 
 // Which of the parameters an experiment's case is given: those named, or all.
-std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
+void read_takes(const TomlTable& t, const Study& study, Experiment& e) {
   std::vector<bool> takes(study.parameters.size(), !t.has("parameters"));
+  e.takes_choice = study.choice && !t.has("parameters");
   for (const std::string& name : t.strings("parameters")) {
+    if (study.choice && study.choice->name == name) {
+      e.takes_choice = true;
+      continue;
+    }
     const auto found = std::find_if(study.parameters.begin(), study.parameters.end(),
                                     [&](const Parameter& p) { return p.name == name; });
     if (found == study.parameters.end())
@@ -50,18 +57,22 @@ std::vector<bool> read_takes(const TomlTable& t, const Study& study) {
                                        name));
     takes[static_cast<std::size_t>(found - study.parameters.begin())] = true;
   }
-  return takes;
+  e.takes = std::move(takes);
 }
 
 // A parameter needs keys where a case takes it; a program takes it by its name.
 void require_keys(const TomlTable& root, const Study& study) {
-  const std::vector<TomlTable> tables = root.tables("parameters");
-  for (std::size_t i = 0; i < tables.size(); ++i)
+  std::size_t i = 0;  // of the parameters with a range
+  for (const TomlTable& t : root.tables("parameters")) {
+    const bool choice = t.has("choices");
+    const auto& keys = choice ? study.choice->keys : study.parameters[i].keys;
     for (const Experiment& e : study.experiments)
-      if (e.takes[i] && !e.program && study.parameters[i].keys.empty())
-        tables[i].fail("keys",
-                       "is missing; expected a list such as "
-                       "[\"interactions.ice-ice.static_friction\"]");
+      if ((choice ? e.takes_choice : e.takes[i]) && !e.program && keys.empty())
+        t.fail("keys",
+               "is missing; expected a list such as "
+               "[\"interactions.ice-ice.static_friction\"]");
+    i += choice ? 0 : 1;
+  }
 }
 
 Experiment read_experiment(const TomlTable& t, const Study& study, Programs programs) {
@@ -75,11 +86,12 @@ Experiment read_experiment(const TomlTable& t, const Study& study, Programs prog
     e.case_file = case_path(t, study.source);
   }
   if (t.has("set")) e.set = e.program ? read_program_inputs(t) : read_case_overrides(t);
-  e.takes = read_takes(t, study);
+  read_takes(t, study, e);
   if (!e.program) return e;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < e.takes.size(); ++i)
     if (e.takes[i]) names.push_back(study.parameters[i].name);
+  if (e.takes_choice) names.push_back(study.choice->name);
   for (const auto& [key, value] : e.set) names.push_back(key);
   require_placeholders(t, *e.program, names);
   return e;
@@ -114,6 +126,11 @@ void read_experiments(const TomlTable& root, const TomlTable& head, Study& study
       root.fail("experiments", fmt::format("no experiment takes the parameter \"{}\"; expected at "
                                            "least one",
                                            study.parameters[i].name));
+  if (study.choice && std::none_of(study.experiments.begin(), study.experiments.end(),
+                                   [](const Experiment& e) { return e.takes_choice; }))
+    root.fail("experiments", fmt::format("no experiment takes the parameter \"{}\"; expected at "
+                                         "least one",
+                                         study.choice->name));
 }
 
 // The experiment that a target, an observation or a check names.
@@ -145,6 +162,21 @@ double read_effort(const TomlTable& t) {
   return t.optional_quantity("effort", dimension::time, Sign::positive).value_or(0);
 }
 
+// Standard deviation of the simulation's systematic error in a response of this unit; 0: none.
+double read_discrepancy(const TomlTable& t, const std::string& unit) {
+  if (!t.has("discrepancy")) return 0;
+  const StatedQuantity q = read_stated_quantity(t, "discrepancy");
+  if (q.unit != unit_text(unit))
+    t.fail("discrepancy", fmt::format("has the unit \"{}\"; expected \"{}\" as the value has",
+                                      q.unit, unit_text(unit)));
+  if (!(q.value > 0))
+    t.fail("discrepancy",
+           fmt::format("{} is not above 0; expected one standard deviation of the simulation's "
+                       "systematic error, or no such key",
+                       q.value));
+  return q.value;
+}
+
 std::string source_of(const Measurement& m) {
   const double plain = m.standard_uncertainty(), believed = m.widened_uncertainty();
   if (believed == plain) return m.sentence();
@@ -152,11 +184,82 @@ std::string source_of(const Measurement& m) {
                      m.sentence(), believed, m.unit, m.repeats);
 }
 
-// From a measurement file, relative to the study.
-Target measured_target(const TomlTable& t, const Study& study) {
-  t.allow({"measurement", "response", "experiment", "effort"});
+Measurement named_measurement(const TomlTable& t, const Study& study) {
   const auto file = std::filesystem::path(study.source).parent_path() / t.string("measurement");
-  Measurement m = read_measurement(file.lexically_normal().string());
+  return read_measurement(file.lexically_normal().string());
+}
+
+bool is_curve(const Measurement& m) { return m.data && m.data->kind == MeasuredData::Kind::curve; }
+
+// The mean of the repeats of a recorded curve at evenly spaced places where all of them reach.
+void set_recorded(const TomlTable& t, const MeasuredData& data, CurveTarget& c) {
+  constexpr Eigen::Index places = 100;
+  double first = -std::numeric_limits<double>::infinity(), last = -first;
+  for (const MeasuredData::Repeat& r : data.repeats) {
+    first = std::max(first, *std::min_element(r.x.begin(), r.x.end()));
+    last = std::min(last, *std::max_element(r.x.begin(), r.x.end()));
+  }
+  if (!(first < last) || !std::isfinite(last - first))
+    t.fail("measurement", fmt::format("{}: the repeats have no stretch of {} in common; expected "
+                                      "one to compare curves over",
+                                      data.file, data.x_name));
+  c.x = Eigen::VectorXd::LinSpaced(places, first, last);
+  c.y = Eigen::VectorXd::Zero(places);
+  for (const MeasuredData::Repeat& r : data.repeats)
+    c.y += *sampled_curve(r.x, r.y, c.x) / static_cast<double>(data.repeats.size());
+}
+
+// A recorded curve, from a measurement file.
+CurveTarget curve_target(const TomlTable& t, const Study& study, Measurement m) {
+  constexpr int usual_components = 3, most_components = 5;
+  t.allow({"measurement", "experiment", "uncertainty", "components", "discrepancy"});
+  CurveTarget c;
+  c.experiment = named_experiment(t, study);
+  if (!study.experiments[c.experiment].is_case())
+    t.fail("measurement",
+           "is a curve; expected one of an experiment with a case, as programs and "
+           "functions give numbers alone");
+  if (study.choice)
+    t.fail("measurement",
+           "is a curve in a study of a parameter with choices; expected targets with a value");
+  use_current_responses(m);
+  const MeasuredData& data = *m.data;
+  if (!data.present)
+    t.fail("measurement", fmt::format("{} does not exist; expected what was recorded", data.file));
+  if (data.align != MeasuredData::Alignment::none)
+    t.fail("measurement", fmt::format("{}: aligns its curves; expected align = \"none\" in [data], "
+                                      "as scores need a fixed zero of {}",
+                                      m.file, data.x_name));
+  c.name = data.response;
+  c.label = response_id(c.experiment, study, data.response).label;
+  c.unit = data.unit;
+  c.x_unit = data.x_unit;
+  const StatedQuantity uncertainty = read_stated_quantity(t, "uncertainty");
+  if (uncertainty.unit != unit_text(c.unit))
+    t.fail("uncertainty", fmt::format("has the unit \"{}\"; expected \"{}\" as the curve has",
+                                      uncertainty.unit, unit_text(c.unit)));
+  if (!(uncertainty.value > 0))
+    t.fail("uncertainty", fmt::format("{} is not above 0; expected one standard deviation of the "
+                                      "recorded curve",
+                                      uncertainty.value));
+  c.uncertainty = uncertainty.value;
+  c.discrepancy = read_discrepancy(t, c.unit);
+  c.components = t.integer("components", 1, usual_components);
+  if (c.components > most_components)
+    t.fail("components", fmt::format("is {}; expected at most {}", c.components, most_components));
+  set_recorded(t, data, c);
+  c.source =
+      fmt::format("{}, {} of {} over {}", m.source,
+                  data.repeats.size() == 1 ? std::string("one record")
+                                           : fmt::format("mean of {} records", data.repeats.size()),
+                  data.y_name, data.x_name);
+  c.file = m.file;
+  return c;
+}
+
+// From a measurement file with a value.
+Target measured_target(const TomlTable& t, const Study& study, Measurement m) {
+  t.allow({"measurement", "response", "experiment", "effort", "discrepancy"});
   const std::size_t e = named_experiment(t, study);
   if (study.experiments[e].is_case()) use_current_responses(m);
   if (m.status == MeasurementStatus::qualitative)
@@ -174,12 +277,13 @@ Target measured_target(const TomlTable& t, const Study& study) {
           m.unit,
           source_of(m),
           read_effort(t),
-          m.file};
+          m.file,
+          read_discrepancy(t, m.unit)};
 }
 
 // Given in place.
 Target stated_target(const TomlTable& t, const Study& study) {
-  t.allow({"response", "value", "uncertainty", "experiment", "effort"});
+  t.allow({"response", "value", "uncertainty", "experiment", "effort", "discrepancy"});
   const StatedQuantity value = read_stated_quantity(t, "value"),
                        uncertainty = read_stated_quantity(t, "uncertainty");
   if (uncertainty.unit != value.unit)
@@ -189,9 +293,9 @@ Target stated_target(const TomlTable& t, const Study& study) {
     t.fail("uncertainty",
            fmt::format("{} is not above 0; expected one standard deviation of the measured value",
                        uncertainty.value));
-  return {response_id(t, study), value.value,
-          uncertainty.value,     value.unit.empty() ? "1" : value.unit,
-          "stated in the study", read_effort(t)};
+  const std::string unit = value.unit.empty() ? "1" : value.unit;
+  return {response_id(t, study), value.value, uncertainty.value,        unit, "stated in the study",
+          read_effort(t),        "",          read_discrepancy(t, unit)};
 }
 
 // What a list of bench tests says of measuring this response.
@@ -213,7 +317,7 @@ void take_from_list(const TomlTable& t, const std::vector<BenchTest>& list, Obse
 
 // A response that is no target, perhaps with what measuring it would give and cost.
 Observed read_observed(const TomlTable& t, const Study& study, const std::vector<BenchTest>& list) {
-  t.allow({"response", "experiment", "uncertainty", "effort", "bench_test"});
+  t.allow({"response", "experiment", "uncertainty", "effort", "bench_test", "discrepancy"});
   Observed o;
   o.response = response_id(t, study);
   if (t.has("bench_test")) {
@@ -221,6 +325,7 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
       t.fail("bench_test",
              "is given together with uncertainty or effort; expected one or the other");
     take_from_list(t, list, o);
+    o.discrepancy = read_discrepancy(t, o.unit);
     return o;
   }
   if (t.has("uncertainty")) {
@@ -231,6 +336,11 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
                          q.value));
     o.uncertainty = q.value;
     o.unit = q.unit.empty() ? "1" : q.unit;
+    o.discrepancy = read_discrepancy(t, o.unit);
+  } else if (t.has("discrepancy")) {
+    t.fail("discrepancy",
+           "stands without an uncertainty; expected one of a measurement that could be made, since "
+           "a response that is not measured has no use for it");
   }
   o.effort = read_effort(t);
   return o;
@@ -245,14 +355,25 @@ void read_responses(const TomlTable& root, const TomlTable& head, Study& study) 
             .string());
   std::set<std::string> seen;
   for (const TomlTable& t : root.tables("targets")) {
-    study.targets.push_back(t.has("measurement") ? measured_target(t, study)
-                                                 : stated_target(t, study));
+    if (t.has("measurement")) {
+      Measurement m = named_measurement(t, study);
+      if (is_curve(m)) {
+        study.curves.push_back(curve_target(t, study, std::move(m)));
+        if (!seen.insert(study.curves.back().label).second)
+          t.fail("measurement", fmt::format("\"{}\" is a target twice; expected each curve once",
+                                            study.curves.back().label));
+        continue;
+      }
+      study.targets.push_back(measured_target(t, study, std::move(m)));
+    } else {
+      study.targets.push_back(stated_target(t, study));
+    }
     const std::string& label = study.targets.back().response.label;
     if (!seen.insert(label).second)
       t.fail("response",
              fmt::format("\"{}\" is a target twice; expected each response once", label));
   }
-  if (study.targets.empty())
+  if (study.targets.empty() && study.curves.empty())
     root.fail("targets", "is missing; expected at least one [[targets]] table");
   for (const TomlTable& t : root.tables("observe")) {
     study.observed.push_back(read_observed(t, study, list));
@@ -289,6 +410,10 @@ void read_direct(const TomlTable& root, Study& study) {
        {DirectSearch::bobyqa, DirectSearch::cobyla, DirectSearch::nelder_mead, DirectSearch::crs})
     if (word == to_string(s)) study.direct = s;
   study.direct_evaluations = t.integer("evaluations", 1);
+  if (study.choice)
+    t.fail("search", "takes no parameter with choices; expected a study without one");
+  if (!study.curves.empty())
+    t.fail("search", "takes no curves as targets; expected targets with a value");
   if (!study.constraints.all.empty() || !study.priors.empty())
     t.fail("search", "takes neither [[priors]] nor [[constraints]]; expected a study without them");
 }
@@ -296,6 +421,8 @@ void read_direct(const TomlTable& root, Study& study) {
 void read_compare(const TomlTable& root, Study& study) {
   for (const TomlTable& t : root.tables("compare")) {
     t.allow({"name", "values"});
+    if (study.choice)
+      t.fail("values", "stands in a study of a parameter with choices; expected no [[compare]]");
     CompareSet set;
     set.name = t.string("name");
     const TomlTable values = t.required_table("values");

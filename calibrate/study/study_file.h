@@ -2,6 +2,7 @@
 // Keys: docs/calibration.md.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "calibrate/numerics/optimize.h"
 #include "calibrate/study/constraint.h"
+#include "calibrate/study/curve_target.h"
 #include "calibrate/study/parameters.h"
 #include "calibrate/study/prior.h"
 #include "calibrate/study/user_program.h"
@@ -24,6 +26,7 @@ struct Experiment {
   std::vector<Override> set;                // case keys held at other values than the file's
   std::vector<bool> takes;                  // [parameters], which parameters its case has
   std::optional<UserProgram> program = {};  // simulates in place of Firn; there is no case then
+  bool takes_choice = true;                 // whether it is given Study::choice, where there is one
   // Whether Firn computes its responses, which then have the names of docs/responses.md.
   bool is_case() const { return !case_file.empty(); }
   // Where its responses come from, for messages.
@@ -49,6 +52,13 @@ struct Target {
   std::string source;      // in words: of the measurement, or that the study states it
   double effort = 0;       // s of work to measure it once more; 0: not said
   std::string file{};      // of the measurement; empty for a value given in place
+  // Standard deviation of the simulator's systematic error in this response, same unit: reality is
+  // the mean response plus an error of mean zero, the same in every measurement. 0: none.
+  double discrepancy = 0;
+
+  // What the measured value and the mean response at the true parameters differ by.
+  double variance() const { return uncertainty * uncertainty + discrepancy * discrepancy; }
+  double sd() const { return std::hypot(uncertainty, discrepancy); }
 };
 
 // A response that is modelled and reported in addition to the targets. With an uncertainty it is a
@@ -58,6 +68,7 @@ struct Observed {
   double uncertainty = 0;  // one standard deviation of such a measurement; 0: not said
   std::string unit;        // of the uncertainty
   double effort = 0;       // s of work; 0: not said
+  double discrepancy = 0;  // as of a target, in the unit of the uncertainty
 };
 
 // A parameter set with given values that is simulated for comparison.
@@ -112,15 +123,27 @@ struct Study {
   DirectSearch direct = DirectSearch::none;
   int direct_evaluations = 0;
   std::vector<Parameter> parameters;
+  std::optional<ChoiceParameter> choice;  // besides the parameters
+  // Of the choices, the one that holds in all runs (choices.h): a part of the whole study.
+  std::optional<std::size_t> chosen;
   std::vector<Prior> priors;  // in addition to those of single parameters
   Constraints constraints;
   std::vector<Target> targets;
+  std::vector<CurveTarget> curves;  // become targets once some were simulated (curve_scores.h)
   std::vector<Observed> observed;
   std::vector<CompareSet> compare;
   std::vector<NumericsCheck> numerics;
   Execution execution;
 
   int largest_total() const;  // simulations at most
+  // How many choices it is carried out for.
+  int choice_count() const {
+    return choice && !chosen ? static_cast<int>(choice->values.size()) : 1;
+  }
+  // "law=hertz" of a part of a study; empty for a study without choices.
+  std::string chosen_text() const {
+    return choice && chosen ? choice->name + "=" + choice->labels[*chosen] : "";
+  }
 };
 
 // Reads and checks a study. Throws InputError with one line

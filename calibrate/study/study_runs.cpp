@@ -130,6 +130,7 @@ std::string StudyRuns::describe(const Point& point) const {
     parts.push_back(
         fmt::format("{}={}{}{}", p.name, point.values[i], p.unit.empty() ? "" : " ", p.unit));
   }
+  if (const std::string chosen = study_.chosen_text(); !chosen.empty()) parts.push_back(chosen);
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
@@ -153,6 +154,8 @@ std::optional<std::vector<double>> StudyRuns::values_of(const std::string& text)
     if (!p.unit.empty() && !take(" " + p.unit)) return std::nullopt;
     values.push_back(value);
   }
+  if (const std::string chosen = study_.chosen_text(); !chosen.empty() && !take(" " + chosen))
+    return std::nullopt;
   if (at != text.size()) return std::nullopt;
   return values;
 }
@@ -259,6 +262,14 @@ void StudyRuns::check_responses(std::size_t experiment, const JobResult& result)
         study_.source, id.name, study_.experiments[experiment].source(), fmt::join(known, ", ")));
   };
   for (const Target& t : study_.targets) check("targets", t.response, t.unit);
+  for (const CurveTarget& c : study_.curves) {
+    if (c.experiment != experiment) continue;
+    try {
+      simulated_curve(c, result);
+    } catch (const InputError& e) {
+      throw InputError(fmt::format("{}: targets: {}: {}", study_.source, c.label, e.what()));
+    }
+  }
   for (const Observed& o : study_.observed) check("observe", o.response, o.unit);
 }
 

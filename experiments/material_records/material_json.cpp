@@ -114,6 +114,7 @@ Json provenance_json(const Provenance& p) {
     one["unit"] = m.unit;
     one["source"] = m.source;
     put(one, "experiment", m.experiment);
+    if (m.discrepancy > 0) one["discrepancy"] = m.discrepancy;
     return one;
   });
   put(j, "study", p.study);
@@ -283,10 +284,16 @@ Provenance read_provenance(const JsonReader& j) {
     return RawData{d.string("what"), d.string("file"), d.string("sha256")};
   });
   p.measurements = read_all(j, "measurements", [](const JsonReader& m) {
-    m.allow({"name", "response", "value", "uncertainty", "unit", "source", "experiment"});
-    return UsedMeasurement{m.string_or_empty("name"),      m.string("response"), m.number("value"),
-                           m.number("uncertainty"),        m.string("unit"),     m.string("source"),
-                           m.string_or_empty("experiment")};
+    m.allow({"name", "response", "value", "uncertainty", "unit", "source", "experiment",
+             "discrepancy"});
+    return UsedMeasurement{m.string_or_empty("name"),
+                           m.string("response"),
+                           m.number("value"),
+                           m.number("uncertainty"),
+                           m.string("unit"),
+                           m.string("source"),
+                           m.string_or_empty("experiment"),
+                           m.optional_number("discrepancy").value_or(0)};
   });
   p.study = j.string_or_empty("study");
   if (j.has("program")) {

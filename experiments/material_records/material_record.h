@@ -111,6 +111,8 @@ struct UsedMeasurement {
   std::string unit;
   std::string source;           // the publication, or who measured it
   std::string experiment = {};  // as the measurement states it; empty: not stated
+  // One standard deviation of the simulation's systematic error that the study allowed; 0: none.
+  double discrepancy = 0;
 };
 
 struct UsedEstimator {

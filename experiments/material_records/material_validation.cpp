@@ -219,6 +219,8 @@ void check_provenance(const MaterialRecord& r) {
     require_finite(field + ".value", m.value);
     if (!(m.uncertainty >= 0 && std::isfinite(m.uncertainty)))
       refuse(field + ".uncertainty", fmt::format("is {}; expected at least 0", m.uncertainty));
+    if (!(m.discrepancy >= 0 && std::isfinite(m.discrepancy)))
+      refuse(field + ".discrepancy", fmt::format("is {}; expected at least 0", m.discrepancy));
   }
   if (r.kind != RecordKind::calibrated) return;
   require_text("provenance.program.version", p.program_version, "of the program that simulated");

@@ -41,11 +41,16 @@ void check(const Problem& problem) {
           fmt::format("parameters: {}: the range begins at {}; expected above 0 for a logarithm",
                       p.name, p.min));
   }
-  for (const Target& t : problem.targets)
+  for (const Target& t : problem.targets) {
+    if (!std::isfinite(t.discrepancy) || t.discrepancy < 0)
+      throw InputError(
+          fmt::format("targets: {}: the discrepancy is {}; expected a finite number of at least 0",
+                      t.response, t.discrepancy));
     if (!std::isfinite(t.value) || !std::isfinite(t.uncertainty) || !(t.uncertainty > 0))
       throw InputError(fmt::format(
           "targets: {}: is {} +- {}; expected a finite value and an uncertainty above 0",
           t.response, t.value, t.uncertainty));
+  }
 }
 
 // The study file of `firn calibrate` that says the same.
@@ -64,6 +69,7 @@ std::string study_text(const Problem& problem) {
     const std::string unit = unit_text(t.unit);
     text += fmt::format("\n[[targets]]\nresponse = {}\nvalue = {}\nuncertainty = {}\n",
                         quoted(t.response), quantity(t.value, unit), quantity(t.uncertainty, unit));
+    if (t.discrepancy > 0) text += fmt::format("discrepancy = {}\n", quantity(t.discrepancy, unit));
   }
   return text;
 }

@@ -135,7 +135,8 @@ class CoreParameter:
                  prior_mean: Optional[float], prior_sd: Optional[float]) -> None: ...
 
 class CoreTarget:
-    def __init__(self, response: str, value: float, uncertainty: float, unit: str) -> None: ...
+    def __init__(self, response: str, value: float, uncertainty: float, unit: str,
+                 discrepancy: float) -> None: ...
 
 class CoreCalibration:
     @property

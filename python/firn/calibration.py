@@ -37,11 +37,13 @@ class Parameter:
 
 @dataclasses.dataclass
 class Target:
-    """A measured value with one standard deviation, both in `unit`."""
+    """A measured value with one standard deviation, both in `unit`, and perhaps the standard deviation
+    of the simulator's systematic error (discrepancy)."""
     response: str
     value: float
     uncertainty: float
     unit: str = "1"
+    discrepancy: float = 0.0
 
 
 class Calibration:
@@ -121,7 +123,8 @@ def calibrate(simulator: Simulator, parameters: Sequence[Parameter], targets: Se
         name,
         [_core.CoreParameter(p.name, p.min, p.max, p.unit, p.scale == "log", p.prior_mean,
                              p.prior_sd) for p in parameters],
-        [_core.CoreTarget(t.response, t.value, t.uncertainty, t.unit) for t in targets],
+        [_core.CoreTarget(t.response, t.value, t.uncertainty, t.unit, t.discrepancy)
+         for t in targets],
         runs, seed, simulator, os.fspath(directory), simulator_version, jobs)
     return Calibration(core, [p.name for p in parameters])
 

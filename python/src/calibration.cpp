@@ -56,8 +56,8 @@ void bind_calibration(py::module_& m) {
       }));
   py::class_<Target>(m, "CoreTarget")
       .def(py::init([](const std::string& response, double value, double uncertainty,
-                       const std::string& unit) {
-        return Target{response, value, uncertainty, unit};
+                       const std::string& unit, double discrepancy) {
+        return Target{response, value, uncertainty, unit, discrepancy};
       }));
   py::class_<Result>(m, "CoreCalibration")
       .def_readonly("verdict", &Result::verdict)

@@ -46,6 +46,15 @@ def test_finds_random_truths(seed):
     assert answer.answer["verdict"] == "calibrated" and "mu_flat" in answer.table
 
 
+def test_a_discrepancy_widens_the_interval():
+    def width(discrepancy):
+        aims = targets(0.1, 0.2)
+        aims[1].discrepancy = discrepancy
+        estimate = firn.calibrate(slide, PARAMETERS, aims, runs=40).estimates().loc["mu_flat"]
+        return estimate["high"] - estimate["low"]
+    assert width(0.1) > 2 * width(0)
+
+
 def test_threads_change_nothing():
     one = firn.calibrate(slide, PARAMETERS, targets(0.1, 0.2), runs=40)
     four = firn.calibrate(slide, PARAMETERS, targets(0.1, 0.2), runs=40, jobs=4)
@@ -110,6 +119,8 @@ def test_ctrl_c_between_calls():
     ({"targets": []}, "targets"),
     ({"targets": [firn.Target("time", 1, 0, "s")]}, "uncertainty"),
     ({"targets": [firn.Target("time", 1, 0.1, "min")]}, "unit"),
+    ({"targets": [firn.Target("time", 1, 0.1, "s", -1)]}, "discrepancy is -1"),
+    ({"targets": [firn.Target("time", 1, 0.1, "s", math.nan)]}, "discrepancy is nan"),
     ({"targets": [firn.Target("weather", 1, 0.1)]}, "weather"),
     ({"runs": 3}, "runs"),
     ({"jobs": 0}, "jobs"),

@@ -22,12 +22,23 @@ double value_of(const Json& value) {
 
 std::string unit_suffix_of(const Json& value) { return unit_suffix(value.value("unit", "1")); }
 
+// "law = linear (probability 0.97)"
+std::string chosen(const Json& choice) {
+  const std::string best = choice.at("best");
+  for (const Json& c : choice.at("choices"))
+    if (c.at("choice") == best)
+      return fmt::format("{} = {} (probability {})", choice.at("parameter").get<std::string>(),
+                         best, number_text(value_of(c.at("probability")), 2));
+  return fmt::format("{} = {}", choice.at("parameter").get<std::string>(), best);
+}
+
 // "ice_ice = 0.24 (95 %: 0.17 to 0.3)". Where no values meet all targets, the interval holds the
 // truth of a model that is refuted: the nearest values alone.
 std::string recommended(const Json& j) {
   const bool out_of_reach = j.value("verdict", "") == "infeasible";
   const Json& values = j.at("estimate").at("parameters");
   std::vector<std::string> parts;
+  if (j.contains("choice")) parts.push_back(chosen(j.at("choice")));
   for (const Json& p : j.value("parameters", Json::array())) {
     const std::string name = p.at("name");
     if (!values.contains(name)) continue;
@@ -79,7 +90,7 @@ std::string compared(const Json& j) {
 }
 
 // Share of the variance of the combination known best that the runs make: their scatter and what
-// lies between them. The measurements make the rest. 0: nothing is determined.
+// lies between them. The measurements and discrepancies make the rest. 0: nothing is determined.
 double share_of_runs(const Json& j) {
   for (const Json& c : j.value("combinations", Json::array())) {
     if (!c.value("identifiable", false) || !c.contains("split")) continue;
@@ -87,7 +98,9 @@ double share_of_runs(const Json& j) {
       const double sd = value_of(c.at("split").value(name, Json()));
       return sd * sd;
     };
-    const double runs = part("seed_noise") + part("surrogate"), all = runs + part("measurement");
+    const double runs = part("seed_noise") + part("surrogate");
+    double all = runs + part("measurement");
+    if (c.at("split").contains("discrepancy")) all += part("discrepancy");
     return all > 0 ? runs / all : 0;
   }
   return 0;

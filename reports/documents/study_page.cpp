@@ -97,10 +97,85 @@ void targets_section(const Json& results, page::Page& page) {
     if (t.contains("reach") && t.at("reach").is_object())
       reach = fmt::format("{} to {}", page::number_text(number(t.at("reach"), "lowest"), 3),
                           page::number_text(number(t.at("reach"), "highest"), 3));
-    table.rows.push_back({response, with_unit(number(t, "value"), number(t, "uncertainty"), t),
-                          fitted, reach, t.value("source", "")});
+    std::string measured = with_unit(number(t, "value"), number(t, "uncertainty"), t);
+    if (t.contains("discrepancy"))
+      measured += fmt::format(", discrepancy of the simulation ± {} {}",
+                              page::number_text(number(t, "discrepancy"), 2), unit_of(t));
+    table.rows.push_back({response, measured, fitted, reach, t.value("source", "")});
   }
   page.section("Targets", "targets").table(table);
+}
+
+// Recorded curves, and what the model gives at the answer: the mean of the simulated curves and the
+// components, each times its score.
+void curves_section(const Json& results, page::Page& page) {
+  if (!results.contains("curves")) return;
+  std::vector<page::Figure> figures;
+  for (const Json& c : list(results, "curves")) {
+    const std::string name = text(c, "curve");
+    const std::vector<double> x = numbers(c.at("x"));
+    plots::XyPlot plot;
+    plot.x = {"x", unit_text(text(c, "x_unit")), false, {}, {}};
+    plot.y = {words(name), unit_of(c), false, {}, {}};
+    plots::Series recorded{"recorded", x, numbers(c.at("recorded"), x.size())};
+    plot.series = {recorded};
+    plots::Series fitted{"model at the answer", x, numbers(c.at("simulated_mean"), x.size())};
+    const Json& components = list(c, "components");
+    std::size_t scores = 0;
+    for (std::size_t k = 0; k < components.size(); ++k) {
+      const std::string score = fmt::format("{}.score_{}", name, k + 1);
+      if (!results.contains("estimate") || !results.at("estimate").contains("fit") ||
+          !results.at("estimate").at("fit").contains(score))
+        continue;
+      const double value = number(results.at("estimate").at("fit").at(score), "value");
+      const std::vector<double> component = numbers(components[k], x.size());
+      for (std::size_t i = 0; i < x.size(); ++i) fitted.y[i] += value * component[i];
+      ++scores;
+    }
+    if (scores == components.size()) plot.series.push_back(fitted);
+    figures.push_back(
+        {plots::draw(plot),
+         fmt::format("{}: {} principal components hold {} % of the variance between the simulated "
+                     "curves.",
+                     name, components.size(),
+                     number_text(100 * number(c, "explained_variance"), 3)),
+         fmt::format("{}: {} places, root mean square that the components leave of the recorded "
+                     "curve: {} {}",
+                     name, x.size(), number_text(number(c, "recorded_rest"), 2), unit_of(c))});
+  }
+  if (!figures.empty()) page.section("Curves", "curves").figures(figures);
+}
+
+// The choices of a parameter without order, and what each of them gives.
+void choices_section(const Json& results, page::Page& page) {
+  if (!results.contains("choice")) return;
+  const Json& choice = results.at("choice");
+  page::Table table;
+  table.caption = fmt::format(
+      "Choices of {}, and the parameters given each of them; the rest of "
+      "this page is for {}",
+      text(choice, "parameter"), text(choice, "best"));
+  table.columns = {{"choice", ""}, {"before", ""}, {"probability", ""}, {"verdict", ""}};
+  for (const Json& p : results.at("parameters"))
+    table.columns.push_back({text(p, "name") + ", median, 95 %", unit_of(p)});
+  for (const Json& c : list(choice, "choices")) {
+    std::vector<Cell> row = {
+        text(c, "choice"), Cell(number(c, "prior"), 3),
+        c.at("probability").is_number() ? Cell(number(c, "probability"), 3) : Cell("not known"),
+        c.value("verdict", "")};
+    for (const Json& p : results.at("parameters")) {
+      std::string known;
+      const std::string name = text(p, "name");
+      if (c.contains("parameters") && c.at("parameters").contains(name)) {
+        const Json& m = c.at("parameters").at(name);
+        known = fmt::format("{}, {}", number_text(number(m, "median")),
+                            interval_text(m.at("interval_95")));
+      }
+      row.emplace_back(known);
+    }
+    table.rows.push_back(row);
+  }
+  page.section("Choices", "choices").table(table);
 }
 
 page::Figure profile_figure(const Json& p) {
@@ -320,6 +395,8 @@ page::Page page_of(const Json& results, const fs::path& folder) {
                   results.value("git_commit", ""), contact_model_of(results)));
   study_summary(results, page);
   targets_section(results, page);
+  curves_section(results, page);
+  choices_section(results, page);
   study_parameters_section(results, page);
   predictions_section(results, page);
   estimate_history_section(results, page);

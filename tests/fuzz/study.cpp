@@ -36,6 +36,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const Target& t : study.targets) {
       fuzz::require(std::isfinite(t.value) && t.uncertainty > 0 && std::isfinite(t.uncertainty),
                     "a target has a value and an uncertainty");
+      fuzz::require(t.discrepancy >= 0 && std::isfinite(t.sd()), "a discrepancy is finite");
+    }
+    if (study.choice) {
+      double sum = 0;
+      for (const double p : study.choice->prior) sum += p;
+      fuzz::require(study.choice->values.size() >= 2 && std::abs(sum - 1) < 1e-5,
+                    "choices have probabilities");
+      for (const std::string& label : study.choice->labels) fuzz::require_one_line(label);
     }
     for (const CompareSet& set : study.compare) {
       fuzz::require(set.values.size() == study.parameters.size(), "a compare set is complete");

@@ -115,6 +115,22 @@ TEST(StudyMaterial, KeepsTheFamilyWithItsProvenance) {
   EXPECT_EQ(database.add({r}).front().record.reference(), "mine@1");
 }
 
+TEST(StudyMaterial, KeepsTheDiscrepancyThatTheStudyAllowed) {
+  const Folder folder("material-discrepancy");
+  FakeExperiment experiment(noisy);
+  const StudySummary s =
+      run_and_save(folder.write("study.toml", study_text("discrepancy = \"0.7 deg\"\n")),
+                   folder / "out", experiment);
+  ASSERT_TRUE(s.record) << s.not_saved << s.table;
+  EXPECT_EQ(s.record->provenance.measurements.at(0).uncertainty, 0.5);
+  EXPECT_EQ(s.record->provenance.measurements.at(0).discrepancy, 0.7);
+  EXPECT_THAT(s.record->scope.at(0).statement,
+              HasSubstr("10 ± 0.5 deg (discrepancy of the simulation ± 0.7 deg)"));
+  MaterialDatabase database(folder / "m.db", MaterialDatabase::Access::write);
+  database.add({*s.record});
+  EXPECT_EQ(database.find("mine").record.provenance.measurements.at(0).discrepancy, 0.7);
+}
+
 TEST(StudyMaterial, AnAnswerThatIsNoneIsNotSaved) {
   const Folder folder("material-none");
   FakeExperiment experiment([](const Values&, std::mt19937_64& random) {

@@ -103,6 +103,24 @@ class UserProgramTest : public testing::Test {
   Folder folder{"program"};
 };
 
+TEST_F(UserProgramTest, GetsAChoiceAsText) {
+  const std::string law = "[[parameters]]\nname = \"law\"\nchoices = [\"plain\", \"two words\"]\n";
+  EXPECT_THAT(message(study_text + law), HasSubstr("{{law}} occurs neither in the template nor"));
+  folder.write("input.txt", "a={{a}}\nb={{ b }}\nseed={{seed}}\nlaw='{{law}}'\n");
+  // With two words y is 20 mm at least.
+  write_simulator("[ \"$law\" != \"two words\" ] || a=$(awk -v a=\"$a\" 'BEGIN { print a + 2 }')");
+  write_study(replaced(study_text, "runs = 24", "runs = 48") + law);
+  const StudySummary s = calibrate(options());
+  EXPECT_EQ(s.verdict, StudyVerdict::calibrated) << s.table;
+  const json choice = json::parse(s.json)["choice"];
+  EXPECT_EQ(choice["best"], "plain");
+  EXPECT_GT(choice["choices"][0]["probability"], 0.99);
+  EXPECT_EQ(choice["choices"][1]["choice"], "two words");
+  EXPECT_EQ(choice["choices"][1]["verdict"], "infeasible");
+  EXPECT_LE(count(), 48);
+  EXPECT_EQ(calibrate(options()).json, s.json);
+}
+
 TEST_F(UserProgramTest, FindsItsParametersAndRepeatsNothing) {
   const StudySummary s = calibrate(options());
   EXPECT_EQ(s.verdict, StudyVerdict::calibrated) << s.table;

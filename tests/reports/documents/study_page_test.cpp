@@ -98,6 +98,52 @@ TEST_F(StudyPage, ShowsPredictionsHistoryAndSensitivity) {
     EXPECT_THAT(html, HasSubstr(part)) << part;
 }
 
+TEST_F(StudyPage, StatesTheDiscrepancyOfATarget) {
+  test::Json j = test::Json::parse(kResults);
+  EXPECT_THAT(study_page(file(j.dump())).html(), Not(HasSubstr("discrepancy")));
+  j["targets"][0]["discrepancy"] = 1.5;
+  EXPECT_THAT(study_page(file(j.dump())).html(),
+              HasSubstr("10.0 ± 1.0 deg, discrepancy of the simulation ± 1.5 deg"));
+}
+
+TEST_F(StudyPage, DrawsRecordedCurves) {
+  test::Json j = test::Json::parse(kResults);
+  j["curves"] = test::Json::parse(R"([{
+   "curve": "press", "unit": "N", "x_unit": "s", "explained_variance": 0.993,
+   "recorded_rest": 0.12, "x": [0, 1, 2], "recorded": [1, 5, 6], "simulated_mean": [1, 4, 5],
+   "components": [[0, 1, 1]]}])");
+  std::string html = study_page(file(j.dump())).html();
+  for (const char* part :
+       {"press: 1 principal components hold 99.3 %", "leave of the recorded curve: 0.12 N"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+  EXPECT_THAT(html, Not(HasSubstr("model at the answer")));
+  j["answer"]["fit"]["press.score_1"] = {{"value", 0.9}, {"uncertainty", 0.1}, {"unit", "N"}};
+  html = study_page(file(j.dump())).html();
+  EXPECT_THAT(html, HasSubstr("model at the answer"));
+  for (const char* damaged :
+       {"/curves/0/recorded", "/curves/0/components/0", "/curves/0/x", "/curves/0/x_unit"}) {
+    test::Json broken = j;
+    broken[test::Json::json_pointer(damaged)] = test::Json::array({1});
+    EXPECT_THROW(study_page(file(broken.dump())).html(), InputError) << damaged;
+  }
+}
+
+TEST_F(StudyPage, ListsTheChoicesOfAParameter) {
+  test::Json j = test::Json::parse(kResults);
+  j["choice"] = test::Json::parse(R"({
+   "parameter": "law", "keys": ["x.law"], "best": "<linear>", "choices": [
+    {"choice": "<linear>", "prior": 0.4, "probability": 0.973, "verdict": "calibrated", "headline": "",
+     "parameters": {"a": {"median": 0.055, "interval_68": [0.03, 0.08], "interval_95": [0.02, 0.1]},
+                    "b": {"median": 0.2, "interval_68": [0.15, 0.25], "interval_95": [0.1, 0.3]}}},
+    {"choice": "none", "prior": 0.6, "probability": null, "verdict": "too few runs",
+     "headline": ""}]})");
+  const std::string html = study_page(file(j.dump())).html();
+  for (const char* part :
+       {"Choices of law", "the rest of this page is for &lt;linear&gt;", "0.973", "not known",
+        "0.055, 0.02 to 0.1", "law = &lt;linear&gt; (probability 0.97); a = 0.05"})
+    EXPECT_THAT(html, HasSubstr(part)) << part;
+}
+
 // Results of earlier versions have none of these.
 TEST_F(StudyPage, NeedsNoPredictionsOrHistory) {
   test::Json j = test::Json::parse(kResults);

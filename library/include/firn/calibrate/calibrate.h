@@ -27,6 +27,9 @@ struct Target {
   double value = 0;
   double uncertainty = 0;  // one standard deviation, > 0
   std::string unit = "1";  // of value and uncertainty, as the simulator states it
+  // One standard deviation of the simulator's systematic error in this response, in the same unit;
+  // 0: none.
+  double discrepancy = 0;
 };
 
 struct Response {
