@@ -331,10 +331,11 @@ void Calibration::report_estimate() const {
   }
   for (const Target& t : study_.targets)
     j["targets"].push_back({{"response", t.response.name}, {"value", t.value}});
-  progress_.knowledge(fmt::format("  best so far: {}\n  determined: {}", fmt::join(regions, ", "),
-                               determined.empty() ? "nothing yet"
-                                                  : fmt::format("{}", fmt::join(determined, "; "))),
-                   j.dump());
+  progress_.knowledge(
+      fmt::format(
+          "  best so far: {}\n  determined: {}", fmt::join(regions, ", "),
+          determined.empty() ? "nothing yet" : fmt::format("{}", fmt::join(determined, "; "))),
+      j.dump());
 }
 
 // Decides, and says why not: from the runs alone, so that a resumed study decides alike.

@@ -84,8 +84,8 @@ struct ChoiceOutcome {
   std::optional<double> probability;  // among the choices that could be fitted; nothing: not fitted
   StudyVerdict verdict = StudyVerdict::too_few_runs;
   std::string headline;
-  std::vector<double> best;          // parameters
-  std::vector<Marginal> marginals;   // of the parameters, given this choice; empty: not fitted
+  std::vector<double> best;               // parameters
+  std::vector<Marginal> marginals;        // of the parameters, given this choice; empty: not fitted
   std::optional<GoodnessOfFit> goodness;  // of all targets together
 };
 

@@ -213,6 +213,7 @@ RunSummary Driver::run() {
   summary.energy = solver_.energy();
   summary.diagnostics = solver_.diagnostics();
   summary.profile = solver_.profile();
+  summary.advice = advice_;
   return summary;
 }
 
@@ -339,14 +340,19 @@ void Driver::save() {
   });
   safe_time_ = now();
   recorder_->lock().require_in_place();
-  for (interruption::Temporary& file : unsaved_) file.keep();
-  advise();
+  {
+    const interruption::Uninterrupted kept;
+    for (interruption::Temporary& file : unsaved_) file.keep();
+    advise();
+  }
   saved_ = Clock::now();
 }
 
 // The results file has a checkpoint from which a run can resume.
 void Driver::advise() {
-  if (!advice_) advice_.emplace("resume with: firn run --resume " + options_.results_file);
+  if (!advice_)
+    advice_ = std::make_shared<const interruption::Advice>("resume with: firn run --resume " +
+                                                           options_.results_file);
 }
 
 // Writes the same bytes whether or not the run was interrupted: a resumed run writes some again.

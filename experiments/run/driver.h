@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -98,7 +99,7 @@ class Driver {
   Recorder* recorder_;
   RunObserver observer_;
   std::span<interruption::Temporary> unsaved_;
-  std::optional<interruption::Advice> advice_;
+  std::shared_ptr<const interruption::Advice> advice_;
   Solver solver_;
   const std::vector<Stage> stages_;
   ParticleFlow particle_flow_;

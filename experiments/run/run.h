@@ -3,12 +3,14 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/case/case.h"
 #include "experiments/results/response.h"
+#include "experiments/system/interruption.h"
 #include "firn/solver.h"
 
 namespace firn {
@@ -55,6 +57,8 @@ struct RunSummary {
   Energy energy;
   Diagnostics diagnostics;
   std::vector<PhaseTime> profile;
+  // Holds while the summary exists: an interruption after the end of the run names the file.
+  std::shared_ptr<const interruption::Advice> advice;
 };
 
 // Simulates the case from its start. Throws InputError for a case that cannot be set up; a run that

@@ -121,16 +121,18 @@ void Temporary::keep() {
   if (mine != all.temporary.end()) all.temporary.erase(mine);
 }
 
-Advice::Advice(const std::string& text) {
+Advice::Advice(const std::string& text) : text_(text) {
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
-  all.advice.push_back(text);
+  all.advice.push_back(text_);
 }
 
+// Advice that was given earlier may end earlier.
 Advice::~Advice() {
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
-  all.advice.pop_back();
+  const auto mine = std::find(all.advice.rbegin(), all.advice.rend(), text_);
+  if (mine != all.advice.rend()) all.advice.erase(std::next(mine).base());
 }
 
 }  // namespace firn::interruption

@@ -66,6 +66,9 @@ class Advice {
   ~Advice();
   Advice(const Advice&) = delete;
   Advice& operator=(const Advice&) = delete;
+
+ private:
+  std::string text_;
 };
 
 }  // namespace firn::interruption

@@ -54,9 +54,9 @@ struct Unit {
 // a division takes the one symbol (or parenthesis) behind it. Throws InputError.
 Unit parse_unit(std::string_view text);
 
-// "2.4 in" in SI; a temperature may also be in "degC" or "degF". Throws InputError (one sentence) for a missing, unknown or unfitting unit and
-// for a number that is not finite or beyond the usable range. Values below it are taken as they
-// are.
+// "2.4 in" in SI; a temperature may also be in "degC" or "degF". Throws InputError (one sentence)
+// for a missing, unknown or unfitting unit and for a number that is not finite or beyond the usable
+// range. Values below it are taken as they are.
 double parse_quantity(std::string_view text, const Dimension& expected);
 // "x y z unit" in SI.
 Vec3 parse_vector(std::string_view text, const Dimension& expected);
