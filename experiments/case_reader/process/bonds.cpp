@@ -303,6 +303,7 @@ std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
   if (!t.has("height_direction")) t.set("height_direction", toml::array{0, 0, 1});
   const Vec3 height = t.direction("height_direction");
   std::vector<PlannedBond> bridges;
+  bridges.reserve(couples.size());
   for (const Couple& couple : couples)
     bridges.push_back(bond_between(t, c.model, couple, position, height));
   return bridges;
