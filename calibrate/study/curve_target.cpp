@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "experiments/batch/execution/executor.h"
-#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -18,16 +17,6 @@ using Eigen::VectorXd;
 // How far the places may lie beyond the samples, as a share of their extent: a run ends between two
 // frames.
 constexpr double overhang = 0.02;
-
-// The values of a response in another unit of the same kind; nothing for another kind.
-std::optional<std::vector<double>> values_in(const Response& response, const std::string& unit) {
-  if (response.unit == unit) return response.value;
-  const Unit from = parse_unit(response.unit), to = parse_unit(unit);
-  if (from.dimension != to.dimension) return std::nullopt;
-  std::vector<double> values = response.value;
-  for (double& value : values) value *= from.factor / to.factor;
-  return values;
-}
 
 }  // namespace
 
@@ -55,9 +44,7 @@ std::optional<VectorXd> sampled_curve(const std::vector<double>& x, const std::v
 std::optional<VectorXd> simulated_curve(const CurveTarget& target, const JobResult& run) {
   const auto find = [&](const char* end, const std::string& unit) {
     const std::string name = target.name + end;
-    for (const Response& r : run.responses)
-      if (r.name == name)
-        if (const auto values = values_in(r, unit)) return *values;
+    if (const auto values = response_values(run, name, unit)) return *values;
     throw InputError(
         fmt::format("\"{}\" in \"{}\" is no response of the run; expected the name of a "
                     "[[measure]] of the kind "

@@ -70,7 +70,6 @@ struct TemperatureScale {
   std::string_view text;
   double factor, offset;
 };
-constexpr double kIcePoint = 273.15;  // K, exact
 constexpr std::array kTemperatureScales = {
     TemperatureScale{"degC", 1, kIcePoint},
     TemperatureScale{"°C", 1, kIcePoint},
@@ -384,6 +383,12 @@ Dimension Dimension::power(int exponent) const {
 }
 
 Unit parse_unit(std::string_view text) { return UnitParser(text).parse(); }
+
+std::optional<double> conversion_factor(std::string_view from, std::string_view to) {
+  const Unit a = parse_unit(from), b = parse_unit(to);
+  if (a.dimension != b.dimension) return std::nullopt;
+  return a.factor / b.factor;
+}
 
 double parse_quantity(std::string_view text, const Dimension& expected) {
   const Wanted wanted{expected};

@@ -1,6 +1,7 @@
 // Quantities with units, as users write them: "2.4 in", "0.01 GPa", "50.8 mm/min", "0 0 -1 m/s".
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -38,6 +39,8 @@ inline constexpr Dimension frequency{0, 0, -1, 0};
 inline constexpr Dimension moment_of_inertia{2, 1, 0, 0};
 }  // namespace dimension
 
+inline constexpr double kIcePoint = 273.15;  // K: 0 degC, exact
+
 // What values may be, in SI: zero, or between these either way. Wider than anything simulated, and
 // so narrow that sums and products of several values neither overflow nor vanish.
 struct UsableRange {
@@ -53,6 +56,9 @@ struct Unit {
 // "kg/m^3", "mm/min", "N m": symbols joined by spaces, * and /, with ^ and whole exponents;
 // a division takes the one symbol (or parenthesis) behind it. Throws InputError.
 Unit parse_unit(std::string_view text);
+// What a number in the unit `from` is multiplied by to be one in the unit `to`; nothing for units
+// of different dimensions. Throws InputError for a text that is no unit.
+std::optional<double> conversion_factor(std::string_view from, std::string_view to);
 
 // "2.4 in" in SI; a temperature may also be in "degC" or "degF". Throws InputError (one sentence)
 // for a missing, unknown or unfitting unit and for a number that is not finite or beyond the usable

@@ -15,26 +15,13 @@
 namespace firn::comparison {
 namespace {
 
-// The values of a response in another unit of the same kind; nothing for another kind.
-std::optional<std::vector<double>> in_unit(const Response& response, const std::string& unit) {
-  if (response.unit == unit) return response.value;
-  const Unit from = parse_unit(response.unit), to = parse_unit(unit);
-  if (from.dimension != to.dimension) return std::nullopt;
-  std::vector<double> values = response.value;
-  for (double& value : values) value *= from.factor / to.factor;
-  return values;
-}
-
 // One curve a run: NAME_curve_x and NAME_curve_y of its responses, in the units of the measurement.
 std::vector<SampledCurve> curves_of(const RunGroup& base, const MeasuredData& data) {
   std::vector<SampledCurve> curves;
   for (const JobResult* run : base.finished()) {
     const auto find = [&](const char* end, const std::string& unit) {
       const std::string name = data.response + end;
-      const auto found = std::ranges::find(run->responses, name, &Response::name);
-      if (found != run->responses.end()) {
-        if (const auto values = in_unit(*found, unit)) return *values;
-      }
+      if (const auto values = response_values(*run, name, unit)) return *values;
       throw InputError(fmt::format(
           "{}: response: \"{}\" in \"{}\" is none of the case's; expected the name of a "
           "[[measure]] of the kind \"curve\", in units of the same kind",

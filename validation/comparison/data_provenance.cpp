@@ -40,10 +40,9 @@ struct Amounts {
 std::optional<Amounts> in_unit_of(const DataIdentity& a, const DataIdentity& b) {
   if (a.unit == b.unit) return Amounts{a.value, a.uncertainty};
   try {
-    const Unit from = parse_unit(a.unit), to = parse_unit(b.unit);
-    if (from.dimension != to.dimension) return std::nullopt;
-    const double factor = from.factor / to.factor;
-    return Amounts{a.value * factor, a.uncertainty * factor};
+    const std::optional<double> factor = conversion_factor(a.unit, b.unit);
+    if (!factor) return std::nullopt;
+    return Amounts{a.value * *factor, a.uncertainty * *factor};
   } catch (const InputError&) {
     return std::nullopt;  // a spelling of a record's own
   }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,11 @@ struct JobResult {
 // The same, or a failure that names the response, where one is beyond 1e30: such a number must not
 // enter statistics and models of other runs. NaN, which stands for undefined, stays.
 JobResult plausible(JobResult result);
+
+// All values of a response of the run in this unit; nothing when the run does not have the
+// response, or has it in a unit of another kind. Throws InputError for a text that is no unit.
+std::optional<std::vector<double>> response_values(const JobResult& run, const std::string& name,
+                                                   const std::string& unit);
 
 struct JobEvents {
   std::function<void(const Job&)> started;

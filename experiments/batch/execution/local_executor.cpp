@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -9,6 +10,7 @@
 #include "experiments/batch/execution/executor.h"
 #include "experiments/batch/execution/run_process.h"
 #include "experiments/batch/execution/running_job.h"
+#include "experiments/text/units.h"
 
 namespace firn {
 namespace {
@@ -114,6 +116,18 @@ JobResult plausible(JobResult result) {
           return result;
         }
   return result;
+}
+
+std::optional<std::vector<double>> response_values(const JobResult& run, const std::string& name,
+                                                   const std::string& unit) {
+  const auto found = std::ranges::find(run.responses, name, &Response::name);
+  if (found == run.responses.end()) return std::nullopt;
+  if (found->unit == unit) return found->value;
+  const std::optional<double> factor = conversion_factor(found->unit, unit);
+  if (!factor) return std::nullopt;
+  std::vector<double> values = found->value;
+  for (double& value : values) value *= *factor;
+  return values;
 }
 
 std::unique_ptr<Executor> local_executor(const LocalExecutorOptions& options) {
