@@ -162,18 +162,28 @@ double read_effort(const TomlTable& t) {
   return t.optional_quantity("effort", dimension::time, Sign::positive).value_or(0);
 }
 
+// `like` has the unit that is expected.
+void require_unit(const TomlTable& t, const char* key, const StatedQuantity& q,
+                  const std::string& unit, const char* like) {
+  if (q.unit != unit)
+    t.fail(key,
+           fmt::format("has the unit \"{}\"; expected \"{}\" as the {} has", q.unit, unit, like));
+}
+
+// `of` has the standard deviation.
+void require_deviation(const TomlTable& t, const char* key, const StatedQuantity& q,
+                       const char* of) {
+  if (!(q.value > 0))
+    t.fail(key,
+           fmt::format("{} is not above 0; expected one standard deviation of {}", q.value, of));
+}
+
 // Standard deviation of the simulation's systematic error in a response of this unit; 0: none.
 double read_discrepancy(const TomlTable& t, const std::string& unit) {
   if (!t.has("discrepancy")) return 0;
   const StatedQuantity q = read_stated_quantity(t, "discrepancy");
-  if (q.unit != unit_text(unit))
-    t.fail("discrepancy", fmt::format("has the unit \"{}\"; expected \"{}\" as the value has",
-                                      q.unit, unit_text(unit)));
-  if (!(q.value > 0))
-    t.fail("discrepancy",
-           fmt::format("{} is not above 0; expected one standard deviation of the simulation's "
-                       "systematic error, or no such key",
-                       q.value));
+  require_unit(t, "discrepancy", q, unit_text(unit), "value");
+  require_deviation(t, "discrepancy", q, "the simulation's systematic error, or no such key");
   return q.value;
 }
 
@@ -235,13 +245,8 @@ CurveTarget curve_target(const TomlTable& t, const Study& study, Measurement m) 
   c.unit = data.unit;
   c.x_unit = data.x_unit;
   const StatedQuantity uncertainty = read_stated_quantity(t, "uncertainty");
-  if (uncertainty.unit != unit_text(c.unit))
-    t.fail("uncertainty", fmt::format("has the unit \"{}\"; expected \"{}\" as the curve has",
-                                      uncertainty.unit, unit_text(c.unit)));
-  if (!(uncertainty.value > 0))
-    t.fail("uncertainty", fmt::format("{} is not above 0; expected one standard deviation of the "
-                                      "recorded curve",
-                                      uncertainty.value));
+  require_unit(t, "uncertainty", uncertainty, unit_text(c.unit), "curve");
+  require_deviation(t, "uncertainty", uncertainty, "the recorded curve");
   c.uncertainty = uncertainty.value;
   c.discrepancy = read_discrepancy(t, c.unit);
   c.components = t.integer("components", 1, usual_components);
@@ -286,13 +291,8 @@ Target stated_target(const TomlTable& t, const Study& study) {
   t.allow({"response", "value", "uncertainty", "experiment", "effort", "discrepancy"});
   const StatedQuantity value = read_stated_quantity(t, "value"),
                        uncertainty = read_stated_quantity(t, "uncertainty");
-  if (uncertainty.unit != value.unit)
-    t.fail("uncertainty", fmt::format("has the unit \"{}\"; expected \"{}\" as the value has",
-                                      uncertainty.unit, value.unit));
-  if (!(uncertainty.value > 0))
-    t.fail("uncertainty",
-           fmt::format("{} is not above 0; expected one standard deviation of the measured value",
-                       uncertainty.value));
+  require_unit(t, "uncertainty", uncertainty, value.unit, "value");
+  require_deviation(t, "uncertainty", uncertainty, "the measured value");
   const std::string unit = value.unit.empty() ? "1" : value.unit;
   return {response_id(t, study), value.value, uncertainty.value,        unit, "stated in the study",
           read_effort(t),        "",          read_discrepancy(t, unit)};
@@ -330,10 +330,7 @@ Observed read_observed(const TomlTable& t, const Study& study, const std::vector
   }
   if (t.has("uncertainty")) {
     const StatedQuantity q = read_stated_quantity(t, "uncertainty");
-    if (!(q.value > 0))
-      t.fail("uncertainty",
-             fmt::format("{} is not above 0; expected one standard deviation of a measured value",
-                         q.value));
+    require_deviation(t, "uncertainty", q, "a measured value");
     o.uncertainty = q.value;
     o.unit = q.unit.empty() ? "1" : q.unit;
     o.discrepancy = read_discrepancy(t, o.unit);
