@@ -22,20 +22,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of each part of a study.
-using Campaigns = std::vector<std::unique_ptr<StudyRuns>>;
-
-bool was_requested(const Campaigns& campaigns, const std::string& key) {
-  return std::any_of(campaigns.begin(), campaigns.end(),
-                     [&](const auto& campaign) { return campaign->was_requested(key); });
+bool was_requested(const PartRuns& part_runs, const std::string& key) {
+  return std::any_of(part_runs.begin(), part_runs.end(),
+                     [&](const auto& runs) { return runs->was_requested(key); });
 }
 
-void count_runs(const std::vector<JournalRun>& runs, const Campaigns& campaigns,
+void count_runs(const std::vector<JournalRun>& runs, const PartRuns& part_runs,
                 CalibrationResult& a) {
   for (const JournalRun& run : runs) {
     a.other_version +=
-        run.program != campaigns.front()->program() && run.program != user_program_identity;
-    if (!was_requested(campaigns, run.key)) continue;
+        run.program != part_runs.front()->program() && run.program != user_program_identity;
+    if (!was_requested(part_runs, run.key)) continue;
     ++a.runs;
     a.finished += run.status == "finished";
     a.arched += run.status == "arched";
@@ -51,17 +48,17 @@ void count_runs(const std::vector<JournalRun>& runs, const Campaigns& campaigns,
 }
 
 StudySummary summarize(const Study& study, CalibrationResult& result, Journal& journal,
-                       const Campaigns& campaigns, const std::string& directory, bool plot) {
+                       const PartRuns& part_runs, const std::string& directory, bool plot) {
   journal.require_in_place();
   std::vector<JournalRun> runs = journal.runs();
   for (std::size_t i = 0; i < result.curves.size(); ++i) {
     const CurveTarget& c = study.curves[i];
     for (JournalRun& run : runs)
       if (run.label.experiment == study.experiments[c.experiment].name &&
-          was_requested(campaigns, run.key))
+          was_requested(part_runs, run.key))
         add_scores(c, result.curves[i], run.result);
   }
-  count_runs(runs, campaigns, result);
+  count_runs(runs, part_runs, result);
   StudySummary s;
   s.verdict = result.verdict;
   s.headline = result.headline;
@@ -74,7 +71,7 @@ StudySummary summarize(const Study& study, CalibrationResult& result, Journal& j
     for (const fs::path& results :
          {fs::path(run.result.results_file), folder / "runs" / (run.key + ".h5")}) {
       std::error_code unreadable;  // as a name that is too long
-      if (run.label.phase == "confirm" && was_requested(campaigns, run.key) &&
+      if (run.label.phase == "confirm" && was_requested(part_runs, run.key) &&
           results.extension() == ".h5" && fs::exists(results, unreadable))
         s.example_run = results.string();
     }
@@ -135,19 +132,19 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   const interruption::Advice advice(fmt::format(
       "everything finished is kept in {}: the same command resumes from there", directory));
   const std::vector<Study> parts = parts_of(study);
-  Campaigns campaigns;
+  PartRuns part_runs;
   for (const Study& part : parts)
-    campaigns.push_back(std::make_unique<StudyRuns>(part, batch.executor(), batch.journal(),
+    part_runs.push_back(std::make_unique<StudyRuns>(part, batch.executor(), batch.journal(),
                                                     batch.store(), batch.progress(), batch.runs(),
                                                     options.interrupt));
   CalibrationResult result;
   try {
     if (study.choice)
-      result = calibrate_choices(parts, campaigns, batch.progress());
+      result = calibrate_choices(parts, part_runs, batch.progress());
     else if (study.direct == DirectSearch::none)
-      result = Calibration(study, *campaigns.front(), batch.progress()).result();
+      result = Calibration(study, *part_runs.front(), batch.progress()).result();
     else
-      result = direct_search(study, *campaigns.front(), batch.progress());
+      result = direct_search(study, *part_runs.front(), batch.progress());
   } catch (const BatchInterrupted&) {
     StudySummary s;
     s.headline = fmt::format(
@@ -161,13 +158,13 @@ StudySummary carry_out(Study& study, const StudyOptions& options, const std::str
   batch.progress().done();
   const Study& best = result.study ? *result.study : parts[result.best_choice];
   StudySummary summary =
-      summarize(best, result, batch.journal(), campaigns, directory, options.plot);
+      summarize(best, result, batch.journal(), part_runs, directory, options.plot);
   if (options.on_result) options.on_result(best, result);
   if (!options.save.name.empty()) {
     try {
       std::vector<JournalRun> used = batch.journal().runs();
       std::erase_if(used,
-                    [&](const JournalRun& run) { return !was_requested(campaigns, run.key); });
+                    [&](const JournalRun& run) { return !was_requested(part_runs, run.key); });
       summary.record =
           material_record(study, result, used, batch.executor(), directory, options.save);
     } catch (const InputError& e) {  // the study is reported without a record

@@ -94,8 +94,7 @@ std::vector<Study> parts_of(const Study& study) {
   return parts;
 }
 
-CalibrationResult calibrate_choices(const std::vector<Study>& parts,
-                                    const std::vector<std::unique_ptr<StudyRuns>>& runs,
+CalibrationResult calibrate_choices(const std::vector<Study>& parts, const PartRuns& runs,
                                     BatchProgress& progress) {
   std::vector<Calibration> calibrations;
   for (std::size_t i = 0; i < parts.size(); ++i)

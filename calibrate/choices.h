@@ -11,6 +11,9 @@
 
 namespace firn {
 
+// The runs of each part of a study.
+using PartRuns = std::vector<std::unique_ptr<StudyRuns>>;
+
 // The study for each choice alone, with the choice set in its experiments; without choices, the
 // study itself.
 std::vector<Study> parts_of(const Study& study);
@@ -19,8 +22,7 @@ std::vector<Study> parts_of(const Study& study);
 // with the probabilities of all. A choice is as probable as its prior times its evidence: the mean
 // likelihood over the ranges of the other parameters. The final models of a choice know the noise
 // from the runs of all choices, where their scatter agrees.
-CalibrationResult calibrate_choices(const std::vector<Study>& parts,
-                                    const std::vector<std::unique_ptr<StudyRuns>>& runs,
+CalibrationResult calibrate_choices(const std::vector<Study>& parts, const PartRuns& runs,
                                     BatchProgress& progress);
 
 }  // namespace firn
