@@ -116,19 +116,19 @@ std::vector<PlannedBond> bonds_at_contacts(const TomlTable& t, const Case& c) {
     at.emplace(p.particle, standing(c.model, p.particle, p.position, p.orientation));
   }
   solver.step();
-  std::vector<PlannedBond> bridges;
+  std::vector<PlannedBond> planned;
   for (const Contact& contact : solver.contacts()) {
     if (!(contact.overlap > 0)) continue;
-    bridges.push_back({{at.at(contact.a), at.at(contact.b)},
+    planned.push_back({{at.at(contact.a), at.at(contact.b)},
                        contact.place,
                        contact.normal,
                        contact.normal.unitOrthogonal()});
   }
-  if (bridges.empty())
+  if (planned.empty())
     t.fail("contacts",
            "no two bodies touch at the start; expected bodies of [initial_state] or "
            "[[particles]] that do");
-  return bridges;
+  return planned;
 }
 
 bool at_contacts(const TomlTable& t) {
@@ -181,13 +181,13 @@ double read_neck_radius(const TomlTable& t) {
       if (t.has(key)) t.fail(key, "is given together with a radius; expected one of the two");
     return t.quantity("radius", dimension::length, Sign::positive);
   }
-  constexpr double kMelting = 273.15, kColdest = 173.15;  // K
+  constexpr double kColdest = kIcePoint - 100;  // K
   const Storage storage{t.quantity("storage_time", dimension::time, Sign::positive),
                         t.quantity("temperature", dimension::temperature, Sign::positive),
                         t.quantity("curvature_radius", dimension::length, Sign::positive)};
-  if (!(storage.temperature >= kColdest && storage.temperature < kMelting))
+  if (!(storage.temperature >= kColdest && storage.temperature < kIcePoint))
     t.fail("temperature", fmt::format("is {:.4g} degC; expected one from -100 degC to below 0 degC",
-                                      storage.temperature - kMelting));
+                                      storage.temperature - kIcePoint));
   const double radius = sintered_neck_radius(storage);
   if (radius > 0.5 * storage.curvature_radius)
     t.fail("storage_time",
@@ -302,11 +302,11 @@ std::vector<PlannedBond> read_planned_bonds(const TomlTable& t, const Case& c) {
   const Vec3 position = t.vector("position", dimension::length, "0 0 0 m");
   if (!t.has("height_direction")) t.set("height_direction", toml::array{0, 0, 1});
   const Vec3 height = t.direction("height_direction");
-  std::vector<PlannedBond> bridges;
-  bridges.reserve(couples.size());
+  std::vector<PlannedBond> planned;
+  planned.reserve(couples.size());
   for (const Couple& couple : couples)
-    bridges.push_back(bond_between(t, c.model, couple, position, height));
-  return bridges;
+    planned.push_back(bond_between(t, c.model, couple, position, height));
+  return planned;
 }
 
 }  // namespace
@@ -336,8 +336,8 @@ void read_bonds(const TomlTable& root, Case& c) {
              "tensile_strength",
              "shear_strength",
              "damping_ratio"});
-    const std::vector<PlannedBond> bridges = read_planned_bonds(t, c);
-    const int material = shape_of(model, bridges.front().bodies.front().particle).material;
+    const std::vector<PlannedBond> planned = read_planned_bonds(t, c);
+    const int material = shape_of(model, planned.front().bodies.front().particle).material;
     const BeamLaw law = read_law(root, t, model.materials[index(material)]);
     const bool enabled = t.boolean("enabled", true);
     if (std::ranges::find(model.beams, law.name, &BeamLaw::name) != model.beams.end())
@@ -345,7 +345,7 @@ void read_bonds(const TomlTable& root, Case& c) {
     if (!enabled) continue;
     model.beams.push_back(law);
     const int number = static_cast<int>(model.beams.size()) - 1;
-    for (const auto& [bodies, middle, axis, up] : bridges) {
+    for (const auto& [bodies, middle, axis, up] : planned) {
       const auto& [a, b] = bodies;
       model.bonds.push_back(
           make_bond(a.particle, b.particle, number, law.length, a.at, b.at, middle, axis, up));

@@ -2,13 +2,14 @@
 
 #include <cmath>
 
+#include "experiments/text/units.h"
+
 namespace firn {
 namespace {
 
 constexpr double kBoltzmann = 1.380649e-23;         // J/K, exact
 constexpr double kSurfaceEnergy = 0.109;            // J/m^2, ice against its vapor
 constexpr double kMoleculeVolume = 3.262e-29;       // m^3, of 917 kg/m^3
-constexpr double kIcePoint = 273.15;                // K
 constexpr double kDiffusivityAtIcePoint = 2.11e-5;  // m^2/s, of water vapor in air at 1 atm
 
 double saturation_pressure(double temperature) {  // Pa, over ice

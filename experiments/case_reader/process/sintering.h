@@ -6,7 +6,7 @@ namespace firn {
 // Conditions of the storage.
 struct Storage {
   double time = 0;              // s
-  double temperature = 0;       // K, below 273.16
+  double temperature = 0;       // K, below the ice point
   double curvature_radius = 0;  // m, of both surfaces where they touch
 };
 
