@@ -1,7 +1,8 @@
 // A solid is cut by planes until the hull of every piece is near its surface; then pieces whose
 // common hull is near the surface, too, are joined. Pieces of a tree of cuts are separated by
 // planes, so their hulls do not overlap. Cuts are chosen one by one (greedily), by several rules
-// in turn; the rule that ends with the fewest pieces wins.
+// in turn; the rule that ends with the fewest pieces wins. A thorough search shuns pieces that are
+// thin and not convex yet, and takes cuts back that led to pieces that no cut helps.
 #include "solver/shapes/convex_decomposition.h"
 
 #include <meshoptimizer.h>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <tuple>
@@ -25,6 +27,11 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxCuts = 32;   // of one part
 constexpr std::size_t kSamples = 700;  // facets whose depth is measured for a trial
+// Of a thorough search.
+constexpr double kThinWeight = 4;        // of the least thickness over a piece's, in its cost
+constexpr int kTakenBack = 40;           // cuts of one tree
+constexpr std::size_t kMaxRejected = 3;  // cuts of one piece that are taken back
+constexpr double kNear = 1.15;           // deviation over the tolerance that is worth measuring
 
 // Part of the boundary of a piece. The caps of cuts are cones over their outlines from a point of
 // the plane: their triangles may overlap with opposite signs, but volume and area add up exactly.
@@ -46,6 +53,8 @@ struct CutPiece {
   double outer_area = 0;          // m^2, of the hull's faces that lie on no cut
   double deviation = 0;           // m, deepest point of the surface below the hull's outer faces
   bool final = false;             // no cut helps
+  std::shared_ptr<const CutPiece> parent;  // what it was cut from
+  std::vector<HalfSpace> rejected;         // cuts of it that were taken back
 };
 
 // A facet and how deep it lies below the hull's outer faces.
@@ -63,7 +72,9 @@ struct ReflexEdge {
 
 struct Rule {
   enum class Cost { volume, root, both, depth } cost;
-  bool halves;  // only planes through the middle of a piece
+  bool halves;             // only planes through the middle of a piece
+  double thin_weight = 0;  // how much more a thin piece costs that is not convex enough
+  int taken_back = 0;      // cuts that may be taken back
 };
 
 double area(const Facet& f) {
@@ -247,19 +258,31 @@ class Decomposer {
 
   bool convex_enough(const CutPiece& p) const { return p.deviation <= options_.tolerance; }
 
-  // Cuts the worst piece again and again.
+  // Cuts the worst piece again and again. Where no cut helps a piece, the one that made it is taken
+  // back, as often as the rule allows.
   std::vector<CutPiece> cut_down(std::vector<CutPiece> pieces, const Rule& rule,
                                  const std::vector<ReflexEdge>& reflex) const {
+    int taken_back = 0;
     while (static_cast<int>(pieces.size()) < options_.max_parts) {
       CutPiece* worst = nullptr;
       for (auto& p : pieces) {
         if (!p.final && !convex_enough(p) && (!worst || p.deviation > worst->deviation)) worst = &p;
       }
       if (!worst) break;
-      auto sides = best_split(*worst, rule, reflex);
+      std::optional<std::array<CutPiece, 2>> sides;
+      if (worst->rejected.size() < kMaxRejected) sides = best_split(*worst, rule, reflex);
       if (!sides) {
-        worst->final = true;
+        if (taken_back < rule.taken_back && worst->parent) {
+          ++taken_back;
+          take_back(pieces, *worst);
+        } else {
+          worst->final = true;
+        }
         continue;
+      }
+      if (rule.taken_back > 0) {
+        const auto parent = std::make_shared<const CutPiece>(std::move(*worst));
+        for (auto& side : *sides) side.parent = parent;
       }
       *worst = std::move((*sides)[0]);
       pieces.push_back(std::move((*sides)[1]));
@@ -316,6 +339,19 @@ class Decomposer {
   }
 
  private:
+  // Puts the piece that `stuck` was cut from in the place of all that came of it.
+  static void take_back(std::vector<CutPiece>& pieces, const CutPiece& stuck) {
+    const std::shared_ptr<const CutPiece> parent = stuck.parent;
+    CutPiece again = *parent;
+    again.rejected.push_back(stuck.path[parent->path.size()]);
+    std::erase_if(pieces, [&parent](const CutPiece& p) {
+      const CutPiece* ancestor = p.parent.get();
+      while (ancestor && ancestor != parent.get()) ancestor = ancestor->parent.get();
+      return ancestor != nullptr;
+    });
+    pieces.push_back(std::move(again));
+  }
+
   double volume(const std::vector<Facet>& boundary) const {
     double sum = 0;
     for (const auto& f : boundary) {
@@ -754,6 +790,9 @@ class Decomposer {
             break;
         }
       }
+      if (c > 0 && rule.thin_weight > 0) {
+        c *= 1 + rule.thin_weight * options_.thinnest / thickness(s);
+      }
       sum += c;
       least = std::min(least, c);
     }
@@ -779,11 +818,19 @@ class Decomposer {
     return least;
   }
 
+  static bool was_rejected(const CutPiece& piece, const HalfSpace& cut) {
+    return std::any_of(piece.rejected.begin(), piece.rejected.end(), [&cut](const HalfSpace& h) {
+      return (h.normal == cut.normal && h.offset == cut.offset) ||
+             (h.normal == -cut.normal && h.offset == -cut.offset);
+    });
+  }
+
   std::optional<std::array<CutPiece, 2>> best_split(const CutPiece& piece, const Rule& rule,
                                                     const std::vector<ReflexEdge>& reflex) const {
     std::optional<std::array<CutPiece, 2>> best;
     double best_cost = kInfinity;
     for (const auto& cut : candidates(piece, rule, reflex)) {
+      if (was_rejected(piece, cut)) continue;
       auto sides = split(piece, cut);
       if (!sides) continue;
       const double c = cost(*sides, cut.normal, rule);
@@ -855,6 +902,61 @@ class Decomposer {
   Vec3 origin_;
 };
 
+constexpr std::array<Rule, 5> kRules = {{{Rule::Cost::volume, false},
+                                         {Rule::Cost::root, false},
+                                         {Rule::Cost::both, false},
+                                         {Rule::Cost::depth, false},
+                                         {Rule::Cost::volume, true}}};
+
+// A thorough search follows every rule as a quick one does, and once more with care.
+std::vector<Rule> all_rules(bool thorough) {
+  std::vector<Rule> rules(kRules.begin(), kRules.end());
+  for (std::size_t i = 0; thorough && i < kRules.size(); ++i) {
+    rules.push_back(kRules[i]);
+    rules.back().thin_weight = kThinWeight;
+    rules.back().taken_back = kTakenBack;
+  }
+  return rules;
+}
+
+Rule last_rule(bool thorough) {
+  Rule rule = kRules[0];
+  if (thorough) rule.thin_weight = kThinWeight;
+  return rule;
+}
+
+// A tree of cuts, and what is left of it when pieces are joined.
+struct Outcome {
+  std::vector<CutPiece> tree, merged;
+  double score = kInfinity;
+};
+
+Outcome follow_once(const Decomposer& decomposer, const CutPiece& plan, const Rule& rule,
+                    const std::vector<ReflexEdge>& reflex, const DecomposeOptions& options) {
+  Outcome o;
+  o.tree = decomposer.cut_down({plan}, rule, reflex);
+  o.merged = decomposer.merge(o.tree);
+  double worst = 0;  // of the deviations, over the tolerance
+  for (const auto& p : o.merged) worst = std::max(worst, p.deviation / options.tolerance);
+  // Near the tolerance the number of parts counts, beyond it the deviation.
+  const double near = options.thorough ? kNear : 1;
+  o.score = static_cast<double>(o.merged.size()) + worst + (worst > near ? 100 * worst : 0);
+  return o;
+}
+
+// Cuts are taken back only where the tree ends with pieces that no cut helps.
+Outcome follow(const Decomposer& decomposer, const CutPiece& plan, const Rule& rule,
+               const std::vector<ReflexEdge>& reflex, const DecomposeOptions& options) {
+  Rule straight = rule;
+  straight.taken_back = 0;
+  Outcome first = follow_once(decomposer, plan, straight, reflex, options);
+  const bool stuck =
+      std::any_of(first.tree.begin(), first.tree.end(), [](const CutPiece& p) { return p.final; });
+  if (!stuck || rule.taken_back == 0) return first;
+  Outcome second = follow_once(decomposer, plan, rule, reflex, options);
+  return second.score < first.score ? second : first;
+}
+
 // decompose() of a mesh whose box begins at the origin and has a diagonal of about 1.
 Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& options) {
   const auto [lower, upper] = bounding_box(mesh);
@@ -875,27 +977,12 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     const bool exact = plan.boundary.size() == whole.boundary.size();
     decomposer.measure(plan);
     const auto reflex = reflex_edges(plan.boundary, size);
-    struct Outcome {
-      std::vector<CutPiece> tree, merged;
-      double score = kInfinity;
-    };
-    using Cost = Rule::Cost;
-    constexpr std::array<Rule, 5> rules = {{{Cost::volume, false},
-                                            {Cost::root, false},
-                                            {Cost::both, false},
-                                            {Cost::depth, false},
-                                            {Cost::volume, true}}};
-    std::array<Outcome, rules.size()> outcomes;
+    const std::vector<Rule> rules = all_rules(options.thorough);
+    std::vector<Outcome> outcomes(rules.size());
     const int threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
                                    static_cast<int>(rules.size()));
     parallel_for_blocks(threads, rules.size(), 1, [&](std::size_t i, std::size_t) {
-      Outcome& o = outcomes[i];
-      o.tree = decomposer.cut_down({plan}, rules[i], reflex);
-      o.merged = decomposer.merge(o.tree);
-      double worst = 0;  // of the deviations, over the tolerance
-      for (const auto& p : o.merged) worst = std::max(worst, p.deviation / options.tolerance);
-      // Within the tolerance the number of parts counts, beyond it the deviation.
-      o.score = static_cast<double>(o.merged.size()) + worst + (worst > 1 ? 100 * worst : 0);
+      outcomes[i] = follow(decomposer, plan, rules[i], reflex, options);
     });
     Outcome& best =
         *std::min_element(outcomes.begin(), outcomes.end(),
@@ -910,7 +997,7 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
     }
     for (auto& p : pieces) p.final = false;
     const std::size_t before = pieces.size();
-    pieces = decomposer.cut_down(std::move(pieces), rules[0], reflex);
+    pieces = decomposer.cut_down(std::move(pieces), last_rule(options.thorough), reflex);
     if (pieces.size() > before) pieces = decomposer.merge(std::move(pieces));
   }
   Decomposition result;

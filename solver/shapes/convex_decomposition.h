@@ -9,9 +9,10 @@
 namespace firn {
 
 struct DecomposeOptions {
-  double tolerance = 0;  // m, wanted distance between the hulls' outer faces and the mesh
-  double thinnest = 0;   // m, no cut leaves a piece thinner than this
-  int max_parts = 1;     // at least 1
+  double tolerance = 0;   // m, wanted distance between the hulls' outer faces and the mesh
+  double thinnest = 0;    // m, no cut leaves a piece thinner than this
+  int max_parts = 1;      // at least 1
+  bool thorough = false;  // a slower search, for solids that a quick one does not do justice to
   // Cuts are planned on a mesh of about so many triangles at most, and repeated on the whole one.
   std::size_t plan_triangles = 2500;
 };

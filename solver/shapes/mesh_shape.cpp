@@ -16,7 +16,9 @@ constexpr std::size_t kMaxTriangles = 20000;  // of a mesh with contact parts
 // Parts of the smallest edge of the bounding box: wanted distance of hulls and mesh, allowed
 // distance of swept parts and mesh, and least thickness of a piece.
 constexpr double kTolerance = 0.016, kAllowed = 0.02, kThinnest = 0.05;
+constexpr int kAttempts = 4;
 constexpr double kThinner = 0.75;          // of the least thickness, where nothing else helps
+constexpr int kMaxThinner = 2;             // times
 constexpr std::size_t kPlanAgain = 10000;  // triangles that a repeated search plans on
 
 }  // namespace
@@ -44,8 +46,10 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
   wanted.max_parts = options.max_parts;
   Shape best;
   // The search measures pieces one by one and by samples; where their union deviates by more than
-  // allowed, it is repeated with a smaller tolerance, or with thinner pieces if these were missing.
-  for (int attempt = 0; attempt < 3; ++attempt) {
+  // allowed, it is repeated thoroughly, with a smaller tolerance, or with thinner pieces if these
+  // were missing.
+  int thinner = 0;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Shape shape = begun;
     Decomposition found = decompose(mesh, wanted);
     mark_internal_faces(found.pieces, shape.box.norm());
@@ -65,8 +69,10 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     // Neither more parts nor other cuts help then.
     if (best.contact_deviation <= kAllowed * edge || deviation.rounding > deviation.surplus) break;
     wanted.plan_triangles = kPlanAgain;
+    wanted.thorough = true;
     // Too many parts come from cuts that leave much to do, as better ones would leave slivers.
     if (found.stopped_by_thickness || found.at_most_parts) {
+      if (++thinner > kMaxThinner) break;
       wanted.thinnest *= kThinner;
     } else {
       wanted.tolerance *= 0.8;
