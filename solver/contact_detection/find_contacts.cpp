@@ -484,7 +484,8 @@ void find_contacts(const Model& model, Workspace& w, State& s) {
   for (PairRange& range : w.ranges) {
     s.diagnostics.queries += range.queries;
     s.diagnostics.refreshes += range.refreshes;
-    s.diagnostics.late_contacts += range.late_contacts;
+    // Overlaps of the initial state are given, not detected late.
+    if (s.steps > 0) s.diagnostics.late_contacts += range.late_contacts;
     w.patches += range.more_patches;
     w.points += range.more_points;
     for (std::size_t k = 0; k < range.overflowed.size(); ++k) {

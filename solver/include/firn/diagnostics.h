@@ -22,9 +22,10 @@ struct Energy {  // J
 struct Diagnostics {
   double largest_overlap = 0;  // m, over all steps
   int largest_overlap_particle = -1;
-  std::uint64_t late_contacts =
-      0;                    // patches first detected with an overlap above 1 % of the sweep radii
-  double energy_error = 0;  // J, sum of unexplained rises
+  // Patches first detected with an overlap above 1 % of the sweep radii. Those of the first step
+  // belong to the initial state and do not count.
+  std::uint64_t late_contacts = 0;
+  double energy_error = 0;      // J, sum of unexplained rises
   std::uint64_t rebuilds = 0;   // of the neighbour list
   std::uint64_t queries = 0;    // narrow-phase queries of part pairs
   std::uint64_t refreshes = 0;  // of body pairs with patches

@@ -179,6 +179,21 @@ TEST_F(StartTest, GoesOnAsTheEarlierRunDid) {
             -1.0);  // it does turn
 }
 
+// The cubes rest on the floor with an overlap above 1 % of their sweep radius.
+TEST_F(StartTest, OverlapsOfTheStartAreNotLateContacts) {
+  const std::vector<Override> softer = {{"materials.ice.young_modulus", "50 kPa"}};
+  run_whole(softer);
+  std::vector<Override> second = softer;
+  second.emplace_back("case.duration", "10 ms");
+  const RunSummary summary = run(read(kMiddle, second), options("second.h5"));
+  ASSERT_EQ(summary.status, RunStatus::finished) << summary.reason;
+  const Recording recording(path("second.h5"));
+  const std::vector<double> overlap = recording.series("/diagnostics/largest_overlap");
+  const std::vector<double> late = recording.series("/diagnostics/late_contacts");
+  EXPECT_GT(overlap.front(), 0.01 * 1e-3);
+  EXPECT_EQ(late.back(), 0);
+}
+
 TEST_F(StartTest, KeepsWhoParticlesAreAndSinceWhenTheyAreThere) {
   run_whole();
   const Case c = read(std::string(kMiddle) + "tags = [7]\n");
