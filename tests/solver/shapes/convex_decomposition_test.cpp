@@ -13,6 +13,7 @@
 #include "solver/geometry/point_in_mesh.h"
 #include "solver/geometry/quick_hull.h"
 #include "solver/shapes/shape_builder.h"
+#include "solver/shapes/wall_thickness.h"
 #include "validation/verification/fixtures/meshes.h"
 #include "validation/verification/fixtures/solids.h"
 
@@ -230,7 +231,7 @@ DecomposeOptions options_for(const TriangleMesh& mesh) {
   const auto [low, high] = bounding_box(mesh);
   DecomposeOptions options;
   options.tolerance = 0.016 * (high - low).minCoeff();
-  options.thinnest = 0.05 * (high - low).minCoeff();
+  options.min_thickness = 0.05 * (high - low).minCoeff();
   options.max_parts = 64;
   return options;
 }
@@ -293,8 +294,8 @@ TEST(Decompose, TurnedSolidIsAsNear) {
     for (Vec3& v : turned.vertices) v = turn * v;
     const Decomposition straight = decompose(mesh, options_for(mesh));
     const Decomposition other = decompose(turned, options_for(mesh));
-    EXPECT_FALSE(straight.at_most_parts);
-    EXPECT_FALSE(other.at_most_parts);
+    EXPECT_FALSE(straight.part_limit_reached);
+    EXPECT_FALSE(other.part_limit_reached);
   }
 }
 
@@ -304,10 +305,10 @@ TEST(Decompose, SaysWhyItStopsEarly) {
   options.max_parts = 5;
   const Decomposition few = decompose(mesh, options);
   EXPECT_LE(few.pieces.size(), 5u);
-  EXPECT_TRUE(few.at_most_parts);
+  EXPECT_TRUE(few.part_limit_reached);
   options = options_for(mesh);
-  options.thinnest = 40 * options.thinnest;  // two smallest edges
-  EXPECT_TRUE(decompose(mesh, options).stopped_by_thickness);
+  options.min_thickness = 40 * options.min_thickness;  // two smallest edges
+  EXPECT_TRUE(decompose(mesh, options).thickness_limit_reached);
 }
 
 TEST(WallThickness, OfTubesAndBoxes) {
