@@ -290,7 +290,7 @@ int run_case(const RunArguments& a) {
   std::optional<TraceWriter> trace;
   if (!a.trace.file.empty()) {
     trace.emplace(c, traced);
-    options.each_step = [&](const Solver& solver, bool last) { trace->see(solver, last); };
+    options.each_step = [&](const Solver& solver, bool last) { trace->add_step(solver, last); };
   }
   const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
   meter.finish();

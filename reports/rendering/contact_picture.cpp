@@ -61,7 +61,7 @@ TriangleMesh arrow(double length, double radius) {
 
 class ContactScene {
  public:
-  ContactScene(const Case& c, const ContactChoice& choice, const Instant& now)
+  ContactScene(const Case& c, const ContactSelection& choice, const ContactSnapshot& now)
       : model_(c.model), choice_(choice), now_(now) {
     const int main = is_particle(model_, choice.body) ? choice.body : choice.other;
     main_ = main;
@@ -113,7 +113,7 @@ class ContactScene {
       double sum = 0, most = 0;
       Vec3 tail = Vec3::Zero();
       for (const ContactView& v : now_.contacts) {
-        if (!v.bears() || (v.contact.a != body && v.contact.b != body)) continue;
+        if (!v.is_active() || (v.contact.a != body && v.contact.b != body)) continue;
         sum += v.contact.normal_force;
         for (const ContactSpot& spot : v.contact.spots) {
           if (spot.force <= most) continue;
@@ -196,7 +196,7 @@ class ContactScene {
 
   void add_forces(double weight) {
     for (const ContactView& view : now_.contacts) {
-      if (!view.bears()) continue;
+      if (!view.is_active()) continue;
       const Contact& contact = view.contact;
       const Vec3 push = push_on_main(view);
       for (const ContactSpot& spot : contact.spots)
@@ -224,8 +224,8 @@ class ContactScene {
   }
 
   const Model& model_;
-  const ContactChoice& choice_;
-  const Instant& now_;
+  const ContactSelection& choice_;
+  const ContactSnapshot& now_;
   int main_ = 0;
   Vec3 center_;
   double size_ = 0;                // m
@@ -245,7 +245,7 @@ std::string title_script(const std::string& title, const std::string& subtitle, 
 
 }  // namespace
 
-void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& now,
+void draw_contacts(const Case& c, const ContactSelection& choice, const ContactSnapshot& now,
                    const std::string& file, int panel_width) {
   const int width = 2 * panel_width;
   const double height = kTitle + panel_width + kKey;
@@ -306,8 +306,8 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   gnuplot.draw(script + "unset multiplot\n", file, width, static_cast<int>(height));
 }
 
-void draw_history(const Case& c, const ContactChoice& choice, const std::vector<HistoryRow>& rows,
-                  const std::string& file) {
+void draw_history(const Case& c, const ContactSelection& choice,
+                  const std::vector<HistoryRow>& rows, const std::string& file) {
   constexpr int kWidth = 1500, kHeight = 760;
   Gnuplot::check_picture(file);
   const Gnuplot gnuplot;

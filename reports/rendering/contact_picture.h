@@ -13,12 +13,12 @@ namespace firn {
 // by force), one at each patch for friction, one for the weight. FILE.png or FILE.svg, each view
 // `panel` pixels wide. Throws
 // InputError for another extension or without gnuplot.
-void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& now,
+void draw_contacts(const Case& c, const ContactSelection& choice, const ContactSnapshot& now,
                    const std::string& file, int panel = 800);
 
 // Normal force and friction over time with their work, and normal force over overlap: the area of a
 // loop is what the contact has lost. As above.
-void draw_history(const Case& c, const ContactChoice& choice, const std::vector<HistoryRow>& rows,
-                  const std::string& file);
+void draw_history(const Case& c, const ContactSelection& choice,
+                  const std::vector<HistoryRow>& rows, const std::string& file);
 
 }  // namespace firn

@@ -148,9 +148,9 @@ pairs = [[0, 1]]
   ASSERT_TRUE(solver.bond(0).acts);
   ASSERT_GT(solver.bond(0).load.force.norm(), 0);
   for (const int particle : {0, 1}) {
-    const Balance b = balance_of(solver, particle);
+    const ForceBalance b = force_balance(solver, particle);
     EXPECT_LT(b.force_error, 1e-9 * b.scale);
-    EXPECT_LT(b.used_error, 1e-12 * b.scale);
+    EXPECT_LT(b.sum_mismatch, 1e-12 * b.scale);
     EXPECT_LT(b.moment_error, 1e-9 * solver.load(particle).moment.norm());
   }
 }
