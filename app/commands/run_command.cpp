@@ -107,7 +107,7 @@ void log_case(const Case& c, const std::string& results_file) {
     const auto table = resolved["shapes"][shape.name];
     if (table["kind"].value_or("") != std::string_view("mesh")) continue;
     const std::string advice =
-        unit_advice(shape.box.maxCoeff(), parse_length_unit(table["length_unit"].value_or("m")),
+        length_unit_warning(shape.box.maxCoeff(), parse_length_unit(table["length_unit"].value_or("m")),
                     MeshUse::particle);
     if (!advice.empty()) spdlog::warn("shape {}: length_unit: {}", shape.name, advice);
   }
