@@ -135,7 +135,7 @@ void add_discharge(std::vector<Response>& out, const DrainedHeap& heap) {
 void add_fill(std::vector<Response>& out, const DrainedHeap& heap) {
   const Particles standing_particles = standing_of(heap.filled, heap, false);
   const Vec3& box = heap.setup.box;
-  const HeapSurface surface = closed_surface(meshes(standing_particles), -box.x() / 2, box.x() / 2,
+  const HeightMap surface = closed_surface(meshes(standing_particles), -box.x() / 2, box.x() / 2,
                                              -box.y() / 2, box.y() / 2, heap.particle_size);
   const auto [height, error] = mean_height(surface.height, surface.grid, heap.particle_size);
   add(out, "fill_height", height, error, "m",

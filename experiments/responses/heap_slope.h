@@ -54,11 +54,11 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepo
 
 // The lines through a closed surface whose first axis counts from where the ledge begins, without
 // uncertainties. Both heap_slope() and outlines of photographs, which have one row, end here.
-HeapSlope surface_slope(const HeapSurface& closed, const FitWindow& window);
+HeapSlope surface_slope(const HeightMap& closed, const FitWindow& window);
 
 // The surface of an outline: height(k) at the middle of cell k of a ledge `length` long, counted
 // from its begin, with the pits closed as in heap_slope(). `covered`: where there are particles.
-HeapSurface closed_outline(const Eigen::ArrayXd& height,
+HeightMap closed_outline(const Eigen::ArrayXd& height,
                            const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
                            double particle_size);
 // Cells of that outline: eight a particle.
@@ -87,7 +87,7 @@ std::vector<bool> standing(const std::vector<PlacedMesh>& particles, const Drain
                            double particle_size, bool door_open);
 
 // Surface over a rectangle of the floor, without pits that no particle fits into.
-HeapSurface closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
+HeightMap closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
                            double y_min, double y_max, double particle_size);
 
 // Whether particles bridge the opening from lip to lip, seen from above.
