@@ -98,8 +98,8 @@ Ledge ledge_of(const DrainedRepose& setup, Side side, double particle_size) {
           setup.box.y() / 2, fit_window(setup, particle_size)};
 }
 
-HeightMap closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
-                           double y_min, double y_max, double particle_size) {
+HeightMap closed_height_map(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
+                            double y_min, double y_max, double particle_size) {
   const PlanGrid grid =
       PlanGrid::between(x_from, x_to, y_min, y_max, particle_size / kCellsPerParticle);
   return close_height_map(height_map(particles, grid), kPit * particle_size);
@@ -139,8 +139,9 @@ WindowColumns columns_in(const FitWindow& window, const PlanGrid& grid) {
 
 // The surface of the whole ledge, so that closing includes cells beyond the window.
 HeightMap ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
-                          double particle_size) {
-  return closed_surface(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max, particle_size);
+                        double particle_size) {
+  return closed_height_map(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
+                           particle_size);
 }
 
 }  // namespace
@@ -151,8 +152,8 @@ PlanGrid outline_grid(double length, double particle_size) {
 }
 
 HeightMap closed_outline(const Eigen::ArrayXd& height,
-                           const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
-                           double particle_size) {
+                         const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
+                         double particle_size) {
   HeightMap outline{outline_grid(length, particle_size), height, covered};
   if (height.size() != outline.grid.nx || covered.size() != outline.grid.nx)
     throw std::logic_error("an outline has the cells of outline_grid()");
@@ -185,7 +186,7 @@ HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& l
                         double particle_size) {
   const HeightMap surface =
       height_map(particles, PlanGrid::between(ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
-                                                particle_size / kCellsPerParticle));
+                                              particle_size / kCellsPerParticle));
   HeapSlope result = surface_slope(
       closed_outline(surface.height.rowwise().maxCoeff(), surface.covered.rowwise().any(),
                      std::abs(ledge.end - ledge.begin), particle_size),
@@ -265,8 +266,9 @@ MeanHeight wall_height_excess(const std::vector<PlacedMesh>& particles, const Le
   return {rise.mean(), standard_deviation(pieces) / std::sqrt(static_cast<double>(n))};
 }
 
-std::vector<bool> standing(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
-                           double particle_size, bool door_open) {
+std::vector<bool> supported_particles(const std::vector<PlacedMesh>& particles,
+                                      const DrainedRepose& setup, double particle_size,
+                                      bool door_open) {
   const PlanGrid grid = PlanGrid::between(-setup.box.x() / 2, setup.box.x() / 2, -setup.box.y() / 2,
                                           setup.box.y() / 2, particle_size / kCellsPerParticle);
   return find_supported(particles, grid, kReach * particle_size, [&](double x, double) {

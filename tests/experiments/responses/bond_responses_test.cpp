@@ -342,7 +342,7 @@ TEST_F(BondRun, BreaksAreKeptAndResumedBitForBit) {
 
   // A bridge is drawn between its bodies while it holds.
   const Frame first = one.frame(1);
-  const std::vector<Bridge> bridges = bridges_at(c, a, one.frame_times()[1], first);
+  const std::vector<BondBox> bridges = intact_bonds_at(c, a, one.frame_times()[1], first);
   ASSERT_EQ(bridges.size(), 3u);
   EXPECT_NEAR(bridges[0].position.x(), 0.5 * (first.position[0][0] + first.position[1][0]), 1e-4);
   export_csv(one, folder);
