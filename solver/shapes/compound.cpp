@@ -8,7 +8,7 @@
 
 namespace firn {
 
-void find_neighbours(Shape& shape) {
+void find_neighboring_parts(Shape& shape) {
   shape.part_neighbours.assign(shape.parts.size(), 0);
   const double tolerance = 1e-6 * shape.box.norm();
   for (std::size_t i = 0; i < shape.parts.size(); ++i) {
@@ -115,8 +115,8 @@ Shape make_compound(const std::vector<Component>& components, const ShapeOptions
     }
   }
   add_pieces(pieces, shape);
-  set_reach(shape);
-  find_neighbours(shape);
+  compute_bounding_radius(shape);
+  find_neighboring_parts(shape);
   return shape;
 }
 

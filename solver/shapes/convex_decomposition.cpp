@@ -86,7 +86,7 @@ Decomposition decompose_unit(const TriangleMesh& mesh, const DecomposeOptions& o
   const double size = (upper - lower).norm();
   CutPiece whole;
   whole.boundary = sorted_facets(mesh);
-  const Interior interior(mesh);
+  const PointInMesh interior(mesh);
   const CutSettings settings{interior, options, size, 1e-9 * size, (lower + upper) / 2};
   if (!measure_piece(whole, settings)) throw InputError("the mesh is flat; expected a solid");
   std::vector<CutPiece> pieces;

@@ -206,7 +206,7 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
     shape.rounding = default_rounding(pieces, shape.mesh, shape.box.minCoeff());
   }
   for (const auto& piece : pieces) add_part(shape, piece);
-  set_reach(shape);
+  compute_bounding_radius(shape);
   for (int i = 0; i < p.parts; ++i) {
     std::uint64_t mask = 0;
     for (int j = std::max(i - 1, 0); j <= std::min(i + 1, p.parts - 1); ++j) {

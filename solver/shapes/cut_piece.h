@@ -15,7 +15,7 @@ namespace firn {
 
 // The solid and the limits of its decomposition, the same for all pieces.
 struct CutSettings {
-  const Interior& interior;  // of the solid
+  const PointInMesh& interior;  // of the solid
   DecomposeOptions options;
   double size;  // m, diagonal of the bounding box of the solid
   double snap;  // m, points as close to a plane count as on it

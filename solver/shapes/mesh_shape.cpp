@@ -56,8 +56,8 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     mark_internal_faces(found.pieces, shape.box.norm());
     if (!(options.rounding >= 0)) shape.rounding = default_rounding(found.pieces, mesh, edge);
     for (const auto& piece : found.pieces) add_part(shape, piece);
-    set_reach(shape);
-    find_neighbours(shape);
+    compute_bounding_radius(shape);
+    find_neighboring_parts(shape);
     const Deviation deviation = measure_deviation(shape);
     shape.contact_deviation = deviation.largest();
     shape.deviation_reason =

@@ -121,7 +121,7 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
   EXPECT_GE(sum, shape.volume - (margin + 1e-6 * size) * surface_area(mesh));
   const double exact = 1e-9 * shape.volume;
   EXPECT_LE(sum, shape.volume + shape_of_pieces.contact_deviation * surface_area(mesh) + exact);
-  const Interior interior(mesh);
+  const PointInMesh interior(mesh);
   Dice dice(member + 1);
   int inside = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -357,9 +357,9 @@ TEST(QuickHull, FlatPointsHaveNone) {
   EXPECT_FALSE(quick_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 1e-9));
 }
 
-TEST(Interior, OfATorusHasItsClosedForm) {
+TEST(PointInMesh, OfATorusHasItsClosedForm) {
   const TriangleMesh mesh = solid("torus", 0);  // 13 and 5.5 mm
-  const Interior interior(mesh);
+  const PointInMesh interior(mesh);
   Dice dice(5);
   for (int i = 0; i < 5000; ++i) {
     const Vec3 p = dice.vector(0.02);

@@ -236,7 +236,7 @@ TEST_P(CrescentParts, NeighboursAreThoseNextToEachOther) {
     EXPECT_EQ(shape.part_neighbours[i], three & all);
   }
   const auto given = shape.part_neighbours;
-  find_neighbours(shape);
+  find_neighboring_parts(shape);
   EXPECT_EQ(shape.part_neighbours, given);
 }
 
