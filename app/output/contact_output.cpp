@@ -153,7 +153,7 @@ std::string summary_text(const Case& c, const ContactSnapshot& now) {
   const ContactSummary& s = now.summary;
   std::string text = head_text(c, now);
   text += fmt::format("{} particles present, {} touched by nothing; {:.2f} neighbours each\n",
-                      s.present, s.unsupported, s.neighbours);
+                      s.present, s.unsupported, s.neighbors);
   text += fmt::format("{} pairs touch in {} patches with {} points; {} patches more are near\n",
                       s.pairs, s.patches, s.points, s.non_touching_patches);
   if (s.patches == 0) return text;
@@ -238,7 +238,7 @@ Json summary_json(const Case& c, const ContactSnapshot& now) {
           {"step", now.step},
           {"present", s.present},
           {"touched_by_nothing", s.unsupported},
-          {"neighbours", s.neighbours},
+          {"neighbours", s.neighbors},
           {"pairs", s.pairs},
           {"patches", s.patches},
           {"non_touching_patches", s.non_touching_patches},

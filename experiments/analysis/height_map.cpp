@@ -19,7 +19,7 @@ template <class Visit>
 void scan_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const PlanGrid& grid,
                    Visit&& visit) {
   const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-  if (area == 0) return;  // seen edge-on: its neighbours cover the cell
+  if (area == 0) return;  // seen edge-on: its neighbors cover the cell
   const auto [u_min, u_max] = std::minmax({a.x(), b.x(), c.x()});
   const auto [v_min, v_max] = std::minmax({a.y(), b.y(), c.y()});
   const int i_first = std::max(0, cell(std::ceil(u_min - 0.5)));

@@ -16,7 +16,7 @@ struct Motion6 {  // m, m/s, rad/s, world
 };
 
 struct LoadOnBody {
-  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();  // N, N m about the body's centre
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();  // N, N m about the body's center
 };
 
 namespace {

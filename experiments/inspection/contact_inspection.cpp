@@ -44,7 +44,7 @@ Solver::Load sum_on(const std::vector<Contact>& contacts, int particle) {
   return sum;
 }
 
-// Angular momentum about the centre of mass in world axes, kg m^2/s.
+// Angular momentum about the center of mass in world axes, kg m^2/s.
 Vec3 angular_momentum(const Solver& solver, int particle) {
   const ParticleState& state = solver.particles();
   const Quat& q = state.orientation[index(particle)];
@@ -157,7 +157,7 @@ ForceBalance force_balance(const Solver& solver, int particle) {
 ContactSummary summarize_contacts(const Solver& solver, std::size_t listed) {
   const Model& model = solver.model();
   ContactSummary s;
-  std::vector<std::size_t> neighbours(model.particles.size(), 0);
+  std::vector<std::size_t> neighbors(model.particles.size(), 0);
   std::vector<double> forces, overlaps;
   std::pair<int, int> last(-1, -1);
   std::vector<Contact> bearing;
@@ -179,8 +179,8 @@ ContactSummary summarize_contacts(const Solver& solver, std::size_t listed) {
     if (std::pair(c.a, c.b) != last) {
       last = {c.a, c.b};
       ++s.pairs;
-      ++neighbours[index(c.a)];
-      if (is_particle(model, c.b)) ++neighbours[index(c.b)];
+      ++neighbors[index(c.a)];
+      if (is_particle(model, c.b)) ++neighbors[index(c.b)];
     }
     bearing.push_back(std::move(c));
   }
@@ -188,10 +188,10 @@ ContactSummary summarize_contacts(const Solver& solver, std::size_t listed) {
   for (std::size_t i = 0; i < presence.size(); ++i) {
     if (presence[i] != Presence::present) continue;
     ++s.present;
-    s.unsupported += neighbours[i] == 0;
-    s.neighbours += static_cast<double>(neighbours[i]);
+    s.unsupported += neighbors[i] == 0;
+    s.neighbors += static_cast<double>(neighbors[i]);
   }
-  if (s.present > 0) s.neighbours /= static_cast<double>(s.present);
+  if (s.present > 0) s.neighbors /= static_cast<double>(s.present);
   if (with_friction > 0) s.friction_mobilization /= static_cast<double>(with_friction);
   std::sort(forces.begin(), forces.end());
   std::sort(overlaps.begin(), overlaps.end());

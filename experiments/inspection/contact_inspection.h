@@ -70,7 +70,7 @@ struct ContactSummary {
   std::size_t pairs = 0;        // of bodies with an active contact
   std::size_t patches = 0, non_touching_patches = 0, points = 0;  // active; not touching; active
   std::size_t sliding = 0;                                        // patches
-  double neighbours = 0;  // mean number of bodies that touch a particle
+  double neighbors = 0;  // mean number of bodies that touch a particle
   double force_mean = 0, force_median = 0, force_p99 = 0, force_largest = 0;  // N, of a patch
   double friction_mobilization = 0;  // |T| / (mu F), mean over active patches with friction
   double overlap_median = 0, overlap_p99 = 0, overlap_largest = 0;  // m, of an active patch

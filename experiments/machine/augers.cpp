@@ -147,7 +147,7 @@ TriangleMesh Screw::mesh() {
 }
 
 // Between two stations the flank of a helix is no plane: two wedges, each a triangle sheared along
-// x, are. Their walls stand along x, so neighbours meet face to face.
+// x, are. Their walls stand along x, so neighbors meet face to face.
 std::vector<HalfSpace> Screw::wedge(int s, bool outside) const {
   const std::array<std::pair<int, int>, 3> corners =
       outside ? std::array<std::pair<int, int>, 3>{{{s, 0}, {s, 1}, {s + 1, 1}}}

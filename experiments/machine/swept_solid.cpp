@@ -135,7 +135,7 @@ std::vector<HalfSpace> piece(const Loop& polygon, const std::vector<Vec3>& begin
 }
 
 // The polygons on the other side of each polygon's edges.
-std::vector<std::set<std::size_t>> neighbours(const std::vector<Loop>& loops) {
+std::vector<std::set<std::size_t>> neighbors(const std::vector<Loop>& loops) {
   std::map<std::pair<int, int>, std::vector<std::size_t>> owners;
   for (std::size_t p = 0; p < loops.size(); ++p) {
     for (std::size_t k = 0; k < loops[p].size(); ++k) {
@@ -152,11 +152,11 @@ std::vector<std::set<std::size_t>> neighbours(const std::vector<Loop>& loops) {
   return result;
 }
 
-// A piece ends where it bends, and where a neighbour begins or ends: a side that is only partly
+// A piece ends where it bends, and where a neighbor begins or ends: a side that is only partly
 // an internal face would act as an edge on bodies that slide over it with a large overlap.
 std::vector<std::vector<HalfSpace>> pieces_of(const Section& section, const Stations& stations,
                                               const Filling& filling) {
-  const std::vector<std::set<std::size_t>> adjacent = neighbours(section.split_loops());
+  const std::vector<std::set<std::size_t>> adjacent = neighbors(section.split_loops());
   std::vector<std::vector<HalfSpace>> pieces;
   const std::size_t layers = stations.size() - 1;
   for (std::size_t p = 0; p < section.polygons().size(); ++p) {

@@ -21,7 +21,7 @@ double angle_between(const Vec3& a, const Vec3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// The value of y where x passes `at` between two neighbouring frames.
+// The value of y where x passes `at` between two neighboring frames.
 double interpolated(double x0, double x1, double at, double y0, double y1) {
   return y0 + (y1 - y0) * (at - x0) / (x1 - x0);
 }

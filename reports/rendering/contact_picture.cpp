@@ -25,7 +25,7 @@ constexpr Color kNormal{0.80f, 0.12f, 0.10f};
 constexpr Color kFriction{0.10f, 0.35f, 0.75f};
 constexpr Color kWeight{0.25f, 0.27f, 0.30f};
 
-// How much of the picture each layer makes: arrows alone, with the body, with its neighbours too.
+// How much of the picture each layer makes: arrows alone, with the body, with its neighbors too.
 constexpr double kLayers[] = {0.2, 0.48, 0.32};
 constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
 constexpr double kTitle = 84, kKey = 44;  // pixels
@@ -71,14 +71,14 @@ class ContactScene {
     for (const ContactView& view : now.contacts) {
       for (const ContactSpot& spot : view.contact.spots) longest_ = std::max(longest_, spot.force);
       for (const int body : {view.contact.a, view.contact.b})
-        if (body != main && shown_.insert(body).second) add_neighbour(body);
+        if (body != main && shown_.insert(body).second) add_neighbor(body);
     }
     const double weight = (shape(main).mass * model_.gravity).norm();
     most_ = std::max(longest_, weight);
     add_forces(weight);
   }
 
-  // The body shows through its neighbours, and the arrows through the body.
+  // The body shows through its neighbors, and the arrows through the body.
   Image draw(const View& view, const Vec3& direction, int width) const {
     Image image;
     std::vector<Eigen::Vector3d> sum;
@@ -106,7 +106,7 @@ class ContactScene {
     double x, y;  // of the panel, 0 ... 1
     std::string text;
   };
-  // One for each neighbour that bears, where its largest force acts.
+  // One for each neighbor that bears, where its largest force acts.
   std::vector<Label> labels(const View& view) const {
     std::vector<Label> all;
     for (const int body : shown_) {
@@ -152,7 +152,7 @@ class ContactScene {
     (particle == main_ ? body_ : outer_).push_back(body);
   }
 
-  void add_neighbour(int body) {
+  void add_neighbor(int body) {
     if (is_particle(model_, body)) return add_particle(body, kIce);
     const std::size_t b = index(body) - model_.particles.size();
     const BoundaryState& state = now_.boundaries[b];

@@ -1,4 +1,4 @@
-// Pictures of contacts: a body with its neighbours and the forces on it; forces over time.
+// Pictures of contacts: a body with its neighbors and the forces on it; forces over time.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// Two views, from the front and from behind, of the chosen body, seen through its neighbours: an
+// Two views, from the front and from behind, of the chosen body, seen through its neighbors: an
 // arrow at each contact point that bears, pushing on the body (normal force, length and thickness
 // by force), one at each patch for friction, one for the weight. FILE.png or FILE.svg, each view
 // `panel` pixels wide. Throws

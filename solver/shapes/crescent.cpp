@@ -72,7 +72,7 @@ struct Arc {
         center_z(radius - p.depth),
         half_angle(std::atan2(p.chord / 2, radius - sagitta)) {}
 
-  // Corner i of `count` equal segments, at distance r from the centre.
+  // Corner i of `count` equal segments, at distance r from the center.
   Point corner(int i, int count, double r) const {
     const double angle = half_angle * (2.0 * i / count - 1);
     return {r * std::sin(angle), center_z - r * std::cos(angle)};
@@ -212,7 +212,7 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
     for (int j = std::max(i - 1, 0); j <= std::min(i + 1, p.parts - 1); ++j) {
       mask |= std::uint64_t{1} << j;
     }
-    shape.part_neighbours.push_back(mask);
+    shape.part_neighbors.push_back(mask);
   }
   const Deviation deviation = measure_deviation(shape);
   shape.contact_deviation = deviation.largest();

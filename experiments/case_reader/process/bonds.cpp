@@ -36,7 +36,7 @@ Standing standing(const Model& model, int particle, const Vec3& position, const 
   return {particle, {position, Vec3::Zero(), Vec3::Zero(), body}};
 }
 
-// Neighbours in the order of a batch's places, batch by batch.
+// Neighbors in the order of a batch's places, batch by batch.
 std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
   const std::string name = t.string("inlet");
   const auto source = std::ranges::find(c.inlets, name, &Inlet::name);

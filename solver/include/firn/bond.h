@@ -85,7 +85,7 @@ struct BeamPose {
   Vec3 turn = Vec3::Zero();   // rad, rotation vector from a's end to b's, beam axes
   Vec3 half = Vec3::Zero();   // tangent of a quarter of that angle, along its axis, beam axes
   Vec3 apart = Vec3::Zero();  // m, from end a to end b, world
-  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // m, of the ends from the centres, world
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // m, of the ends from the centers, world
   Mat3 axes = Mat3::Identity();                     // of the middle: beam axes -> world
 };
 BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,
@@ -105,7 +105,7 @@ Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b
 // moments are in equilibrium.
 struct BeamLoad {
   Vec3 force = Vec3::Zero();                              // N, on a
-  Vec3 moment_a = Vec3::Zero(), moment_b = Vec3::Zero();  // N m, about the centres of mass
+  Vec3 moment_a = Vec3::Zero(), moment_b = Vec3::Zero();  // N m, about the centers of mass
 };
 BeamLoad load_of(const BeamPose& pose, const BeamForces& forces);
 

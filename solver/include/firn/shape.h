@@ -15,7 +15,7 @@ struct Shape {
   TriangleMesh mesh;              // m, shape axes
   std::vector<ConvexPart> parts;  // m, body axes (see below)
   // [parts] bit j: part j touches this part; a part touches itself.
-  std::vector<std::uint64_t> part_neighbours;
+  std::vector<std::uint64_t> part_neighbors;
 
   // Body axes are the principal axes about the center of mass:
   //   x_shape = centroid + shape_from_body * x_body.
