@@ -76,13 +76,13 @@ TEST(ContactHistory, SparseRowsMissNothing) {
   for (const HistoryRow& r : some.rows) {
     sparse_peak = std::max(sparse_peak, r.peak_normal_force);
     new_patches += r.new_patches;
-    ends += r.lost_patches;
+    lost_patches += r.lost_patches;
   }
   // v sqrt(m K)
   EXPECT_NEAR(peak, std::sqrt(0.004 * 2e4), 0.01 * peak);
   EXPECT_EQ(sparse_peak, peak);
   EXPECT_EQ(new_patches, 1);
-  EXPECT_EQ(ends, 1);
+  EXPECT_EQ(lost_patches, 1);
 }
 
 // A cube slides to rest: all of its energy goes into friction, and what its rocking dissipates.

@@ -221,7 +221,7 @@ shear_strength = "1 MPa"
 // By hand at -10 C, after 8 h, R = 1 mm: p = 259.9 Pa, D = 1.963e-5 m^2/s, kT = 3.6332e-21 J, so
 // that 20 gamma Omega^2 p D / (kT)^2 = 8.97e-19 m^3/s.
 TEST(Sintering, NecksGrowByHobbsAndMasonsLaw) {
-  const Storage store{8 * 3600.0, 263.15, 1e-3};
+  const StorageConditions store{8 * 3600.0, 263.15, 1e-3};
   const double x = sintered_neck_radius(store);
   EXPECT_NEAR(x, std::pow(8.97e-19 * 1e-6 * 8 * 3600, 0.2), 2e-3 * x);
   for (const double factor : {0.01, 3.0, 48.0}) {
