@@ -40,9 +40,10 @@ double standard_error(const ResponseModels* fitted, const ResponseId& response, 
         if (s.count >= 2 && pooled > 0)
           sites.push_back({u, s.sum_of_squares / pooled, own_freedom});
         const LocalNoise local(std::move(sites));
-        if (!local.uniform()) local_variance = widened(local.factor(u) * pooled, local.freedom(u));
+        if (!local.uniform())
+          local_variance = widened_variance(local.factor(u) * pooled, local.freedom(u));
       }
-  return std::sqrt(std::max(widened(variance, freedom), local_variance) / s.count);
+  return std::sqrt(std::max(widened_variance(variance, freedom), local_variance) / s.count);
 }
 
 }  // namespace

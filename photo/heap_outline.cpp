@@ -12,7 +12,7 @@ namespace {
 
 // In particle sizes:
 constexpr double kCell = 1.0 / 40;     // finest cells
-constexpr double kReach = 0.25;        // gaps that do not part a heap, as in standing()
+constexpr double kReach = 0.25;        // gaps that do not part a heap, as in supported_particles()
 constexpr double kSpeck = 0.15;        // edge of a square below which a group is noise
 constexpr double kEdge = 0.12;         // to either side of the outline, where its contrast is read
 constexpr double kCleared = 0.25;      // above the heap the photograph must still show

@@ -20,7 +20,7 @@ constexpr std::uint64_t kSeed = 20261126;
 class NormalNumbers {
  public:
   double operator()() {
-    const double u = half_open_uniform(engine_), v = half_open_uniform(engine_);
+    const double u = uniform_half_open(engine_), v = uniform_half_open(engine_);
     return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * std::numbers::pi * v);
   }
 

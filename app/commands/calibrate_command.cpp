@@ -36,7 +36,7 @@ void draw_example(const StudySummary& summary) {
         (std::filesystem::path(summary.directory) / "drained_heap.png").string();
     with_kept_runs(summary.directory,
                    [&] { draw_heap(recording, recording.frame_times().size() - 1, picture); });
-  } catch (const OutputRefused& e) {
+  } catch (const OutputPathError& e) {
     throw WriteError(summary.directory, e.error);
   } catch (const InputError& e) {
     print_lines(stderr, "firn: no picture of the heap: {}\n", e.what());
@@ -106,7 +106,7 @@ std::unique_ptr<MaterialDatabase> open_database(const CalibrateArguments& a,
   require_printable("--note", options.save.note);
   auto database = std::make_unique<MaterialDatabase>(material_database_file(a.database),
                                                      MaterialDatabase::Access::write);
-  database->require_free(options.save.name);
+  database->require_writable_name(options.save.name);
   return database;
 }
 

@@ -108,8 +108,8 @@ std::uint64_t instant_step(const ContactsArguments& a, const ReplaySource& sourc
   return *a.step;
 }
 
-ContactChoice choice_of(const ContactsArguments& a, const Model& model) {
-  ContactChoice choice;
+ContactSelection choice_of(const ContactsArguments& a, const Model& model) {
+  ContactSelection choice;
   if (!a.particle.empty()) {
     choice.body = find_body(model, a.particle, "--particle");
     if (!is_particle(model, choice.body))
@@ -144,7 +144,7 @@ void check_contact_options(const ContactsArguments& a) {
 // Refuses particles that the results file knows to be gone or still to come, before minutes of
 // replay. One that comes or leaves within a step of the instant is left to the replay.
 void check_presence(const ContactsArguments& a, const ReplaySource& source,
-                    const ContactChoice& choice, std::uint64_t step) {
+                    const ContactSelection& choice, std::uint64_t step) {
   if (!source.recorded || step == kEnd) return;
   const Recording recording(a.file);
   const std::vector<double> came = recording.insert_time(), left = recording.exit_time();
@@ -185,7 +185,8 @@ bool simulate(const ContactsArguments& a, const ReplaySource& source, ReplayOpti
     spdlog::info(
         "replayed from {:.6g} s; {} recorded frames up to {:.6g} s came out the same, bit "
         "for bit",
-        static_cast<double>(replayed.began_at) * dt, replayed.frames_equal, replayed.proved_until);
+        static_cast<double>(replayed.began_at) * dt, replayed.frames_equal,
+        replayed.verified_until);
   }
   return true;
 }
@@ -223,11 +224,11 @@ void tell_written(const Outputs& out) {
 }
 
 int audit_instant(const ContactsArguments& a, const ReplaySource& source) {
-  const ContactChoice choice = choice_of(a, source.c.model);
+  const ContactSelection choice = choice_of(a, source.c.model);
   const std::uint64_t step = instant_step(a, source);
   const Outputs out = outputs_of(a.output, choice.body < 0, true);
   check_presence(a, source, choice, step);
-  std::optional<Instant> now;
+  std::optional<ContactSnapshot> now;
   bool done = false;
   ReplayOptions options;
   if (step != kEnd) {
@@ -236,7 +237,7 @@ int audit_instant(const ContactsArguments& a, const ReplaySource& source) {
   }
   options.observe = [&](const Solver& solver, bool last) {
     if (solver.steps() != step && !(last && step == kEnd)) return true;
-    now = take_instant(solver, choice, a.listed, a.pair.empty() ? "--particle" : "--pair");
+    now = take_snapshot(solver, choice, a.listed, a.pair.empty() ? "--particle" : "--pair");
     done = true;
     return false;
   };
@@ -255,7 +256,7 @@ int audit_instant(const ContactsArguments& a, const ReplaySource& source) {
 }
 
 int audit_history(const ContactsArguments& a, const ReplaySource& source) {
-  const ContactChoice choice = choice_of(a, source.c.model);
+  const ContactSelection choice = choice_of(a, source.c.model);
   const std::uint64_t from = asked_step(source, "--history", a.history[0]);
   const std::uint64_t to = asked_step(source, "--history", a.history[1]);
   if (to <= from)
@@ -271,7 +272,7 @@ int audit_history(const ContactsArguments& a, const ReplaySource& source) {
   options.latest_end = static_cast<double>(to) * source.c.model.timestep;
   options.observe = [&](const Solver& solver, bool last) {
     done = solver.steps() == to;
-    history.see(solver, last || done);
+    history.add_step(solver, last || done);
     return !done;
   };
   if (!simulate(a, source, options, done)) return ExitStatus::interrupted;

@@ -74,15 +74,17 @@ std::string default_output(const Case& c) {
 void tell_materials(const Case& c, const toml::table& resolved) {
   for (const AppliedMaterial& m : c.material_records) {
     std::vector<std::string> sets;
-    for (const std::string& key : m.sets) {
+    for (const std::string& key : m.applied_keys) {
       const toml::node_view value = resolved.at_path(key);
       sets.push_back(value.is_string() ? fmt::format("{} = {}", key, value.value_or(""))
                                        : fmt::format("{} = {}", key, value.value_or(0.0)));
     }
     spdlog::info("material {}{}{} sets {}", m.record, m.selection.empty() ? "" : ", ", m.selection,
                  sets.empty() ? "nothing" : comma_list(sets));
-    if (!m.kept.empty()) spdlog::info("  the case goes before it in {}", comma_list(m.kept));
-    if (!m.unused.empty()) spdlog::info("  the case has no place for {}", comma_list(m.unused));
+    if (!m.overridden_keys.empty())
+      spdlog::info("  the case goes before it in {}", comma_list(m.overridden_keys));
+    if (!m.unmatched_keys.empty())
+      spdlog::info("  the case has no place for {}", comma_list(m.unmatched_keys));
     if (!m.contact_model) continue;
     const std::string warning = contact_model_warning(m.record, *m.contact_model);
     if (!warning.empty()) spdlog::warn("{}", warning);
@@ -106,9 +108,9 @@ void log_case(const Case& c, const std::string& results_file) {
     if (!warning.empty()) spdlog::warn("{}", warning);
     const auto table = resolved["shapes"][shape.name];
     if (table["kind"].value_or("") != std::string_view("mesh")) continue;
-    const std::string advice =
-        unit_advice(shape.box.maxCoeff(), parse_length_unit(table["length_unit"].value_or("m")),
-                    MeshUse::particle);
+    const std::string advice = length_unit_warning(
+        shape.box.maxCoeff(), parse_length_unit(table["length_unit"].value_or("m")),
+        MeshUse::particle);
     if (!advice.empty()) spdlog::warn("shape {}: length_unit: {}", shape.name, advice);
   }
   for (std::size_t i = 0; i < c.model.beams.size(); ++i) {
@@ -175,7 +177,7 @@ Json summary_json(const Case& c, const std::string& file, const RunSummary& s,
       records.push_back({{"record", m.record},
                          {"selection", m.selection},
                          {"sha256", m.sha256},
-                         {"sets", m.sets}});
+                         {"sets", m.applied_keys}});
   }
   document["energy"] = energy_json(s.energy);
   document["diagnostics"] = {{"largest_overlap", s.diagnostics.largest_overlap},
@@ -290,13 +292,13 @@ int run_case(const RunArguments& a) {
   std::optional<TraceWriter> trace;
   if (!a.trace.file.empty()) {
     trace.emplace(c, traced);
-    options.each_step = [&](const Solver& solver, bool last) { trace->see(solver, last); };
+    options.each_step = [&](const Solver& solver, bool last) { trace->add_step(solver, last); };
   }
   const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
   meter.finish();
   if (trace) trace->close();
-  if (!summary.kept_earlier.empty()) {
-    spdlog::info("earlier results of that name are now in {}", summary.kept_earlier);
+  if (!summary.renamed_earlier_file.empty()) {
+    spdlog::info("earlier results of that name are now in {}", summary.renamed_earlier_file);
   }
   log_summary(c, summary);
   const std::string warning = warning_of_run(c, options.results_file, summary);

@@ -61,12 +61,12 @@ double length_unit_option(const ShapeArguments& a) {
 
 // A line of a table; nothing where the size is a usual one.
 std::string unit_row(double longest_edge, double unit, MeshUse use) {
-  const std::string advice = unit_advice(longest_edge, unit, use);
+  const std::string advice = length_unit_warning(longest_edge, unit, use);
   return advice.empty() ? "" : fmt::format("  {:<22}{}\n", "unit", advice);
 }
 
 Json repair_json(const MeshRepair& r) {
-  return {{"needed", r.needed()},       {"hopeless", r.hopeless()},
+  return {{"needed", r.needed()},       {"hopeless", !r.is_repairable()},
           {"degenerate", r.degenerate}, {"disconnected_edges", r.disconnected_edges},
           {"joined", r.joined},         {"removed", r.removed},
           {"added", r.added},           {"reversed", r.reversed},
@@ -137,11 +137,11 @@ int print_unsound(const ShapeArguments& a, const TriangleMesh& mesh, const MeshD
                 unitable ? "; --united FILE.stl writes their union" : "");
     return ExitStatus::bad_input;
   }
-  if (repair.hopeless() || a.repaired.empty()) {
+  if (!repair.is_repairable() || a.repaired.empty()) {
     print_lines(stderr, "firn: {}: {}; {}; expected a closed mesh that faces outwards\n", a.file,
                 defects_text(defects, conflicts),
-                repair.hopeless() ? "and cannot be repaired: " + repair.why_hopeless()
-                                  : std::string("--repair-to FILE.stl writes it repaired"));
+                !repair.is_repairable() ? "and cannot be repaired: " + repair.failure_reason()
+                                        : std::string("--repair-to FILE.stl writes it repaired"));
     return ExitStatus::bad_input;
   }
   write_stl(a.repaired, repair.mesh, length_unit_option(a));
@@ -165,7 +165,7 @@ int print_boundary_mesh(const ShapeArguments& a) {
   if (!(thickness > 0))
     throw InputError(
         fmt::format("--thickness: is \"{}\"; expected a length above zero", a.thickness));
-  const MeshLimits limits = a.any_size ? of_any_size(kBoundaryMesh) : kBoundaryMesh;
+  const MeshLimits limits = a.any_size ? without_size_limits(kBoundaryMesh) : kBoundaryMesh;
   Boundary b;
   b.name = std::filesystem::path(a.file).stem().string();
   b.kind = Boundary::Kind::solid;
@@ -212,7 +212,7 @@ int print_mesh(const ShapeArguments& a) {
     options.rounding = option_quantity("--rounding", a.rounding, dimension::length);
   }
   options.max_parts = a.max_parts;
-  const MeshLimits limits = a.any_size ? of_any_size(kParticleMesh) : kParticleMesh;
+  const MeshLimits limits = a.any_size ? without_size_limits(kParticleMesh) : kParticleMesh;
   const TriangleMesh mesh = read_mesh_file(a.file, unit, limits).mesh;
   const MeshDefects defects = inspect(mesh);
   const MeshRepair repair = firn::repair(read_triangles(a.file, unit, limits));

@@ -44,22 +44,22 @@ std::string branch_text(const Contact& c, const ContactSpot& p) {
 
 std::string contact_text(const Model& model, const ContactView& view) {
   const Contact& c = view.contact;
-  std::string text = fmt::format("{}, patch {}: ", body_name(model, view.neighbour()), c.patch);
-  if (!view.bears()) return text + fmt::format("near, gap {:.3g} um\n", 1e6 * c.gap);
+  std::string text = fmt::format("{}, patch {}: ", body_name(model, view.neighbor()), c.patch);
+  if (!view.is_active()) return text + fmt::format("near, gap {:.3g} um\n", 1e6 * c.gap);
   text += fmt::format("{:.4g} N along normal {}, at {}\n", c.normal_force, vector_text(c.normal),
                       place_text(c.place));
   text += fmt::format(
       "  {}: friction {:.4g} N, {} of its limit {:.4g} N; torsion {:.3g} of {:.3g} "
       "N mm\n",
-      state_text(c), c.friction.norm(), percent(view.friction_used()), c.friction_cap,
+      state_text(c), c.friction.norm(), percent(view.friction_mobilization()), c.friction_cap,
       1e3 * c.torsion, 1e3 * c.torsion_cap);
   if (c.rolling.norm() > 0)
     text += fmt::format("  rolling moment {} N mm\n", vector_text(1e3 * c.rolling));
   text += fmt::format(
       "  force on it {} N; overlap {:.4g} um, {} % of the thickness; K {:.4g} "
       "N/m, {} points\n",
-      vector_text(c.force), 1e6 * c.overlap, number_text(100 * c.overlap / thickness(model, c), 3),
-      c.stiffness, c.spots.size());
+      vector_text(c.force), 1e6 * c.overlap,
+      number_text(100 * c.overlap / smallest_extent(model, c), 3), c.stiffness, c.spots.size());
   for (std::size_t k = 0; k < c.spots.size(); ++k) {
     const ContactSpot& p = c.spots[k];
     text += fmt::format("    {:>2}  {}  {} {:8.3f} um  fraction {:.4f}  {:.4g} N{}\n", k,
@@ -69,7 +69,7 @@ std::string contact_text(const Model& model, const ContactView& view) {
   return text;
 }
 
-std::string head_text(const Case& c, const Instant& now) {
+std::string head_text(const Case& c, const ContactSnapshot& now) {
   return fmt::format("{}, t = {:.9g} s, step {}\n", c.name, now.time, now.step);
 }
 
@@ -78,7 +78,7 @@ std::string line_text(const Model& model, const Contact& c) {
   return fmt::format("  {:<14} {:<18} {:>10.4g} N  {:>7}  {} of limit    {:>9.3f} um {:>7.3f} %\n",
                      body_name(model, c.a), body_name(model, c.b), c.normal_force, state_text(c),
                      percent(c.friction_cap > 0 ? c.friction.norm() / c.friction_cap : 0),
-                     1e6 * c.overlap, 100 * c.overlap / thickness(model, c));
+                     1e6 * c.overlap, 100 * c.overlap / smallest_extent(model, c));
 }
 
 Json body_json(const Model& model, int body) {
@@ -112,14 +112,14 @@ Json contact_json(const Model& model, const Contact& c) {
           {"moment", vector_json(c.moment_a)},
           {"gap", c.gap},
           {"overlap", c.overlap},
-          {"overlap_relative", c.overlap / thickness(model, c)},
+          {"overlap_relative", c.overlap / smallest_extent(model, c)},
           {"stiffness", c.stiffness},
           {"points", points}};
 }
 
 }  // namespace
 
-std::string audit_text(const Case& c, const ContactChoice& choice, const Instant& now) {
+std::string audit_text(const Case& c, const ContactSelection& choice, const ContactSnapshot& now) {
   const Model& model = c.model;
   std::string text = head_text(c, now);
   text += body_name(model, choice.body);
@@ -136,7 +136,7 @@ std::string audit_text(const Case& c, const ContactChoice& choice, const Instant
   if (now.contacts.empty()) text += "nothing is near\n";
   for (const ContactView& view : now.contacts) text += contact_text(model, view);
   if (!now.balance) return text;
-  const Balance& b = *now.balance;
+  const ForceBalance& b = *now.balance;
   text += fmt::format("{} contact{} forces {} N + weight {} N = {} N\n",
                       choice.other < 0 ? "all" : "with all neighbours,",
                       model.bonds.empty() ? "" : " and bond", vector_text(b.contacts),
@@ -144,18 +144,18 @@ std::string audit_text(const Case& c, const ContactChoice& choice, const Instant
   text += fmt::format("mass x acceleration over the next step: {} N\n",
                       vector_text(b.mass_acceleration));
   text += fmt::format("unaccounted for: {} of force, {} of moment\n",
-                      error_text(std::max(b.force_error, b.used_error), b.scale, "N"),
+                      error_text(std::max(b.force_error, b.sum_mismatch), b.scale, "N"),
                       error_text(b.moment_error, b.moment_scale, "N m"));
   return text;
 }
 
-std::string summary_text(const Case& c, const Instant& now) {
+std::string summary_text(const Case& c, const ContactSnapshot& now) {
   const ContactSummary& s = now.summary;
   std::string text = head_text(c, now);
   text += fmt::format("{} particles present, {} touched by nothing; {:.2f} neighbours each\n",
-                      s.present, s.unsupported, s.neighbours);
+                      s.present, s.unsupported, s.neighbors);
   text += fmt::format("{} pairs touch in {} patches with {} points; {} patches more are near\n",
-                      s.pairs, s.patches, s.points, s.near_patches);
+                      s.pairs, s.patches, s.points, s.non_touching_patches);
   if (s.patches == 0) return text;
   text += fmt::format(
       "normal force of a patch: mean {:.4g} N, median {:.4g} N, 99 % below {:.4g} N, largest "
@@ -163,7 +163,7 @@ std::string summary_text(const Case& c, const Instant& now) {
       s.force_mean, s.force_median, s.force_p99, s.force_largest);
   text +=
       fmt::format("friction: {} patches slide; {} of the friction limit is mobilized on average\n",
-                  s.sliding, percent(s.friction_used));
+                  s.sliding, percent(s.friction_mobilization));
   text += fmt::format("overlap: median {:.4g} um, 99 % below {:.4g} um, largest {:.4g} um\n",
                       1e6 * s.overlap_median, 1e6 * s.overlap_p99, 1e6 * s.overlap_largest);
   text += "most loaded:\n";
@@ -184,8 +184,8 @@ std::string history_text(const std::vector<HistoryRow>& rows) {
         "{:>12.9g} {:>9} {:>7} {:>7} {:>10.4g} {:>10.4g} {:>10.4g} {:>10.4g} {:>7.1f} {:>10.3g} "
         "{:>10.3g} {:>11.4g} {:>11.4g} {:>6} {:>6}\n",
         r.time, r.step, r.patches, r.sliding, 1e6 * r.gap, r.normal_force, r.peak_normal_force,
-        r.friction, 100 * r.friction_used, r.approach, r.slip, 1e6 * r.work_normal,
-        1e6 * r.work_friction, r.births, r.ends);
+        r.friction, 100 * r.friction_mobilization, r.approach, r.slip, 1e6 * r.work_normal,
+        1e6 * r.work_friction, r.new_patches, r.lost_patches);
   }
   return text;
 }
@@ -200,7 +200,7 @@ std::string events_text(const Case& c, const std::vector<PatchEvent>& events) {
   return text;
 }
 
-Json audit_json(const Case& c, const ContactChoice& choice, const Instant& now) {
+Json audit_json(const Case& c, const ContactSelection& choice, const ContactSnapshot& now) {
   Json document = {{"case", c.name}, {"time", now.time}, {"step", now.step}};
   document["body"] = body_json(c.model, choice.body);
   if (choice.other >= 0) document["other"] = body_json(c.model, choice.other);
@@ -215,18 +215,18 @@ Json audit_json(const Case& c, const ContactChoice& choice, const Instant& now) 
     contacts.push_back(contact_json(c.model, view.contact));
   document["contacts"] = contacts;
   if (now.balance) {
-    const Balance& b = *now.balance;
+    const ForceBalance& b = *now.balance;
     document["balance"] = {{"contact_force", vector_json(b.contacts)},
                            {"contact_moment", vector_json(b.moment)},
                            {"weight", vector_json(b.weight)},
                            {"mass_acceleration", vector_json(b.mass_acceleration)},
-                           {"force_error", std::max(b.force_error, b.used_error)},
+                           {"force_error", std::max(b.force_error, b.sum_mismatch)},
                            {"moment_error", b.moment_error}};
   }
   return document;
 }
 
-Json summary_json(const Case& c, const Instant& now) {
+Json summary_json(const Case& c, const ContactSnapshot& now) {
   const ContactSummary& s = now.summary;
   const auto list = [&](const std::vector<Contact>& contacts) {
     Json all = Json::array();
@@ -238,13 +238,13 @@ Json summary_json(const Case& c, const Instant& now) {
           {"step", now.step},
           {"present", s.present},
           {"touched_by_nothing", s.unsupported},
-          {"neighbours", s.neighbours},
+          {"neighbours", s.neighbors},
           {"pairs", s.pairs},
           {"patches", s.patches},
-          {"non_touching_patches", s.near_patches},
+          {"non_touching_patches", s.non_touching_patches},
           {"points", s.points},
           {"sliding", s.sliding},
-          {"friction_mobilization", s.friction_used},
+          {"friction_mobilization", s.friction_mobilization},
           {"normal_force",
            {{"mean", s.force_mean},
             {"median", s.force_median},
@@ -268,14 +268,14 @@ Json history_json(const Case& c, const std::vector<HistoryRow>& rows,
                      {"normal_force", r.normal_force},
                      {"peak_normal_force", r.peak_normal_force},
                      {"friction", r.friction},
-                     {"friction_mobilization", r.friction_used},
+                     {"friction_mobilization", r.friction_mobilization},
                      {"force", vector_json(r.force)},
                      {"approach", number_json(r.approach)},
                      {"slip", number_json(r.slip)},
                      {"work_normal", r.work_normal},
                      {"work_friction", r.work_friction},
-                     {"new_patches", r.births},
-                     {"lost_patches", r.ends}});
+                     {"new_patches", r.new_patches},
+                     {"lost_patches", r.lost_patches}});
   }
   for (const PatchEvent& e : events) {
     list.push_back({{"time", e.time},

@@ -10,15 +10,15 @@
 namespace firn {
 
 // Contacts of one body or pair, point by point, with the balance of forces.
-std::string audit_text(const Case& c, const ContactChoice& choice, const Instant& now);
+std::string audit_text(const Case& c, const ContactSelection& choice, const ContactSnapshot& now);
 // A whole instant.
-std::string summary_text(const Case& c, const Instant& now);
+std::string summary_text(const Case& c, const ContactSnapshot& now);
 // Over time.
 std::string history_text(const std::vector<HistoryRow>& rows);
 std::string events_text(const Case& c, const std::vector<PatchEvent>& events);
 
-Json audit_json(const Case& c, const ContactChoice& choice, const Instant& now);
-Json summary_json(const Case& c, const Instant& now);
+Json audit_json(const Case& c, const ContactSelection& choice, const ContactSnapshot& now);
+Json summary_json(const Case& c, const ContactSnapshot& now);
 Json history_json(const Case& c, const std::vector<HistoryRow>& rows,
                   const std::vector<PatchEvent>& events);
 

@@ -149,7 +149,7 @@ std::vector<RecordCheck> verify_records(const MaterialDatabase& database,
   if (std::ranges::find(names, choice.name) == names.end())
     database.find(choice.name);  // says which is nearest
   std::vector<RecordCheck> checks;
-  const std::vector<std::string> faults = database.faults(choice.name);
+  const std::vector<std::string> faults = database.integrity_errors(choice.name);
   for (const std::string& fault : faults)
     checks.push_back({choice.name, "content", Finding::fails, fault});
   if (!faults.empty()) return checks;

@@ -58,7 +58,7 @@ std::string write_folder_page(const std::string& folder) {
   try {
     with_kept_runs(folder, [&] { report_page(folder, {}).write(page); });
     return page;
-  } catch (const OutputRefused& e) {
+  } catch (const OutputPathError& e) {
     throw WriteError(page, e.error);
   } catch (const InputError& e) {  // the results stand all the same
     print_lines(stderr, "firn: no page: {}\n", e.what());

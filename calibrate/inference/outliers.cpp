@@ -13,7 +13,7 @@ constexpr double far_from_around = 20;   // of the differences to the nearest po
 constexpr double to_deviation = 1.4826;  // median absolute deviation of a normal distribution
 constexpr double many = 0.1;             // of all runs
 constexpr std::size_t few = 2;           // that never are many
-constexpr std::size_t neighbours = 5;
+constexpr std::size_t neighbors = 5;
 constexpr double rounding = 1e-6;  // of the spread of the response over the ranges
 
 struct Place {
@@ -60,7 +60,7 @@ std::vector<std::size_t> outlier_candidates(const Study& study, const std::vecto
   std::vector<std::pair<double, std::size_t>> suspects;  // how far, point
   for (const ResponseId& response : responses_of(study)) {
     const std::vector<Place> places = places_of(response, points);
-    if (places.size() < 2 * neighbours) continue;
+    if (places.size() < 2 * neighbors) continue;
     const double seeds = seed_deviation(places);
     std::vector<double> from_around, sizes;
     for (const Place& p : places) {
@@ -70,7 +70,7 @@ std::vector<std::size_t> outlier_candidates(const Study& study, const std::vecto
           others.emplace_back((points[p.point].u - points[q.point].u).squaredNorm(), q.middle);
       std::sort(others.begin(), others.end());
       std::vector<double> around;
-      for (std::size_t i = 0; i < neighbours; ++i) around.push_back(others[i].second);
+      for (std::size_t i = 0; i < neighbors; ++i) around.push_back(others[i].second);
       from_around.push_back(p.middle - median(around));
       sizes.push_back(std::abs(from_around.back()));
     }

@@ -126,7 +126,7 @@ class Cloud {
       int accepted = 0;
       for (std::size_t s = 0; s < u.size(); ++s) {
         const VectorXd v = u[s] + length * (factor * normal_vector(random_, d));
-        const double chance = open_uniform(random_);
+        const double chance = uniform_open(random_);
         if (v.minCoeff() < 0 || v.maxCoeff() > 1) continue;
         const double there = cost_of_(v);
         if (!(0.5 * temperature * (there - cost[s]) < -std::log(chance))) continue;

@@ -106,8 +106,9 @@ bool ResponseModel::passes_cross_validation() const {
 
 double ResponseModel::run_variance(const VectorXd& u, double mean) const {
   const double pooled = std::pow(noise.at(mean), 2);
-  return local_noise.uniform() ? widened(pooled, noise.degrees_of_freedom)
-                               : widened(local_noise.factor(u) * pooled, local_noise.freedom(u));
+  return local_noise.uniform()
+             ? widened_variance(pooled, noise.degrees_of_freedom)
+             : widened_variance(local_noise.factor(u) * pooled, local_noise.freedom(u));
 }
 
 double NoiseModel::at(double level) const { return relative ? sd * std::abs(level) : sd; }

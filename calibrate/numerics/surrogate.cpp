@@ -196,8 +196,8 @@ void Surrogate::fit() {
   for (int i = 1; i <= members * sweeps; ++i) {
     for (Index k = 0; k < count; ++k) {
       VectorXd next = p;
-      next[k] += longest_step * (2 * open_uniform(random) - 1);
-      const double chance = open_uniform(random);
+      next[k] += longest_step * (2 * uniform_open(random) - 1);
+      const double chance = uniform_open(random);
       if (next[k] < lower[k] || next[k] > upper[k]) continue;
       const double there = objective(next);
       if (!(there - here < -std::log(chance))) continue;

@@ -19,7 +19,7 @@ template <class Visit>
 void scan_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const PlanGrid& grid,
                    Visit&& visit) {
   const double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-  if (area == 0) return;  // seen edge-on: its neighbours cover the cell
+  if (area == 0) return;  // seen edge-on: its neighbors cover the cell
   const auto [u_min, u_max] = std::minmax({a.x(), b.x(), c.x()});
   const auto [v_min, v_max] = std::minmax({a.y(), b.y(), c.y()});
   const int i_first = std::max(0, cell(std::ceil(u_min - 0.5)));
@@ -116,9 +116,9 @@ std::vector<ColumnSpan> column_spans(const PlacedMesh& body, const PlanGrid& gri
   return spans;
 }
 
-std::vector<bool> supported(const std::vector<PlacedMesh>& bodies, const PlanGrid& grid,
-                            double reach,
-                            const std::function<bool(double x, double y)>& has_floor) {
+std::vector<bool> find_supported(const std::vector<PlacedMesh>& bodies, const PlanGrid& grid,
+                                 double reach,
+                                 const std::function<bool(double x, double y)>& has_floor) {
   struct Layer {
     int body;
     double bottom, top;
@@ -157,8 +157,8 @@ std::vector<bool> supported(const std::vector<PlacedMesh>& bodies, const PlanGri
   return stands;
 }
 
-HeapSurface heap_surface(const std::vector<PlacedMesh>& bodies, const PlanGrid& grid) {
-  HeapSurface surface;
+HeightMap height_map(const std::vector<PlacedMesh>& bodies, const PlanGrid& grid) {
+  HeightMap surface;
   surface.grid = grid;
   surface.height.setZero(grid.nx, grid.ny);
   surface.covered.setConstant(grid.nx, grid.ny, false);
@@ -172,7 +172,7 @@ HeapSurface heap_surface(const std::vector<PlacedMesh>& bodies, const PlanGrid& 
   return surface;
 }
 
-HeapSurface close_pits(HeapSurface surface, double width) {
+HeightMap close_height_map(HeightMap surface, double width) {
   const int half_x = static_cast<int>(std::lround(0.5 * width / std::abs(surface.grid.step_x)));
   const int half_y = static_cast<int>(std::lround(0.5 * width / std::abs(surface.grid.step_y)));
   const Eigen::ArrayXXd dilated =

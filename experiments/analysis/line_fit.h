@@ -1,4 +1,4 @@
-// Straight lines through measured points.
+// Fits of straight lines.
 #pragma once
 
 #include <span>
@@ -11,11 +11,11 @@ struct Line {
   double intercept = 0;  // y at x = 0
 };
 
-// Both need equally many x and y, at least two, and not all x the same. The first has a slope of 0
-// where all x are the same to the precision of their squares.
+// Least squares. Requires as many x as y, at least two, and two different x. The slope is 0 if all
+// x are equal to the precision of their squares.
 Line least_squares_line(std::span<const double> x, std::span<const double> y);
-// Theil (1950), Sen (1968): the median of the slopes of all pairs, and the median intercept that
-// goes with it. Up to 29 % of the points may be anything.
+// Robust fit of Theil (1950) and Sen (1968): median of the slopes of all pairs of points, and
+// median of the intercepts for that slope. Breakdown point 29 %. Requirements as above.
 Line theil_sen_line(std::span<const double> x, std::span<const double> y);
 
 }  // namespace firn

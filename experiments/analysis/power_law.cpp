@@ -63,19 +63,19 @@ PowerLaw fit_power_law(std::span<const double> x, std::span<const double> mean,
     sum_v += weight[i] * v[i];
   }
   PowerLaw law;
-  law.centre = sum_u / total;
-  law.height = sum_v / total;
+  law.center = sum_u / total;
+  law.log_mean = sum_v / total;
   double uu = 0, uv = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    uu += weight[i] * (u[i] - law.centre) * (u[i] - law.centre);
-    uv += weight[i] * (u[i] - law.centre) * (v[i] - law.height);
+    uu += weight[i] * (u[i] - law.center) * (u[i] - law.center);
+    uv += weight[i] * (u[i] - law.center) * (v[i] - law.log_mean);
   }
   law.exponent = uv / uu;
   const auto freedom = static_cast<double>(n) - 2;
   if (freedom < 1) return law;
   double misfit = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double rest = v[i] - law.height - law.exponent * (u[i] - law.centre);
+    const double rest = v[i] - law.log_mean - law.exponent * (u[i] - law.center);
     misfit += weight[i] * rest * rest / freedom;
   }
   const bool bent = is_bent(misfit, freedom, scatter.freedom);
@@ -83,16 +83,16 @@ PowerLaw fit_power_law(std::span<const double> x, std::span<const double> mean,
   if (law.degrees_of_freedom < 1) return law;
   const double scale = bent ? std::max(1.0, misfit) : 1;
   law.slope_error = std::sqrt(scale / uu);
-  law.height_error = std::sqrt(scale / total);
+  law.log_mean_error = std::sqrt(scale / total);
   law.exponent_error = law.slope_error * student_factor(law.degrees_of_freedom, 0.6827);
   return law;
 }
 
 PowerLaw::Logarithm PowerLaw::at(double x) const {
-  const double away = std::log(x) - centre;
-  return {height + exponent * away, std::isfinite(exponent_error)
-                                        ? std::hypot(height_error, slope_error * away)
-                                        : exponent_error};
+  const double away = std::log(x) - center;
+  return {log_mean + exponent * away, std::isfinite(exponent_error)
+                                          ? std::hypot(log_mean_error, slope_error * away)
+                                          : exponent_error};
 }
 
 }  // namespace firn

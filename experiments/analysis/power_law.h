@@ -1,5 +1,4 @@
-// y ~ x^p through means and their standard errors: what a sweep over a stiffness says, and what a
-// validation makes of a reduced one.
+// Fit of y ~ x^p to means with standard errors: for responses over a varied stiffness.
 #pragma once
 
 #include <limits>
@@ -9,32 +8,32 @@ namespace firn {
 
 struct PowerLaw {
   double exponent = 0;
-  // Half-width of the interval that holds the exponent with 68 %, by Student's distribution: a
-  // standard error, wider when few runs determine the scatter. NaN: two points, which give a
-  // slope but no measure of its error.
+  // Half-width of the 68 % interval of the exponent by Student's distribution: wider than the
+  // standard error if few runs determine the scatter. NaN: unknown, e.g. for two points.
   double exponent_error = std::numeric_limits<double>::quiet_NaN();
 
   struct Logarithm {
-    double value = 0, error = 0;  // of ln(y), standard error; the error is NaN as above
+    double value = 0, error = 0;  // ln(y) and its standard error; NaN as above
   };
-  Logarithm at(double x) const;
+  Logarithm at(double x) const;  // x > 0
 
-  // The line: ln(y) = height + exponent (ln(x) - centre), with standard errors.
-  double centre = 0, height = 0, height_error = 0, slope_error = 0;
-  double degrees_of_freedom = 0;  // of the errors; 0: they are not known
+  // ln(y) = log_mean + exponent (ln(x) - center), with standard errors.
+  double center = 0, log_mean = 0, log_mean_error = 0, slope_error = 0;
+  double degrees_of_freedom = 0;  // of the errors; 0: unknown
 };
 
-// Whether a power law can be put through points: x and mean above zero at two different x or more.
+// Whether a power law can be fitted: all x and means above 0, and at least two different x.
 bool has_power_law(std::span<const double> x, std::span<const double> mean);
 
-// Half-width of a two-sided interval of Student's distribution, in standard errors.
+// Half-width of a two-sided interval of Student's distribution with this probability, in standard
+// errors.
 double student_factor(double degrees_of_freedom, double confidence = 0.95);
 
-// Weighted least squares of ln(mean) over ln(x). `error`: standard errors of the means, NaN where
-// not known; `runs`: how many a mean is of. The relative scatter of a run is taken as the same at
-// every x and pooled over all, since two or three runs cannot determine it; each mean counts as
-// known to 2 % at best. A line that misses by more than that scatter explains (F-test, 5 %) is no
-// better known than it misses. Points as for has_power_law().
+// Weighted least squares of ln(mean) over ln(x). `error`: standard errors of the means, NaN:
+// unknown. `runs`: number of runs of each mean. The relative scatter of a run is assumed equal at
+// all x and is pooled, since two or three runs do not determine it. A relative error of 2 % is
+// added to each mean in quadrature. If the residuals exceed the scatter significantly (F-test, 5
+// %), the errors are scaled to the residuals. Requires has_power_law().
 PowerLaw fit_power_law(std::span<const double> x, std::span<const double> mean,
                        std::span<const double> error, std::span<const int> runs);
 

@@ -1,5 +1,5 @@
-// Random numbers that are the same on every machine: the standard distributions differ between
-// libraries.
+// Random numbers that are equal on every machine. The distributions of the standard library differ
+// between implementations.
 #pragma once
 
 #include <cmath>
@@ -12,28 +12,28 @@
 namespace firn {
 
 // Uniform in [0, 1): 53 random bits.
-inline double half_open_uniform(std::mt19937_64& random) {
+inline double uniform_half_open(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-// Uniform in (0, 1): its logarithm is finite.
-inline double open_uniform(std::mt19937_64& random) {
+// Uniform in (0, 1), so that the logarithm is finite.
+inline double uniform_open(std::mt19937_64& random) {
   return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53;
 }
 
 // Standard normal deviate (Box and Muller 1958).
 inline double normal_deviate(std::mt19937_64& random) {
-  const double radius = std::sqrt(-2 * std::log(open_uniform(random)));
-  return radius * std::cos(2 * std::numbers::pi * open_uniform(random));
+  const double radius = std::sqrt(-2 * std::log(uniform_open(random)));
+  return radius * std::cos(2 * std::numbers::pi * uniform_open(random));
 }
 
-// Random numbers of one batch: one stream for each (seed, fill, batch). A checkpoint therefore
-// needs no state of a generator.
+// Random numbers of one batch of particles. Each (seed, fill, batch) has a separate stream, so that
+// checkpoints need no generator state.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t fill, std::uint64_t batch);
-  double uniform() { return half_open_uniform(engine_); }  // [0, 1)
-  Quat uniform_rotation();  // Shoemake, Graphics Gems III (1992), III.6
+  double uniform() { return uniform_half_open(engine_); }  // [0, 1)
+  Quat uniform_rotation();  // uniform over all rotations: Shoemake, Graphics Gems III (1992), III.6
 
  private:
   std::mt19937_64 engine_;

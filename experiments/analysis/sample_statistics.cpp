@@ -34,7 +34,7 @@ double standard_deviation(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size() - 1));
 }
 
-double widened(double variance, double degrees_of_freedom) {
+double widened_variance(double variance, double degrees_of_freedom) {
   const double freedom = std::max(degrees_of_freedom, 3.0);
   return variance * freedom / (freedom - 2);
 }

@@ -1,5 +1,5 @@
-// Executes a set of runs: takes known outcomes from the journal and the store, simulates the rest,
-// and stores every outcome immediately.
+// Executes a set of runs: reads known outcomes from the journal and the run cache, simulates the
+// others, and stores every outcome immediately.
 #pragma once
 
 #include <atomic>
@@ -17,13 +17,13 @@
 
 namespace firn {
 
-// One run of a batch. Runs of the same complete case text have the same key and happen once.
+// A run of a batch. Runs of equal complete case texts have equal keys and are executed once.
 struct BatchRun {
   Job job;
   PlannedRun planned;
 };
 
-// The user stopped it; everything that was finished is in the journal.
+// Thrown when the user has interrupted the batch. All finished runs are in the journal.
 struct BatchInterrupted {};
 
 class Batch {
@@ -31,23 +31,23 @@ class Batch {
   // Called once with every outcome, as soon as it is known. An exception ends the batch.
   using Check = std::function<void(const BatchRun&, const JobResult&)>;
 
-  // `store`: outcomes of other batches are found there, and these go there; null: none.
+  // `store`: run cache; null: none.
   Batch(Executor& executor, Journal& journal, RunCache* store, BatchProgress& progress,
         const std::atomic<bool>* interrupt);
 
-  // A run of this case file with these overrides, seed included; its files go to `folder`. Throws
-  // InputError when the overrides do not fit the case.
+  // A run of a case file with these overrides, which include the seed. `folder`: of its files.
+  // Throws InputError for overrides that do not fit the case.
   BatchRun make(const std::string& case_file, const std::vector<Override>& overrides,
                 const std::string& folder, const RunLabel& label,
                 const MaterialRequest& materials = {}) const;
 
-  // A run of a program of the user; its files go to a separate folder below `folder`.
+  // A run of a user program; its files are in a separate folder below `folder`.
   BatchRun make(const ProgramRun& program, const std::string& folder, const RunLabel& label) const;
 
-  // Throws BatchInterrupted, and RunError when runs are lost again and again.
+  // Throws BatchInterrupted, and RunError when runs are lost repeatedly.
   void run(const std::vector<BatchRun>& runs, const Check& check = {});
 
-  // Of a run that has been carried out.
+  // Outcome of a run that has ended.
   const JobResult& outcome(const std::string& key) const { return outcomes_.at(key); }
   const std::string& program() const { return program_; }  // that simulates
 

@@ -14,9 +14,8 @@
 
 namespace firn {
 
-// Lock of a directory: one process at a time works in it. Simulations inherit the lock. Simulations
-// that outlive a killed batch keep it until they have saved their state, and the constructor waits
-// for them.
+// Lock of a directory for one process. Simulations inherit the lock. Simulations that outlive a
+// killed batch hold it until they have saved their state; the constructor waits for them.
 class DirectoryLock {
  public:
   // Throws InputError when another process holds the lock.
@@ -32,39 +31,39 @@ class DirectoryLock {
 // How the runs of a study, a validation or a sweep are executed.
 struct BatchOptions {
   std::string directory;           // for journal, runs and results; empty: runs/<name>
-  int jobs = 0;                    // simulations side by side; 0: one per core
-  bool resume = false;             // require that the directory holds this batch already
+  int jobs = 0;                    // concurrent simulations; 0: one per core
+  bool resume = false;             // the directory must contain this batch
   std::string executor = "local";  // or "slurm"
   std::string program;             // the firn executable that simulates; empty: this one
-  std::string store;               // file of the outcomes that batches share; empty: none
+  std::string store;               // file of the run cache; empty: none
   bool show_progress = true;       // on standard error
   bool json_progress = false;      // as JSON, one event a line
   const std::atomic<bool>* interrupt = nullptr;  // set from a signal handler: save and stop
-  Executor* replace_executor = nullptr;          // not owned; a fake experiment, for tests
+  Executor* replace_executor = nullptr;          // for tests; not owned
 };
 
 struct BatchFolderOptions {
   std::string directory;
-  std::string identity;  // text that the journal belongs to; another one is refused
+  std::string identity;  // text that identifies the batch; a journal with another one is rejected
   bool must_exist = false;
   std::string executor = "local";  // or "slurm"
   std::string program;             // the firn executable that simulates; empty: this one
-  int jobs = 0;                    // simulations side by side; 0: one per core
-  std::string store;               // file of the outcomes that batches share; empty: none
+  int jobs = 0;                    // concurrent simulations; 0: one per core
+  std::string store;               // file of the run cache; empty: none
   SlurmSettings slurm;
   ProgressStyle progress = ProgressStyle::text;
-  std::string progress_name;  // what plain lines of progress begin with
-  int largest_total = 0;      // runs at most
+  std::string progress_name;  // prefix of lines of progress
+  int largest_total = 0;      // largest number of runs
   const std::atomic<bool>* interrupt = nullptr;
-  Executor* replace_executor = nullptr;  // not owned; a fake experiment, for tests
+  Executor* replace_executor = nullptr;  // for tests; not owned
 };
 
-// The options of a folder for batch `kind` ("sweep"). `identity`: text that the journal belongs to.
+// Options of the folder of a batch. `kind`: "sweep", ...; `identity`: see BatchFolderOptions.
 BatchFolderOptions folder_options(const BatchOptions& options, const std::string& kind,
                                   const std::string& identity, const std::string& directory,
                                   int largest_total, const SlurmSettings& slurm);
 
-// Returns work(). A WriteError gets what is safe: the finished runs in the journal of `directory`.
+// Returns work(). Adds to a WriteError that finished runs are saved in `directory`.
 template <class Work>
 auto with_kept_runs(const std::string& directory, Work&& work) {
   try {
@@ -78,7 +77,7 @@ auto with_kept_runs(const std::string& directory, Work&& work) {
 
 class BatchFolder {
  public:
-  // Throws InputError for a folder that holds something else or that another process is working in.
+  // Throws InputError for a folder with other content and for one that another process has locked.
   explicit BatchFolder(const BatchFolderOptions& options);
 
   Executor& executor() { return *executor_; }

@@ -13,9 +13,9 @@ enum class ProgressStyle { none, text, json };
 
 class BatchProgress {
  public:
-  // `name`: what plain lines begin with; `total`: runs planned at most; `jobs`: runs side by side,
-  // 0: unknown. `journal`: stores the total and the latest estimate for readers of the folder;
-  // null: none.
+  // `name`: prefix of lines of text. `total`: largest number of runs. `jobs`: concurrent runs, 0:
+  // unknown. `journal`: stores the total and the latest estimate for readers of the folder; null:
+  // none.
   BatchProgress(ProgressStyle style, std::string name, int total, int jobs,
                 Journal* journal = nullptr);
   ~BatchProgress();
@@ -25,9 +25,9 @@ class BatchProgress {
   void stopped(const PlannedRun& run, const JobResult& why);  // without an outcome
   void ended(const PlannedRun& run, const JobResult& result);
   void found(const PlannedRun& run, const JobResult& result);  // in the journal or the store
-  void note(const PlannedRun& run, const std::string& line);   // about its files
-  // The estimate from the runs so far, as text of one or a few lines and as a JSON object. Call it
-  // after each fit.
+  void note(const PlannedRun& run, const std::string& line);   // a message about its files
+  // Reports the current estimate as text of a few lines and as a JSON object. To be called after
+  // each fit.
   void knowledge(const std::string& text, const std::string& json);
   void tick();  // redraws at intervals
   void done();  // removes the bar

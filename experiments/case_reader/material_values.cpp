@@ -76,21 +76,21 @@ class Application {
       std::vector<std::string> places;
       for (const std::string& key : p.keys) {
         const std::string place = place_of(current_case_path(key));
-        (place.empty() ? a.unused : places).push_back(place.empty() ? key : place);
+        (place.empty() ? a.unmatched_keys : places).push_back(place.empty() ? key : place);
       }
       if (places.empty()) continue;
       if (std::ranges::any_of(places,
                               [&](const std::string& k) { return stands(k, over_file, a); })) {
-        a.kept.insert(a.kept.end(), places.begin(), places.end());
+        a.overridden_keys.insert(a.overridden_keys.end(), places.begin(), places.end());
         continue;
       }
       for (const std::string& place : places) {
         document_.set(place, toml_value(values[i], p.unit), "material " + a.record);
         set_by_.insert_or_assign(place, Setter{a.record, over_file});
-        a.sets.push_back(place);
+        a.applied_keys.push_back(place);
       }
     }
-    if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
+    if (a.applied_keys.empty() && a.overridden_keys.empty()) fail_without_value(a);
     return a;
   }
 
@@ -126,13 +126,14 @@ class Application {
       const std::string law = law_of(key);
       return law.empty() || !is_part_of_a_law(law);
     };
-    const auto left_out = std::stable_partition(a.sets.begin(), a.sets.end(), stays);
-    for (auto key = left_out; key != a.sets.end(); ++key) {
+    const auto left_out =
+        std::stable_partition(a.applied_keys.begin(), a.applied_keys.end(), stays);
+    for (auto key = left_out; key != a.applied_keys.end(); ++key) {
       document_.root()[laws_name].as_table()->erase(law_of(*key).substr(law_prefix.size()));
-      a.unused.push_back(*key);
+      a.unmatched_keys.push_back(*key);
     }
-    a.sets.erase(left_out, a.sets.end());
-    if (a.sets.empty() && a.kept.empty()) fail_without_value(a);
+    a.applied_keys.erase(left_out, a.applied_keys.end());
+    if (a.applied_keys.empty() && a.overridden_keys.empty()) fail_without_value(a);
   }
 
   // Whether something stronger has set the key.
@@ -198,7 +199,7 @@ class Application {
                fmt::format("names {}, which the case does not give; expected it, or no "
                            "\"applied_keys\" to have the record asked",
                            key));
-      if (!document_.overridden(key)) a.sets.push_back(key);
+      if (!document_.overridden(key)) a.applied_keys.push_back(key);
     }
     return a;
   }
@@ -209,7 +210,7 @@ class Application {
     if (!choice.reference_set.empty()) t.set("reference_set", choice.reference_set);
     t.set("sha256", a.sha256);
     toml::array sets;
-    for (const std::string& key : a.sets) sets.push_back(key);
+    for (const std::string& key : a.applied_keys) sets.push_back(key);
     t.set("applied_keys", std::move(sets));
   }
 

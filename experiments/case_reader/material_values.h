@@ -1,5 +1,4 @@
-// Values of material records into a case, before it is read. docs/materials.md says what goes
-// before what.
+// Applies material records to the text of a case before it is read. Precedence: docs/materials.md.
 #pragma once
 
 #include <vector>
@@ -9,11 +8,11 @@
 
 namespace firn {
 
-// Sets what the requested records and those of [[material_records]] say. From weak to strong:
-// records that the case names, the case's own keys, records that the request names, overrides that
-// the document took before. A parameter that binds several keys is set whole or not at all. The
-// document then names every record with its version and hash and the keys that it set, so that
-// reading it again needs no record. Throws InputError.
+// Sets the values of the records in [[material_records]] and of the requested records. In ascending
+// precedence: records that the case names, keys of the case, requested records, earlier overrides
+// of the document. A parameter with several keys sets all of them or none. The document then lists
+// each record with version, hash and the keys that it set, so that the resolved case does not need
+// the records. Throws InputError.
 std::vector<AppliedMaterial> apply_materials(TomlDocument& document,
                                              const MaterialRequest& request);
 

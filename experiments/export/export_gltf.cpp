@@ -287,7 +287,7 @@ void export_gltf(const Recording& recording, const std::string& file, int every)
 
   GltfScene scene(times);
   const int wall = scene.add_material("boundary", {0.55, 0.55, 0.58}, 0.35);
-  const double reach = scene_reach(recording, c.model, static_cast<std::size_t>(every));
+  const double reach = drawn_plane_extent(recording, c.model, static_cast<std::size_t>(every));
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const Boundary& boundary = c.model.boundaries[b];
     const TriangleMesh mesh = boundary.mesh.triangles.empty() ? square_mesh(reach) : boundary.mesh;

@@ -130,7 +130,7 @@ VtkSurface bond_surface(const Case& c, const std::vector<BondOutcome>& outcomes,
                         const Frame& frame) {
   VtkSurface surface;
   surface.fields = {{"bond", 1, {}}, {"a", 1, {}}, {"b", 1, {}}};
-  for (const Bridge& bridge : bridges_at(c, outcomes, time, frame)) {
+  for (const BondBox& bridge : intact_bonds_at(c, outcomes, time, frame)) {
     const Bond& bond = c.model.bonds[static_cast<std::size_t>(bridge.bond)];
     append(
         surface, body_of(box_mesh(bridge.size), Vec3::Zero()), bridge.position, bridge.orientation,
@@ -162,7 +162,8 @@ void export_vtk(const Recording& recording, const std::string& directory,
   const std::vector<double> times = recording.frame_times();
   const std::vector<double> peaks = recording.peak_normal_force();
   const std::vector<Body> bodies = particle_bodies(c.model, options.contact_parts);
-  const std::vector<Body> walls = boundary_bodies(c.model, scene_reach(recording, c.model, every));
+  const std::vector<Body> walls =
+      boundary_bodies(c.model, drawn_plane_extent(recording, c.model, every));
   VtkTimeSeries particles(directory, "particles"), boundaries(directory, "boundaries");
   for (std::size_t i = 0; i < times.size(); i += every) {
     particles.add(times[i], i, particle_surface(recording.frame(i), c.model, bodies, peaks));

@@ -5,7 +5,7 @@
 
 namespace firn {
 
-double scene_reach(const Recording& recording, const Model& model, std::size_t every) {
+double drawn_plane_extent(const Recording& recording, const Model& model, std::size_t every) {
   double center = 0, size = 0;
   for (std::size_t i = 0; i < recording.frame_times().size(); i += every)
     for (const auto& p : recording.frame(i).position)

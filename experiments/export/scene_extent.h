@@ -1,12 +1,12 @@
-// How large a plane without borders is drawn.
+// Size of unbounded planes in drawings.
 #pragma once
 
 #include "experiments/results/results_file.h"
 
 namespace firn {
 
-// m: 1.5 times the largest distance from the origin of the world that a particle reaches in every
-// `every`-th frame, its bounding radius included.
-double scene_reach(const Recording& recording, const Model& model, std::size_t every);
+// Half-width of a drawn plane, m: 1.5 times the largest distance of a particle surface (bounding
+// radius) from the origin of the world over every `every`-th frame.
+double drawn_plane_extent(const Recording& recording, const Model& model, std::size_t every);
 
 }  // namespace firn

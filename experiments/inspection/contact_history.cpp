@@ -16,7 +16,7 @@ struct Motion6 {  // m, m/s, rad/s, world
 };
 
 struct LoadOnBody {
-  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();  // N, N m about the body's centre
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();  // N, N m about the body's center
 };
 
 namespace {
@@ -71,7 +71,7 @@ const ContactHistory::PairForces* ContactHistory::find(const std::vector<PairFor
   return nullptr;
 }
 
-ContactHistory::ContactHistory(ContactChoice choice, std::uint64_t every)
+ContactHistory::ContactHistory(ContactSelection choice, std::uint64_t every)
     : choice_(choice), every_(std::max<std::uint64_t>(every, 1)) {}
 ContactHistory::~ContactHistory() = default;
 
@@ -101,16 +101,16 @@ void ContactHistory::PairForces::add(const Contact& c) {
   }
 }
 
-void ContactHistory::see(const Solver& solver, bool last) {
+void ContactHistory::add_step(const Solver& solver, bool last) {
   std::vector<PairForces> pairs;
   now_.time = solver.time();
   now_.step = solver.steps();
   now_.patches = now_.sliding = 0;
   now_.gap = now_.approach = now_.slip = kNaN;
-  now_.normal_force = now_.friction_used = 0;
+  now_.normal_force = now_.friction_mobilization = 0;
   now_.force.setZero();
   Vec3 friction = Vec3::Zero();
-  for (const ContactView& view : chosen_contacts(solver, choice_)) {
+  for (const ContactView& view : select_contacts(solver, choice_)) {
     const Contact& c = view.contact;
     if (pairs.empty() || pairs.back().a != c.a || pairs.back().b != c.b)
       pairs.push_back(pair_of(solver, c));
@@ -122,12 +122,12 @@ void ContactHistory::see(const Solver& solver, bool last) {
       now_.approach = relative.dot(c.normal);
       now_.slip = (relative - now_.approach * c.normal).norm();
     }
-    if (!view.bears()) continue;
+    if (!view.is_active()) continue;
     pairs.back().add(c);
     ++now_.patches;
     now_.sliding += c.sliding;
     now_.normal_force += c.normal_force;
-    now_.friction_used = std::max(now_.friction_used, view.friction_used());
+    now_.friction_mobilization = std::max(now_.friction_mobilization, view.friction_mobilization());
     now_.force += c.force;
     friction += c.friction;
   }
@@ -143,7 +143,7 @@ void ContactHistory::see(const Solver& solver, bool last) {
   if (!begun_ || last || (solver.steps() - first_step_) % every_ == 0) {
     rows_.push_back(now_);
     now_.peak_normal_force = 0;
-    now_.births = now_.ends = 0;
+    now_.new_patches = now_.lost_patches = 0;
   }
   begun_ = true;
 }
@@ -167,8 +167,8 @@ void ContactHistory::note_events(const Solver& solver, const std::vector<PairFor
   const auto note = [&](const PairForces& p, int before, int after) {
     if (before == after) return;
     events_.push_back({solver.time(), solver.steps(), p.a, p.b, before, after});
-    now_.births += std::max(0, after - before);
-    now_.ends += std::max(0, before - after);
+    now_.new_patches += std::max(0, after - before);
+    now_.lost_patches += std::max(0, before - after);
   };
   for (const PairForces& p : now) {
     const PairForces* before = find(before_, p);
@@ -186,8 +186,8 @@ void write_history_csv(const std::vector<HistoryRow>& rows, const std::string& f
   for (const HistoryRow& r : rows) {
     out << fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.time, r.step,
                        r.patches, r.sliding, r.gap, r.normal_force, r.peak_normal_force, r.friction,
-                       r.friction_used, r.force.x(), r.force.y(), r.force.z(), r.approach, r.slip,
-                       r.work_normal, r.work_friction, r.births, r.ends);
+                       r.friction_mobilization, r.force.x(), r.force.y(), r.force.z(), r.approach,
+                       r.slip, r.work_normal, r.work_friction, r.new_patches, r.lost_patches);
   }
   out.commit();
 }

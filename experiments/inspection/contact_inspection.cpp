@@ -44,7 +44,7 @@ Solver::Load sum_on(const std::vector<Contact>& contacts, int particle) {
   return sum;
 }
 
-// Angular momentum about the centre of mass in world axes, kg m^2/s.
+// Angular momentum about the center of mass in world axes, kg m^2/s.
 Vec3 angular_momentum(const Solver& solver, int particle) {
   const ParticleState& state = solver.particles();
   const Quat& q = state.orientation[index(particle)];
@@ -77,27 +77,27 @@ int find_body(const Model& model, const std::string& text, const std::string& op
                                count - 1, names.empty() ? "" : " or a boundary" + names));
 }
 
-double thickness(const Model& model, const Contact& contact) {
+double smallest_extent(const Model& model, const Contact& contact) {
   double least = std::numeric_limits<double>::infinity();
   for (const int body : {contact.a, contact.b})
     if (is_particle(model, body)) least = std::min(least, shape_of(model, body).box.minCoeff());
   return least;
 }
 
-bool ContactChoice::takes(const Contact& c) const {
+bool ContactSelection::includes(const Contact& c) const {
   if (body < 0) return true;
   if (other < 0) return c.a == body || c.b == body;
   return (c.a == body && c.b == other) || (c.a == other && c.b == body);
 }
 
-double ContactView::friction_used() const {
+double ContactView::friction_mobilization() const {
   return contact.friction_cap > 0 ? contact.friction.norm() / contact.friction_cap : 0;
 }
 
-std::vector<ContactView> chosen_contacts(const Solver& solver, const ContactChoice& choice) {
+std::vector<ContactView> select_contacts(const Solver& solver, const ContactSelection& choice) {
   std::vector<ContactView> out;
   for (Contact& c : solver.contacts()) {
-    if (!choice.takes(c)) continue;
+    if (!choice.includes(c)) continue;
     const bool turn = choice.body >= 0 && c.a != choice.body;
     out.push_back({turn ? turned(std::move(c)) : std::move(c)});
   }
@@ -125,7 +125,7 @@ Solver::Load all_on(const Solver& solver, const std::vector<Contact>& contacts, 
 
 }  // namespace
 
-Balance balance_of(const Solver& solver, int particle) {
+ForceBalance force_balance(const Solver& solver, int particle) {
   const Model& model = solver.model();
   const double mass = shape_of(model, particle).mass, dt = model.timestep;
   Solver next(model);
@@ -134,11 +134,11 @@ Balance balance_of(const Solver& solver, int particle) {
   const std::vector<Contact> contacts = solver.contacts();
   const Solver::Load now = all_on(solver, contacts, particle);
   const Solver::Load then = all_on(next, next.contacts(), particle);
-  Balance b;
+  ForceBalance b;
   b.contacts = now.force;
   b.moment = now.moment;
   b.weight = mass * model.gravity;
-  b.used_error = (now.force - solver.load(particle).force).norm();
+  b.sum_mismatch = (now.force - solver.load(particle).force).norm();
   const Vec3 faster =
       next.particles().velocity[index(particle)] - solver.particles().velocity[index(particle)];
   b.mass_acceleration = mass / dt * faster;
@@ -154,17 +154,17 @@ Balance balance_of(const Solver& solver, int particle) {
   return b;
 }
 
-ContactSummary summary_of(const Solver& solver, std::size_t listed) {
+ContactSummary summarize_contacts(const Solver& solver, std::size_t listed) {
   const Model& model = solver.model();
   ContactSummary s;
-  std::vector<std::size_t> neighbours(model.particles.size(), 0);
+  std::vector<std::size_t> neighbors(model.particles.size(), 0);
   std::vector<double> forces, overlaps;
   std::pair<int, int> last(-1, -1);
   std::vector<Contact> bearing;
   std::size_t with_friction = 0;
   for (Contact& c : solver.contacts()) {
     if (!(c.normal_force > 0)) {
-      ++s.near_patches;
+      ++s.non_touching_patches;
       continue;
     }
     ++s.patches;
@@ -173,14 +173,14 @@ ContactSummary summary_of(const Solver& solver, std::size_t listed) {
     forces.push_back(c.normal_force);
     overlaps.push_back(c.overlap);
     if (c.friction_cap > 0) {
-      s.friction_used += c.friction.norm() / c.friction_cap;
+      s.friction_mobilization += c.friction.norm() / c.friction_cap;
       ++with_friction;
     }
     if (std::pair(c.a, c.b) != last) {
       last = {c.a, c.b};
       ++s.pairs;
-      ++neighbours[index(c.a)];
-      if (is_particle(model, c.b)) ++neighbours[index(c.b)];
+      ++neighbors[index(c.a)];
+      if (is_particle(model, c.b)) ++neighbors[index(c.b)];
     }
     bearing.push_back(std::move(c));
   }
@@ -188,11 +188,11 @@ ContactSummary summary_of(const Solver& solver, std::size_t listed) {
   for (std::size_t i = 0; i < presence.size(); ++i) {
     if (presence[i] != Presence::present) continue;
     ++s.present;
-    s.unsupported += neighbours[i] == 0;
-    s.neighbours += static_cast<double>(neighbours[i]);
+    s.unsupported += neighbors[i] == 0;
+    s.neighbors += static_cast<double>(neighbors[i]);
   }
-  if (s.present > 0) s.neighbours /= static_cast<double>(s.present);
-  if (with_friction > 0) s.friction_used /= static_cast<double>(with_friction);
+  if (s.present > 0) s.neighbors /= static_cast<double>(s.present);
+  if (with_friction > 0) s.friction_mobilization /= static_cast<double>(with_friction);
   std::sort(forces.begin(), forces.end());
   std::sort(overlaps.begin(), overlaps.end());
   for (double f : forces) s.force_mean += f / static_cast<double>(forces.size());
@@ -213,10 +213,10 @@ ContactSummary summary_of(const Solver& solver, std::size_t listed) {
   return s;
 }
 
-Instant take_instant(const Solver& solver, const ContactChoice& choice, std::size_t listed,
-                     const std::string& option) {
+ContactSnapshot take_snapshot(const Solver& solver, const ContactSelection& choice,
+                              std::size_t listed, const std::string& option) {
   const Model& model = solver.model();
-  Instant now;
+  ContactSnapshot now;
   now.time = solver.time();
   now.step = solver.steps();
   now.particles = solver.particles();
@@ -231,10 +231,10 @@ Instant take_instant(const Solver& solver, const ContactChoice& choice, std::siz
   }
   for (std::size_t i = 0; i < model.particles.size(); ++i)
     now.shape_orientation.push_back(solver.shape_orientation(static_cast<int>(i)));
-  now.contacts = chosen_contacts(solver, choice);
+  now.contacts = select_contacts(solver, choice);
   if (choice.body >= 0 && is_particle(model, choice.body))
-    now.balance = balance_of(solver, choice.body);
-  now.summary = summary_of(solver, listed);
+    now.balance = force_balance(solver, choice.body);
+  now.summary = summarize_contacts(solver, listed);
   return now;
 }
 

@@ -34,7 +34,7 @@ void write_contacts_vtk(const std::vector<ContactView>& contacts, const std::str
       {"stiffness_fraction",
        [](const ContactView&, const ContactSpot& p) { return p.stiffness_fraction; }},
       {"friction_mobilization",
-       [](const ContactView& v, const ContactSpot&) { return v.friction_used(); }},
+       [](const ContactView& v, const ContactSpot&) { return v.friction_mobilization(); }},
       {"sliding", [](const ContactView& v, const ContactSpot&) { return v.contact.sliding; }},
       {"body", [](const ContactView& v, const ContactSpot&) { return v.contact.a; }},
       {"neighbour", [](const ContactView& v, const ContactSpot&) { return v.contact.b; }},

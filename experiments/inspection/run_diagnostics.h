@@ -1,4 +1,4 @@
-// Whether the contacts of a run can be trusted, and what most likely spoils them.
+// Numerical quality of the contacts of a run, and the likely cause of faults.
 #pragma once
 
 #include <optional>
@@ -9,52 +9,51 @@
 
 namespace firn {
 
-// What a run says about its contacts. Lengths in m.
+// Indicators of the quality of the contacts of a run. Lengths in m.
 struct ContactDiagnostics {
-  double largest_overlap = 0;  // over all steps
-  double edge = 0;             // smallest box edge of the shapes in use
-  bool stopped = false;        // an overlap beyond numerics.overlap_limit ended the run
-  double late_contacts = 0;    // contacts first seen deeper than 1 % of the sweep radii
-  double particles = 0;        // in all
-  double rounding = 0;         // of the sharpest shape, and the edge of its box
-  double rounding_edge = 0;
-  double expected_overlap = 0;      // of the softest shape: impact at top speed, and the load on it
-  double speed = 0;                 // m/s, largest in the frames
-  bool automatic_timestep = false;  // by case.steps_per_loading
-  double steps_per_quarter = 0;     // time steps in the quarter period of the stiffest contact
+  double largest_overlap = 0;   // over all steps
+  double edge = 0;              // smallest box edge of the shapes in use
+  bool stopped = false;         // an overlap beyond numerics.overlap_limit ended the run
+  double late_contacts = 0;     // detected at an overlap above 1 % of the rounding radii
+  double particles = 0;         // number of particles of the case
+  double rounding = 0;          // smallest rounding radius relative to the box edge of its shape
+  double rounding_edge = 0;     // smallest box edge of that shape
+  double expected_overlap = 0;  // of the softest shape: impact at `speed`, and its largest load
+  double speed = 0;             // m/s, largest in the frames
+  bool automatic_timestep = false;  // timestep = "auto", from steps_per_loading
+  double steps_per_quarter = 0;     // time steps per quarter period of the stiffest contact
 };
 
 enum class ContactCause { none, rounding, stiffness, timestep };
 
-// `none` for a run without faults: no overlap above a tenth of the edge, and late contacts of less
-// than one particle in ten (ten at least).
+// `none` for a run without faults: no overlap above a tenth of `edge`, and no more late contacts
+// than a tenth of the number of particles, or 10.
 ContactCause likely_cause(const ContactDiagnostics& diagnostics);
 
-// From the recording alone. Speeds are those of at most 200 frames.
+// Reads at most 200 frames for the speeds.
 ContactDiagnostics contact_diagnostics(const Recording& recording, const Case& c);
 
-// One sentence: what is wrong, the likely cause and what to change. Empty for a run without faults.
+// One sentence: the fault, its likely cause and a remedy. Empty for a run without faults.
 std::string contact_warning(const ContactDiagnostics& diagnostics);
 
-// The energy account of a run: kinetic + gravitational + elastic + dissipated - done by boundaries
-// + carried away stays as it is but for the error of the time step. J.
+// Energy balance of a run, J. The sum kinetic + gravitational + elastic + dissipated - work of
+// boundaries + energy of removed particles is constant but for the error of the time step.
 struct EnergyAccount {
-  double gained = 0;       // largest rise of it over an earlier frame
-  double turned_over = 0;  // dissipated and done by boundaries, whichever is more
+  double gained = 0;       // largest rise of the sum over an earlier frame
+  double turned_over = 0;  // the larger one of dissipated energy and work of boundaries
 };
-// Nothing where the file has no whole account.
+// Nothing where the file lacks a term of the balance.
 std::optional<EnergyAccount> energy_account(const Recording& recording);
 
-// One sentence for an account that gains more than 0.2 % of what was turned over; else empty.
-// Contacts take energy: what the time step adds is an error that dissipation hides from the check
-// of a run under way, which sees what is left of the energy alone.
+// One sentence if the balance gains more than 0.2 % of `turned_over`; else empty. The check during
+// a run compares the remaining energy only, in which dissipation hides a gain.
 std::string energy_warning(const EnergyAccount& account);
 
-// One sentence for a shape whose contact parts deviate from its mesh by more than 2 % of its
-// smallest edge (5 % where only a rounding that the case states is the reason), or would need more
-// parts than max_parts allows. Empty for all others.
+// One sentence for a shape whose convex parts deviate from its mesh by more than 2 % of its
+// smallest edge, or that needs more parts than max_parts. The limit is 5 % if a rounding radius
+// that the case states is the only reason. Empty for all other shapes.
 std::string deviation_warning(const Shape& shape, bool rounding_is_stated = false);
-// Names of the shapes whose rounding the case states.
+// Names of the shapes whose rounding radius the case states.
 std::set<std::string> shapes_with_stated_rounding(const Case& c);
 
 }  // namespace firn

@@ -153,7 +153,7 @@ TraceWriter::TraceWriter(const Case& c, const TraceOptions& options)
   out_ << kMagic << "\n" << kCase << case_hash(c) << "\n";
 }
 
-void TraceWriter::see(const Solver& solver, bool last) {
+void TraceWriter::add_step(const Solver& solver, bool last) {
   const std::uint64_t step = solver.steps();
   const bool numbers = step >= options_.numbers_from && step <= options_.numbers_to;
   if (begun_ && !last && !numbers && step % options_.every != 0) return;

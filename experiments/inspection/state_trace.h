@@ -1,4 +1,4 @@
-// The state of a run step by step as text, and what parts two runs first.
+// Text traces of the state of a run, and the first difference between two traces.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,14 @@ namespace firn {
 
 struct TraceOptions {
   std::string file;
-  std::uint64_t every = 1;  // a line each how many steps
-  // Steps for which the trace has numbers in addition to hashes: bodies, pairs, patches, points.
+  std::uint64_t every = 1;  // steps between two lines
+  // First and last step for which the trace has the numbers of bodies, pairs, patches and points in
+  // addition to the hashes.
   std::uint64_t numbers_from = std::numeric_limits<std::uint64_t>::max(), numbers_to = 0;
 };
 
-// Writes one line a step: its number, the time, and the hash of every group of the state
-// (Solver::group_hashes). Numbers are written in hexadecimal: every bit is there.
+// Writes one line per step: its number, the time, and the hash of every group of the state
+// (Solver::group_hashes). Numbers are hexadecimal and read back to the same bits.
 //   # firn trace 1
 //   # case <hash of the case>
 //   # groups time,positions and velocities,...
@@ -30,11 +31,11 @@ struct TraceOptions {
 //   pair 3 17 patch 0 normal_force=... ;  pair 3 17 patch 0 point 1 gap=...
 class TraceWriter {
  public:
-  // Throws as OutputFile. The file grows while the run is under way.
+  // Throws as OutputFile. The file grows during the run.
   TraceWriter(const Case& c, const TraceOptions& options);
-  // With each step, in order.
-  void see(const Solver& solver, bool last);
-  // Throws WriteError when something could not be written.
+  // To be called with the state of each step, in order. `last`: no step follows.
+  void add_step(const Solver& solver, bool last);
+  // Throws WriteError when a write has failed.
   void close();
 
  private:
@@ -45,27 +46,28 @@ class TraceWriter {
   bool begun_ = false;
 };
 
-// Where two traces part.
+// First divergence of two traces.
 struct TraceDifference {
-  bool equal = false;     // in every step that both have
-  bool same_case = true;  // both say they are of the same case
+  bool equal = false;     // in every common step
+  bool same_case = true;  // both state the same hash of the case
   std::size_t steps_compared = 0;
-  std::uint64_t last_equal = 0;  // step, when steps_compared > 0 and the first one is equal
+  std::uint64_t last_equal = 0;  // step; valid if any_equal
   bool any_equal = false;
-  std::uint64_t step = 0;           // the first that differs
+  std::uint64_t step = 0;           // first that differs
   double time = 0;                  // s
-  std::vector<std::string> groups;  // of the state, that differ then
-  bool has_numbers = false;         // both traces hold the numbers of that step
-  // The first that differ, as "particle 17: angular_velocity_x 0.1 against 0.2"; and how many in
-  // all.
+  std::vector<std::string> groups;  // groups of the state that differ in that step
+  bool has_numbers = false;         // both traces have the numbers of that step
+  // The first numbers that differ, "particle 17: angular_velocity_x 0.1 against 0.2", and the count
+  // of all that differ.
   std::vector<std::string> numbers;
   std::size_t number_count = 0;
-  // Steps that only one of them has, because the other was sparser, shorter or began elsewhere.
+  // Steps that only one trace has: the other one is sparser, shorter or starts at another step.
   std::size_t only_first = 0, only_second = 0;
 };
 
-// Throws InputError for a file that is no trace, for traces of other groups (another version of the
-// program) and for two without a common step. Lists up to `listed` numbers.
+// `listed`: largest size of TraceDifference::numbers. Throws InputError for a file that is not a
+// trace, for traces with different groups (of different versions of the program) and for traces
+// without a common step.
 TraceDifference compare_traces(const std::string& first, const std::string& second,
                                std::size_t listed);
 

@@ -147,7 +147,7 @@ TriangleMesh Screw::mesh() {
 }
 
 // Between two stations the flank of a helix is no plane: two wedges, each a triangle sheared along
-// x, are. Their walls stand along x, so neighbours meet face to face.
+// x, are. Their walls stand along x, so neighbors meet face to face.
 std::vector<HalfSpace> Screw::wedge(int s, bool outside) const {
   const std::array<std::pair<int, int>, 3> corners =
       outside ? std::array<std::pair<int, int>, 3>{{{s, 0}, {s, 1}, {s + 1, 1}}}
@@ -157,10 +157,11 @@ std::vector<HalfSpace> Screw::wedge(int s, bool outside) const {
     low.push_back(corner(station, k));
     high.push_back(corner(station, 3 - k));
   }
-  std::vector<HalfSpace> faces = {behind({low[2], low[1], low[0]}), behind(high)};
+  std::vector<HalfSpace> faces = {half_space_behind({low[2], low[1], low[0]}),
+                                  half_space_behind(high)};
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
-    faces.push_back(behind({low[k], low[next], high[next], high[k]}));
+    faces.push_back(half_space_behind({low[k], low[next], high[next], high[k]}));
   }
   return faces;
 }
@@ -171,10 +172,11 @@ std::vector<std::vector<HalfSpace>> Screw::pieces() const {
     first.push_back(around(inner_, kStations - 1 - edge, begin_));
     last.push_back(around(inner_, edge, end_));
   }
-  std::vector<HalfSpace> shaft = {behind(first), behind(last)};
+  std::vector<HalfSpace> shaft = {half_space_behind(first), half_space_behind(last)};
   for (int edge = 0; edge < kStations; ++edge) {
-    shaft.push_back(behind({around(inner_, edge, begin_), around(inner_, edge + 1, begin_),
-                            around(inner_, edge + 1, end_), around(inner_, edge, end_)}));
+    shaft.push_back(
+        half_space_behind({around(inner_, edge, begin_), around(inner_, edge + 1, begin_),
+                           around(inner_, edge + 1, end_), around(inner_, edge, end_)}));
   }
   std::vector<std::vector<HalfSpace>> all = {shaft};
   for (int s = 0; s < stations_; ++s) {
@@ -226,7 +228,7 @@ Solid make_auger(const Auger& a) {
       for (HalfSpace& face : faces) face.normal.z() = -face.normal.z();
     }
   }
-  solid.parts = join(pieces);
+  solid.parts = contact_parts(pieces);
   return solid;
 }
 

@@ -135,8 +135,8 @@ void add_end(Section& section, const Outline& inner, double half, double height,
   right.emplace_back(half, top(half));
   // Cut at the height of the opening, so that all pieces meet side to side.
   for (const Outline& side : {left, right}) {
-    section.add(cut(side, height, false));
-    section.add(cut(side, height, true));
+    section.add(clip_polygon(side, height, false));
+    section.add(clip_polygon(side, height, true));
   }
   section.add({{-half, height}, {half, height}, {half, top(half)}, {-half, top(-half)}});
 }

@@ -1,4 +1,4 @@
-// How makers of machine parts refuse dimensions.
+// Checks of the dimensions of machine parts.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 
 namespace firn {
 
-// Throws DimensionError "KEY MESSAGE" unless it holds.
+// Throws DimensionError "KEY MESSAGE" unless `holds`.
 inline void require(bool holds, const char* key, const std::string& message) {
   if (!holds) throw DimensionError(key, message);
 }

@@ -64,8 +64,8 @@ MoldSection mold_section(const Mold& m, double rim, double notch) {
     for (const auto& side :
          {web_polygon(arc, -end, -half, rim), web_polygon(arc, half, end, rim)}) {
       // Cut at the floor of the channel, so that all pieces meet side to side.
-      result.section.add(cut(side, notch, false));
-      result.section.add(cut(side, notch, true));
+      result.section.add(clip_polygon(side, notch, false));
+      result.section.add(clip_polygon(side, notch, true));
     }
   } else {
     result.section.add(web_polygon(arc, -end, end, rim));

@@ -126,16 +126,16 @@ std::vector<HalfSpace> piece(const Loop& polygon, const std::vector<Vec3>& begin
   std::vector<Vec3> first, last;
   for (const int i : polygon) last.push_back(end[i]);
   for (auto i = polygon.rbegin(); i != polygon.rend(); ++i) first.push_back(begin[*i]);
-  std::vector<HalfSpace> faces = {behind(first), behind(last)};
+  std::vector<HalfSpace> faces = {half_space_behind(first), half_space_behind(last)};
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     const int a = polygon[k], b = polygon[(k + 1) % polygon.size()];
-    faces.push_back(behind({begin[a], begin[b], end[b], end[a]}));
+    faces.push_back(half_space_behind({begin[a], begin[b], end[b], end[a]}));
   }
   return faces;
 }
 
 // The polygons on the other side of each polygon's edges.
-std::vector<std::set<std::size_t>> neighbours(const std::vector<Loop>& loops) {
+std::vector<std::set<std::size_t>> neighbors(const std::vector<Loop>& loops) {
   std::map<std::pair<int, int>, std::vector<std::size_t>> owners;
   for (std::size_t p = 0; p < loops.size(); ++p) {
     for (std::size_t k = 0; k < loops[p].size(); ++k) {
@@ -152,11 +152,11 @@ std::vector<std::set<std::size_t>> neighbours(const std::vector<Loop>& loops) {
   return result;
 }
 
-// A piece ends where it bends, and where a neighbour begins or ends: a side that is only partly
+// A piece ends where it bends, and where a neighbor begins or ends: a side that is only partly
 // an internal face would act as an edge on bodies that slide over it with a large overlap.
 std::vector<std::vector<HalfSpace>> pieces_of(const Section& section, const Stations& stations,
                                               const Filling& filling) {
-  const std::vector<std::set<std::size_t>> adjacent = neighbours(section.split_loops());
+  const std::vector<std::set<std::size_t>> adjacent = neighbors(section.split_loops());
   std::vector<std::vector<HalfSpace>> pieces;
   const std::size_t layers = stations.size() - 1;
   for (std::size_t p = 0; p < section.polygons().size(); ++p) {
@@ -261,7 +261,8 @@ std::vector<Loop> Section::split_loops() const {
 }
 
 Solid extrude(const Section& section, const Stations& stations, const Filling& filling) {
-  return {mesh_of(section, stations, filling), join(pieces_of(section, stations, filling))};
+  return {mesh_of(section, stations, filling),
+          contact_parts(pieces_of(section, stations, filling))};
 }
 
 Solid extrude(const Section& section, const Stations& stations) {
@@ -316,7 +317,7 @@ Stations stations_along(const Section& section, const std::vector<Vec3>& line) {
   return stations;
 }
 
-std::vector<ConvexPart> join(const std::vector<std::vector<HalfSpace>>& pieces) {
+std::vector<ConvexPart> contact_parts(const std::vector<std::vector<HalfSpace>>& pieces) {
   std::vector<ConvexPart> bare, parts;
   for (const auto& faces : pieces) bare.push_back(convex_part(faces, 0));
   for (std::size_t i = 0; i < bare.size(); ++i) {
@@ -329,7 +330,7 @@ std::vector<ConvexPart> join(const std::vector<std::vector<HalfSpace>>& pieces) 
   return parts;
 }
 
-HalfSpace behind(const std::vector<Vec3>& corners) {
+HalfSpace half_space_behind(const std::vector<Vec3>& corners) {
   const Vec3 normal = area_vector(corners).normalized();
   double offset = 0;
   for (const Vec3& p : corners) offset += normal.dot(p) / static_cast<double>(corners.size());
@@ -345,7 +346,7 @@ std::vector<Point2> circle(double radius, int corners) {
   return points;
 }
 
-std::vector<Point2> cut(const std::vector<Point2>& polygon, double height, bool above) {
+std::vector<Point2> clip_polygon(const std::vector<Point2>& polygon, double height, bool above) {
   std::vector<Point2> kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];

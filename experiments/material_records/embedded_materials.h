@@ -1,4 +1,4 @@
-// The files of data/materials/, compiled in (cmake/embed_files.cmake).
+// The files of data/materials/, embedded in the program (cmake/embed_files.cmake).
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 namespace firn {
 
-// File name and text of each.
+// Name and text of each file.
 std::span<const std::pair<std::string_view, std::string_view>> embedded_materials();
 
 }  // namespace firn

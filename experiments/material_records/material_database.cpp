@@ -175,7 +175,7 @@ StoredRecord MaterialDatabase::find(const std::string& name, int version) const 
                                all.back().record.version));
 }
 
-void MaterialDatabase::require_free(const std::string& name) const {
+void MaterialDatabase::require_writable_name(const std::string& name) const {
   if (parse_material_choice(name).name != name)
     throw InputError(fmt::format(
         "material {}: is more than a name; expected one without @ and #, which come by themselves",
@@ -189,7 +189,7 @@ void MaterialDatabase::require_free(const std::string& name) const {
 std::vector<StoredRecord> MaterialDatabase::add(const std::vector<MaterialRecord>& records) {
   for (const MaterialRecord& record : records) {
     check(record);
-    require_free(record.name);
+    require_writable_name(record.name);
   }
   std::vector<StoredRecord> written;
   sqlite::Transaction transaction(impl_->db);
@@ -228,7 +228,7 @@ std::vector<StoredRecord> MaterialDatabase::import(std::vector<StoredRecord> rec
           "{}: is here already with another content; expected another name for one of them",
           place));
     }
-    require_free(r.name);
+    require_writable_name(r.name);
     const StoredRecord* previous = r.version == 1 ? nullptr : find_in(here, r.version - 1);
     if (r.version > 1 && previous == nullptr)
       throw InputError(fmt::format(
@@ -244,7 +244,7 @@ std::vector<StoredRecord> MaterialDatabase::import(std::vector<StoredRecord> rec
   return written;
 }
 
-std::vector<std::string> MaterialDatabase::faults(const std::string& name) const {
+std::vector<std::string> MaterialDatabase::integrity_errors(const std::string& name) const {
   std::vector<StoredRecord> all;
   try {
     all = known(name);

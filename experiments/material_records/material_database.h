@@ -1,4 +1,4 @@
-// The store of material records: those that ship with Firn, and a file of the user's own.
+// Database of material records: those shipped with Firn, and a file of the user.
 #pragma once
 
 #include <memory>
@@ -9,25 +9,25 @@
 
 namespace firn {
 
-// The file that an option names, else $FIRN_MATERIALS, else materials.db in $XDG_DATA_HOME/firn or
-// ~/.local/share/firn. Empty when there is no home either.
+// Path of the database file: `option`, else $FIRN_MATERIALS, else materials.db in
+// $XDG_DATA_HOME/firn or ~/.local/share/firn. Empty without a home folder.
 std::string material_database_file(const std::string& option = {});
 
-// A record as it is kept.
+// A record of the database.
 struct StoredRecord {
   MaterialRecord record;
-  std::string sha256;  // as noted when it was written
+  std::string sha256;  // as recorded when it was written
   bool shipped = false;
 };
 
-// Records are never changed and never leave. A name has versions 1, 2, ...; each names the hash of
-// the one before. Names of shipped records are taken: no file can add to them. Any number of
-// processes may read and write at once.
+// Records cannot be changed or removed. A name has versions 1, 2, ...; each version states the hash
+// of the previous one. Versions cannot be added to names of shipped records. Concurrent processes
+// may read and write.
 class MaterialDatabase {
  public:
   enum class Access { read, write };
-  // For reading, a file that does not exist holds nothing; it is made by the first writing. Throws
-  // InputError for a file that is something else, or of a newer Firn.
+  // A missing file is empty for reading and is created for writing. Throws InputError for a file
+  // that is not such a database, or of a newer version of Firn.
   explicit MaterialDatabase(const std::string& file, Access access = Access::read);
   ~MaterialDatabase();
   MaterialDatabase(const MaterialDatabase&) = delete;
@@ -40,19 +40,18 @@ class MaterialDatabase {
   // That version, or the newest. Throws InputError.
   StoredRecord find(const std::string& name, int version = 0) const;
 
-  // Throws InputError for a name that nothing can be added to, before any work is done.
-  void require_free(const std::string& name) const;
-  // Checks them, makes each the next version of its name, and returns what was written: all of
-  // them, on the disk when this returns, or none. Throws InputError, and RunError when the disk is
-  // full.
+  // Throws InputError for a name to which no version can be added.
+  void require_writable_name(const std::string& name) const;
+  // Checks the records, writes each as the next version of its name, and returns them as written.
+  // All or none are written; they are on the disk on return. Throws InputError, and WriteError when
+  // the disk is full.
   std::vector<StoredRecord> add(const std::vector<MaterialRecord>& records);
-  // Takes records as they were exported, with version and hash, all or none, and returns those that
-  // were not here yet.
+  // Adds exported records with their version and hash, all or none. Returns those that are new.
   std::vector<StoredRecord> import(std::vector<StoredRecord> records);
 
-  // What is wrong with the records of a name that there is, one sentence each: content that cannot
-  // be read or does not have its hash, a version that is missing or does not name the one before.
-  std::vector<std::string> faults(const std::string& name) const;
+  // Integrity errors of all versions of a name, one sentence each: unreadable content, wrong hash,
+  // missing version, wrong hash of the previous version.
+  std::vector<std::string> integrity_errors(const std::string& name) const;
 
  private:
   std::vector<StoredRecord> known(const std::string& name) const;  // none: not known
@@ -62,7 +61,7 @@ class MaterialDatabase {
   std::unique_ptr<Impl> impl_;
 };
 
-// The shipped records, checked against their hashes when the program is tested.
+// The shipped records. A test of the program compares their hashes.
 const std::vector<StoredRecord>& shipped_materials();
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// What names in material records are made of.
+// Characters of names in material records.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace firn {
 
-// Whether a text is letters, digits and characters of `also`, one at least.
-inline bool is_plain_name(std::string_view text, std::string_view also) {
+// True for a text of at least one character, of ASCII letters, digits and the characters of `also`.
+inline bool has_name_characters(std::string_view text, std::string_view also) {
   return !text.empty() && std::ranges::all_of(text, [&](unsigned char c) {
     return (c < 128 && std::isalnum(c)) || also.find(static_cast<char>(c)) != also.npos;
   });

@@ -144,11 +144,12 @@ MaterialKey parse_material_key(const std::string& text) {
     const std::string who = path.substr(first + 1, last - first - 1);
     for (const KnownKey& known : known_keys) {
       if (known.table != table || known.key != key) continue;
-      if (table == "materials" && is_plain_name(who, "_"))
+      if (table == "materials" && has_name_characters(who, "_"))
         return {table, {who}, key, known.dimension};
       const std::size_t dash = who.find('-');
-      if (table == "interactions" && dash != who.npos && is_plain_name(who.substr(0, dash), "_") &&
-          is_plain_name(who.substr(dash + 1), "_"))
+      if (table == "interactions" && dash != who.npos &&
+          has_name_characters(who.substr(0, dash), "_") &&
+          has_name_characters(who.substr(dash + 1), "_"))
         return {table, {who.substr(0, dash), who.substr(dash + 1)}, key, known.dimension};
     }
   }
@@ -193,7 +194,7 @@ MaterialChoice parse_material_choice(const std::string& text) {
   }
   const std::size_t at = record.find('@');
   choice.name = record.substr(0, at);
-  if (!is_plain_name(choice.name, "_-.")) throw bad();
+  if (!has_name_characters(choice.name, "_-.")) throw bad();
   if (at != record.npos && !whole(record.substr(at + 1), choice.version)) throw bad();
   return choice;
 }

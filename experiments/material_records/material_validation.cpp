@@ -46,7 +46,7 @@ Dimension require_unit(const std::string& field, const std::string& unit) {
 
 void check_parameter(const std::string& field, const MaterialParameter& p,
                      const std::vector<std::string>& materials, std::set<std::string>& bound) {
-  if (!is_plain_name(p.name, "_-"))
+  if (!has_name_characters(p.name, "_-"))
     refuse(field + ".name", fmt::format("is \"{}\"; expected letters, digits, _ and -", p.name));
   if (p.keys.empty()) refuse(field + ".keys", "are none; expected case keys that take the value");
   const Dimension dimension = require_unit(field + ".unit", p.unit);
@@ -261,14 +261,14 @@ void check_text(const MaterialRecord& r) {
 }  // namespace
 
 void check(const MaterialRecord& r) {
-  if (!is_plain_name(r.name, "_-.") || r.name.front() == '.' || r.name.size() > 100)
+  if (!has_name_characters(r.name, "_-.") || r.name.front() == '.' || r.name.size() > 100)
     refuse("name",
            fmt::format("is \"{}\"; expected letters, digits, _, - and ., at most 100", r.name));
   require_text("title", r.title, "one line that says what the record is");
   if (r.materials.empty() || r.materials.size() > 2)
     refuse("materials", fmt::format("are {}; expected one, or a pair", r.materials.size()));
   for (std::size_t i = 0; i < r.materials.size(); ++i)
-    if (!is_plain_name(r.materials[i], "_"))
+    if (!has_name_characters(r.materials[i], "_"))
       refuse(fmt::format("materials.{}", i),
              fmt::format("is \"{}\"; expected letters, digits and _", r.materials[i]));
   if (r.parameters.empty() && r.properties.empty())

@@ -223,7 +223,7 @@ std::vector<double> peaks(const std::vector<double>& time, const std::vector<dou
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (std::abs(samples[i]) < threshold) continue;
     if (!any || time[i] - last_above > dead_time + 1e-12) {
-      // Neighbouring samples belong together however short the dead time is.
+      // Neighboring samples belong together however short the dead time is.
       const bool goes_on = any && i > 0 && std::abs(samples[i - 1]) >= threshold;
       if (!goes_on) found.push_back(samples[i]);
     }

@@ -1,6 +1,5 @@
-// Data of an experiment beyond one number: values one by one, counts by class, or a trace of a load
-// cell or an accelerometer. The user stores them as CSV files next to a measurement;
-// docs/measurements.md.
+// Detailed data of a measurement from CSV files: single values, counts by class, traces of a load
+// cell or an accelerometer, and curves. Format: docs/measurements.md.
 #pragma once
 
 #include <string>
@@ -13,45 +12,45 @@ namespace firn {
 
 struct MeasuredData {
   enum class Kind {
-    values,   // one a repeat, a particle, an event
-    classes,  // counts
-    trace,    // a signal over time, of which the peaks are taken as values
+    values,   // one per repeat, particle or event
+    classes,  // counts by class
+    trace,    // a signal over time; its peaks are the values
     curve     // one quantity over another
   };
   Kind kind = Kind::values;
   std::string file;      // CSV
-  bool present = false;  // there may be none yet
-  std::string response;  // that has the same values or counts in a run
-  std::string unit;      // of the values: the response's
+  bool present = false;  // the file exists
+  std::string response;  // response of a run with comparable values or counts
+  std::string unit;      // of the values and of the response
   std::string source;
   std::vector<double> values;          // of a trace: its peaks, in order of time
-  std::vector<double> right_censored;  // right-censored values: lower bounds
-  std::vector<std::string> classes;    // in order of the file, with
-  std::vector<double> counts;          // so many each
-  std::vector<double> time, samples;   // of a trace: s, and its filtered samples in `unit`
-  // Of a curve: its repeats, each in order of the file, x in `x_unit` and y in `unit`.
+  std::vector<double> right_censored;  // lower bounds of right-censored values
+  std::vector<std::string> classes;    // in the order of the file
+  std::vector<double> counts;          // [classes]
+  std::vector<double> time, samples;   // of a trace: s; filtered, in `unit`
+  // Repeats of a curve in the order of the file, x in `x_unit` and y in `unit`.
   struct Repeat {
     std::vector<double> x, y;
   };
   std::vector<Repeat> repeats;
   std::string x_unit;
-  std::string x_name, y_name;  // as the file heads them
-  // How curves are laid over each other: as they are; each shifted so that x = 0 where y first
-  // reaches a twentieth of its largest magnitude; or to where they differ least.
+  std::string x_name, y_name;  // headings of the columns
+  // Alignment of curves along x: none; onset: x = 0 where |y| first reaches a twentieth of its
+  // maximum; best: least difference.
   enum class Alignment { none, onset, best };
   Alignment align = Alignment::none;
 };
 
-// [data] of a measurement; `directory`: where its file lies. Throws InputError for keys that are
-// wrong and for a file that is; none is no mistake.
+// Reads the table [data] of a measurement. `directory`: folder of the measurement file. Throws
+// InputError for wrong keys and for a defective CSV file; the CSV file may be missing.
 MeasuredData read_measured_data(const TomlTable& table, const std::string& directory);
 
 // The numbers of one column of a CSV file with a header, in `unit`. Throws InputError.
 std::vector<double> read_csv_values(const std::string& file, const std::string& column,
                                     const Unit& unit);
 
-// The largest magnitude of each stretch in which a signal's magnitude stays above `threshold`,
-// stretches less than `dead_time` apart taken as one. Signs are kept.
+// Peaks of a signal: the sample of largest magnitude in each interval with magnitudes above
+// `threshold`. Intervals less than `dead_time` (s) apart are merged. Samples keep their sign.
 std::vector<double> peaks(const std::vector<double>& time, const std::vector<double>& samples,
                           double threshold, double dead_time);
 

@@ -208,7 +208,7 @@ double Measurement::standard_uncertainty() const {
 double Measurement::widened_uncertainty() const {
   if (scatter == ScatterKind::not_stated || repeats < 2) return standard_uncertainty();
   const double variance = standard_deviation * standard_deviation / repeats;
-  return std::hypot(std::sqrt(widened(variance, repeats - 1)), systematic_uncertainty);
+  return std::hypot(std::sqrt(widened_variance(variance, repeats - 1)), systematic_uncertainty);
 }
 
 std::string Measurement::sentence() const {

@@ -1,4 +1,4 @@
-// Measurements by experiment, as files that users may add. Format: docs/measurements.md.
+// Measured values of experiments, from measurement files. Format: docs/measurements.md.
 #pragma once
 
 #include <optional>
@@ -9,80 +9,81 @@
 
 namespace firn {
 
-// Where the number comes from.
+// Source of the value.
 enum class MeasurementStatus { published, digitized, measured, qualitative };
 const char* to_string(MeasurementStatus status);
 
-// What is known of the scatter from one repeat to the next.
+// Form in which the repeatability is stated.
 enum class ScatterKind { standard_deviation, range, values, not_stated };
 
-// A statement in words, and what has to hold of the responses of a run for it to be true there:
-// lhs > factor * rhs, all in SI units. Operands: docs/measurements.md.
+// A qualitative statement and the relation of responses of a run that corresponds to it:
+// lhs > factor * rhs, in SI units. Operands: docs/measurements.md.
 struct Criterion {
   std::string statement;
   std::string lhs, rhs;
   double factor = 1;
-  // Seen once in so many trials, and not as a rule; 0: as a rule.
+  // Observed once in this number of trials; 0: observed in general.
   int observed_once_in = 0;
-  std::string rationale;  // how the words became this relation
+  std::string rationale;  // derivation of the relation from the statement
 };
 
 struct Measurement {
-  std::string file;  // it was read from
+  std::string file;  // source file
   std::string name;
-  std::string response;  // which response of the simulation it measures; none with claims
-  std::string unit;      // of every number here, as the response spells it
+  std::string response;  // corresponding response of the simulation; empty with criteria
+  std::string unit;      // of all numbers, as of the response
   double value = 0;      // mean of the repeats
   int repeats = 1;
 
   ScatterKind scatter = ScatterKind::not_stated;
-  double standard_deviation = 0;      // of one repeat; for a range, estimated from its width
-  double minimum = 0, maximum = 0;    // of a range or of given values
-  std::vector<double> values;         // the repeats one by one, where given
-  std::string assumption;             // not empty: standard_deviation is an assumption, and why
+  double standard_deviation = 0;      // of one repeat; estimated from the width of a range
+  double minimum = 0, maximum = 0;    // of the range or of `values`
+  std::vector<double> values;         // of the repeats, if stated
+  std::string assumption;             // reason of an assumed standard_deviation; empty: not assumed
   double systematic_uncertainty = 0;  // one standard deviation, common to all repeats
   std::string systematic_rationale;
 
   MeasurementStatus status = MeasurementStatus::measured;
-  bool recorded = false;  // a qualitative one by its data: a trace or other recorded numbers
-  // What was done to get it: measurements of one experiment say the same here. Empty: not stated.
+  bool recorded = false;  // qualitative, with recorded data such as a trace
+  // Name of the experiment, equal for all its measurements. Empty: not stated.
   std::string experiment;
-  bool simulated = false;  // a number of another simulation, not of an experiment
+  bool simulated = false;  // result of another simulation, not of an experiment
   std::string source, apparatus, notes;
-  std::string statement;             // of a qualitative one, which has no number
-  std::vector<Criterion> criteria;   // the same as relations, where they can be
-  std::optional<MeasuredData> data;  // that say more than the words
+  std::string statement;             // of a qualitative measurement
+  std::vector<Criterion> criteria;   // relations that correspond to the statement
+  std::optional<MeasuredData> data;  // detailed data
 
-  // One standard deviation of the mean: sqrt(sd^2 / repeats + reading^2).
+  // Standard uncertainty of the mean (GUM 4 and 5):
+  // sqrt(standard_deviation^2 / repeats + systematic_uncertainty^2).
   double standard_uncertainty() const;
-  // The same, wider when few repeats determine the scatter: the mean then follows Student's
-  // distribution (GUM supplement 1, 6.4.9).
+  // The same with the larger variance of Student's distribution where few repeats determine the
+  // scatter (GUM Supplement 1, 6.4.9).
   double widened_uncertainty() const;
   // "10 +- 0.96 deg (n = 7; standard deviation 2 deg, assumed: ...; reading 0.6 deg: ...)"
   std::string sentence() const;
 };
 
-// The status as the file states it: "recorded" as well.
+// The status as stated in the file, including "recorded".
 const char* status_text(const Measurement& measurement);
 
-// A number with the unit it is written in: "10 deg"; a bare number has the unit "1".
+// A number and its unit, "10 deg". The unit of a bare number is "1".
 struct UnitValue {
   double value = 0;
   std::string unit;
 };
-// Throws InputError (one sentence) for anything else.
+// Throws InputError (one sentence) for other text.
 UnitValue parse_unit_value(const std::string& text);
 
-// Throws InputError with one line `FILE:LINE: KEY: what is wrong; what is expected`.
+// Throws InputError with one line `FILE:LINE: KEY: FAULT; EXPECTATION`.
 Measurement read_measurement(const std::string& file);
 Measurement read_measurement_text(const std::string& text, const std::string& source);
 
-// Replaces earlier names of responses by current ones, with a warning. For measurements that are
-// compared with a case; other simulators have responses with names of the user.
+// Replaces old names of responses by current ones, with a warning. Not for measurements of other
+// simulators, whose response names are free.
 void use_current_responses(Measurement& measurement);
 
-// Mean width of the range of n values drawn from a normal distribution, in standard deviations (d2
-// of control charts; 2.704 for n = 7). n >= 2.
+// Expected range of n values of a normal distribution, in standard deviations: d2 of control
+// charts, 2.704 for n = 7. n >= 2.
 double expected_range(int n);
 
 }  // namespace firn

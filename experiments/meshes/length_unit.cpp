@@ -23,7 +23,7 @@ std::string in_millimeters(double length) { return number_text(1e3 * length, 3) 
 
 }  // namespace
 
-std::string unit_advice(double longest_edge, double length_unit, MeshUse use) {
+std::string length_unit_warning(double longest_edge, double length_unit, MeshUse use) {
   const UsualSize& usual = use == MeshUse::particle ? kIceCube : kMachinePart;
   if (longest_edge >= usual.smallest && longest_edge <= usual.largest) return {};
   std::string others;

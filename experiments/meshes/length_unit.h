@@ -1,4 +1,4 @@
-// The unit of a mesh file, which names none.
+// Length units of mesh files, whose formats do not state one.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@ namespace firn {
 
 enum class MeshUse { particle, boundary };
 
-// A sentence where a mesh with this longest edge of its bounding box (m), read in this unit (m), is
-// no usual ice cube or part of an icemaker, and is one in another usual unit. Empty: none.
-std::string unit_advice(double longest_edge, double length_unit, MeshUse use);
+// A warning in one sentence if a mesh has an unusual size for its use and a usual one in another
+// length unit; else empty. `longest_edge` (m): of the bounding box with the unit `length_unit` (m).
+std::string length_unit_warning(double longest_edge, double length_unit, MeshUse use);
 
-// Meters of a unit by its name, "mm". Throws InputError, one sentence.
+// Length of a unit in m by its name, "mm". Throws InputError (one sentence).
 double parse_length_unit(const std::string& name);
 
 }  // namespace firn

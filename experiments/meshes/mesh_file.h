@@ -1,4 +1,4 @@
-// Triangle meshes in files of other programs.
+// Reads and writes triangle meshes: STL and Wavefront OBJ.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace firn {
 
-// What a mesh file may hold. The number of triangles is checked before they are read.
+// Limits of a mesh. The number of triangles is checked before they are read.
 struct MeshLimits {
   std::size_t triangles = 200000;
   double smallest = 1e-12;  // m, longest edge of the bounding box
@@ -15,36 +15,37 @@ struct MeshLimits {
 };
 inline constexpr MeshLimits kParticleMesh{20000, 1e-6, 100};
 inline constexpr MeshLimits kBoundaryMesh{200000, 1e-12, 1e4};
-// The same number of triangles, of any size that can be computed with.
-constexpr MeshLimits of_any_size(const MeshLimits& limits) {
+// The same limit of triangles, with the default limits of size.
+constexpr MeshLimits without_size_limits(const MeshLimits& limits) {
   return {.triangles = limits.triangles};
 }
 
-// Reads an STL file, text or binary, or, by the ending .obj, a Wavefront OBJ file; `length_unit`:
-// metres per length unit of the file. Equal corners are merged, so a text file and its binary twin
-// give the same mesh. A binary file has 84 + 50 n bytes for n triangles. Normals are ignored:
-// corners run counter-clockwise seen from outside. The mesh may have holes: see inspect().
-// Throws InputError, one line that begins with the file's name, for a file that is missing, no
-// STL, cut short, of another length than its header counts or empty, for coordinates that are no
-// finite numbers or beyond 1000 km, and for a mesh beyond `limits`.
+// Reads an STL file, text or binary, or a Wavefront OBJ file (extension .obj). `length_unit`: m per
+// length unit of the file. Equal corners are merged, so that equal text and binary files give equal
+// meshes. A binary file has 84 + 50 n bytes for n triangles. Normals in the file are ignored;
+// corners must be counter-clockwise seen from outside. The mesh may be defective: see inspect().
+// Throws InputError `FILE: ...` (one line) for a file that is missing, not STL, truncated, empty or
+// of another length than its header states, for coordinates that are not finite or exceed 1000 km,
+// and for a mesh beyond `limits`.
 TriangleMesh read_stl(const std::string& file, double length_unit, const MeshLimits& limits = {});
 
-// Writes a binary STL file in units of `length_unit` (m), single precision as the format has it.
-// Throws InputError, one line that begins with the file's name, when it cannot be written.
+// Writes a binary STL file in units of `length_unit` (m), in single precision. Throws as
+// OutputFile.
 void write_stl(const std::string& file, const TriangleMesh& mesh, double length_unit);
 
-// Merges corners that differ by rounding to single precision (5e-7 of the largest coordinate), as
-// the readers do; triangles that collapse are dropped.
+// Merges corners that differ by at most the rounding of single precision (5e-7 of the largest
+// coordinate), as the readers do. Degenerate triangles are removed.
 TriangleMesh merge_equal_corners(const TriangleMesh& mesh);
 
-// The same mesh with the hash that identifies the file's contents.
+// A mesh and the hash of its file.
 struct MeshFile {
   TriangleMesh mesh;   // m, file axes, equal corners merged
-  std::string sha256;  // of the file's bytes
+  std::string sha256;  // of the bytes of the file
 };
-// Corners as the file has them, not merged; degenerate triangles are there, too.
+// As read_stl(), without merged corners and with degenerate triangles.
 TriangleMesh read_triangles(const std::string& file, double length_unit,
                             const MeshLimits& limits = {});
+// As read_stl(), with the hash.
 MeshFile read_mesh_file(const std::string& file, double length_unit, const MeshLimits& limits = {});
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// Programs of other licenses that work on meshes (tools/), in separate processes.
+// Mesh programs with other licenses (tools/), run as separate processes.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace firn {
 
-// Runs the program `name` of Firn's installation on a file that holds `input`, and returns its
+// Runs the program `name` of the installation on a file with the content `input`, and returns its
 // standard output. Limits: 120 s of processor time, 4 GiB of memory. Throws InputError with the
-// program's last line when it refuses the mesh, RunError when the program is missing.
+// last line of the program when it rejects the mesh, and RunError when the program is missing.
 std::string run_mesh_program(const std::string& name, const std::string& input);
 
-// What these programs read and write: 9 numbers (x, y, z of three corners) for each facet, in the
-// byte order of the machine.
+// Data format of these programs: 9 numbers (x, y, z of three corners) per facet, in the byte order
+// of the machine.
 template <typename Number>
 std::string facet_bytes(const TriangleMesh& mesh) {
   std::string bytes;
@@ -32,7 +32,7 @@ std::string facet_bytes(const TriangleMesh& mesh) {
   return bytes;
 }
 
-// Corners are not merged. Throws RunError unless `bytes` are whole facets.
+// The inverse; corners are not merged. Throws RunError unless the size is a whole number of facets.
 template <typename Number>
 TriangleMesh mesh_of_facets(std::string_view bytes) {
   using Corners = std::array<Number, 9>;

@@ -48,7 +48,7 @@ MeshRepair repair(const TriangleMesh& mesh) {
   return result;
 }
 
-std::string MeshRepair::why_hopeless() const {
+std::string MeshRepair::failure_reason() const {
   if (!left.sound()) return left.sentence();
   return flat ? "it encloses no volume" : "";
 }
@@ -63,11 +63,11 @@ std::string MeshRepair::sentence() const {
   step(removed, fmt::format("drops {} that touch nothing", facets(removed)));
   step(added, fmt::format("fills holes with {}", facets(added)));
   step(reversed, fmt::format("turns {} round", facets(reversed)));
-  if (steps.empty() && !hopeless()) return "nothing to repair";
+  if (steps.empty() && is_repairable()) return "nothing to repair";
   std::string text;
   for (const std::string& one : steps) text += (text.empty() ? "" : ", ") + one;
   if (text.empty()) text = "finds nothing that it could change";
-  return text + (hopeless() ? "; hopeless: " + why_hopeless() : "; then it is closed");
+  return text + (is_repairable() ? "; then it is closed" : "; hopeless: " + failure_reason());
 }
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// What it takes to make a solid of a mesh, by admesh (https://github.com/admesh/admesh) in a
-// separate process (tools/repair_mesh).
+// Repair of defective meshes by admesh (https://github.com/admesh/admesh) in a separate process
+// (tools/repair_mesh).
 #pragma once
 
 #include <string>
@@ -8,28 +8,28 @@
 
 namespace firn {
 
-// Counts are of the repair's steps, in this order.
+// The result of a repair. Counts are those of its steps, in their order.
 struct MeshRepair {
-  int degenerate = 0;          // facets without area, dropped
-  int disconnected_edges = 0;  // edges without a neighbour, before the repair
-  int joined = 0;              // edges whose corners lay apart by 1e-5 of the diameter
-  int removed = 0;             // facets that touched nothing
+  int degenerate = 0;          // facets without area, removed
+  int disconnected_edges = 0;  // edges without a neighboring facet, before the repair
+  int joined = 0;              // edges whose corners were within 1e-5 of the diameter
+  int removed = 0;             // facets without a neighbor
   int added = 0;               // facets that fill holes
-  int reversed = 0;            // facets that faced the wrong way
-  int parts = 0;               // pieces that hang together
+  int reversed = 0;            // facets with the wrong orientation
+  int parts = 0;               // connected components
   TriangleMesh mesh;           // repaired, equal corners merged
-  bool flat = false;           // encloses no volume
-  MeshDefects left;            // what is still wrong with it
+  bool flat = false;           // the repaired mesh encloses no volume
+  MeshDefects left;            // remaining defects of `mesh`
 
   bool needed() const { return degenerate || disconnected_edges || removed || added || reversed; }
-  bool hopeless() const { return flat || !left.sound(); }
-  std::string why_hopeless() const;
-  // "drops 1 facet without area, ...; then it is closed", or why it is hopeless.
+  bool is_repairable() const { return !flat && left.sound(); }
+  std::string failure_reason() const;  // empty if repairable
+  // "drops 1 facet without area, ...; then it is closed", or why it cannot be repaired.
   std::string sentence() const;
 };
 
-// The mesh as its file has it, corners not merged; all coordinates finite. Admesh works in single
-// precision. Throws InputError when admesh cannot work on the mesh.
+// Repairs a mesh with finite coordinates and corners that are not merged (read_triangles()). Admesh
+// works in single precision. Throws InputError when admesh rejects the mesh.
 MeshRepair repair(const TriangleMesh& mesh);
 
 }  // namespace firn

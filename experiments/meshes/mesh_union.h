@@ -6,12 +6,12 @@
 
 namespace firn {
 
-// mesh: sound (inspect()), m; its shells may overlap, touch, lie inside each other or face inwards.
-// Returns a sound mesh without conflicts (find_conflicts()) that bounds what any shell encloses.
-// A shell that faces inwards is a cavity of the smallest shell around it, and is reversed where
-// none is. Corners are rounded to doubles, and merged as those of a file.
-// Throws InputError where there is no such mesh: a shell crosses itself, or the union touches
-// itself along an edge.
+// Union of the volumes of all shells of a mesh (m). The mesh must be watertight (inspect()); its
+// shells may overlap, touch, contain each other or face inwards. A shell that faces inwards is a
+// cavity of the smallest shell around it; without such a shell it is reversed. Returns a watertight
+// mesh without conflicts (find_conflicts()), with corners rounded to doubles and merged. Throws
+// InputError if there is no such mesh: a shell intersects itself, or the union touches itself along
+// an edge.
 TriangleMesh unite(const TriangleMesh& mesh);
 
 }  // namespace firn

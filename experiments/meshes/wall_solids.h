@@ -1,4 +1,4 @@
-// Solids for walls, made of convex parts without contacts at their internal faces.
+// Convex parts of boundaries that are given as surfaces.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace firn {
 
-// A surface as solids behind its triangles. A closed one that faces inwards is a container. A
-// closed convex mesh is one part. Any other, open or closed, becomes one thin prism a triangle,
-// `thickness` (m) deep behind the face. Where two triangles meet, their prisms meet in the plane
-// that bisects them, as an internal face: it passes through the shared edge, so the seam rule of
-// ConvexPart gives each contact normal to exactly one side, and a flat seam is no feature at all.
-// Free edges are real, square ones. Edges of more than two triangles, and folds so sharp that a
-// bisector would cut the sheet away, count as free. Throws InputError for triangles of no area,
-// duplicates or neighbours that face opposite ways.
+// Convex parts behind the triangles of a surface. A closed mesh that faces inwards is a container.
+// A closed convex mesh becomes one part. Any other mesh, open or closed, becomes one prism per
+// triangle with the depth `thickness` (m) behind it. Prisms of adjacent triangles meet in the
+// bisecting plane as an internal face through the common edge, so that each contact normal belongs
+// to exactly one part (ConvexPart), and a flat edge has no effect. Free edges are square ends.
+// Edges of more than two triangles, and edges too sharp for a bisecting plane, count as free.
+// Throws InputError for triangles without area, duplicate triangles and adjacent triangles of
+// opposite orientation.
 std::vector<ConvexPart> boundary_parts(const TriangleMesh& mesh, double thickness);
 
-// A box about the origin, edges `size` (m).
+// A box centered at the origin with the edge lengths `size` (m).
 std::vector<HalfSpace> box_half_spaces(const Vec3& size);
 
 }  // namespace firn

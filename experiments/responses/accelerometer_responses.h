@@ -1,4 +1,4 @@
-// What an accelerometer on a part that gives way would read.
+// Responses of a simulated accelerometer on a free body: [[measure]] of kind "accelerometer".
 #pragma once
 
 #include <vector>
@@ -10,9 +10,9 @@ namespace firn {
 
 class Recording;
 
-// Of every measure of the kind `accelerometer`: largest magnitudes of the filtered acceleration,
-// from the rates of neighbouring frames, of the filtered contact force along the axis, and of
-// acceleration times the mass of a particle.
+// For each of these measures: largest magnitudes of the filtered acceleration along the joint axis,
+// from the joint rates of successive frames; of the filtered contact force along the axis; and of
+// the acceleration times the mass of a particle. Filter: channel_filter.h.
 std::vector<Response> accelerometer_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -94,8 +94,8 @@ void measure_heap(const Recording& recording, const Case& c, const Measure& m,
   add("heap_angle_outline", (left_outline.robust_angle + right_outline.robust_angle) / 2,
       std::hypot(left_outline.robust_uncertainty, right_outline.robust_uncertainty) / 2, "deg",
       outline + ", mean of both sides");
-  const HeapSurface peak =
-      closed_surface(content.placed, m.peak - d, m.peak + d, m.region_min.y(), m.region_max.y(), d);
+  const HeightMap peak = closed_height_map(content.placed, m.peak - d, m.peak + d, m.region_min.y(),
+                                           m.region_max.y(), d);
   const auto [height, error] = mean_height(peak.height, peak.grid, d);
   add("heap_height", height, error, "m",
       "mean height of the mesh surface within a particle size of the peak");

@@ -1,4 +1,4 @@
-// The heap in a bin that is poured into from above: [[measure]] of kind "heap". Methods:
+// Responses of a heap in a bin filled from above: [[measure]] of kind "heap". Methods:
 // docs/responses.md.
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace firn {
 
-// From the last frame. Throws InputError when the margins leave less than two particle sizes of a
-// side.
+// Computed from the last frame. Throws InputError if the margins leave less than two particle sizes
+// on a side of the peak.
 std::vector<Response> bin_heap_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

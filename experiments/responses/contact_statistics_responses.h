@@ -1,4 +1,4 @@
-// Responses of what a case keeps of its contacts: docs/responses.md.
+// Responses from contact statistics. Methods: docs/responses.md.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// One quantity over another, for comparison with a trace: force over displacement, acceleration
-// over time.
+// Curves of one quantity over another, such as force over displacement: [[measure]] of kind
+// "curve".
 #pragma once
 
 #include <vector>
@@ -11,9 +11,8 @@ namespace firn {
 
 class Recording;
 
-// Of every measure of the kind `curve`: NAME_curve_x and NAME_curve_y, as long as each other, in
-// the order of time. Values of frames; forces and torques are magnitudes of the means over each
-// frame.
+// For each of these measures: NAME_curve_x and NAME_curve_y, of equal length, in the order of time.
+// One value per frame. Forces and torques are magnitudes of the means since the previous frame.
 std::vector<Response> curve_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

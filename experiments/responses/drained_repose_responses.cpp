@@ -21,7 +21,7 @@ std::vector<PlacedMesh> meshes(const Particles& particles) {
 
 Particles standing_of(const Particles& particles, const DrainedHeap& heap, bool door_open) {
   const std::vector<bool> stands =
-      standing(meshes(particles), heap.setup, heap.particle_size, door_open);
+      supported_particles(meshes(particles), heap.setup, heap.particle_size, door_open);
   Particles result;
   for (std::size_t k = 0; k < particles.size(); ++k) {
     if (stands[k]) result.push_back(particles[k]);
@@ -101,7 +101,7 @@ void add_remaining(std::vector<Response>& out, const DrainedHeap& heap) {
 }
 
 void add_discharge(std::vector<Response>& out, const DrainedHeap& heap) {
-  const std::vector<double>& times = heap.door_times;
+  const std::vector<double>& times = heap.discharge_times;
   const std::size_t n = times.size();
   add(out, "discharged_count", static_cast<double>(n), 0, "1",
       "particles whose centre of mass passed the floor's underside");
@@ -135,8 +135,8 @@ void add_discharge(std::vector<Response>& out, const DrainedHeap& heap) {
 void add_fill(std::vector<Response>& out, const DrainedHeap& heap) {
   const Particles standing_particles = standing_of(heap.filled, heap, false);
   const Vec3& box = heap.setup.box;
-  const HeapSurface surface = closed_surface(meshes(standing_particles), -box.x() / 2, box.x() / 2,
-                                             -box.y() / 2, box.y() / 2, heap.particle_size);
+  const HeightMap surface = closed_height_map(meshes(standing_particles), -box.x() / 2, box.x() / 2,
+                                              -box.y() / 2, box.y() / 2, heap.particle_size);
   const auto [height, error] = mean_height(surface.height, surface.grid, heap.particle_size);
   add(out, "fill_height", height, error, "m",
       "mean height of the mesh surface over the box when the door opens");
@@ -163,7 +163,7 @@ std::vector<Response> drained_repose_responses(const DrainedHeap& heap) {
   add_remaining(out, heap);
   add_discharge(out, heap);
   add_fill(out, heap);
-  const double last = heap.door_times.empty() ? 0 : heap.door_times.back();
+  const double last = heap.discharge_times.empty() ? 0 : heap.discharge_times.back();
   const bool arched = heap.observed - last >= kQuiet &&
                       spans_opening(surface_particles, heap.setup, heap.particle_size);
   add(out, "arched", arched, 0, "1",
@@ -243,9 +243,9 @@ DrainedHeap drained_heap(const Recording& recording, const Case& c) {
                                  static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - 1, 0)));
   heap.remaining = particles_in_box(recording, c, times.size() - 1);
   for (double t : recording.discharge_time()) {
-    if (std::isfinite(t)) heap.door_times.push_back(t - *opening);
+    if (std::isfinite(t)) heap.discharge_times.push_back(t - *opening);
   }
-  std::sort(heap.door_times.begin(), heap.door_times.end());
+  std::sort(heap.discharge_times.begin(), heap.discharge_times.end());
   return heap;
 }
 

@@ -1,4 +1,4 @@
-// Responses of the drained angle of repose experiment. Equations and choices: docs/responses.md.
+// Responses of the experiment "drained_repose". Equations and reasons: docs/responses.md.
 #pragma once
 
 #include <cstddef>
@@ -12,39 +12,40 @@
 
 namespace firn {
 
-// What the experiment leaves behind, as plain data.
+// Data of the experiment from which its responses are computed.
 struct DrainedHeap {
   DrainedRepose setup;
-  double particle_size = 0;  // m: mean of the middle bounding-box edges
+  double particle_size = 0;  // m, see mean_particle_size()
   struct Particle {
     PlacedMesh placed;
-    Vec3 center = Vec3::Zero();  // m, centre of mass, world
+    Vec3 center = Vec3::Zero();  // m, center of mass, world
     double mass = 0;             // kg
     double volume = 0;           // m^3
   };
-  std::vector<Particle> filled;     // in the box when the door opened; empty: it never opened
-  std::vector<Particle> remaining;  // in the box at the end, above the floor's underside
+  std::vector<Particle> filled;     // in the box when the door opened; empty: not opened
+  std::vector<Particle> remaining;  // in the box at the end, above the lower side of the floor
   bool opened = false;              // the stage that opens the door began
-  bool settled = false;             // the last stage ended at rest
+  bool settled = false;             // the last stage ended with "settled"
   double observed = 0;              // s from the opening of the door to the end
-  std::vector<double> door_times;   // s after the opening, ascending: one per particle through it
-  double time_resolution = 0;       // s, time step of the simulation
+  std::vector<double>
+      discharge_times;         // s after the opening, ascending, of all discharged particles
+  double time_resolution = 0;  // s, time step of the simulation
 };
 
-// Angles, what remained, the discharge, the fill, and whether it arched and settled. Nothing when
-// the door never opened. Throws InputError when the margins leave no window to fit.
+// Angles of repose, remaining mass, discharge, fill, and whether it arched and settled. Empty if
+// the door was not opened. Throws InputError if the margins leave no fit window.
 std::vector<Response> drained_repose_responses(const DrainedHeap& heap);
 
-// A particle of a frame; the mesh is the shape's.
+// A particle of a frame with the mesh of `shape`, which must outlive the result.
 PlacedMesh placed_mesh(const Frame& frame, std::size_t particle, const Shape& shape);
 
-// Those present in a frame with their centre of mass above the floor's underside. The meshes of
-// the result point into `c`, which must outlive it; so do those of drained_heap().
+// The particles of a frame with their center of mass above the lower side of the floor. `c` must
+// outlive the result, which refers to its meshes; the same holds for drained_heap().
 std::vector<DrainedHeap::Particle> particles_in_box(const Recording& recording, const Case& c,
                                                     std::size_t frame);
-// Mean over the particles of the middle edge of their bounding box, m.
+// Mean of middle_edge() over the particles, m.
 double mean_particle_size(const Recording& recording, const Case& c);
-// Start of the stage that opens the door, s; none when it never began.
+// Start of the stage that opens the door, s. Nothing if it did not begin.
 std::optional<double> opening_time(const Recording& recording, const Case& c);
 
 DrainedHeap drained_heap(const Recording& recording, const Case& c);

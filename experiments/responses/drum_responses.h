@@ -1,4 +1,4 @@
-// A bed in a drum that turns: [[measure]] of kind "drum". Methods: docs/responses.md.
+// Responses of a bed in a rotating drum: [[measure]] of kind "drum". Methods: docs/responses.md.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace firn {
 
-// From the frames from `begin` on. Throws InputError when there are fewer than ten of them.
+// Computed from the frames at or after Measure::begin. Throws InputError for fewer than ten frames.
 std::vector<Response> drum_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -98,11 +98,11 @@ Ledge ledge_of(const DrainedRepose& setup, Side side, double particle_size) {
           setup.box.y() / 2, fit_window(setup, particle_size)};
 }
 
-HeapSurface closed_surface(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
-                           double y_min, double y_max, double particle_size) {
+HeightMap closed_height_map(const std::vector<PlacedMesh>& particles, double x_from, double x_to,
+                            double y_min, double y_max, double particle_size) {
   const PlanGrid grid =
       PlanGrid::between(x_from, x_to, y_min, y_max, particle_size / kCellsPerParticle);
-  return close_pits(heap_surface(particles, grid), kPit * particle_size);
+  return close_height_map(height_map(particles, grid), kPit * particle_size);
 }
 
 MeanHeight mean_height(const Eigen::ArrayXXd& height, const PlanGrid& grid, double particle_size) {
@@ -138,9 +138,10 @@ WindowColumns columns_in(const FitWindow& window, const PlanGrid& grid) {
 }
 
 // The surface of the whole ledge, so that closing includes cells beyond the window.
-HeapSurface ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
-                          double particle_size) {
-  return closed_surface(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max, particle_size);
+HeightMap ledge_surface(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
+                        double particle_size) {
+  return closed_height_map(particles, ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
+                           particle_size);
 }
 
 }  // namespace
@@ -150,13 +151,13 @@ PlanGrid outline_grid(double length, double particle_size) {
   return PlanGrid::between(0, length, 0, step, step);
 }
 
-HeapSurface closed_outline(const Eigen::ArrayXd& height,
-                           const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
-                           double particle_size) {
-  HeapSurface outline{outline_grid(length, particle_size), height, covered};
+HeightMap closed_outline(const Eigen::ArrayXd& height,
+                         const Eigen::Array<bool, Eigen::Dynamic, 1>& covered, double length,
+                         double particle_size) {
+  HeightMap outline{outline_grid(length, particle_size), height, covered};
   if (height.size() != outline.grid.nx || covered.size() != outline.grid.nx)
     throw std::logic_error("an outline has the cells of outline_grid()");
-  return close_pits(std::move(outline), kPit * particle_size);
+  return close_height_map(std::move(outline), kPit * particle_size);
 }
 
 // An outline is a line with bumps that are independent after about a particle size d; n of them fit
@@ -183,9 +184,9 @@ double outline_roughness(const HeapSlope& outline, double particle_size) {
 
 HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                         double particle_size) {
-  const HeapSurface surface =
-      heap_surface(particles, PlanGrid::between(ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
-                                                particle_size / kCellsPerParticle));
+  const HeightMap surface =
+      height_map(particles, PlanGrid::between(ledge.begin, ledge.end, ledge.y_min, ledge.y_max,
+                                              particle_size / kCellsPerParticle));
   HeapSlope result = surface_slope(
       closed_outline(surface.height.rowwise().maxCoeff(), surface.covered.rowwise().any(),
                      std::abs(ledge.end - ledge.begin), particle_size),
@@ -195,7 +196,7 @@ HeapSlope outline_slope(const std::vector<PlacedMesh>& particles, const Ledge& l
   return result;
 }
 
-HeapSlope surface_slope(const HeapSurface& closed, const FitWindow& window) {
+HeapSlope surface_slope(const HeightMap& closed, const FitWindow& window) {
   const auto [columns, distance] = columns_in(window, closed.grid);
   HeapSlope result;
   result.window = window;
@@ -217,7 +218,7 @@ HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const DrainedRepo
 
 HeapSlope heap_slope(const std::vector<PlacedMesh>& particles, const Ledge& ledge,
                      double particle_size, double mean_volume) {
-  const HeapSurface surface = ledge_surface(particles, ledge, particle_size);
+  const HeightMap surface = ledge_surface(particles, ledge, particle_size);
   HeapSlope result = surface_slope(surface, ledge.window);
   const Eigen::ArrayXXd height =
       surface.height(columns_in(ledge.window, surface.grid).columns, Eigen::all);
@@ -246,7 +247,7 @@ MeanHeight wall_height_excess(const std::vector<PlacedMesh>& particles, const Le
     Ledge strip = ledge;
     strip.y_min = y_min;
     strip.y_max = y_min + d;
-    const HeapSurface surface = ledge_surface(particles, strip, d);
+    const HeightMap surface = ledge_surface(particles, strip, d);
     return surface.height(columns_in(ledge.window, surface.grid).columns, Eigen::all)
         .rowwise()
         .mean();
@@ -265,11 +266,12 @@ MeanHeight wall_height_excess(const std::vector<PlacedMesh>& particles, const Le
   return {rise.mean(), standard_deviation(pieces) / std::sqrt(static_cast<double>(n))};
 }
 
-std::vector<bool> standing(const std::vector<PlacedMesh>& particles, const DrainedRepose& setup,
-                           double particle_size, bool door_open) {
+std::vector<bool> supported_particles(const std::vector<PlacedMesh>& particles,
+                                      const DrainedRepose& setup, double particle_size,
+                                      bool door_open) {
   const PlanGrid grid = PlanGrid::between(-setup.box.x() / 2, setup.box.x() / 2, -setup.box.y() / 2,
                                           setup.box.y() / 2, particle_size / kCellsPerParticle);
-  return supported(particles, grid, kReach * particle_size, [&](double x, double) {
+  return find_supported(particles, grid, kReach * particle_size, [&](double x, double) {
     return !door_open || std::abs(x) >= setup.door_width / 2;
   });
 }
@@ -279,7 +281,7 @@ bool spans_opening(const std::vector<PlacedMesh>& particles, const DrainedRepose
   const PlanGrid grid =
       PlanGrid::between(-setup.door_width / 2, setup.door_width / 2, -setup.box.y() / 2,
                         setup.box.y() / 2, particle_size / kCellsPerParticle);
-  const HeapSurface surface = heap_surface(particles, grid);
+  const HeightMap surface = height_map(particles, grid);
   // Covered cells joined edge to edge, starting from the left lip.
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> open = surface.covered;  // not yet reached
   std::vector<std::array<int, 2>> front;

@@ -1,4 +1,4 @@
-// What bears on a part of a machine: the drag on an arm while the bucket is pulled.
+// Loads on machine parts, e.g. the drag on an arm: [[measure]] of kind "load".
 #pragma once
 
 #include <vector>
@@ -10,9 +10,9 @@ namespace firn {
 
 class Recording;
 
-// Of every measure of the kind `load`: NAME_load_mean and NAME_load_peak (N), over time and the
-// largest of one frame, both of means over output frames that lie in the measure's stage. None
-// where no such frame does.
+// For each of these measures: NAME_load_mean and NAME_load_peak (N), the mean and the maximum over
+// the frames in the stage of the measure. The load of a frame is the mean since the previous frame.
+// No responses without a frame in the stage.
 std::vector<Response> load_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -101,7 +101,7 @@ std::vector<Response> measure(const Recording& recording, const Case& c) {
   append(body_responses(recording, c));
   append(bin_heap_responses(recording, c));
   append(drum_responses(recording, c));
-  append(scene_responses(recording, c));
+  append(process_responses(recording, c));
   append(bond_responses(recording, c));
   append(accelerometer_responses(recording, c));
   append(curve_responses(recording, c));

@@ -1,5 +1,4 @@
-// The part of a machine that a measure is about: a boundary contact, a coupling, a boundary or a
-// motion frame.
+// The object of a [[measure]]: a boundary contact, a coupling, a boundary or a motion frame.
 #pragma once
 
 #include <string>
@@ -8,13 +7,14 @@
 
 namespace firn {
 
+// Name of the object.
 inline std::string measured_part(const Case& c, const Measure& m) {
   if (m.contact >= 0) return c.model.boundary_contacts[static_cast<std::size_t>(m.contact)].name;
   if (m.coupling >= 0) return c.model.couplings[static_cast<std::size_t>(m.coupling)].name;
   return m.boundary.empty() ? c.model.frames[static_cast<std::size_t>(m.frame)].name : m.boundary;
 }
 
-// Of the results file, with a slash at its end.
+// Path of its group in the results file, with a slash at the end.
 inline std::string part_group(const Case& c, const Measure& m) {
   const char* group = m.contact >= 0       ? "/boundary_contacts/"
                       : m.coupling >= 0    ? "/couplings/"

@@ -148,7 +148,7 @@ void add_columns(const std::vector<TagRule>& rules, const std::vector<int>& tag,
                  const std::vector<double>& passed, const std::string& name, Out& out) {
   std::vector<double> count;
   for (const TagRule& rule : rules)
-    for (int k = 0; k < rule.columns; ++k) {
+    for (int k = 0; k < rule.bins; ++k) {
       double through = 0;
       for (std::size_t i = 0; i < tag.size(); ++i)
         through += tag[i] == rule.first + k && !std::isnan(passed[i]) ? 1 : 0;
@@ -277,7 +277,7 @@ bool has_left(const Inlet& source, std::size_t first, const Frame& last, const M
 
 }  // namespace
 
-std::vector<Response> scene_responses(const Recording& recording, const Case& c) {
+std::vector<Response> process_responses(const Recording& recording, const Case& c) {
   Out out;
   if (c.sensors.empty() && c.limit_switches.empty() && c.inlets.empty() && c.model.frames.empty())
     return {};

@@ -1,5 +1,4 @@
-// Responses of the scene language: what sensors counted, limit switches and inlets did, frames
-// bore.
+// Responses of sensors, limit switches, inlets and motion frames.
 #pragma once
 
 #include <vector>
@@ -11,8 +10,8 @@ namespace firn {
 
 class Recording;
 
-// Named after the case's own names, blanks replaced by underscores. None for a case without
-// sensors, limit switches, inlets and motion frames.
-std::vector<Response> scene_responses(const Recording& recording, const Case& c);
+// Response names begin with the names of the case, in which underscores replace blanks. Empty for a
+// case without sensors, limit switches, inlets and motion frames.
+std::vector<Response> process_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

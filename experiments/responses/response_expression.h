@@ -1,4 +1,4 @@
-// What a criterion compares: a number, a response of a run, or something made of the values of one.
+// Expressions of responses in criteria: a number, a response, or a statistic of its values.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace firn {
 
-// "2.5" | "NAME" | "NAME[K]", the K-th value counted from 1 | "max NAME", "min", "mean", "sum",
-// "median" of all values that are defined.
+// "2.5" | "NAME" | "NAME[K]" (the K-th value, from 1) | "max NAME" | "min NAME" | "mean NAME" |
+// "sum NAME" | "median NAME" (over all defined values).
 struct ResponseExpression {
   enum class Part { number, single, element, max, min, mean, sum, median };
   std::string text;
@@ -23,10 +23,10 @@ struct ResponseExpression {
 // Throws InputError (one sentence).
 ResponseExpression parse_response_expression(const std::string& text);
 
-// NaN: undefined in this run (there are no such values). Throws InputError (one sentence) for a
-// response that the run does not have, and for one of several values where one is expected.
+// NaN if undefined in this run (no such value). Throws InputError (one sentence) for a response
+// that the run does not have, and for a response of several values where one is expected.
 double evaluate(const ResponseExpression& operand, const std::vector<Response>& responses);
-// Its unit; empty for a number, or when the run does not have the response.
+// Unit of the response; empty for a number and for a response that the run does not have.
 std::string unit_of(const ResponseExpression& operand, const std::vector<Response>& responses);
 
 }  // namespace firn

@@ -21,7 +21,7 @@ double angle_between(const Vec3& a, const Vec3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// The value of y where x passes `at` between two neighbouring frames.
+// The value of y where x passes `at` between two neighboring frames.
 double interpolated(double x0, double x1, double at, double y0, double y1) {
   return y0 + (y1 - y0) * (at - x0) / (x1 - x0);
 }
@@ -57,7 +57,7 @@ double curvature(const std::vector<double>& x, const std::vector<double>& y) {
 
 }  // namespace
 
-SlipResult slip_of(const BoundaryTrack& track, const Measure& measure) {
+SlipResult measure_slip(const BoundaryTrack& track, const Measure& measure) {
   SlipResult result;
   const auto moved = first_beyond(track, measure.slip);
   if (!moved || *moved == 0) return result;
@@ -69,11 +69,11 @@ SlipResult slip_of(const BoundaryTrack& track, const Measure& measure) {
   const std::size_t end = first_beyond(track, measure.run).value_or(distance.size() - 1);
   const double turned = *std::max_element(
       track.turn.begin(), track.turn.begin() + static_cast<std::ptrdiff_t>(end) + 1);
-  result.end = turned >= measure.tip_turn ? SlipResult::End::tipped : SlipResult::End::slid;
+  result.end = turned >= measure.tip_angle ? SlipResult::End::tipped : SlipResult::End::slid;
   return result;
 }
 
-SlideResult slide_of(const BoundaryTrack& track, const Measure& measure) {
+SlideResult measure_slide(const BoundaryTrack& track, const Measure& measure) {
   SlideResult result;
   if (track.time.size() < 2) return result;
   result.distance = track.distance.back();
@@ -92,7 +92,7 @@ SlideResult slide_of(const BoundaryTrack& track, const Measure& measure) {
   return result;
 }
 
-ReboundResult rebound_of(const FallTrack& track, const Vec3& gravity) {
+ReboundResult measure_rebound(const FallTrack& track, const Vec3& gravity) {
   ReboundResult result;
   const Vec3 up = -gravity.normalized();
   bool was_free = false;
@@ -243,8 +243,8 @@ void measure_slip(const Frames& frames, const Measure& m, Responses& out) {
   Sample slide, tip;
   const std::vector<std::size_t> bodies = frames.bodies(m);
   for (std::size_t body : bodies) {
-    const SlipResult r = slip_of(frames.on_boundary(body, m.boundary), m);
-    if (r.end == SlipResult::End::held) continue;
+    const SlipResult r = measure_slip(frames.on_boundary(body, m.boundary), m);
+    if (r.end == SlipResult::End::at_rest) continue;
     (r.end == SlipResult::End::slid ? slide : tip)
         .add(r.angle * kRadToDeg, r.resolution * kRadToDeg);
   }
@@ -260,7 +260,7 @@ void measure_slide(const Frames& frames, const Measure& m, Responses& out) {
   Sample time, acceleration, distance;
   const std::vector<std::size_t> bodies = frames.bodies(m);
   for (std::size_t body : bodies) {
-    const SlideResult r = slide_of(frames.on_boundary(body, m.boundary), m);
+    const SlideResult r = measure_slide(frames.on_boundary(body, m.boundary), m);
     distance.add(r.distance, 0);
     if (!r.passed) continue;
     time.add(r.time, r.resolution);
@@ -279,7 +279,7 @@ void measure_rebound(const Frames& frames, const Measure& m, const Vec3& gravity
   const std::vector<std::size_t> bodies = frames.bodies(m);
   const double g = gravity.norm();
   for (std::size_t body : bodies) {
-    const ReboundResult r = rebound_of(frames.falling(body), gravity);
+    const ReboundResult r = measure_rebound(frames.falling(body), gravity);
     if (!r.landed || r.impact_speed <= 0) continue;
     const auto height = [g](double speed) { return speed * speed / (2 * g); };
     const auto resolution = [&](double speed) { return speed * r.resolution / g; };

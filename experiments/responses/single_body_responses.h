@@ -1,5 +1,5 @@
-// Responses of single bodies: when they lose their hold, how they slide, how they bounce. Measured
-// from the frames of a recording; methods: docs/responses.md.
+// Responses of single bodies: onset of sliding, sliding time, rebound. Computed from frames;
+// methods: docs/responses.md.
 #pragma once
 
 #include <vector>
@@ -10,47 +10,48 @@
 
 namespace firn {
 
-// One body over the frames in which it exists, seen from a boundary.
+// Motion of a body relative to a boundary, over the frames in which the body exists.
 struct BoundaryTrack {
-  std::vector<double> time;         // s
-  std::vector<double> distance;     // m from where it was first, along the boundary's x, y plane
-  std::vector<double> turn;         // rad between the boundary's z axis in axes of the body now and
-                                    // as it saw it first: tipping, not turning on the spot
-  std::vector<double> inclination;  // rad, of the boundary's z axis against the vertical
+  std::vector<double> time;      // s
+  std::vector<double> distance;  // m, from the first position, in the x, y plane of the boundary
+  // rad, angle between the z axis of the boundary in body axes and its first value. Rotation about
+  // that axis does not count.
+  std::vector<double> turn;
+  std::vector<double> inclination;  // rad, of the z axis of the boundary from the vertical
 };
 
-// One body over the frames in which it exists, along the vertical.
+// Velocity of a body over the frames in which it exists.
 struct FallTrack {
   std::vector<double> time;    // s
   std::vector<Vec3> velocity;  // m/s, world
 };
 
 struct SlipResult {
-  enum class End { held, slid, tipped };
-  End end = End::held;
-  double angle = 0;       // rad, inclination when it had moved by `slip`; not when it held
-  double resolution = 0;  // rad, by which the inclination changed between two frames then
+  enum class End { at_rest, slid, tipped };
+  End end = End::at_rest;
+  double angle = 0;       // rad, inclination at the displacement Measure::slip; 0: at rest
+  double resolution = 0;  // rad, change of the inclination between two frames at that time
 };
-SlipResult slip_of(const BoundaryTrack& track, const Measure& measure);
+SlipResult measure_slip(const BoundaryTrack& track, const Measure& measure);
 
 struct SlideResult {
-  bool passed = false;      // both marks
+  bool passed = false;      // reached both marks
   double time = 0;          // s from mark to mark
   double resolution = 0;    // s between two frames
-  double acceleration = 0;  // m/s^2, of a parabola through the way between the marks
+  double acceleration = 0;  // m/s^2, of a parabola fitted to the distance between the marks
   double distance = 0;      // m, in the last frame
 };
-SlideResult slide_of(const BoundaryTrack& track, const Measure& measure);
+SlideResult measure_slide(const BoundaryTrack& track, const Measure& measure);
 
 struct ReboundResult {
-  bool landed = false;        // fell freely, and touched something
-  double impact_speed = 0;    // m/s downwards, when it first touched
-  double take_off_speed = 0;  // m/s upwards, the largest with which it flew off again; 0: never did
-  double resolution = 0;      // m/s that gravity gives between two frames
+  bool landed = false;        // a free fall ended with a contact
+  double impact_speed = 0;    // m/s, downwards, at the first contact
+  double take_off_speed = 0;  // m/s, upwards, largest after a contact; 0: none
+  double resolution = 0;      // m/s, change by gravity between two frames
 };
-ReboundResult rebound_of(const FallTrack& track, const Vec3& gravity);
+ReboundResult measure_rebound(const FallTrack& track, const Vec3& gravity);
 
-// Of all [[measure]] tables of these kinds.
+// Responses of all [[measure]] tables of the kinds "slip", "slide" and "rebound".
 std::vector<Response> body_responses(const Recording& recording, const Case& c);
 
 }  // namespace firn

@@ -33,10 +33,10 @@ std::vector<BondOutcome> bond_outcomes(const Recording& recording) {
   return outcomes;
 }
 
-std::vector<Bridge> bridges_at(const Case& c, const std::vector<BondOutcome>& outcomes, double time,
-                               const Frame& frame) {
+std::vector<BondBox> intact_bonds_at(const Case& c, const std::vector<BondOutcome>& outcomes,
+                                     double time, const Frame& frame) {
   const Model& model = c.model;
-  std::vector<Bridge> bridges;
+  std::vector<BondBox> bridges;
   for (std::size_t k = 0; k < outcomes.size(); ++k) {
     const Bond& bond = model.bonds[k];
     const auto present = [&](int particle) {

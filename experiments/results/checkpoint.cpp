@@ -88,7 +88,7 @@ void write_state(hdf5::File& file, std::uint64_t step, const std::vector<std::by
   file.write_bytes(state_path(step), sealed({step, payload}));
 }
 
-std::vector<std::uint64_t> kept_states(const hdf5::File& file) {
+std::vector<std::uint64_t> saved_states(const hdf5::File& file) {
   std::vector<std::uint64_t> steps;
   for (const std::string& path : file.datasets())
     if (const auto step = step_of(path)) steps.push_back(*step);

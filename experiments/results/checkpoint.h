@@ -1,4 +1,4 @@
-// Checkpoints inside a results file: two slots used alternately, each with a checksum.
+// Checkpoints in a results file: two slots, used alternately, each with a checksum.
 #pragma once
 
 #include <cstddef>
@@ -15,26 +15,26 @@
 namespace firn {
 
 struct Checkpoint {
-  std::uint64_t sequence = 0;  // 1, 2, ... within a file
+  std::uint64_t sequence = 0;  // 1, 2, ... in a file
   std::vector<std::byte> payload;
 };
 
-// Overwrites the slot of the older checkpoint and flushes the file before and after: a kill at any
-// moment leaves the other slot whole, and no slot runs ahead of the frames.
+// Overwrites the slot of the older checkpoint. Flushes the file before and after, so that the other
+// slot is complete after a kill at any time, and no checkpoint is later than the flushed frames.
 void write_checkpoint(hdf5::File& file, const Checkpoint& checkpoint);
 
 void remove_checkpoints(hdf5::File& file);
 
-// The whole checkpoints of a file, newest first. Incomplete ones are skipped.
+// The complete checkpoints of a file, newest first.
 std::vector<Checkpoint> read_checkpoints(const hdf5::File& file);
 
-// States kept on the way of a run (output.state_interval), each under its step, for replays.
-// Written in the same form as checkpoints; incomplete ones count as absent.
+// States saved at intervals of a run (output.state_interval), identified by their step, for
+// replays. The format is that of checkpoints. Incomplete states count as missing.
 void write_state(hdf5::File& file, std::uint64_t step, const std::vector<std::byte>& payload);
-std::vector<std::uint64_t> kept_states(const hdf5::File& file);  // steps, ascending
+std::vector<std::uint64_t> saved_states(const hdf5::File& file);  // steps, ascending
 std::optional<std::vector<std::byte>> read_state(const hdf5::File& file, std::uint64_t step);
 
-// Plain values and vectors of them, one after another, for the payload.
+// Writes trivially copyable values, vectors of them and text to the payload.
 class ByteWriter {
  public:
   template <class T>
@@ -55,7 +55,7 @@ class ByteWriter {
   std::vector<std::byte> bytes_;
 };
 
-// Throws RunError when the bytes end too early.
+// Reads what ByteWriter wrote. Throws RunError when the bytes end too early.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}

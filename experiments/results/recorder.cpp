@@ -58,7 +58,7 @@ bool recover_results(const ResultsLock& lock) {
   return true;
 }
 
-std::string keep_earlier_results(const std::string& file) {
+std::string rename_earlier_results(const std::string& file) {
   namespace fs = std::filesystem;
   const fs::path path(file);
   std::error_code error;

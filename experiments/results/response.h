@@ -1,4 +1,4 @@
-// A measured response: what calibration and validation compare with experiment.
+// Responses: quantities of a run that calibration and validation compare with measurements.
 #pragma once
 
 #include <limits>
@@ -10,21 +10,21 @@ namespace firn {
 class Recording;
 struct Case;
 
-// The value of a response that a run leaves undefined.
+// Value of a response that is undefined in a run.
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 struct Response {
   std::string name;                 // e.g. "angle_of_repose_left"
-  std::vector<double> value;        // a scalar has one entry
+  std::vector<double> value;        // one entry for a scalar
   std::vector<double> uncertainty;  // one standard deviation each; empty: not known
   std::string unit;                 // "deg", "1", "kg", "s", ...
   std::string method;               // the estimator, e.g. "robust line through the mesh surface"
-  int method_version = 1;           // raised whenever the estimator's numbers change
+  int method_version = 1;           // incremented when results of the estimator change
 };
 
-// All responses that the case of the recording requests, computed from the recording alone.
+// All default and requested responses of the case, computed from the results file.
 std::vector<Response> measure(const Recording& recording);
-// The same with the case of the file, for callers that have constructed it.
+// The same with the case of the file, if the caller has read it already.
 std::vector<Response> measure(const Recording& recording, const Case& c);
 
 }  // namespace firn

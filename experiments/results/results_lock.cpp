@@ -25,7 +25,7 @@ void each_block(int from, const std::string& name, Write&& write) {
   for (off_t offset = 0;;) {
     const ssize_t size = ::pread(from, block.data(), block.size(), offset);
     if (size < 0 && errno == EINTR) continue;
-    if (size < 0) throw WriteError(name, fmt::format("cannot be copied: {}", system_text(errno)));
+    if (size < 0) throw WriteError(name, fmt::format("cannot be copied: {}", errno_text(errno)));
     if (size == 0) return;
     write(block.data(), static_cast<std::size_t>(size));
     offset += size;
@@ -78,7 +78,7 @@ void ResultsLock::save_copy() const {
       copy.write(data, static_cast<std::streamsize>(size));
     });
     copy.commit();
-  } catch (const OutputRefused& e) {  // the folder was fine when the run began
+  } catch (const OutputPathError& e) {  // the folder was fine when the run began
     throw WriteError(saved_copy(file_), e.error);
   }
 }
@@ -93,7 +93,7 @@ void ResultsLock::restore_copy() const {
   const std::string copy = saved_copy(file_);
   const Descriptor from(::open(copy.c_str(), O_RDONLY | O_CLOEXEC));
   if (from.number() < 0)
-    throw WriteError(file_, fmt::format("{} cannot be read: {}", copy, system_text(errno)));
+    throw WriteError(file_, fmt::format("{} cannot be read: {}", copy, errno_text(errno)));
   const int to = descriptor_.number();
   if (::ftruncate(to, 0) != 0 || ::lseek(to, 0, SEEK_SET) != 0) throw WriteError(file_, errno);
   each_block(from.number(), copy,

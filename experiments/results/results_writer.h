@@ -13,44 +13,45 @@
 
 namespace firn {
 
-// The columns of a run over this model, and one row of them all from the solver's state.
-// `interval` (s) is the time since the boundary loads were last cleared; 0: none, loads are 0.
+// The columns of the results file of a model, and the concatenated rows of all columns for the
+// state of the solver. `interval` (s): time since the boundary loads were cleared; 0: loads are 0.
 std::vector<Column> result_columns(const Model& model);
 std::vector<double> result_row(const Solver& solver, double interval);
 
-// Attributes of the file and constant data.
+// Writes attributes of the file and constant data.
 void write_header(hdf5::File& file, const Case& c);
 
-// Per particle; times in s, NaN: not yet.
+// Events and labels of particles [particles]. Times in s; NaN: not yet.
 struct ParticleEvents {
   ParticleEvents() = default;
-  explicit ParticleEvents(const Case& c);  // before anything has happened
+  explicit ParticleEvents(const Case& c);  // before the start
 
   std::vector<double> exit_time;       // removed by an outlet
-  std::vector<double> discharge_time;  // centre of mass first below the floor's underside
-  std::vector<double> insert_time;     // 0 for [[particles]], before 0 for those of [initial_state]
+  std::vector<double> discharge_time;  // center of mass first below the lower side of the floor
+  std::vector<double> insert_time;     // 0 for [[particles]], below 0 for [initial_state]
   std::vector<int> outlet;             // index, -1: none
-  std::vector<int> batch;              // of its fill or inlet, from 0; -1: [[particles]]
-  std::vector<int> tag;                // now
-  std::vector<std::vector<double>> sensor_time;  // [sensors][particles], first inside
+  std::vector<int> batch;              // batch of the fill or inlet, from 0; -1: [[particles]]
+  std::vector<int> tag;                // current
+  std::vector<std::vector<double>> sensor_time;  // [sensors][particles] first inside
 };
 
-// A limit switch has closed or opened.
+// A change of a limit switch.
 struct SwitchChange {
-  std::int64_t index = 0;  // of the case's limit switches
-  double time = 0;         // s
-  std::uint64_t closed = 0;
+  std::int64_t index = 0;    // of the case's limit switches
+  double time = 0;           // s
+  std::uint64_t closed = 0;  // 1: closed, 0: opened
 };
 void write_switches(hdf5::File& file, const Case& c, const std::vector<SwitchChange>& changes);
 
-// Bonds and their state; nothing for a case without bonds.
+// Writes bonds and their state; nothing for a case without bonds.
 void write_bonds(hdf5::File& file, const Case& c, const std::vector<BondRecord>& records);
 
 void write_particles(hdf5::File& file, const std::vector<double>& peak_normal_force,
                      const ParticleEvents& passages);
 
-// Stages of the case in order; those not reached yet keep NaN times.
-std::vector<Stage> stages_of(const Case& c);  // the case's, or one until its end
+// The stages of the case; without any, one stage until its end.
+std::vector<Stage> stages_of(const Case& c);
+// Writes all stages in order; times of stages that were not reached are NaN.
 void write_stages(hdf5::File& file, const std::vector<Stage>& stages,
                   const std::vector<StageRecord>& entered);
 

@@ -13,10 +13,10 @@
 
 namespace firn::results {
 
-// A path of the schema: what stands before and after the name that it leaves open.
+// A path of the schema: the parts before and after the placeholder <name>.
 struct Pattern {
   std::string_view before, after;
-  bool open = false;
+  bool open = false;  // has a placeholder
 
   explicit Pattern(std::string_view path) : before(path) {
     const std::size_t from = path.find('<');
@@ -26,6 +26,7 @@ struct Pattern {
     after = path.substr(path.find('>') + 1);
   }
 
+  // The name in a path that matches; empty without a placeholder. Nothing for other paths.
   std::optional<std::string> name_in(std::string_view path) const {
     if (!open) return path == before ? std::optional<std::string>("") : std::nullopt;
     if (path.size() <= before.size() + after.size() || !path.starts_with(before) ||
@@ -33,18 +34,19 @@ struct Pattern {
       return std::nullopt;
     return std::string(path.substr(before.size(), path.size() - before.size() - after.size()));
   }
+  // The path with this name.
   std::string with(std::string_view name) const {
     return open ? fmt::format("{}{}{}", before, name, after) : std::string(before);
   }
 };
 
-// A text of a dataset that has another one in files of format 1.
+// A text value of a dataset that differs in files of format 1.
 struct RenamedText {
   std::string_view path, first, current;
 };
 std::span<const RenamedText> renamed_texts();
 
 std::vector<std::string_view> split_list(std::string_view list, char separator);
-const Symbol* symbol_of(std::string_view name);  // null: there is none
+const Symbol* symbol_of(std::string_view name);  // null: unknown
 
 }  // namespace firn::results

@@ -115,7 +115,7 @@ Driver::Driver(const Case& c, const RunOptions& options, Recorder* recorder, Run
   const std::uint64_t rounds = to_steps(case_, kInterferenceEvery) / kWatchInterval;
   interference_steps_ = kWatchInterval * std::max<std::uint64_t>(1, rounds);
   if (recorder_ && c.state_interval > 0)
-    kept_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.state_interval));
+    state_steps_ = std::max<std::uint64_t>(1, to_steps(case_, c.state_interval));
 }
 
 std::vector<std::byte> Driver::pack() const {
@@ -132,7 +132,7 @@ void Driver::unpack(const std::vector<std::byte>& payload) {
   DriverState state;
   get(in, state);
   ParticleFlowState flow = particle_flow_.state;
-  StageWatchState watch = watch_.state;
+  StageEventState watch = watch_.state;
   walk([&](auto& value) { in.get(value); }, flow, watch);
   std::vector<std::byte> bytes;
   in.get(bytes);
@@ -191,7 +191,7 @@ RunSummary Driver::run() {
     conclude(to_string(summary.status));
   } catch (const WriteError& e) {
     summary.status = RunStatus::failed;
-    summary.reason = WriteError(e, what_is_safe(e)).what();
+    summary.reason = WriteError(e, recovery_hint(e)).what();
     summary.write_failed = true;
   } catch (const RunError& e) {
     summary.status = RunStatus::failed;
@@ -199,7 +199,7 @@ RunSummary Driver::run() {
     try {
       conclude(fmt::format("failed: {}", e.what()));
     } catch (const WriteError& write) {
-      summary.reason = fmt::format("{}; {}; {}", e.what(), write.what(), what_is_safe(write));
+      summary.reason = fmt::format("{}; {}; {}", e.what(), write.what(), recovery_hint(write));
     }
   } catch (const InputError& e) {
     conclude(fmt::format("failed: {}", e.what()));
@@ -234,7 +234,8 @@ std::string Driver::simulate() {
       save();
     }
     if (interrupted) return {};
-    if (kept_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % kept_steps_ == 0) keep_state();
+    if (state_steps_ > 0 && solver_.steps() > 0 && solver_.steps() % state_steps_ == 0)
+      save_state();
     if (const auto blocked = particle_flow_.place_due(solver_, stage_now())) {
       end_stage(*blocked);
       observe(true);
@@ -242,7 +243,7 @@ std::string Driver::simulate() {
       throw RunError(fmt::format("stage \"{}\" ended: {}", state_.stages.back().name, *blocked));
     }
     if (solver_.steps() % kWatchInterval == 0) watch();
-    if (solver_.steps() % interference_steps_ == 0) interference_.look(solver_);
+    if (solver_.steps() % interference_steps_ == 0) interference_.check(solver_);
     if (const auto by = watch_.end_reason(stage(), solver_, particle_flow_, stage_now())) {
       end_stage(*by);
       const bool last = state_.stages.size() == stages_.size();
@@ -329,7 +330,7 @@ void Driver::record_frame() {
 void Driver::save() {
   save_wanted_ = false;
   saved_ = Clock::now();
-  hand_over_statistics(false);
+  write_statistics(false);
   if (!recorder_) return;
   solver_.complete_step();
   const std::vector<std::byte> payload = pack();
@@ -356,16 +357,16 @@ void Driver::advise() {
 }
 
 // Writes the same bytes whether or not the run was interrupted: a resumed run writes some again.
-void Driver::keep_state() {
+void Driver::save_state() {
   solver_.complete_step();
-  hand_over_statistics(false);
+  write_statistics(false);
   const std::vector<std::byte> payload = pack();
   recorder_->with_file([&](hdf5::File& file) { write_state(file, solver_.steps(), payload); });
 }
 
 // Statistics that the solver has finished are written before the state. Without a results file they
 // are dropped: observers do not use them.
-void Driver::hand_over_statistics(bool at_end) {
+void Driver::write_statistics(bool at_end) {
   if (!case_.model.statistics.any()) return;
   if (!recorder_) {
     solver_.take_events();
@@ -406,7 +407,7 @@ void Driver::write_progress(hdf5::File& file) {
 void Driver::conclude(const std::string& status) {
   if (!recorder_) return;
   solver_.complete_step();
-  if (status != to_string(RunStatus::interrupted)) hand_over_statistics(true);
+  if (status != to_string(RunStatus::interrupted)) write_statistics(true);
   recorder_->with_file([&](hdf5::File& file) {
     write_progress(file);
     file.flush();  // a full disk must not leave a run that says more than is there
@@ -418,7 +419,7 @@ void Driver::conclude(const std::string& status) {
   concluded_ = true;
 }
 
-std::string Driver::what_is_safe(const WriteError& e) const {
+std::string Driver::recovery_hint(const WriteError& e) const {
   const std::string& file = options_.results_file;
   if (safe_time_ && has_saved_copy(file))
     return fmt::format(

@@ -22,34 +22,34 @@
 
 namespace firn {
 
-// State of a run outside the solver that the remaining steps depend on.
+// State of a run, in addition to that of the solver, on which the remaining steps depend.
 struct DriverState {
   std::uint64_t frames = 0;         // recorded so far
   std::uint64_t loads_cleared = 0;  // step of the last clearing of the boundary loads
   std::uint64_t stage_start = 0;    // step
-  std::vector<StageRecord> stages;  // entered so far; the last one is under way
+  std::vector<StageRecord> stages;  // entered so far; the last one is the current stage
   StatisticsRows statistics;
 };
 
 // Throws InputError for a case that cannot be simulated.
 void check_runnable(const Case& c);
-// The case of a results file. Throws InputError unless it is the case that was run. `what` is the
-// refused action in the message, "resumed".
+// The case of a results file. Throws InputError unless its hash is that of the recorded run.
+// `what`: the refused action in the message, "resumed".
 Case case_of(const Recording& recording, const char* what);
 
 // Callbacks of an observer. Each may be empty.
 struct RunObserver {
-  // With the state of each step, before the next one is taken; false ends the simulation.
+  // Called with the state of each step, before the next one. False ends the simulation.
   std::function<bool(const Solver&, bool last)> step;
-  // With each frame: its number and its row (result_row).
+  // Called with each frame: its number and its row (see result_row()).
   std::function<void(std::uint64_t frame, const std::vector<double>& row)> frame;
   double latest_end = 0;  // s, reported as progress; 0: the case's duration
 };
 
 class Driver {
  public:
-  // `c` has passed check_runnable() or was just read; it outlives the driver. The recorder's file
-  // is new and has its header; nullptr: nothing is recorded.
+  // `c` must have passed check_runnable() or come from read_case(), and must outlive the driver.
+  // The recorder's file must be new and have its header. nullptr: nothing is recorded.
   Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer = {});
 
   // Continues from the newest valid checkpoint of the recorder's file and truncates the frames
@@ -67,16 +67,16 @@ class Driver {
   // Files to remove if the run ends before its first checkpoint.
   void set_unsaved(std::span<interruption::Temporary> files) { unsaved_ = files; }
   bool concluded() const { return concluded_; }
-  // What is saved after a write error, and how to continue: "the state at t = 0.35 s is safe in
+  // What is saved after a write error and how to continue: "the state at t = 0.35 s is safe in
   // ...".
-  std::string what_is_safe(const WriteError& e) const;
+  std::string recovery_hint(const WriteError& e) const;
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::string simulate();  // returns what ended the run; empty: interrupted
+  std::string simulate();  // returns what ended the run; empty: an interruption
   void watch();
-  const Stage& stage() const;  // under way, or the first
+  const Stage& stage() const;  // the current one, or the first before the start
   ParticleFlow::CurrentStage stage_now() const;
   void enter_stage(std::size_t number);
   void end_stage(const std::string& by);
@@ -84,8 +84,8 @@ class Driver {
   bool observe(bool last);  // false: the observer ends the simulation
   void save();
   void advise();
-  void keep_state();
-  void hand_over_statistics(bool at_end);
+  void save_state();
+  void write_statistics(bool at_end);
   void report();
   void conclude(const std::string& status);
   void write_progress(hdf5::File& file);
@@ -104,11 +104,11 @@ class Driver {
   const std::vector<Stage> stages_;
   ParticleFlow particle_flow_;
   StageEvents watch_;
-  InterferenceWatch interference_;
+  InterferenceMonitor interference_;
   std::uint64_t frame_steps_ = 1;
   std::uint64_t interference_steps_ = 1;
-  std::uint64_t kept_steps_ = 0;  // interval of saved states; 0: none are saved
-  std::uint64_t last_step_ = 0;   // of the case
+  std::uint64_t state_steps_ = 0;  // interval of saved states; 0: none are saved
+  std::uint64_t last_step_ = 0;    // of the case
   DriverState state_;
   bool resumed_ = false, save_wanted_ = true, concluded_ = false;
   std::optional<double> safe_time_;  // s, of the checkpoint in the copy

@@ -239,7 +239,8 @@ Model held(const Case& c) {
 
 // Something else than time may end it.
 bool ends_on_event(const Stage& stage) {
-  return std::ranges::any_of(stage.until, [](auto until) { return until != Stage::Until::time; });
+  return std::ranges::any_of(stage.end_when,
+                             [](auto until) { return until != Stage::EndEvent::time; });
 }
 
 // Time after which a motion has passed through all of its displacements, at most `end`, s. A motion
@@ -416,15 +417,15 @@ void check_machine(const Case& c) {
   check_particles(c);
 }
 
-struct InterferenceWatch::Impl {
+struct InterferenceMonitor::Impl {
   explicit Impl(const Case& c) : pairs(c) {}
   BoundaryPairs pairs;
 };
 
-InterferenceWatch::InterferenceWatch(const Case& c) : impl_(std::make_unique<Impl>(c)) {}
-InterferenceWatch::~InterferenceWatch() = default;
+InterferenceMonitor::InterferenceMonitor(const Case& c) : impl_(std::make_unique<Impl>(c)) {}
+InterferenceMonitor::~InterferenceMonitor() = default;
 
-void InterferenceWatch::look(const Solver& solver) {
+void InterferenceMonitor::check(const Solver& solver) {
   if (!impl_->pairs.none()) impl_->pairs.watch(solver.boundaries(), solver.time());
 }
 

@@ -8,24 +8,23 @@
 namespace firn {
 
 // Throws InputError `FILE:LINE: KEY: ...` when
-// - two boundaries that can move against each other overlap by more than 0.1 mm: at the start;
-// along
-//   the prescribed motions of the case, and those that each stage starts, in their first period
-//   (those that only an event ends have none); or where a free frame's motors can take it, one
-//   frame at a time. Paths are sampled. Pairs named in `may_touch` are left out, and so is what is
-//   fixed to each other. Pairs with a boundary contact are checked at the start alone.
-// - a placed particle lies in a boundary, deeper than a twentieth of its smallest edge.
+// - two boundaries that can move relative to each other overlap by more than 0.1 mm. Poses that are
+//   tested: at the start; along the prescribed motions of the case and of each stage, in their
+//   first period (not of motions that only an event ends); and along the motors of free frames, one
+//   frame at a time. Paths are sampled. Pairs in `allow_overlap_with` and boundaries that are fixed
+//   to each other are not tested. Pairs with a boundary contact are tested at the start only.
+// - a placed particle overlaps a boundary by more than a twentieth of its smallest edge.
 void check_machine(const Case& c);
 
-// The same pairs, but for those with a contact, over a run. The outcome depends on the present
-// state alone.
-class InterferenceWatch {
+// Checks the same pairs during a run, except those with a boundary contact. The result depends on
+// the current state only.
+class InterferenceMonitor {
  public:
-  explicit InterferenceWatch(const Case& c);  // kept by reference
-  ~InterferenceWatch();
+  explicit InterferenceMonitor(const Case& c);  // `c` must outlive the monitor
+  ~InterferenceMonitor();
 
-  // Throws RunError with place and time when two parts overlap by more than 0.1 mm.
-  void look(const Solver& solver);
+  // Throws RunError with position and time when two boundaries overlap by more than 0.1 mm.
+  void check(const Solver& solver);
 
  private:
   struct Impl;

@@ -31,7 +31,7 @@ std::uint64_t batch_count(const Fill& fill) {
 }
 
 ParticleFlow::ParticleFlow(const Case& c) : case_(c) {
-  first_of_source_ = first_of_inlets(c);
+  first_of_source_ = first_inlet_particles(c);
   std::size_t next =
       first_of_source_.empty() ? c.model.particles.size() : index(first_of_source_.front());
   for (const Fill& fill : c.fills) next -= index(fill.count);
@@ -51,7 +51,7 @@ std::uint64_t ParticleFlow::due(double start, double interval, std::uint64_t bat
   return from + to_steps(case_, start + static_cast<double>(batch) * interval);
 }
 
-void ParticleFlow::note_batch(int first, int count, std::uint64_t batch, int tag, double time) {
+void ParticleFlow::record_batch(int first, int count, std::uint64_t batch, int tag, double time) {
   for (int i = first; i < first + count; ++i) {
     state.passages.insert_time[index(i)] = time;
     state.passages.batch[index(i)] = static_cast<int>(batch);
@@ -74,7 +74,7 @@ std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Current
         place_batch(solver, case_, i, placed, first, count);
       }
       const int tag = fill.tag + (fill.tag_batches ? static_cast<int>(placed) : 0);
-      note_batch(first, count, placed, tag, solver.time());
+      record_batch(first, count, placed, tag, solver.time());
       ++placed;
     }
   }
@@ -83,22 +83,22 @@ std::optional<std::string> ParticleFlow::place_due(Solver& solver, const Current
     while (state.inlet_batches[i] < static_cast<std::uint64_t>(source.batches) &&
            solver.steps() >=
                due(source.start, source.interval, state.inlet_batches[i], source.stage, now)) {
-      if (auto blocked = place_source(solver, i)) return blocked;
+      if (auto blocked = insert_inlet_batch(solver, i)) return blocked;
     }
   }
   return std::nullopt;
 }
 
-std::optional<std::string> ParticleFlow::place_source(Solver& solver, std::size_t number) {
+std::optional<std::string> ParticleFlow::insert_inlet_batch(Solver& solver, std::size_t number) {
   const Inlet& source = case_.inlets[number];
   std::uint64_t& placed = state.inlet_batches[number];
   const int count = static_cast<int>(source.positions.size());
   const int first = first_of_source_[number] + static_cast<int>(placed) * count;
   const int shape = case_.model.particles[index(first)].shape;
   const int particles = static_cast<int>(case_.model.particles.size());
-  std::vector<SourcePose> poses;
+  std::vector<InletPose> poses;
   for (int i = 0; i < count; ++i) {
-    poses.push_back(source_pose(source, index(i), first + i, case_.seed));
+    poses.push_back(inlet_pose(source, index(i), first + i, case_.seed));
     const auto body =
         solver.obstacle(shape, poses.back().position, poses.back().orientation, -kSeat);
     if (!body) continue;
@@ -118,7 +118,7 @@ std::optional<std::string> ParticleFlow::place_source(Solver& solver, std::size_
     solver.insert(first + i, poses[index(i)].position, poses[index(i)].orientation, source.velocity,
                   Vec3::Zero());
   const int tag = source.tag + (source.tag_batches ? static_cast<int>(placed) : 0);
-  note_batch(first, count, placed, tag, solver.time());
+  record_batch(first, count, placed, tag, solver.time());
   ++placed;
   return std::nullopt;
 }
@@ -149,7 +149,7 @@ bool ParticleFlow::update(Solver& solver) {
         position.z() < -case_.drained_repose->floor_thickness)
       discharge_time = now;
     for (std::size_t g = 0; g < case_.sensors.size(); ++g) {
-      if (std::isnan(passages.sensor_time[g][i]) && case_.sensors[g].holds(position))
+      if (std::isnan(passages.sensor_time[g][i]) && case_.sensors[g].contains(position))
         passages.sensor_time[g][i] = now;
     }
     for (std::size_t o = 0; o < case_.outlets.size(); ++o) {
@@ -174,8 +174,8 @@ void ParticleFlow::tag(const std::string& stage, const Solver& solver) {
       if (particles.presence[i] != Presence::present) continue;
       const Vec3& p = particles.position[i];
       if ((p - rule.region_min).minCoeff() < 0 || (rule.region_max - p).minCoeff() < 0) continue;
-      const int column = static_cast<int>((p[rule.axis] - from) / (to - from) * rule.columns);
-      state.passages.tag[i] = rule.first + std::min(column, rule.columns - 1);
+      const int column = static_cast<int>((p[rule.axis] - from) / (to - from) * rule.bins);
+      state.passages.tag[i] = rule.first + std::min(column, rule.bins - 1);
     }
   }
 }

@@ -15,7 +15,7 @@ namespace firn {
 // State of ParticleFlow in a checkpoint.
 struct ParticleFlowState {
   std::vector<std::uint64_t> fill_batches, inlet_batches;  // placed so far, [fills], [inlets]
-  ParticleEvents passages;
+  ParticleEvents passages;                                 // of all particles so far
 };
 
 class ParticleFlow {
@@ -24,16 +24,16 @@ class ParticleFlow {
 
   ParticleFlowState state;
 
-  // Name of the current stage and the step at which it began. Insertions that are bound to a stage
-  // depend on them.
+  // Name of the current stage and the step at which it began. Fills and inlets of a stage depend on
+  // both.
   struct CurrentStage {
     const std::string* stage;
     std::uint64_t stage_start;
   };
 
-  // Inserts the scheduled batches. Returns a description of the obstacle when an inlet is blocked,
-  // which ends the run. The batch of that inlet is not inserted. Throws InputError for a fill that
-  // does not fit, and for an inlet in a wall.
+  // Inserts the scheduled batches. Returns a description of the obstacle when particles block an
+  // inlet, whose batch is then not inserted; the run must end. Throws InputError for a fill that
+  // does not fit and for an inlet inside a boundary.
   std::optional<std::string> place_due(Solver& solver, const CurrentStage& now);
   // True when no more particles are to be inserted during this stage.
   bool all_placed(const CurrentStage& now) const;
@@ -52,14 +52,14 @@ class ParticleFlow {
  private:
   std::uint64_t due(double start, double interval, std::uint64_t batch, const std::string& stage,
                     const CurrentStage& now) const;
-  void note_batch(int first, int count, std::uint64_t batch, int tag, double time);
-  std::optional<std::string> place_source(Solver& solver, std::size_t source);
+  void record_batch(int first, int count, std::uint64_t batch, int tag, double time);
+  std::optional<std::string> insert_inlet_batch(Solver& solver, std::size_t source);
 
   const Case& case_;
   std::vector<int> first_of_fill_, first_of_source_;  // particle ids
 };
 
-// Batches of a fill.
+// Number of batches of a fill.
 std::uint64_t batch_count(const Fill& fill);
 
 }  // namespace firn

@@ -11,7 +11,7 @@ namespace firn {
 namespace {
 
 // What a body sweeps out of space: the points of its mesh and of its contact parts, each with the
-// radius around it, in shape axes about the centre of mass.
+// radius around it, in shape axes about the center of mass.
 struct Extents {
   struct Point {
     Vec3 position;      // m
@@ -26,7 +26,7 @@ struct Extents {
         points.push_back({shape.shape_from_body * part.vertex(i), part.radius});
   }
 
-  // Lower and upper corner about the centre of mass, world axes, m.
+  // Lower and upper corner about the center of mass, world axes, m.
   std::array<Vec3, 2> box(const Quat& orientation) const {
     const Mat3 rotation = orientation.toRotationMatrix();
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;

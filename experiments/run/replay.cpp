@@ -116,7 +116,7 @@ std::unique_ptr<Driver> nearest_start(const std::string& results_file, const Cas
       best = std::move(driver);
   };
   const hdf5::File file = results::open_file(results_file, hdf5::File::Access::read);
-  const std::vector<std::uint64_t> kept = kept_states(file);
+  const std::vector<std::uint64_t> kept = saved_states(file);
   for (auto step = kept.rbegin(); step != kept.rend() && best->steps() == 0; ++step) {
     if (*step > options.from_step) continue;
     if (const auto payload = read_state(file, *step)) offer(*payload);
@@ -166,7 +166,7 @@ Replay replay(const std::string& results_file, const ReplayOptions& options) try
   Replay result = outcome(driver->run(), options);
   result.began_at = began_at;
   result.frames_equal = proof.equal();
-  result.proved_until = proof.until();
+  result.verified_until = proof.until();
   return result;
 } catch (const hdf5::Error& e) {
   throw InputError(fmt::format("{}: damaged or foreign results file: {}", results_file, e.what()));

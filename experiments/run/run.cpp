@@ -80,7 +80,7 @@ RunSummary drive(Driver& driver, const Lock& lock, const Case& c) {
     lock->remove_copy();
   } catch (const WriteError& e) {
     summary.status = RunStatus::failed;
-    summary.reason = WriteError(e, driver.what_is_safe(e)).what();
+    summary.reason = WriteError(e, driver.recovery_hint(e)).what();
     summary.write_failed = true;
   } catch (const InputError&) {
     if (driver.concluded()) lock->remove_copy();
@@ -138,12 +138,13 @@ RunSummary run(const Case& c, const RunOptions& options) {
   if (options.results_file.empty()) throw InputError(c.source + ": no results file is named");
   check_runnable(c);
   check_machine(c);
-  std::string kept_earlier;
+  std::string renamed_earlier_file;
   Lock lock;
   std::optional<Recorder> recorder;
   RunSummary summary;
   try {
-    kept_earlier = keep_earlier_results(options.results_file);  // a killed run is kept whole, too
+    renamed_earlier_file =
+        rename_earlier_results(options.results_file);  // a killed run is kept whole, too
     std::optional<interruption::Uninterrupted> created(std::in_place);
     lock = std::make_shared<ResultsLock>(options.results_file);
     interruption::Temporary unsaved[] = {interruption::Temporary(options.results_file),
@@ -161,7 +162,7 @@ RunSummary run(const Case& c, const RunOptions& options) {
     summary = write_failure(
         e, fmt::format("nothing was simulated: {}start the run again", remedy(e.error)));
   }
-  summary.kept_earlier = kept_earlier;
+  summary.renamed_earlier_file = renamed_earlier_file;
   return summary;
 }
 
@@ -205,7 +206,7 @@ RunSummary resume(const std::string& results_file, const RunOptions& given) {
       recorder.with_file(
           [](hdf5::File& file) { file.set_attribute("/", "status", std::string("running")); });
     } catch (const WriteError& e) {
-      return write_failure(e, driver.what_is_safe(e));
+      return write_failure(e, driver.recovery_hint(e));
     }
     return drive(driver, lock, c);
   } catch (const WriteError& e) {

@@ -8,7 +8,7 @@
 namespace firn {
 namespace {
 
-using Until = Stage::Until;
+using EndEvent = Stage::EndEvent;
 
 constexpr double kStalled = 0.1;  // of a motor's speed
 constexpr double kLies = 0.1;     // m/s: what falls is faster after 0.5 mm
@@ -52,7 +52,7 @@ void StageEvents::enter_stage() {
   state.empty = state.passed = state.stalled = 0;
 }
 
-void StageEvents::look_at_switches(const Solver& solver) {
+void StageEvents::update_switches(const Solver& solver) {
   if (case_.limit_switches.empty()) return;
   const std::vector<FrameState> frames = solver.frames();
   for (std::size_t i = 0; i < case_.limit_switches.size(); ++i) {
@@ -76,8 +76,8 @@ void StageEvents::look_at_switches(const Solver& solver) {
 
 // A motor that has come less than a tenth of its way in the hold time has stalled, however it
 // rattles meanwhile.
-void StageEvents::look_at_drive(const Stage& stage, const Solver& solver,
-                                std::uint64_t stage_start) {
+void StageEvents::update_motor_progress(const Stage& stage, const Solver& solver,
+                                        std::uint64_t stage_start) {
   const double stage_time =
       static_cast<double>(solver.steps() - stage_start) * case_.model.timestep;
   const double wanted =
@@ -127,28 +127,28 @@ bool StageEvents::is_filled(const Stage& stage, const Solver& solver) const {
 
 void StageEvents::update(const Stage& stage, const Solver& solver, const ParticleFlow& flow,
                          const ParticleFlow::CurrentStage& now, bool left) {
-  look_at_switches(solver);
-  if (stage.ends_on(Until::at_rest))
+  update_switches(solver);
+  if (stage.ends_on(EndEvent::settled))
     keep_since(!left && flow.all_placed(now) && is_quiet(stage, solver), solver, state.rest_since);
-  if (stage.ends_on(Until::stalled)) look_at_drive(stage, solver, now.stage_start);
-  if (stage.ends_on(Until::empty)) {
+  if (stage.ends_on(EndEvent::stalled)) update_motor_progress(stage, solver, now.stage_start);
+  if (stage.ends_on(EndEvent::empty)) {
     state.empty = flow.all_placed(now) &&
                   std::ranges::none_of(solver.particles().presence,
                                        [](Presence p) { return p == Presence::present; });
   }
-  if (stage.ends_on(Until::passed)) {
+  if (stage.ends_on(EndEvent::passed)) {
     const double from = static_cast<double>(now.stage_start) * case_.model.timestep;
     state.passed = stage.count > 0
                        ? flow.passed(stage.sensor, from) >= static_cast<std::size_t>(stage.count)
                        : flow.passed_mass(stage.sensor, from) >= stage.mass;
   }
-  if (stage.ends_on(Until::force))
+  if (stage.ends_on(EndEvent::force))
     keep_since(solver.frame_load(stage.force_frame).force.norm() > stage.force, solver,
                state.force_since);
-  if (stage.ends_on(Until::torque))
+  if (stage.ends_on(EndEvent::torque))
     keep_since(solver.frame_load(stage.torque_frame).moment.norm() > stage.torque, solver,
                state.torque_since);
-  if (stage.ends_on(Until::filled))
+  if (stage.ends_on(EndEvent::filled))
     keep_since(is_filled(stage, solver), solver, state.filled_since);
 }
 
@@ -170,25 +170,25 @@ std::optional<std::string> StageEvents::end_reason(const Stage& stage, const Sol
   const std::uint64_t step = solver.steps(), in_stage = step - now.stage_start;
   if (step >= to_steps(case_, case_.duration)) return "end of the case";
   if (stage.max_duration > 0 && in_stage >= to_steps(case_, stage.max_duration)) {
-    const bool by_time = stage.until.empty() || stage.ends_on(Until::time);
+    const bool by_time = stage.end_when.empty() || stage.ends_on(EndEvent::time);
     if (by_time) return "time";
-    if (stage.ends_on(Until::passed)) return "time limit: " + shortfall(stage, flow, now);
+    if (stage.ends_on(EndEvent::passed)) return "time limit: " + shortfall(stage, flow, now);
     return "time limit";
   }
   if (in_stage < to_steps(case_, stage.min_duration)) return std::nullopt;
-  const auto held = [&](Until event, std::int64_t since, double hold) {
+  const auto held = [&](EndEvent event, std::int64_t since, double hold) {
     return stage.ends_on(event) && since >= 0 &&
            step >= static_cast<std::uint64_t>(since) + to_steps(case_, hold);
   };
-  if (held(Until::at_rest, state.rest_since, stage.settle_time)) return "settled";
+  if (held(EndEvent::settled, state.rest_since, stage.settle_time)) return "settled";
   if (state.stalled)
     return fmt::format("stalled: {}", describe_jam(case_, solver, stage.stall_frame));
   if (state.empty) return "empty";
   if (state.passed) return fmt::format("passed \"{}\"", case_.sensors[index(stage.sensor)].name);
-  if (held(Until::force, state.force_since, stage.force_hold)) return "force";
-  if (held(Until::torque, state.torque_since, stage.torque_hold)) return "torque";
-  if (held(Until::filled, state.filled_since, stage.fill_hold)) return "filled";
-  if (stage.ends_on(Until::switched) && state.closed[index(stage.closed_switch)])
+  if (held(EndEvent::force, state.force_since, stage.force_hold)) return "force";
+  if (held(EndEvent::torque, state.torque_since, stage.torque_hold)) return "torque";
+  if (held(EndEvent::filled, state.filled_since, stage.fill_hold)) return "filled";
+  if (stage.ends_on(EndEvent::switched) && state.closed[index(stage.closed_switch)])
     return fmt::format("switch \"{}\"", case_.limit_switches[index(stage.closed_switch)].name);
   return std::nullopt;
 }

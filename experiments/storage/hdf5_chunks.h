@@ -1,4 +1,4 @@
-// How the values of a dataset are kept in the file. For the sources of this folder.
+// Storage layout of datasets in an HDF5 file. For the sources of this folder.
 #pragma once
 
 #include <hdf5.h>
@@ -12,27 +12,28 @@ namespace firn::hdf5 {
 
 constexpr double kLargestCompression = 1032;  // compression ratio of deflate for zeros
 
-// How the values of a dataset are kept.
+// Storage layout of a dataset.
 struct Storage {
   H5D_layout_t layout = H5D_COMPACT;
-  bool packed = false;         // by shuffle and deflate
-  std::vector<hsize_t> chunk;  // of a chunked one
-  std::size_t element = 0;     // bytes of one
+  bool packed = false;         // compressed by shuffle and deflate
+  std::vector<hsize_t> chunk;  // dimensions of a chunk, of a chunked dataset
+  std::size_t element = 0;     // bytes of an element
   std::size_t chunk_bytes = 0;
 };
-// Throws Error for a layout or a packing that Firn does not write.
+// Throws Error for a layout or a filter that Firn does not write.
 Storage storage_of(Id dataset, const std::string& path);
 
 struct Chunk {
-  haddr_t address = HADDR_UNDEF;  // not in the file
+  haddr_t address = HADDR_UNDEF;  // HADDR_UNDEF: not in the file
   hsize_t size = 0;               // bytes in the file
-  unsigned skipped = 0;           // filters
+  unsigned skipped = 0;           // bit mask of filters that were not applied
 };
+// The chunk that begins at `row`.
 Chunk chunk_at(Id dataset, std::size_t row, std::size_t rank, const std::string& path);
-// That a chunk which is in the file can hold its rows.
+// Throws Error unless the chunk is inside the file and its size is plausible for its rows.
 void check_chunk(const Chunk& c, const Storage& s, std::size_t row, hsize_t file_size,
                  const std::string& path);
-// Rows [first, first + count) of a dataset in chunks, as they are in the file.
+// Reads rows [first, first + count) of a chunked dataset to `to`. Throws Error.
 void read_chunks(Id dataset, const Storage& s, std::size_t first, std::size_t count,
                  hsize_t file_size, const std::string& path, unsigned char* to);
 

@@ -1,8 +1,7 @@
-// Owner of HDF5 handles: the few operations on a file that results need, without the library's
-// header.
+// HDF5 files: the operations that results files need, without the header of the library.
 //
-// Every failure is an hdf5::Error with the library's innermost reason; the library itself prints
-// nothing. Objects may be used from any thread, one thread at a time each.
+// Every failure throws hdf5::Error with the innermost error message of the library. The library
+// prints nothing. An object may be used from any thread, by one thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -21,15 +20,14 @@ using Id = std::int64_t;  // hid_t
 struct Error : std::runtime_error {
   explicit Error(const std::string& what, int error = 0)
       : std::runtime_error(what), system_error_(error) {}
-  // errno of the system call that failed; 0: none did.
+  // errno of the failed system call; 0: none.
   int system_error() const { return system_error_; }
 
  private:
   int system_error_;
 };
 
-// Any HDF5 identifier; gives it back on destruction. What fails then is thrown by the next flush of
-// a file.
+// Owner of an HDF5 identifier. The next flush of a file throws an error of the destructor.
 class Handle {
  public:
   Handle() = default;
@@ -54,7 +52,7 @@ using Shape = std::vector<std::size_t>;  // rows first; empty: a scalar
 template <class T>
 Id native_type();
 
-// What elements are in the file. Numbers are little-endian; text has any length.
+// Element types in the file. Numbers are little-endian; text has variable length.
 enum class Type { real, integer, natural, byte, text, other };  // 64, 32, 64 (unsigned), 8 bits
 
 // A group or a dataset of a file.
@@ -66,9 +64,9 @@ struct Object {
   bool has_space = true;  // false: a null dataspace, which has neither shape nor values
   Shape shape;
 };
-// What a file has of the values of a dataset.
+// Which values of a dataset a file contains.
 struct Stored {
-  std::size_t rows = 0;  // leading rows that are there; all of a dataset without chunks
+  std::size_t rows = 0;  // leading rows in the file; all rows of a dataset without chunks
   bool in_chunks = false;
 };
 struct Attribute {
@@ -77,20 +75,20 @@ struct Attribute {
   Shape shape;
 };
 
-// Names of a file that differ from those that its users give, because another version wrote it. An
-// empty function changes nothing.
+// Translation between the current names and the names in a file of another version. An empty
+// function changes nothing.
 struct Names {
-  // Path of a dataset or a group: from its name in use to the one in the file, and back.
+  // Path of a dataset or group: from the current name to the name in the file, and back.
   std::function<std::string(const std::string&path)> stored, current;
-  // Name in the file of an attribute of the object at `path`.
+  // Name in the file of the attribute `name` of the object at `path`.
   std::function<std::string(const std::string& path, const std::string& name)> stored_attribute;
-  // The current word for a text of the dataset at `path`.
+  // Current text for a text value of the dataset at `path`.
   std::function<std::string(const std::string& path, const std::string& text)> current_text;
 };
 
-// A dataset of doubles that grows by rows. What is flushed never moves: rows of 4 KiB or more are
-// one compressed chunk each, written once; smaller ones share plain chunks that are filled in
-// place. So a writer that is killed leaves every flushed row readable.
+// A dataset of doubles that grows by rows. Flushed data is never moved: rows of 4 KiB or more are
+// one compressed chunk each, written once; smaller rows share uncompressed chunks that are filled
+// in place. After a kill of the writer, all flushed rows are readable.
 class Table {
  public:
   Table(Handle dataset, std::size_t rows, std::size_t row_size);
@@ -107,28 +105,27 @@ class Table {
 class File {
  public:
   enum class Access { read, write };
-  // A new file; an existing one is replaced.
+  // Creates a file; an existing one is replaced.
   static File create(const std::string& path);
   static File open(const std::string& path, Access access);
 
-  // From now on, all functions take and return names in use. `names.stored` must be given with
-  // `names.current`. An object that has a name in use, but is not what that name stands for, is
-  // left out of lists.
+  // After the call, all functions take and return current names. `names.stored` requires
+  // `names.current`. Lists omit an object whose name in the file is the current name of another
+  // one.
   void use_names(Names names) { names_ = std::move(names); }
 
-  void flush();  // throws, too, when a handle that was closed before could not write its data
-  void close();  // reports what the destructor would have to swallow
+  void flush();  // also throws errors of handles that were closed before
+  void close();  // throws errors that the destructor must ignore
 
   bool contains(const std::string& path) const;
-  void remove(const std::string& path);       // a dataset, or a group with all in it
-  std::vector<std::string> datasets() const;  // every one, absolute, in alphabetical order
-  // Every group but the root and every dataset, by path. Throws Error for what no writer of Firn
-  // makes and what could lead out of the file or through it without end: links that are not hard,
-  // two links to one object, named types, groups in groups beyond a depth of 32, more than 100 000
-  // objects.
+  void remove(const std::string& path);       // a dataset, or a group with its contents
+  std::vector<std::string> datasets() const;  // absolute paths, in alphabetical order
+  // All groups except the root and all datasets, sorted by path. Throws Error for objects that Firn
+  // does not write and that can lead out of the file or into endless recursion: links that are not
+  // hard, two links to one object, named types, group depth above 32, more than 100 000 objects.
   std::vector<Object> objects() const;
-  // Throws Error unless the values of a dataset are inside the file and take the space that its
-  // shape needs: no external or virtual storage, no filters but shuffle and deflate, chunks of
+  // Throws Error unless the values of a dataset are inside the file with the size that its shape
+  // requires: no external or virtual storage, no filters except shuffle and deflate, chunks of
   // whole rows that do not overlap. Reads no values.
   Stored check_storage(const std::string& path) const;
   Shape shape(const std::string& path) const;
@@ -137,8 +134,8 @@ class File {
   template <class T>
   std::vector<T> read(const std::string& path) const;
   std::vector<std::string> read_strings(const std::string& path) const;
-  // Rows [first, first + count) of a dataset of doubles. Throws Error where a chunk does not hold
-  // exactly its rows, or was never written.
+  // Rows [first, first + count) of a dataset of doubles. Throws Error if a chunk does not contain
+  // exactly its rows or was never written.
   std::vector<double> read_rows(const std::string& path, std::size_t first,
                                 std::size_t count) const;
   // Creates the dataset and its groups, or overwrites one of the same shape in place.
@@ -146,7 +143,7 @@ class File {
   void write(const std::string& path, const Shape& shape, std::span<const T> values);
   void write_strings(const std::string& path, const std::vector<std::string>& values);
 
-  // Bytes that are replaced now and then; the dataset grows to the longest.
+  // Replaces the bytes of a dataset, which grows to the largest size so far.
   void write_bytes(const std::string& path, std::span<const std::byte> bytes);
 
   Table create_table(const std::string& path, const Shape& row, const std::string& unit);

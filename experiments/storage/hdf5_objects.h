@@ -7,8 +7,7 @@
 
 namespace firn::hdf5 {
 
-// Of all levels, those near the root first. Throws Error for a file with links to elsewhere, with
-// two names of one object, or with too many objects or levels.
+// All groups and datasets, parents before children. Throws Error as File::objects().
 std::vector<Object> list_objects(Id file);
 
 }  // namespace firn::hdf5

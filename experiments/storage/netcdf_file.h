@@ -13,7 +13,7 @@ namespace firn {
 
 using NetcdfAttributes = std::vector<std::pair<std::string, std::string>>;
 
-// A new file, under a temporary name until commit(). Everything throws hdf5::Error.
+// A new file, which has a temporary name until commit(). All functions throw hdf5::Error.
 class NetcdfFile {
  public:
   explicit NetcdfFile(const std::string& path);
@@ -21,11 +21,11 @@ class NetcdfFile {
   NetcdfFile(const NetcdfFile&) = delete;
   NetcdfFile& operator=(const NetcdfFile&) = delete;
 
-  // A group of the root, and attributes of it; "" is the root itself.
+  // Creates a group in the root, with attributes; "": attributes of the root.
   void group(const std::string& name, const NetcdfAttributes& attributes = {});
-  // A dimension of a group with the coordinates 0 ... size - 1.
+  // Creates a dimension in a group with the coordinates 0 ... size - 1.
   void dimension(const std::string& group, const std::string& name, std::size_t size);
-  // A variable over dimensions of its group, row-major.
+  // Writes a variable over dimensions of its group, row-major.
   void variable(const std::string& group, const std::string& name,
                 const std::vector<std::string>& dimensions, std::span<const double> values,
                 const NetcdfAttributes& attributes = {});

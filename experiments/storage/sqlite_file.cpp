@@ -52,7 +52,7 @@ void remember_open_errors() {
   static_cast<void>(done);
 }
 
-bool is_refused_by_device() { return open_error != 0 && !is_wrong_name(open_error); }
+bool is_refused_by_device() { return open_error != 0 && !is_path_error(open_error); }
 
 // errno behind an SQLITE_IOERR. The connection does not know that of every file; a rollback journal
 // is closed by then. `last` is errno after the failure.

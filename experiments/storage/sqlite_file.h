@@ -1,4 +1,4 @@
-// The little of SQLite that a store of records needs: statements, transactions, migrations.
+// SQLite databases: statements, transactions, schema migrations.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ struct sqlite3_stmt;
 
 namespace firn::sqlite {
 
-// The only triggers that a database may have: those of material records. Never changed, only added
-// to.
+// The only triggers that a database may have: those of material records. Existing ones must not
+// change; new ones may be added.
 inline constexpr std::string_view record_triggers =
     R"(CREATE TRIGGER records_are_written_once BEFORE INSERT ON records  -- OR REPLACE would not be stopped
   WHEN EXISTS (SELECT 1 FROM records WHERE name = NEW.name AND version = NEW.version)
@@ -23,13 +23,14 @@ CREATE TRIGGER records_stay BEFORE DELETE ON records
   BEGIN SELECT RAISE(ABORT, 'a record is never removed'); END;
 )";
 
-// An open database file. Errors are RunError `FILE: what: SQLite's word for it`, and WriteError
-// where the system refused a write.
+// An open database file. Errors are RunError `FILE: ACTION: MESSAGE` with the message of SQLite,
+// and WriteError where the system refused a write.
 class File {
  public:
-  enum class Access { read, write };  // write makes the file and its folder where missing
-  // WAL, full durability, and up to `busy_timeout` milliseconds of waiting for other writers. A
-  // file on a disk that cannot be written can be read. Throws InputError when it cannot be opened.
+  enum class Access { read, write };  // write: creates a missing file and its folder
+  // Uses a write-ahead log (WAL) with full durability. Waits up to `busy_timeout` ms for other
+  // writers. A file on a read-only disk can be read. Throws InputError when the file cannot be
+  // opened.
   File(const std::string& file, Access access, int busy_timeout = 30000);
   ~File();
   File(const File&) = delete;
@@ -38,9 +39,9 @@ class File {
   void execute(const char* sql);
   const std::string& name() const { return name_; }
   sqlite3* handle() const { return db_; }
-  // Throws what the last call of the library failed with.
+  // Throws the error of the last call of the library. `what`: the failed action.
   [[noreturn]] void fail(const std::string& what) const;
-  // Whether the file has lost its name: what is written then is lost.
+  // True if the file was renamed or removed. Later writes are lost.
   bool moved() const;
 
  private:
@@ -63,7 +64,7 @@ class Statement {
 
   Statement& bind(const std::string& text);
   Statement& bind(std::int64_t integer);
-  bool next();  // true: there is a row
+  bool next();  // advances to the next row; false: no more rows
   std::string text(int column) const;
   std::int64_t integer(int column) const;
 
@@ -73,8 +74,9 @@ class Statement {
   int bound_ = 0;
 };
 
-// All or nothing. commit() throws WriteError also when the file was removed. It takes the one place
-// of a writer at once, so that what is read within it is what the writing rests on.
+// A write transaction: all changes or none. The constructor acquires the write lock, so that data
+// read within the transaction stays valid until commit(). commit() throws WriteError also when the
+// file was removed. Without commit() the destructor rolls back.
 class Transaction {
  public:
   explicit Transaction(File& file);
@@ -88,9 +90,9 @@ class Transaction {
   bool done_ = false;
 };
 
-// The version of a file's schema is the number of steps that made it (PRAGMA user_version).
+// Version of the schema: the number of migration steps that created it (PRAGMA user_version).
 int schema_version(File& file);
-// Applies the migration steps that the file lacks, all or none. A second process finds none left.
+// Applies the missing migration steps, all or none. Safe with concurrent processes.
 void migrate(File& file, std::span<const char* const> steps);
 
 }  // namespace firn::sqlite

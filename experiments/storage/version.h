@@ -1,4 +1,4 @@
-// Which Firn this is: kept in every results file, printed by `firn --version`.
+// Version and identity of the program: stored in results files, printed by `firn --version`.
 #pragma once
 
 namespace firn {
@@ -6,13 +6,14 @@ namespace firn {
 // Version of the project, e.g. "0.1.0".
 const char* firn_version();
 
-// Commit the program was built from, 12 hex digits, "-dirty" appended when tracked files differ
-// from it; "unknown" outside a git checkout.
+// Commit of the sources, 12 hex digits; with "-dirty" if tracked files differ from it. "unknown"
+// outside of a git checkout.
 const char* firn_git_commit();
 
-// Identity of what decides the numbers of a run: a hash over the sources of solver/ and
-// experiments/, the compiler and its flags, and the versions of the libraries that compute. Two
-// programs with the same one give the same results on the same kind of machine. 16 hex digits.
+// Identity of everything that determines the numbers of a run: a hash, 16 hex digits, over the
+// sources of solver/ and experiments/, the compiler and its flags, and the versions of the
+// numerical libraries. Programs with equal identities give equal results on the same kind of
+// machine.
 const char* firn_program();
 
 }  // namespace firn

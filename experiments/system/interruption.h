@@ -1,6 +1,6 @@
-// What Ctrl-C and SIGTERM do. Work that can save its state looks at a flag while it holds a
-// `Polled`, saves and returns. At any other time nothing is to be saved: the program removes its
-// temporary files and ends at once with status 130. A second signal kills.
+// Reaction to Ctrl-C and SIGTERM. Code that can save its state polls requested() during the
+// lifetime of a `Polled`, saves and returns. At all other times the program removes its temporary
+// files and exits at once with status 130. A second signal kills the program.
 #pragma once
 
 #include <atomic>
@@ -8,13 +8,15 @@
 
 namespace firn::interruption {
 
-// Handles SIGINT and SIGTERM from now on; in main(), once. Programs that do not call it keep the
-// usual effect of signals, and all below does nothing.
+// Installs the handlers of SIGINT and SIGTERM. To be called once, in main(). Without the call,
+// signals keep their default effect, and the classes below have none.
 void install();
 
+// True after a signal.
 const std::atomic<bool>& requested();
 
-// The work under way looks at requested() at least every second, saves and returns.
+// During the lifetime of an object, the caller polls requested() at least once per second, and
+// saves and returns after a signal.
 class Polled {
  public:
   Polled();
@@ -23,7 +25,7 @@ class Polled {
   Polled& operator=(const Polled&) = delete;
 };
 
-// A part of such work that takes long, looks at nothing and has nothing to save.
+// A long section within the lifetime of a `Polled` that does not poll and has nothing to save.
 class NotPolled {
  public:
   NotPolled();
@@ -32,8 +34,8 @@ class NotPolled {
   NotPolled& operator=(const NotPolled&) = delete;
 };
 
-// While it lives, the program is not ended at once. Holds from before a file is created until it is
-// registered as a Temporary: a signal in between would leave it behind. Nests within a thread.
+// During its lifetime the program does not exit at once. Used from before the creation of a file to
+// its registration as a Temporary: an exit in between would leave the file. Nests within a thread.
 class Uninterrupted {
  public:
   Uninterrupted();
@@ -42,24 +44,25 @@ class Uninterrupted {
   Uninterrupted& operator=(const Uninterrupted&) = delete;
 };
 
-// Does not return when the program is being ended at once: the end of the work that its removed
-// files have caused must not come first.
+// Does not return while the program exits at once. To be called before an error is reported: the
+// removal of temporary files can cause errors in other threads.
 void wait_for_end();
 
-// A file, or a folder with all it holds, that is removed if the program is ended at once.
+// A file, or a folder with its contents, that is removed if the program exits at once.
 class Temporary {
  public:
   explicit Temporary(std::string path);
   ~Temporary() { keep(); }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
-  void keep();  // from now on
+  void keep();  // ends the registration; the file is not removed
 
  private:
   std::string path_;
 };
 
-// What the user can do then: "everything finished is kept in runs/a: the same command resumes".
+// Text that is printed at such an exit: "everything finished is kept in runs/a: the same command
+// resumes".
 class Advice {
  public:
   explicit Advice(const std::string& text);

@@ -38,7 +38,7 @@ std::string behind_links(const std::string& file) {
 }  // namespace
 
 WriteError::WriteError(const std::string& file, int number)
-    : RunError(fmt::format("{}{}{}", file, kCannotWrite, system_text(number))), error(number) {}
+    : RunError(fmt::format("{}{}{}", file, kCannotWrite, errno_text(number))), error(number) {}
 
 WriteError::WriteError(const std::string& file, const std::string& reason)
     : RunError(fmt::format("{}{}{}", file, kCannotWrite, reason)) {}
@@ -55,7 +55,7 @@ std::optional<WriteError> write_error_in(std::string_view line) {
                     std::string(reason.substr(0, reason.find("; "))));
 }
 
-std::string system_text(int error) { return std::generic_category().message(error); }
+std::string errno_text(int error) { return std::generic_category().message(error); }
 
 std::string remedy(int error) {
   switch (error) {
@@ -73,12 +73,12 @@ std::string remedy(int error) {
   }
 }
 
-OutputRefused::OutputRefused(const std::string& file, int number)
+OutputPathError::OutputPathError(const std::string& file, int number)
     : InputError(fmt::format("{}: cannot be written: {}; expected a place that can be written",
-                             file, system_text(number))),
+                             file, errno_text(number))),
       error(number) {}
 
-bool is_wrong_name(int error) {
+bool is_path_error(int error) {
   for (const int name : {ENOENT, ENOTDIR, EISDIR, EACCES, EPERM, ENAMETOOLONG, ELOOP, EINVAL,
                          ETXTBSY, ENXIO, ENODEV, EEXIST})
     if (error == name) return true;
@@ -86,7 +86,7 @@ bool is_wrong_name(int error) {
 }
 
 void refuse_output(const std::string& file, int error) {
-  if (is_wrong_name(error)) throw OutputRefused(file, error);
+  if (is_path_error(error)) throw OutputPathError(file, error);
   throw WriteError(file, error);
 }
 
@@ -95,7 +95,7 @@ void make_output_folder(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (!error) return;
-  if (!is_wrong_name(error.value())) throw WriteError(folder, error.value());
+  if (!is_path_error(error.value())) throw WriteError(folder, error.value());
   throw InputError(fmt::format("{}: cannot be made: {}; expected a place that can be written",
                                folder, error.message()));
 }
@@ -258,7 +258,7 @@ void write_file(const std::string& file, std::string_view text, OutputFile::When
 void write_own_file(const std::string& file, std::string_view text, OutputFile::When when) {
   try {
     write_file(file, text, when);
-  } catch (const OutputRefused& e) {
+  } catch (const OutputPathError& e) {
     throw WriteError(file, e.error);
   }
 }

@@ -1,4 +1,4 @@
-// Files that are written whole or not at all, and the errors of writing them.
+// Atomic writing of output files, and write errors.
 #pragma once
 
 #include <memory>
@@ -11,47 +11,47 @@
 
 namespace firn {
 
-// A write that the operating system refused, e.g. on a full disk. It is no failure of the
-// simulation. `FILE: cannot write: REASON`, where REASON is the system's text.
+// A write that the operating system refused, e.g. on a full disk; not a failure of the simulation.
+// Message: `FILE: cannot write: REASON`, with the text of errno as REASON.
 struct WriteError : RunError {
   // `error`: errno.
   WriteError(const std::string& file, int error);
   WriteError(const std::string& file, const std::string& reason);
-  // The same error with what is safe: `; TEXT` is added.
+  // The same error with `; SAFE` added to the message: which results are saved.
   WriteError(const WriteError& e, const std::string& safe);
-  int error = 0;  // errno; 0: not known
+  int error = 0;  // errno; 0: unknown
 };
 
-// The WriteError that a process of firn printed as this line, without what is safe; nothing when
-// the line is another one.
+// The WriteError whose message a firn process printed as this line, without the part on saved
+// results. Nothing for any other line.
 std::optional<WriteError> write_error_in(std::string_view line);
 
-// "No space left on device"
-std::string system_text(int error);
+// Text of an errno: "No space left on device".
+std::string errno_text(int error);
 
-// Remedy for a write error before the same command can resume: "free space and ".
-// Empty when nothing general can be said.
+// What the user must do before the same command can resume after a write error with this errno:
+// "free space and ". Empty for errors without a general remedy.
 std::string remedy(int error);
 
-// The name of an output was a wrong one: `FILE: cannot be written: REASON; expected ...`.
-struct OutputRefused : InputError {
-  OutputRefused(const std::string& file, int error);
+// The path of an output cannot be used: `FILE: cannot be written: REASON; expected ...`.
+struct OutputPathError : InputError {
+  OutputPathError(const std::string& file, int error);
   int error;  // errno
 };
 
-// Whether errno says that a name leads to no place for this user. All else is a matter of the
-// machine.
-bool is_wrong_name(int error);
+// True if the path is the cause of this errno (missing folder, no permission, ...), not the state
+// of the device.
+bool is_path_error(int error);
 
-// Throws what a failure to open FILE for writing is: OutputRefused when the name leads to no place
-// for this user, a WriteError for a device that is full, read-only, broken, ...
+// Throws the error for a failure to open `file` for writing: OutputPathError if is_path_error(),
+// else WriteError (device full, read-only, defective, ...).
 [[noreturn]] void refuse_output(const std::string& file, int error);
 
-// Makes a folder for outputs where it is missing. Throws InputError `FOLDER: cannot be made:
-// REASON; expected ...`, or WriteError, as refuse_output().
+// Creates a folder for outputs if it is missing. Throws InputError `FOLDER: cannot be made: REASON;
+// expected ...`, or WriteError, as refuse_output().
 void make_output_folder(const std::string& folder);
 
-// A file descriptor; closes it on destruction.
+// Owner of a file descriptor; the destructor closes it.
 class Descriptor {
  public:
   explicit Descriptor(int number = -1) : number_(number) {}
@@ -64,31 +64,33 @@ class Descriptor {
   int number_;
 };
 
-// All bytes, or a WriteError that names `file`.
+// Writes all bytes. Throws WriteError that names `file`.
 void write_all(int descriptor, const char* data, std::size_t size, const std::string& file);
-// Returns when the device has the bytes of the file. Pipes and terminals have nothing to wait for.
+// Returns after the device has stored the bytes of the file (fsync). No effect on pipes and
+// terminals.
 void sync_file(int descriptor, const std::string& file);
-// The same for the file of this name, and the name.
+// The same for the file of this name, and for its directory entry.
 void sync_path(const std::string& file);
-// Returns when the device has the names in the folder of `file`, e.g. after a rename.
+// Returns after the device has stored the directory entries of the folder of `file`, e.g. after a
+// rename.
 void sync_folder_of(const std::string& file);
 
-// A stream into a temporary file in the folder of FILE. commit() gives it the name FILE, after the
-// device has its bytes: after any failure, FILE is the earlier one or the new one. Without commit()
-// nothing remains. A device or a pipe (/dev/stdout) is written directly.
+// A stream to a temporary file in the folder of FILE. commit() renames it to FILE after the device
+// has stored its bytes. After any failure, FILE is the earlier file or the complete new one.
+// Without commit() the temporary file is removed. A device or a pipe (/dev/stdout) is written
+// directly.
 class OutputFile : public std::ostream {
  public:
   enum class When {
     at_commit,
-    unsynced,  // at_commit, without waiting for the device: files that are quickly made again
+    unsynced,  // at_commit without fsync, for files that are cheap to recreate
     at_once    // FILE grows as it is written
   };
-  // Throws as refuse_output(). `temporary`: name of the temporary file; empty: one that no other
-  // process uses.
+  // Throws as refuse_output(). `temporary`: name of the temporary file; empty: a unique name.
   explicit OutputFile(const std::string& file, When when = When::at_commit,
                       const std::string& temporary = "");
   ~OutputFile() override;
-  // Every write throws WriteError, and commit() as refuse_output().
+  // Writes throw WriteError. commit() throws as refuse_output().
   void commit();
 
  private:
@@ -96,10 +98,10 @@ class OutputFile : public std::ostream {
   std::unique_ptr<Buffer> buffer_;
 };
 
-// A whole file of this text. Throws as OutputFile.
+// Writes a file with this text. Throws as OutputFile.
 void write_file(const std::string& file, std::string_view text,
                 OutputFile::When when = OutputFile::When::at_commit);
-// The same in a folder where this program could write before: every failure is a WriteError.
+// The same in a folder in which this program has written before: each failure is a WriteError.
 void write_own_file(const std::string& file, std::string_view text,
                     OutputFile::When when = OutputFile::When::at_commit);
 

@@ -1,4 +1,4 @@
-// Processes: simulations in the background, and the commands of a cluster.
+// Child processes: simulations in the background, external programs, commands of a cluster.
 #pragma once
 
 #include <sys/types.h>
@@ -9,38 +9,38 @@
 
 namespace firn {
 
-// Starts a program in a new process group, niced, with its output appended to `log`. It gets
-// SIGINT when this process dies. Throws RunError when no process can be made; a program that cannot
-// be started ends with status 127.
+// Starts a program in a new process group, with lower priority (nice), and appends its output to
+// the file `log`. The program receives SIGINT when this process ends. Throws RunError when no
+// process can be created. A program that cannot be started ends with status 127.
 pid_t start_process(const std::vector<std::string>& args, const std::string& log);
 
-// Starts a program, looked up in PATH, in `directory`, with its output in two separate files;
-// otherwise as start_process(). It gets SIGTERM when this process dies. Throws RunError when no
-// process can be made; a program that cannot be started says so in `err` and ends with status 127.
+// Starts a program, searched in PATH, in `directory`, with standard output and error in the files
+// `out` and `err`; otherwise as start_process(). The program receives SIGTERM when this process
+// ends. `err` has a message for a program that cannot be started.
 pid_t start_program(const std::vector<std::string>& args, const std::string& directory,
                     const std::string& out, const std::string& err);
 
-// What a command may use; 0: as much as this process.
+// Limits of a command; 0: those of this process.
 struct ProcessLimits {
   unsigned processor_time = 0;           // s
-  std::size_t address_space = 0;         // bytes; not with the address or thread sanitizer
+  std::size_t address_space = 0;         // bytes; ignored with the address and thread sanitizers
   std::vector<std::string> environment;  // "NAME=value", added to that of this process
 };
 
 struct CommandResult {
-  int status = 0;  // exit status; 128 + signal for one that was killed
+  int status = 0;  // exit status; 128 + signal number after a signal
   std::string out, err;
 };
-// Runs a command to its end; the program is looked up in PATH, 127 when it is not there. Ctrl-C
-// does not reach it; it dies with this process. It runs in `directory`, if one is given. Throws
-// RunError when no process can be made.
+// Runs a command and waits for its end. The program is searched in PATH; status 127 if it is
+// missing. Ctrl-C is not passed to it; it is killed when this process ends. `directory`: working
+// folder; empty: that of this process. Throws RunError when no process can be created.
 CommandResult run_command(const std::vector<std::string>& args, const std::string& directory = {},
                           const ProcessLimits& limits = {});
 
-// Bytes of main memory that the process has now; 0 when it is gone.
+// Resident memory of a process, bytes; 0 after its end.
 double resident_memory(pid_t pid);
 
-// The last line that is not empty.
+// The last line that is not empty, of a text and of a file.
 std::string last_line(const std::string& text);
 std::string last_line_of_file(const std::string& file);
 

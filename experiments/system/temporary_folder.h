@@ -8,8 +8,9 @@
 
 namespace firn {
 
-// A new folder in the system's temporary folder (absolute path), removed with the object and when
-// the program is ended at once. Throws RunError when none can be made.
+// A new folder in the temporary folder of the system (absolute path). The destructor removes it,
+// and so does an immediate exit of the program (interruption.h). Throws RunError when it cannot be
+// created.
 class TemporaryFolder {
  public:
   // `name`: letters and hyphens, part of the folder's name.

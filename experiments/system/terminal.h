@@ -1,4 +1,4 @@
-// What people read on a terminal: no text of a file or of an argument can hold a control sequence.
+// Output to the terminal. Control sequences in texts of files and arguments are made visible.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,17 +9,16 @@
 
 namespace firn {
 
-// Writes to a stream of the program. An error of standard output is kept for
-// finish_standard_output(), so that the work is completed first. Standard output is written out
-// before anything goes to standard error: where both lead to one file, it has whole lines in order.
+// Writes to a standard stream. An error of standard output is stored for finish_standard_output(),
+// so that the work is completed first. Standard output is flushed before a write to standard error:
+// lines stay whole and in order when both go to one file.
 void print(std::FILE* file, std::string_view text);
 
-// Columns of the terminal at standard error, less one so that a full line does not wrap; 79 when
-// they are not known.
+// Columns of the terminal at standard error, less one to avoid a line wrap; 79 if unknown.
 std::size_t terminal_columns();
 
-// The text, or as much of it as fits into so many columns, with "…" as its last character. One line
-// of printable UTF-8; characters of double width count as two.
+// The text, shortened to `columns` columns with "…" as its last character if it is longer. `text`:
+// one line of printable UTF-8. Characters of double width count as two columns.
 std::string fit_columns(std::string_view text, std::size_t columns);
 
 // fmt::print() of encode::terminal_lines().
@@ -29,11 +28,11 @@ void print_lines(std::FILE* file, fmt::format_string<Arguments...> format,
   print(file, encode::terminal_lines(fmt::format(format, std::forward<Arguments>(arguments)...)));
 }
 
-// Writes what is buffered. Throws WriteError when any part of standard output was lost.
+// Flushes standard output. Throws WriteError when any write to it has failed.
 void finish_standard_output();
 
-// Keeps the numbers of standard input, output and error from becoming those of files where the
-// caller has closed them. Writes to them then fail.
+// Reserves the descriptors 0, 1 and 2 where the caller has closed them, so that no opened file gets
+// one of them. Writes to them then fail.
 void occupy_standard_streams();
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// Tables for spreadsheets: one line of text a row, fields between commas (RFC 4180). Text of the
-// user stands in a field as encode::csv_field() returns it.
+// Writes CSV files (RFC 4180): one line per row, fields separated by commas. Fields with text of
+// the user must be encoded by encode::csv_field().
 #pragma once
 
 #include <fmt/format.h>
@@ -12,18 +12,19 @@
 
 namespace firn {
 
+// Appends ",VALUE" for each value, with the fewest digits that read back to the same bits.
 inline void append(std::string& line, std::span<const double> values) {
   for (double value : values) line += fmt::format(",{}", value);
 }
 
-// DIRECTORY/NAME of an output; the directory is made where it is missing. Throws InputError when it
-// cannot be made.
+// Path DIRECTORY/NAME of an output. Creates the directory if it is missing. Throws as
+// make_output_folder().
 inline std::string output_path(const std::string& directory, const std::string& name) {
   make_output_folder(directory);
   return (std::filesystem::path(directory) / name).string();
 }
 
-// A file of lines, there as a whole after close(). Throws as OutputFile.
+// A file of lines, which exists after close(). Throws as OutputFile.
 class CsvFile {
  public:
   CsvFile(const std::string& directory, const std::string& name)

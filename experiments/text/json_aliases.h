@@ -1,5 +1,5 @@
-// Keys and words of results.json files and material records that have been renamed. Files of
-// earlier versions are read under the current names.
+// Renamed keys and values of results.json files and material records. Files of earlier versions are
+// read with the current names.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ std::span<const JsonAlias> renamed_json_words();
 // current one is present as well.
 void use_current_json_names(nlohmann::ordered_json& document);
 
-// The same for one material record; its hash is formed from the first names.
+// The same for one material record, and the inverse: its hash is computed from the first names.
 void use_current_record_names(nlohmann::json& record);
 void use_first_record_names(nlohmann::ordered_json& record);
 

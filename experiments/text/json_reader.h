@@ -1,5 +1,5 @@
-// Strict reading of JSON, as toml_document.h does of TOML: every key is known, typed and checked,
-// and every complaint has a place.
+// Strict reading of JSON, as toml_document.h for TOML: unknown keys are errors, values are checked
+// for type and range, and error messages state the position.
 #pragma once
 
 #include <cstdint>
@@ -12,23 +12,24 @@
 
 namespace firn {
 
-// Throws InputError `SOURCE:LINE: JSON: ...` for text that is no JSON, that has a key twice, or
-// that is beyond the limits of input_limits.h.
+// Throws InputError `SOURCE:LINE: JSON: ...` for text that is not JSON, has a key twice, or exceeds
+// the limits of input_limits.h.
 nlohmann::json parse_json(std::string_view text, const std::string& source);
 nlohmann::ordered_json parse_ordered_json(std::string_view text, const std::string& source);
 
-// One value of a document, which must outlive it. Everything throws InputError
-// `SOURCE: PATH: what is wrong; what is expected`; missing keys are those that are null, too.
+// One value of a document. The document must outlive the reader. All functions throw InputError
+// `SOURCE: PATH: FAULT; EXPECTATION`. A key with the value null counts as missing.
 class JsonReader {
  public:
   JsonReader(const nlohmann::json& json, const std::string& source, std::string path = {})
       : json_(&json), source_(&source), path_(std::move(path)) {}
 
-  // The value is an object with no other keys than these.
+  // Throws unless the value is an object whose keys are all in `keys`.
   void allow(std::initializer_list<std::string_view> keys) const;
   bool has(std::string_view key) const;
   JsonReader at(std::string_view key) const;
-  std::vector<JsonReader> items(std::string_view key) const;  // of an array; none when missing
+  std::vector<JsonReader> items(
+      std::string_view key) const;  // elements of an array; empty if missing
 
   std::string string(std::string_view key) const;
   std::string string_or_empty(std::string_view key) const;

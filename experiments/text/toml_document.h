@@ -1,5 +1,6 @@
-// Strict reading of TOML: every key is known, typed and checked, every complaint has a place, and
-// what was left out is filled in, so that the document ends up complete.
+// Strict reading of TOML: unknown keys are errors, values are checked for type and range, and error
+// messages state file, line and key. Defaults are written into the document, which becomes
+// complete.
 #pragma once
 
 #include <toml++/toml.h>
@@ -21,53 +22,54 @@
 
 namespace firn {
 
-// A parsed file. It must outlive the readers of its tables.
+// A parsed file. It must outlive the TomlTable objects of its tables.
 class TomlDocument {
  public:
   // Old names of the format are replaced by current ones (toml_aliases.h). Throws InputError
-  // `SOURCE:LINE: TOML: ...` for text that is not TOML, and for a key that is given by both names.
+  // `SOURCE:LINE: TOML: ...` for text that is not TOML, and for a key given by both names.
   TomlDocument(std::string_view text, std::string source, TomlFormat format = TomlFormat::other,
                OldNames old_names = OldNames::warn);
 
-  // Takes in the files that the key `include` names, relative to `directory`, and files that those
-  // include. What stands in this document goes before what it includes; tables are joined, and so
-  // are arrays of tables: those included come first, one of the same `name` is changed instead.
-  // `file` keys of included files are made to lead on from `directory`. Before anything else.
+  // Merges the files that the key `include` lists, relative to `directory`, and the files that
+  // those include. Values of this document take precedence. Tables are merged. Arrays of tables are
+  // concatenated, included ones first, but tables of the same `name` are merged. `file` keys of
+  // included files become relative to `directory`. To be called before any other function.
   void include(const std::string& directory);
 
-  // Sets values before anything is read. Each is a TOML path (elements of arrays by index or by
-  // their `name`) and a TOML value; a text that is no TOML value stands for itself as a string.
-  // Throws InputError `--set PATH=VALUE: ...` for a path that leads nowhere.
+  // Sets values before anything is read. Each override is a TOML path (elements of arrays by index
+  // or by `name`) and a TOML value. Text that is not a TOML value is taken as a string. Throws
+  // InputError `--set PATH=VALUE: ...` for a path that does not exist.
   void apply(const std::vector<std::pair<std::string, std::string>>& overrides);
-  // One value from elsewhere, which messages call LABEL.
+  // Sets one value from another source, whose name in messages is `label`.
   void set(const std::string& path, const std::string& value, const std::string& label);
-  bool has(const std::string& path) const;         // through tables alone
-  bool overridden(const std::string& path) const;  // by apply() or set(), itself or a table around
+  bool has(const std::string& path) const;  // through tables alone
+  // Set by apply() or set(), itself or an enclosing table.
+  bool overridden(const std::string& path) const;
 
-  // Where relative paths begin: as given to include().
+  // Base of relative paths, as given to include().
   const std::string& directory() const { return directory_; }
 
   toml::table& root() { return root_; }
   const std::string& source() const { return source_; }
-  std::string text() const;  // the tree as it stands now
-  // text() with the first name of each renamed key: the same before and after a rename. Hashes and
-  // keys of stored runs are formed from it.
+  std::string text() const;  // the current content as TOML
+  // text() with the first name of each renamed key, so that a rename does not change it. Hashes and
+  // keys of stored runs are computed from it.
   std::string first_names_text() const;
 
-  // A path for messages: elements of arrays by their `name` where it is the only one, else by their
-  // index. apply() takes both.
+  // A path for messages: elements of arrays by `name` if that is unique, else by index. apply()
+  // accepts both.
   std::string named(const std::string& path) const;
 
-  // The file that a key came from, as far as it is known.
+  // The file that contains the key at `path`: this document or an included one.
   std::string source_of(const std::string& path) const;
 
-  // Throws InputError `SOURCE:LINE: PATH: MESSAGE`, or `--set PATH=VALUE: PATH: MESSAGE` for what
-  // an override brought in. One line always. A line of 0 means unknown.
+  // Throws InputError `SOURCE:LINE: PATH: MESSAGE`, or `--set PATH=VALUE: PATH: MESSAGE` for a
+  // value of an override. The message is one line. `line` 0: unknown.
   [[noreturn]] void fail(const std::string& path, unsigned line, const std::string& message) const;
 
  private:
-  // Replaces old names of a table of the format's root, read from `file` (an override's label for
-  // an empty one).
+  // Replaces old names in a root table of the format that was read from `file`; empty: from an
+  // override, which messages name.
   void use_current(toml::table& root, const std::string& file) const;
 
   std::string source_, directory_;
@@ -79,17 +81,18 @@ class TomlDocument {
 
 enum class Sign { any, non_negative, positive };
 
-// One table of the document. Getters with a fallback write it into the document when the key is
-// missing; those without throw. All throw InputError with file, line and key.
+// One table of the document. For a missing key, getters with a fallback write the fallback into the
+// document and return it; getters without one throw. Errors are InputError with file, line and key.
 class TomlTable {
  public:
   TomlTable(TomlDocument& document, toml::table& table, std::string path, unsigned line);
   static TomlTable root(TomlDocument& document);
 
-  // Throws when the table of that name has more keys; nothing when it is missing.
+  // Throws if the table `key` exists and has more than `most` keys.
   void require_at_most(std::string_view key, std::size_t most) const;
 
-  // Throws for a key that is none of these, naming the nearest one. Call it before any getter.
+  // Throws for a key that is not in `keys`, and suggests the nearest one. To be called before any
+  // getter.
   void allow(std::span<const std::string_view> keys) const;
   void allow(std::initializer_list<std::string_view> keys) const;
 
@@ -108,13 +111,13 @@ class TomlTable {
   int integer(std::string_view key, int least, int fallback) const;
   double number(std::string_view key) const;
   double number(std::string_view key, double fallback) const;
-  // One of a few words.
+  // One of `words`.
   std::string choice(std::string_view key, std::span<const std::string_view> words,
                      std::string_view fallback = {}) const;
   std::string choice(std::string_view key, std::initializer_list<std::string_view> words,
                      std::string_view fallback = {}) const;
 
-  // Dimensional: strings with a unit. Fallbacks are written the same way.
+  // Quantities: strings with a unit, also the fallback. Results are in SI units.
   double quantity(std::string_view key, const Dimension& dimension, Sign sign,
                   std::string_view fallback = {}) const;
   std::optional<double> optional_quantity(std::string_view key, const Dimension& dimension,
@@ -132,19 +135,19 @@ class TomlTable {
   Vec3 direction(std::string_view key) const;    // [x, y, z], scaled to unit length
   Quat orientation(std::string_view key) const;  // [w, x, y, z], unit; identity when missing
   std::vector<std::string> strings(std::string_view key) const;  // empty when missing
-  // Any value as TOML text, as TomlDocument::apply takes it.
+  // Any value as TOML text in the form that TomlDocument::apply() accepts.
   std::string value_text(std::string_view key) const;
   std::vector<std::string> value_texts(
-      std::string_view key) const;  // of a list; empty when missing
+      std::string_view key) const;  // elements of a list; empty when missing
 
-  TomlTable table(std::string_view key) const;  // made when missing
+  TomlTable table(std::string_view key) const;  // created when missing
   TomlTable required_table(std::string_view key) const;
   std::vector<TomlTable> tables(std::string_view key) const;  // array of tables; empty when missing
 
-  std::string place() const;  // "FILE:LINE: KEY" of the table, as messages begin
-  // The user's mistake at this key (or in the table as a whole, for an empty key).
+  std::string place() const;  // "FILE:LINE: KEY" of the table, prefix of messages
+  // Throws InputError for this key; empty: for the table.
   [[noreturn]] void fail(std::string_view key, const std::string& message) const;
-  // Runs `make`, giving its InputErrors the place of this key.
+  // Returns make(). Adds file, line and key to an InputError that it throws.
   template <class F>
   auto at(std::string_view key, F make) const {
     try {
@@ -172,9 +175,9 @@ class TomlTable {
   unsigned line_;
 };
 
-// The likely candidate: one with a few other letters, else one that shares a part between
-// underscores ("friction": "static_friction"), else the nearest by edit distance. The first of
-// equals.
+// The candidate that the user most likely meant: one within a small edit distance, else one with a
+// common part between underscores ("friction": "static_friction"), else the one of least edit
+// distance. The first one of equal candidates.
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates);
 
 }  // namespace firn

@@ -1,5 +1,5 @@
-// Limits on the nesting and the number of tables of TOML text, checked before it is parsed: the
-// parser recurses by depth, and so does all that walks its tree.
+// Checks the nesting depth and the number of tables of TOML text before it is parsed. The parser
+// and all users of its tree recurse over the depth.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace firn {
 
 // Throws InputError `SOURCE:LINE: TOML: ...` for text beyond the limits of input_limits.h. Linear
-// in the length of the text. Text that is no TOML is left to the parser.
+// in the length of the text. Does not check the syntax.
 void check_toml_limits(std::string_view text, const std::string& source);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// How messages name places and values of a TOML document.
+// Paths, lines and values of a TOML document in messages.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,6 +11,7 @@
 
 namespace firn::toml_text {
 
+// "PATH.KEY"; either part may be empty.
 inline std::string join_path(std::string_view path, std::string_view key) {
   if (path.empty()) return std::string(key);
   if (key.empty()) return std::string(path);
@@ -19,11 +20,11 @@ inline std::string join_path(std::string_view path, std::string_view key) {
 
 inline unsigned line_of(const toml::node& node) { return node.source().begin.line; }
 
-// How messages call a value of the wrong type.
+// Description of a value of the wrong type: "the bare number 3".
 inline std::string describe(const toml::node& node) {
   if (const auto s = node.value_exact<std::string>()) return fmt::format("\"{}\"", *s);
   if (const auto i = node.value_exact<std::int64_t>()) return fmt::format("the bare number {}", *i);
-  if (const auto d = node.value_exact<double>())  // 2.0 is no whole number of TOML
+  if (const auto d = node.value_exact<double>())  // 2.0 is not an integer in TOML
     return *d == std::floor(*d) && std::abs(*d) < 1e15 ? fmt::format("the bare number {:.1f}", *d)
                                                        : fmt::format("the bare number {}", *d);
   if (const auto b = node.value_exact<bool>()) return *b ? "true" : "false";

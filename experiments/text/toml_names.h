@@ -1,4 +1,4 @@
-// Names in tables of TOML files: of the table itself, and of others that it refers to.
+// Names in tables of TOML files: the name of the table, and references to other tables.
 #pragma once
 
 #include <string>
@@ -10,29 +10,29 @@
 
 namespace firn {
 
-// The index of the element whose name a key gives; `what` names the kind of thing ("shape").
+// The index of `name`, the value of `key`, in `names`. Throws for an unknown name, with the nearest
+// one. `what`: kind of the element in the message ("shape").
 int index_of(const TomlTable& table, std::string_view key, const std::string& name,
              const std::vector<std::string_view>& names, std::string_view what);
 
-// A path into a case that a table gives, in current names; warns of an old one.
+// `path`, the value of `key` and a path into a case, with current names. Warns of an old name.
 std::string current_case_key(const TomlTable& table, std::string_view key, const std::string& path);
 
-// A response of a case that a table gives, or an operand with one, in current names; warns of an
-// old one.
+// `text`, the value of `key` and a response or an expression with one, with its current name. Warns
+// of an old name.
 std::string current_response(const TomlTable& table, std::string_view key, const std::string& text);
-// The list of such a key; empty when it is missing.
+// The same for a list of responses; empty when the key is missing.
 std::vector<std::string> current_responses(const TomlTable& table, std::string_view key);
 
-// The table `set` of a file about cases: paths in current names and values as TOML text, as
-// TomlDocument::apply() takes them. Empty when it is missing.
+// The table `set`: paths into a case with current names, and values as TOML text, in the form that
+// TomlDocument::apply() accepts. Empty when it is missing.
 std::vector<std::pair<std::string, std::string>> read_case_overrides(const TomlTable& table);
 
-// `name` of a table, which becomes a component of a path: not empty, no `.` or `..`, no slash, no
-// leading `-`, at most 200 bytes. Throws.
+// The key `name` of a table, which becomes a component of a path. Throws if it is empty, `.` or
+// `..`, has a slash or a leading `-`, or is longer than 200 bytes.
 std::string path_name(const TomlTable& table);
 
-// `name` of a table, which becomes part of a path in results files. Throws for one with slashes,
-// and for one that an earlier table has.
+// path_name() of a table. Throws also for a name that an earlier table has.
 template <class Named>
 std::string fresh_name(const TomlTable& table, const std::vector<Named>& earlier) {
   std::string name = path_name(table);

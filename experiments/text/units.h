@@ -1,4 +1,5 @@
-// Quantities with units, as users write them: "2.4 in", "0.01 GPa", "50.8 mm/min", "0 0 -1 m/s".
+// Quantities with units in the form of input files: "2.4 in", "0.01 GPa", "50.8 mm/min",
+// "0 0 -1 m/s".
 #pragma once
 
 #include <optional>
@@ -9,7 +10,8 @@
 
 namespace firn {
 
-// Exponents of the base dimensions. Angles count as one, so that "4 1/s" is no angular velocity.
+// Exponents of the base dimensions. The angle is a base dimension, so that "4 1/s" is not an
+// angular velocity.
 struct Dimension {
   int length = 0, mass = 0, time = 0, angle = 0, temperature = 0;
 
@@ -41,8 +43,8 @@ inline constexpr Dimension moment_of_inertia{2, 1, 0, 0};
 
 inline constexpr double kIcePoint = 273.15;  // K: 0 degC, exact
 
-// What values may be, in SI: zero, or between these either way. Wider than anything simulated, and
-// so narrow that sums and products of several values neither overflow nor vanish.
+// Accepted magnitudes of values other than zero, in SI. The range exceeds that of any simulation.
+// Sums and products of several values within it neither overflow nor underflow.
 struct UsableRange {
   double smallest, largest;
 };
@@ -53,32 +55,32 @@ struct Unit {
   Dimension dimension;
 };
 
-// "kg/m^3", "mm/min", "N m": symbols joined by spaces, * and /, with ^ and whole exponents;
-// a division takes the one symbol (or parenthesis) behind it. Throws InputError.
+// Parses a unit: "kg/m^3", "mm/min", "N m". Symbols are joined by spaces, * and /, with ^ and whole
+// exponents. A division applies to the next symbol or parenthesis only. Throws InputError.
 Unit parse_unit(std::string_view text);
-// What a number in the unit `from` is multiplied by to be one in the unit `to`; nothing for units
-// of different dimensions. Throws InputError for a text that is no unit.
+// Factor that converts a number from the unit `from` to the unit `to`. Nothing for units of
+// different dimensions. Throws InputError for a text that is not a unit.
 std::optional<double> conversion_factor(std::string_view from, std::string_view to);
 
-// "2.4 in" in SI; a temperature may also be in "degC" or "degF". Throws InputError (one sentence)
-// for a missing, unknown or unfitting unit and for a number that is not finite or beyond the usable
-// range. Values below it are taken as they are.
+// Value of "2.4 in" in SI. A temperature may also be in "degC" or "degF". Throws InputError (one
+// sentence) for a unit that is missing, unknown or of another dimension, and for a number that is
+// not finite or above the usable range. Numbers below the range are accepted.
 double parse_quantity(std::string_view text, const Dimension& expected);
 // "x y z unit" in SI.
 Vec3 parse_vector(std::string_view text, const Dimension& expected);
 
-// "a length": the dimension's name with its article; unnamed ones in base units.
+// Name of a dimension with its article, "a length"; in base units if it has no name.
 std::string dimension_name(const Dimension& dimension);
-// "a length, such as \"2.4 in\"". `components`: 1 or 3.
+// Name and example, "a length, such as \"2.4 in\"". `components`: 1 or 3.
 std::string example(const Dimension& dimension, int components = 1);
 
-// A value in SI as a text that reads back to the same bits: "0.06096 m".
+// A value in SI as text that reads back to the same bits: "0.06096 m".
 std::string si_text(double value, const Dimension& dimension);
 
-// For people: "7.3 s", "48 s", "12 min 05 s", "3 h 20 min".
+// A duration (s) for display: "7.3 s", "48 s", "12 min 05 s", "3 h 20 min".
 std::string duration_text(double seconds);
 
-// "a, b, c"
+// The words, separated by commas: "a, b, c".
 template <class Words>
 std::string comma_list(const Words& words) {
   std::string text;
@@ -89,7 +91,7 @@ std::string comma_list(const Words& words) {
   return text;
 }
 
-// Levenshtein distance, upper and lower case being half a step apart; in half steps.
+// Levenshtein distance in half steps. A change of case counts as half a step.
 int edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace firn

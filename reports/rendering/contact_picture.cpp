@@ -25,7 +25,7 @@ constexpr Color kNormal{0.80f, 0.12f, 0.10f};
 constexpr Color kFriction{0.10f, 0.35f, 0.75f};
 constexpr Color kWeight{0.25f, 0.27f, 0.30f};
 
-// How much of the picture each layer makes: arrows alone, with the body, with its neighbours too.
+// How much of the picture each layer makes: arrows alone, with the body, with its neighbors too.
 constexpr double kLayers[] = {0.2, 0.48, 0.32};
 constexpr double kFrictionScale = 4;      // arrows of friction are so much longer
 constexpr double kTitle = 84, kKey = 44;  // pixels
@@ -61,7 +61,7 @@ TriangleMesh arrow(double length, double radius) {
 
 class ContactScene {
  public:
-  ContactScene(const Case& c, const ContactChoice& choice, const Instant& now)
+  ContactScene(const Case& c, const ContactSelection& choice, const ContactSnapshot& now)
       : model_(c.model), choice_(choice), now_(now) {
     const int main = is_particle(model_, choice.body) ? choice.body : choice.other;
     main_ = main;
@@ -71,14 +71,14 @@ class ContactScene {
     for (const ContactView& view : now.contacts) {
       for (const ContactSpot& spot : view.contact.spots) longest_ = std::max(longest_, spot.force);
       for (const int body : {view.contact.a, view.contact.b})
-        if (body != main && shown_.insert(body).second) add_neighbour(body);
+        if (body != main && shown_.insert(body).second) add_neighbor(body);
     }
     const double weight = (shape(main).mass * model_.gravity).norm();
     most_ = std::max(longest_, weight);
     add_forces(weight);
   }
 
-  // The body shows through its neighbours, and the arrows through the body.
+  // The body shows through its neighbors, and the arrows through the body.
   Image draw(const View& view, const Vec3& direction, int width) const {
     Image image;
     std::vector<Eigen::Vector3d> sum;
@@ -106,14 +106,14 @@ class ContactScene {
     double x, y;  // of the panel, 0 ... 1
     std::string text;
   };
-  // One for each neighbour that bears, where its largest force acts.
+  // One for each neighbor that bears, where its largest force acts.
   std::vector<Label> labels(const View& view) const {
     std::vector<Label> all;
     for (const int body : shown_) {
       double sum = 0, most = 0;
       Vec3 tail = Vec3::Zero();
       for (const ContactView& v : now_.contacts) {
-        if (!v.bears() || (v.contact.a != body && v.contact.b != body)) continue;
+        if (!v.is_active() || (v.contact.a != body && v.contact.b != body)) continue;
         sum += v.contact.normal_force;
         for (const ContactSpot& spot : v.contact.spots) {
           if (spot.force <= most) continue;
@@ -152,7 +152,7 @@ class ContactScene {
     (particle == main_ ? body_ : outer_).push_back(body);
   }
 
-  void add_neighbour(int body) {
+  void add_neighbor(int body) {
     if (is_particle(model_, body)) return add_particle(body, kIce);
     const std::size_t b = index(body) - model_.particles.size();
     const BoundaryState& state = now_.boundaries[b];
@@ -196,7 +196,7 @@ class ContactScene {
 
   void add_forces(double weight) {
     for (const ContactView& view : now_.contacts) {
-      if (!view.bears()) continue;
+      if (!view.is_active()) continue;
       const Contact& contact = view.contact;
       const Vec3 push = push_on_main(view);
       for (const ContactSpot& spot : contact.spots)
@@ -224,8 +224,8 @@ class ContactScene {
   }
 
   const Model& model_;
-  const ContactChoice& choice_;
-  const Instant& now_;
+  const ContactSelection& choice_;
+  const ContactSnapshot& now_;
   int main_ = 0;
   Vec3 center_;
   double size_ = 0;                // m
@@ -245,7 +245,7 @@ std::string title_script(const std::string& title, const std::string& subtitle, 
 
 }  // namespace
 
-void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& now,
+void draw_contacts(const Case& c, const ContactSelection& choice, const ContactSnapshot& now,
                    const std::string& file, int panel_width) {
   const int width = 2 * panel_width;
   const double height = kTitle + panel_width + kKey;
@@ -306,8 +306,8 @@ void draw_contacts(const Case& c, const ContactChoice& choice, const Instant& no
   gnuplot.draw(script + "unset multiplot\n", file, width, static_cast<int>(height));
 }
 
-void draw_history(const Case& c, const ContactChoice& choice, const std::vector<HistoryRow>& rows,
-                  const std::string& file) {
+void draw_history(const Case& c, const ContactSelection& choice,
+                  const std::vector<HistoryRow>& rows, const std::string& file) {
   constexpr int kWidth = 1500, kHeight = 760;
   Gnuplot::check_picture(file);
   const Gnuplot gnuplot;

@@ -139,7 +139,8 @@ std::string slope_script(const HeapSlope& slope, const DrainedRepose& setup, Sid
 
 std::string slopes_script(const HeapPicture& picture, double label_height) {
   const DrainedRepose& s = picture.setup;
-  const std::vector<bool> stands = standing(picture.particles, s, picture.particle_size, true);
+  const std::vector<bool> stands =
+      supported_particles(picture.particles, s, picture.particle_size, true);
   std::vector<PlacedMesh> heap;
   for (std::size_t k = 0; k < stands.size(); ++k) {
     if (stands[k]) heap.push_back(picture.particles[k]);

@@ -443,7 +443,7 @@ ScenePicture RecordedScenes::scene(std::size_t index) {
   picture.subtitle = fmt::format("at {:.4g} s, {} of {} bodies", times[index],
                                  picture.particles.size(), frame.position.size());
   impl_->bridges.clear();
-  for (const Bridge& bridge : bridges_at(c, impl_->outcomes, times[index], frame)) {
+  for (const BondBox& bridge : intact_bonds_at(c, impl_->outcomes, times[index], frame)) {
     impl_->bridges.push_back(box_mesh(bridge.size));
     picture.particles.push_back(
         {&impl_->bridges.back(), {bridge.orientation.toRotationMatrix(), bridge.position}});

@@ -93,7 +93,7 @@ class Simplifier {
     queue_.push({to_a, b, a, version_[b], version_[a]});
   }
 
-  std::set<int> neighbours(int v) const {
+  std::set<int> neighbors(int v) const {
     std::set<int> all;
     for (const int t : around_[v]) all.insert(triangles_[t].begin(), triangles_[t].end());
     all.erase(v);
@@ -114,7 +114,7 @@ class Simplifier {
       const Vec3 after = area_vector(corners);
       if (before.dot(after) <= 0.2 * before.norm() * after.norm()) return false;
     }
-    const std::set<int> a = neighbours(from), b = neighbours(to);
+    const std::set<int> a = neighbors(from), b = neighbors(to);
     std::size_t common = 0;
     for (const int v : a) common += b.contains(v) ? 1 : 0;
     return shared > 0 && common == shared;
@@ -137,7 +137,7 @@ class Simplifier {
     quadric_[to] += quadric_[from];
     ++version_[from];
     ++version_[to];
-    for (const int v : neighbours(to)) offer(to, v);
+    for (const int v : neighbors(to)) offer(to, v);
   }
 
   TriangleMesh result() const {

@@ -8,7 +8,7 @@
 namespace firn {
 
 // About `wanted` triangles of the same surface, by quadric error metrics (Garland and Heckbert
-// 1997); a corner is moved onto its neighbour, so that all that are left are corners of the mesh
+// 1997); a corner is moved onto its neighbor, so that all that are left are corners of the mesh
 // given. Keeps free edges where they are. More than wanted where fewer would fold the surface.
 TriangleMesh simplified(const TriangleMesh& mesh, std::size_t wanted);
 

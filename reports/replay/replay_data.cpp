@@ -239,8 +239,8 @@ Json markers_json(const Case& c) {
     if (source.positions.empty()) continue;
     Eigen::AlignedBox3d box;
     for (const Vec3& p : source.positions) box.extend(p);
-    markers.push_back(
-        box_marker("inlet", source.name, box.min() - source.scatter, box.max() + source.scatter));
+    markers.push_back(box_marker("inlet", source.name, box.min() - source.position_jitter,
+                                 box.max() + source.position_jitter));
   }
   for (const Sensor& sensor : c.sensors)
     markers.push_back(sensor.is_box

@@ -85,7 +85,7 @@ std::vector<Corners> surviving(const TriangleMesh& mesh, const Clusters& cluster
 }
 
 // For each triangle of the mesh the one of `left` that it has become; for one that has lost its
-// area the nearest, among its neighbours if it has any.
+// area the nearest, among its neighbors if it has any.
 std::vector<std::size_t> heirs(const TriangleMesh& mesh, const Clusters& clusters,
                                const std::vector<Corners>& left) {
   std::map<Corners, std::size_t> known;

@@ -12,15 +12,15 @@ namespace {
 
 constexpr std::size_t kBoxesPerTask = 256;  // boxes a task
 
-// Cell coordinates packed so that neighbours along z are neighbours in order.
+// Cell coordinates packed so that neighbors along z are neighbors in order.
 constexpr std::int64_t kOffset = 1 << 20;  // cells may be this far from the origin, either way
 
 std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
   return static_cast<std::uint64_t>(((x + kOffset) << 42) | ((y + kOffset) << 21) | (z + kOffset));
 }
 
-// Boxes in order of their cells. They come along themselves, so that neighbours in space are
-// neighbours in memory, with their numbers in the fourth places.
+// Boxes in order of their cells. They come along themselves, so that neighbors in space are
+// neighbors in memory, with their numbers in the fourth places.
 struct CellList {
   struct Entry {
     Quad lower, upper;  // upper.w: the box's number

@@ -26,7 +26,7 @@ inline double touching_distance(const ConvexPart& a, const ConvexPart& b) {
   return kTouchingShare * pair_size(a, b);
 }
 
-// A normal that leans out over a seam by more than this (sine) belongs to the neighbour there.
+// A normal that leans out over a seam by more than this (sine) belongs to the neighbor there.
 inline constexpr double kSeamTilt = 1e-9;
 
 // Where two cores meet. Lengths in m, vectors in A's axes.

@@ -117,8 +117,8 @@ Feature supporting_feature(const ConvexPart& part, const Vec3& n,
 
 // True when the contact belongs to the piece beyond a seam of this part: the normal (`outward`, in
 // part axes) leans out over the seam and nothing of the region reaches back from it.
-bool belongs_to_neighbour(const ProjectedPart& view, const SupportingFeatures& carriers,
-                          const Vec3& outward, const Region& r, double RegionPoint::*height) {
+bool belongs_to_neighbor(const ProjectedPart& view, const SupportingFeatures& carriers,
+                         const Vec3& outward, const Region& r, double RegionPoint::*height) {
   const ConvexPart& part = view.part;
   if (part.internal_normals.empty()) return false;
   std::uint64_t common = ~std::uint64_t{0};
@@ -203,8 +203,8 @@ void fill(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double s
                                       : edge_radius(a.radius, b.radius);
     compute_point_weights(region, radius, radii);
   }
-  if (belongs_to_neighbour(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
-      belongs_to_neighbour(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
+  if (belongs_to_neighbor(view_a, carriers_a, view_a.n, region, &RegionPoint::height_a) ||
+      belongs_to_neighbor(view_b, carriers_b, -view_b.n, region, &RegionPoint::height_b)) {
     return;
   }
   const int own = region.count;

@@ -75,7 +75,7 @@ FlatSurfaces find_flat_surfaces(const std::vector<ConvexPart>& parts);
 // Gap, normal and clipped contact points of A against B, `b_in_a` placing B in A's axes.
 // Points farther apart than `shell` (m, >= 0) are left out. `out.points` keeps its capacity.
 // Apart by more than `shell`: `gap` may be a lower bound, not less than 0.8 of the true one.
-// Dropped at a seam (the neighbouring piece has the contact): no points, `gap` as found.
+// Dropped at a seam (the neighboring piece has the contact): no points, `gap` as found.
 // Overlaps deeper than both sweep radii go to libccd for the direction; the depth along it is
 // exact.
 void collide(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a, double shell,

@@ -58,7 +58,7 @@ struct alignas(64) Patch {
   // Groups of four numbers, each read by one wide load (see PatchBlock).
   Vec3 normal = Vec3::UnitZ();     // unit, from a to b, world
   double torsion = 0;              // N m, about the normal, on a
-  Vec3 arm = Vec3::Zero();         // m, reference point (pressure centre) minus centre of a, world
+  Vec3 arm = Vec3::Zero();         // m, reference point (pressure center) minus center of a, world
   double torsion_radius = 0;       // m
   Vec3 tangential = Vec3::Zero();  // N, friction force on a
   double normal_force = 0;         // N

@@ -21,7 +21,7 @@ template <class RowOf>
 using Two = double __attribute__((vector_size(16)));
 using TwoInMemory __attribute__((vector_size(16), aligned(8), may_alias)) = double;
 
-// Two neighbouring numbers of each of four places: the first ones, and the second ones.
+// Two neighboring numbers of each of four places: the first ones, and the second ones.
 [[gnu::always_inline]] inline void get_twos(const double* const* from, Four& first, Four& second) {
   const auto two = [&](int k) { return Two(*reinterpret_cast<const TwoInMemory*>(from[k])); };
   const Four even = __builtin_shufflevector(two(0), two(2), 0, 1, 2, 3);

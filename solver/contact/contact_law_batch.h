@@ -25,8 +25,8 @@ struct PatchLoad {
   std::int32_t a, b;   // bodies
   std::int32_t law;    // index into Workspace::laws
   Quad force;          // N, on a (opposite on b); fourth: the normal force
-  Quad moment_a;       // N m, on a, about its centre
-  Quad moment_b;       // N m, on b, about its centre (origin)
+  Quad moment_a;       // N m, on a, about its center
+  Quad moment_b;       // N m, on b, about its center (origin)
   double normal;       // N
   double work_normal;  // J taken from the bodies by normal forces
   double work_friction;
@@ -34,9 +34,9 @@ struct PatchLoad {
 
 // Relative motion of two bodies. The fourth components are unused.
 struct PairMotion {
-  Quad velocity;  // m/s, a's minus b's, of the points of both at the centre of a
+  Quad velocity;  // m/s, a's minus b's, of the points of both at the center of a
   Quad spin;      // rad/s, a's minus b's
-  Quad apart;     // m, centre of a minus centre of b
+  Quad apart;     // m, center of a minus center of b
 };
 
 class PatchBlock {

@@ -16,7 +16,7 @@ constexpr double kLikeArea = 0.1;     // ratio of areas that share stiffness fai
 constexpr double kSamePlane = 1e-3;   // of the shell
 constexpr double kSameHistory = 0.7;  // cosine: a patch may inherit from an old one
 
-// True when two neighbouring contacts belong to one region. Stiffness is distributed by
+// True when two neighboring contacts belong to one region. Stiffness is distributed by
 // area. A corner deeper than the adjacent face would get almost no stiffness and sink in: it is a
 // separate region.
 bool can_share_patch(const Manifold& c, const Manifold& d) {
@@ -28,16 +28,16 @@ bool can_share_patch(const Manifold& c, const Manifold& d) {
   return smaller.area > kLikeArea * larger.area || smaller.gap >= larger.gap;
 }
 
-// Neighbours of the part `one` and of those in the mask `others`.
-std::uint64_t neighbours_of(std::span<const std::uint64_t> neighbours, int one,
-                            std::uint64_t others) {
-  std::uint64_t all = neighbours[one];
-  for (std::size_t i = 0; others != 0 && i < neighbours.size(); ++i)
-    all |= neighbours[i] & -(others >> (i & 63) & 1);
+// Neighbors of the part `one` and of those in the mask `others`.
+std::uint64_t neighbors_of(std::span<const std::uint64_t> neighbors, int one,
+                           std::uint64_t others) {
+  std::uint64_t all = neighbors[one];
+  for (std::size_t i = 0; others != 0 && i < neighbors.size(); ++i)
+    all |= neighbors[i] & -(others >> (i & 63) & 1);
   return all;
 }
 
-// Connected components of the contacts: neighbouring parts on both bodies and like normals.
+// Connected components of the contacts: neighboring parts on both bodies and like normals.
 int group_contacts(const PatchInput& in, PatchScratch& scratch) {
   const int n = static_cast<int>(in.contacts.size());
   scratch.group.assign(n, -1);
@@ -49,10 +49,9 @@ int group_contacts(const PatchInput& in, PatchScratch& scratch) {
     while (!scratch.stack.empty()) {
       const PartContact& c = in.contacts[scratch.stack.back()];
       scratch.stack.pop_back();
-      const std::uint64_t near_a = neighbours_of(in.neighbours_a, c.a, c.other_a);
-      const std::uint64_t near_b = in.neighbours_b.empty()
-                                       ? ~std::uint64_t{0}
-                                       : neighbours_of(in.neighbours_b, c.b, c.other_b);
+      const std::uint64_t near_a = neighbors_of(in.neighbors_a, c.a, c.other_a);
+      const std::uint64_t near_b =
+          in.neighbors_b.empty() ? ~std::uint64_t{0} : neighbors_of(in.neighbors_b, c.b, c.other_b);
       for (int k = 0; k < n; ++k) {
         if (scratch.group[k] >= 0) continue;
         const PartContact& d = in.contacts[k];
@@ -280,17 +279,17 @@ void make_patch(const PatchInput& in, PatchScratch& scratch, int g, FoundPatches
   out.details.push_back(detail);
 }
 
-// True when `old` lies where `fresh` is: same or neighbouring parts on both bodies, like normals.
+// True when `old` lies where `fresh` is: same or neighboring parts on both bodies, like normals.
 bool inherits(const PatchInput& in, const Patch& old, const Patch& fresh) {
   if (old.normal.dot(fresh.normal) < kSameHistory) return false;
-  const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbours) {
+  const auto dilated = [](std::uint64_t parts, std::span<const std::uint64_t> neighbors) {
     std::uint64_t all = parts;
-    for (std::size_t i = 0; i < neighbours.size(); ++i)
-      all |= neighbours[i] & -(parts >> (i & 63) & 1);
+    for (std::size_t i = 0; i < neighbors.size(); ++i)
+      all |= neighbors[i] & -(parts >> (i & 63) & 1);
     return all;
   };
-  if (!(dilated(old.parts_a, in.neighbours_a) & fresh.parts_a)) return false;
-  return in.neighbours_b.empty() || (dilated(old.parts_b, in.neighbours_b) & fresh.parts_b);
+  if (!(dilated(old.parts_a, in.neighbors_a) & fresh.parts_a)) return false;
+  return in.neighbors_b.empty() || (dilated(old.parts_b, in.neighbors_b) & fresh.parts_b);
 }
 
 // How the bodies move against each other at a patch in this step.

@@ -25,14 +25,14 @@ struct PatchInput {
   const PairLaw& law;
   const Mat3& rotation_a;  // body a's axes -> world
   std::span<const PartContact> contacts;
-  std::span<const std::uint64_t> neighbours_a;  // [parts of a] masks of touching parts
-  std::span<const std::uint64_t> neighbours_b;  // empty: a boundary, all parts are connected
-  std::span<const Patch> old_patches;           // of the same pair
-  const PatchDetail* old_details = nullptr;     // [old_patches]; their point indices refer to:
+  std::span<const std::uint64_t> neighbors_a;  // [parts of a] masks of touching parts
+  std::span<const std::uint64_t> neighbors_b;  // empty: a boundary, all parts are connected
+  std::span<const Patch> old_patches;          // of the same pair
+  const PatchDetail* old_details = nullptr;    // [old_patches]; their point indices refer to:
   const ContactPoint* old_points = nullptr;
   // Relative motion of a and b (a minus b), world axes, over the step that ends with these
   // contacts.
-  Vec3 velocity = Vec3::Zero();         // m/s, of the material points of both at the centre of a
+  Vec3 velocity = Vec3::Zero();         // m/s, of the material points of both at the center of a
   Vec3 velocity_before = Vec3::Zero();  // the same, with the lever arm of b before the step
   Vec3 spin = Vec3::Zero();             // rad/s
   double dt = 0;                        // s

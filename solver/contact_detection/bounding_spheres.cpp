@@ -22,7 +22,7 @@ std::uint64_t spread_bits(std::uint64_t x) {
 }
 
 // The present particles along a curve through space (Morton's, through cells of about their size):
-// neighbours on it are mostly neighbours in space. The list keeps this order, so that a step works
+// neighbors on it are mostly neighbors in space. The list keeps this order, so that a step works
 // on bodies that it has just had in its hands, whatever their numbers.
 std::vector<int> morton_order(const Model& model, const Workspace& w, const State& s) {
   constexpr double kMost = (1 << 21) - 1;
@@ -60,7 +60,7 @@ std::vector<int> morton_order(const Model& model, const Workspace& w, const Stat
 
 double& lane(Quad& q, std::size_t k) { return (&q.x)[k]; }
 
-// The squared distances of a point from four centres.
+// The squared distances of a point from four centers.
 [[gnu::always_inline]] inline void square_distances(const SphereGroup& g, const Vec& p, Four& out) {
   Four x, y, z;
   get(&g.x, x);

@@ -25,9 +25,9 @@ struct BoundingSpheres {
   std::vector<int> particle;       // [present] ids, along a curve through space
   std::vector<std::size_t> first;  // [present + 1] into groups
   std::vector<SphereGroup> groups;
-  std::vector<Quad> places;   // [present] m, world, centre of mass, and the margin
+  std::vector<Quad> places;   // [present] m, world, center of mass, and the margin
   std::vector<Aabb> boxes;    // [present] m, world, of all spheres with the margin around
-  std::vector<double> reach;  // [shapes] m, of all spheres from the centre of mass
+  std::vector<double> reach;  // [shapes] m, of all spheres from the center of mass
 
   std::span<const SphereGroup> of(std::size_t k) const {
     return {groups.data() + first[k], first[k + 1] - first[k]};

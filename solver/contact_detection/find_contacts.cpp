@@ -154,7 +154,7 @@ class ContactSearch {
     PatchInput in{law,
                   rotation_a,
                   {contacts_.data(), used},
-                  shape_a.part_neighbours,
+                  shape_a.part_neighbors,
                   {},
                   {s_.patches.data() + pair.first_patch, pair.patch_count},
                   s_.patch_details.data() + pair.first_patch,
@@ -166,8 +166,7 @@ class ContactSearch {
     in.velocity_before = closing - motion_b.spin.cross(apart - model_.timestep * closing);
     in.spin = motion_a.spin - motion_b.spin;
     in.dt = model_.timestep;
-    if (pair.b < n_)
-      in.neighbours_b = model_.shapes[model_.particles[pair.b].shape].part_neighbours;
+    if (pair.b < n_) in.neighbors_b = model_.shapes[model_.particles[pair.b].shape].part_neighbors;
     out.late_contacts = build_patches(in, scratch_.patches, out.found);
     return need;
   }

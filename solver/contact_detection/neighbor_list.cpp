@@ -86,7 +86,7 @@ class PreviousPairs {
 struct Wall {
   int boundary;
   Pose pose;  // of its axes in the world
-  // m, world: a body has no part near the boundary if its centre is farther from this box than
+  // m, world: a body has no part near the boundary if its center is farther from this box than
   // sqrt(3) times its reach, as far as the corners of boxes that are looked up in the boundary's
   // axes. A plane's has no end.
   Aabb box;
@@ -349,7 +349,7 @@ void update_neighbor_list(const Model& model, Workspace& w, State& s) {
   set_margins(model, w, s);
   const BoundingSpheres spheres = update_bounding_spheres(model, w, s);
   const int threads = w.threads;
-  const AabbOverlaps neighbours = find_aabb_overlaps(spheres.boxes, threads);
+  const AabbOverlaps neighbors = find_aabb_overlaps(spheres.boxes, threads);
   const std::vector<Wall> walls = present_walls(model, w, s);
   const std::size_t present = spheres.particle.size();
   const PreviousPairs old_pairs(s.pairs, s.motion.size(), threads);
@@ -362,10 +362,10 @@ void update_neighbor_list(const Model& model, Workspace& w, State& s) {
     const std::vector<const Wall*> near = near_walls(walls, model, s, spheres, begin, end);
     for (std::size_t i = begin; i < end; ++i) {
       if (i + 2 < end) {
-        const std::span<const std::int32_t> later = neighbours.of(i + 2);
+        const std::span<const std::int32_t> later = neighbors.of(i + 2);
         fetch(later.data(), later.size());
       }
-      for (const std::int32_t j : neighbours.of(i))
+      for (const std::int32_t j : neighbors.of(i))
         pairs.add_particles(i, static_cast<std::size_t>(j));
       for (const Wall* const wall : near) pairs.add_wall(i, *wall);
     }

@@ -11,7 +11,7 @@ namespace firn {
 namespace {
 
 // Overlaps deeper than this part of both thicknesses are watched: at a half of them the shortest
-// way out may lead through to the far side, or over a cut to a neighbour.
+// way out may lead through to the far side, or over a cut to a neighbor.
 constexpr double kWatched = 0.25;
 constexpr double kSameSide =
     0.7;  // cosine: as far as a patch hands on its memory (patch_builder.cpp)
@@ -89,17 +89,16 @@ bool TunnellingGuard::lies_on(const Patch& patch, const ConvexPart& b) const {
 }
 
 // Calls visit(patch) for those of the last look that bear a force on the same parts, or on their
-// neighbours too.
+// neighbors too.
 template <class Visit>
-void TunnellingGuard::for_patches(const PartPair& parts, bool neighbours,
-                                  const Visit& visit) const {
+void TunnellingGuard::for_patches(const PartPair& parts, bool neighbors, const Visit& visit) const {
   const auto& [model, w, s, pair] = in_;
   const int n = static_cast<int>(model.particles.size());
   std::uint64_t mask_a = bit(parts.a), mask_b = bit(parts.b);
   bool ambiguous = pair.b >= n && model.boundaries[pair.b - n].parts.size() > 64;
-  if (neighbours) {
-    mask_a = model.shapes[model.particles[pair.a].shape].part_neighbours[parts.a];
-    mask_b = pair.b < n ? model.shapes[model.particles[pair.b].shape].part_neighbours[parts.b]
+  if (neighbors) {
+    mask_a = model.shapes[model.particles[pair.a].shape].part_neighbors[parts.a];
+    mask_b = pair.b < n ? model.shapes[model.particles[pair.b].shape].part_neighbors[parts.b]
                         : ~std::uint64_t{0};
     ambiguous = false;
   }
@@ -113,10 +112,10 @@ void TunnellingGuard::for_patches(const PartPair& parts, bool neighbours,
 }
 
 // The one of these patches whose normal is nearest to `normal` (world); null without any.
-const Patch* TunnellingGuard::nearest(const PartPair& parts, bool neighbours,
+const Patch* TunnellingGuard::nearest(const PartPair& parts, bool neighbors,
                                       const Vec3& normal) const {
   const Patch* best = nullptr;
-  for_patches(parts, neighbours, [&](const Patch& patch) {
+  for_patches(parts, neighbors, [&](const Patch& patch) {
     if (!best || patch.normal.dot(normal) > best->normal.dot(normal)) best = &patch;
   });
   return best;
@@ -146,7 +145,7 @@ bool TunnellingGuard::entry(const ConvexPart& a, const ConvexPart& b, Vec3& norm
 }
 
 // What entered over one piece and is past its cut at the end of the step lies in pieces that it
-// came to through their cuts: each of them says that a neighbour has the contact. The piece that
+// came to through their cuts: each of them says that a neighbor has the contact. The piece that
 // was met first gives the side.
 bool TunnellingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   const auto& [model, w, s, pair] = in_;
@@ -155,7 +154,7 @@ bool TunnellingGuard::first_entry(const PartPair& parts, Vec3& side) const {
   for (std::uint32_t k = pair.first_part; k < pair.first_part + pair.part_count; ++k) {
     const PartPair& other = s.part_pairs[k];
     const bool near = other.a == parts.a ||
-                      (other.b == parts.b && shape_a.part_neighbours[parts.a] & bit(other.a));
+                      (other.b == parts.b && shape_a.part_neighbors[parts.a] & bit(other.a));
     if (!near) continue;
     Vec3 normal;
     double at;
@@ -188,8 +187,8 @@ bool TunnellingGuard::keep(const PartPair& parts, const Pose& b_in_a, double she
   const Mat3 axes = rotation_of(s, pair.a);
   const double watched = watched_depth(a, b);
   const bool deep = -m.gap > watched;
-  // Cores that overlap, and no contact: it went to the neighbour over a cut, by which the shortest
-  // way out leads. The neighbour may say the same of this part.
+  // Cores that overlap, and no contact: it went to the neighbor over a cut, by which the shortest
+  // way out leads. The neighbor may say the same of this part.
   const bool dropped = m.points.empty() && -m.gap > a.radius + b.radius;
   if (const Patch* own = nearest(parts, false, axes * m.normal)) {
     const Vec3 side = axes.transpose() * own->normal;

@@ -38,8 +38,8 @@ class TunnellingGuard {
   Pose pose_before(double seconds) const;
   bool lies_on(const Patch& patch, const ConvexPart& b) const;
   template <class Visit>
-  void for_patches(const PartPair& parts, bool neighbours, const Visit& visit) const;
-  const Patch* nearest(const PartPair& parts, bool neighbours, const Vec3& normal) const;
+  void for_patches(const PartPair& parts, bool neighbors, const Visit& visit) const;
+  const Patch* nearest(const PartPair& parts, bool neighbors, const Vec3& normal) const;
   bool entry(const ConvexPart& a, const ConvexPart& b, Vec3& normal, double& at) const;
   bool first_entry(const PartPair& parts, Vec3& side) const;
   bool deep_on_the_way(const ConvexPart& a, const ConvexPart& b, double from, double deep) const;

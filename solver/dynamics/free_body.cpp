@@ -18,12 +18,12 @@ using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostJoints>;
 constexpr double kSame = 1e-15;
 constexpr int kMostRepetitions = 60;
 
-// What unit rates do to the centre of mass, and the inertia against them. Turning freely counts
+// What unit rates do to the center of mass, and the inertia against them. Turning freely counts
 // along the parent's axes.
 struct Axes {
   Columns velocity, spin;  // m/s and rad/s for each rate
   Mat3 inertia;            // kg m^2, world axes
-  Vec3 arm;                // m, from the body's origin to its centre of mass
+  Vec3 arm;                // m, from the body's origin to its center of mass
   Matrix mass;             // kg, kg m, kg m^2
 
   Axes(const FreeBody& body, const Vec3& origin, const Mat3& parent, const Mat3& rotation)

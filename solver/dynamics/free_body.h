@@ -42,7 +42,7 @@ struct KickResult {
 
 // Advances the rates by the forces of half a step of `dt` s. The body's origin at t = 0 is `origin`
 // (m, world). d'Alembert's principle over the axes: for each axis k with the velocity v_k and spin
-// w_k that a unit rate gives the centre of mass, (F + m g - m a) . v_k + (M - I alpha - w x I w) .
+// w_k that a unit rate gives the center of mass, (F + m g - m a) . v_k + (M - I alpha - w x I w) .
 // w_k + spring + damper = 0. Where the inertia against the axes changes with the place, the kick is
 // one of the momenta sum_j M_kj u_j, and drift() keeps them. Dampers are solved exactly for
 // constant other forces. Friction and motors are impulses within their bounds, applied in turn, so

@@ -401,7 +401,7 @@ struct Mechanism::Impl {
   }
 
   struct Arm {
-    Vec3 center, from_ground;  // m, of the centre of mass from the body's and the ground's origin
+    Vec3 center, from_ground;  // m, of the center of mass from the body's and the ground's origin
     Mat3 inertia;              // kg m^2
   };
   Arm arm_of(std::size_t f, const TreePose& pose, const MechanismState& s) const {

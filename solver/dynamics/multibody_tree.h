@@ -21,7 +21,7 @@ struct TreeBody {
   int parent = -1;                                    // an earlier body; -1: the ground
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();   // m, as drawn
   double mass = 0;                                    // kg
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // m, centre of mass, as drawn
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // m, center of mass, as drawn
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2 about it
   std::vector<TreeJoint> joints;                      // at least one, at most one turns
 };

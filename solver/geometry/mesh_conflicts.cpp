@@ -64,11 +64,11 @@ class AabbTree {
     int axis = 0;
     (all.high - all.low).maxCoeff(&axis);
     const std::size_t middle = (first + last) / 2;
-    const auto centre = [&](int i) { return boxes_[i].low[axis] + boxes_[i].high[axis]; };
+    const auto center = [&](int i) { return boxes_[i].low[axis] + boxes_[i].high[axis]; };
     std::nth_element(order_.begin() + static_cast<std::ptrdiff_t>(first),
                      order_.begin() + static_cast<std::ptrdiff_t>(middle),
                      order_.begin() + static_cast<std::ptrdiff_t>(last), [&](int a, int b) {
-                       return std::pair(centre(a), a) < std::pair(centre(b), b);
+                       return std::pair(center(a), a) < std::pair(center(b), b);
                      });
     build(2 * node + 1, first, middle);
     build(2 * node + 2, middle, last);
@@ -99,7 +99,7 @@ class Surface {
     const auto [low, high] = bounding_box(mesh);
     touch_ = kTouch * (high - low).norm();
     const int count = static_cast<int>(mesh.triangles.size());
-    neighbours_.assign(mesh.triangles.size(), {-1, -1, -1});
+    neighbors_.assign(mesh.triangles.size(), {-1, -1, -1});
     struct Side {
       int low, high, triangle, edge;
       auto key() const { return std::tuple(low, high, triangle, edge); }
@@ -122,8 +122,8 @@ class Surface {
     for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
       const Side &a = sides[i], &b = sides[i + 1];
       if (a.low != b.low || a.high != b.high) continue;
-      neighbours_[a.triangle][a.edge] = b.triangle;
-      neighbours_[b.triangle][b.edge] = a.triangle;
+      neighbors_[a.triangle][a.edge] = b.triangle;
+      neighbors_[b.triangle][b.edge] = a.triangle;
       shells_[std::max(root(a.triangle), root(b.triangle))] =
           std::min(root(a.triangle), root(b.triangle));
     }
@@ -131,7 +131,7 @@ class Surface {
   }
 
   const Vec3& corner(int triangle, int k) const { return corners_[triangle][k == 3 ? 0 : k]; }
-  Vec3 centre(int t) const { return (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3; }
+  Vec3 center(int t) const { return (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3; }
   // The first triangle of the shell.
   int shell(int triangle) const { return shells_[triangle]; }
   Box box(int triangle) const {
@@ -193,7 +193,7 @@ class Surface {
       const Vec3 along = (corner(triangle, k + 1) - corner(triangle, k)).normalized();
       const double inside = n.cross(along).dot(x - corner(triangle, k));
       if (inside > touch_) continue;
-      const int next = neighbours_[triangle][k];
+      const int next = neighbors_[triangle][k];
       if (inside < -touch_ || next < 0 || side(p, next) != from || side(q, next) != to)
         return std::nullopt;
     }
@@ -215,7 +215,7 @@ class Surface {
           return std::nullopt;
       }
     }
-    // The centre of the part of the one triangle that lies over the other.
+    // The center of the part of the one triangle that lies over the other.
     std::vector<Vec3> region = {corner(a, 0), corner(a, 1), corner(a, 2)};
     for (int k = 0; k < 3 && !region.empty(); ++k) {
       const Vec3 in = normals_[b].cross(corner(b, k + 1) - corner(b, k));
@@ -237,7 +237,7 @@ class Surface {
   std::vector<std::array<Vec3, 3>> corners_;
   double touch_ = 0;
   std::vector<Vec3> normals_;
-  std::vector<std::array<int, 3>> neighbours_;  // over the edge that begins at corner k; -1: none
+  std::vector<std::array<int, 3>> neighbors_;  // over the edge that begins at corner k; -1: none
   std::vector<int> shells_;
 };
 
@@ -261,13 +261,13 @@ double winding(const Surface& surface, const Shell& shell, const Vec3& p) {
   return angle / (4 * EIGEN_PI);
 }
 
-// Whether a shell that does not cross another one is inside it. A centre on the other's surface
+// Whether a shell that does not cross another one is inside it. A center on the other's surface
 // says nothing.
 bool is_inside(const Surface& surface, const Shell& shell, const Shell& other) {
   constexpr int kTries = 32;
   const int step = std::max(1, static_cast<int>(shell.triangles.size()) / kTries);
   for (int i = 0; i < static_cast<int>(shell.triangles.size()); i += step) {
-    const double turns = std::abs(winding(surface, other, surface.centre(shell.triangles[i])));
+    const double turns = std::abs(winding(surface, other, surface.center(shell.triangles[i])));
     if (turns > 0.75) return true;
     if (turns < 0.25) return false;
   }
@@ -337,7 +337,7 @@ MeshConflicts find_conflicts(const TriangleMesh& mesh) {
     if (depth == (outwards ? 0 : 1)) continue;
     ++(outwards ? result.nested_shells : result.inverted_shells);
     note(outwards ? MeshConflict::Kind::nested : MeshConflict::Kind::inverted, shell.triangles[0],
-         around, surface.centre(shell.triangles[0]));
+         around, surface.center(shell.triangles[0]));
   }
   return result;
 }

@@ -9,16 +9,16 @@ namespace firn {
 
 class NearestTriangle {
  public:
-  // Of a mesh with at least one triangle.
+  // `mesh`: at least one triangle.
   explicit NearestTriangle(const TriangleMesh& mesh);
   ~NearestTriangle();
   NearestTriangle(NearestTriangle&&) noexcept;
   NearestTriangle& operator=(NearestTriangle&&) noexcept;
 
-  // The number of the triangle nearest to a place (m, axes of the mesh) among those that face `out`
-  // (outward normal within 90 degrees); of all where none does. On an edge, always the same one of
-  // its neighbours. `guess` may be any number. A good guess, such as the result for a nearby point,
-  // saves most of the search and does not change the result.
+  // Index of the triangle nearest to `place` (m, mesh axes) among those whose outward normal is
+  // within 90 degrees of `out`; among all if there is none. On an edge, the choice between its
+  // triangles is deterministic. `guess`: any number; the result for a nearby point saves most of
+  // the search. It has no effect on the result.
   int nearest(const Vec3& place, const Vec3& out, int guess = -1) const;
   int nearest(const Vec3& place) const;
 

@@ -17,7 +17,7 @@ bool left(const Vec3& a, const Vec3& b, const Vec3& p) {
 
 }  // namespace
 
-Interior::Interior(const TriangleMesh& mesh) {
+PointInMesh::PointInMesh(const TriangleMesh& mesh) {
   // Along a direction that no edge of a drawn body is likely to have.
   axes_ = Quat(0.811, 0.273, -0.419, 0.303).normalized().toRotationMatrix();
   low_ = Vec3::Constant(std::numeric_limits<double>::infinity());
@@ -45,11 +45,11 @@ Interior::Interior(const TriangleMesh& mesh) {
   }
 }
 
-int Interior::column(const Vec3& p, int axis) const {
+int PointInMesh::column(const Vec3& p, int axis) const {
   return std::clamp(static_cast<int>((p(axis) - low_(axis)) / cell_), 0, kCells - 1);
 }
 
-bool Interior::contains(const Vec3& point) const {
+bool PointInMesh::contains(const Vec3& point) const {
   const Vec3 p = axes_ * point;
   bool inside = false;
   for (const int i : cells_[column(p, 0) * kCells + column(p, 1)]) {

@@ -1,4 +1,4 @@
-// Whether points lie within a closed mesh.
+// Test whether points are inside a closed mesh.
 #pragma once
 
 #include <array>
@@ -8,10 +8,11 @@
 
 namespace firn {
 
-// Counts the crossings of a ray. Points on the surface itself may count as either.
-class Interior {
+// Counts the intersections of a ray with the mesh. Points on the surface may count as inside or
+// outside.
+class PointInMesh {
  public:
-  explicit Interior(const TriangleMesh& mesh);
+  explicit PointInMesh(const TriangleMesh& mesh);
   bool contains(const Vec3& point) const;
 
  private:
@@ -20,11 +21,11 @@ class Interior {
 
   int column(const Vec3& p, int axis) const;
 
-  Mat3 axes_;  // the ray runs along the last of these
+  Mat3 axes_;  // columns; the ray is along the last one
   Vec3 low_;
   double cell_ = 1;  // m
   std::vector<Triangle> triangles_;
-  std::vector<std::vector<int>> cells_;  // triangles over each cell of a square lattice
+  std::vector<std::vector<int>> cells_;  // triangles that project to each cell of a square grid
 };
 
 }  // namespace firn

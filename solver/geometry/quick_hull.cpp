@@ -9,7 +9,7 @@ namespace {
 // A triangle of the hull under construction.
 struct Facet {
   std::array<int, 3> corners = {};
-  std::array<int, 3> neighbours = {-1, -1, -1};  // across corners k, k + 1
+  std::array<int, 3> neighbors = {-1, -1, -1};  // across corners k, k + 1
   Vec3 normal = Vec3::Zero();
   double offset = 0;
   std::vector<int> above;  // points that this facet must still take in
@@ -113,7 +113,7 @@ class Builder {
     for (int k = 0; k < 4; ++k) {
       Facet f;
       f.corners = loops[k];
-      f.neighbours = across[k];
+      f.neighbors = across[k];
       if (!set_plane(f)) return false;
       facets_.push_back(std::move(f));
     }
@@ -146,7 +146,7 @@ class Builder {
     for (std::size_t i = 0; i < visible_.size(); ++i) {
       const Facet& f = facets_[visible_[i]];
       for (int k = 0; k < 3; ++k) {
-        const int next = f.neighbours[k];
+        const int next = f.neighbors[k];
         if (state_[next]) continue;
         if (height(facets_[next], eye) > tolerance_) {
           state_[next] = 1;
@@ -157,8 +157,8 @@ class Builder {
     for (const int v : visible_) {
       const Facet& f = facets_[v];
       for (int k = 0; k < 3; ++k) {
-        if (!state_[f.neighbours[k]]) {
-          horizon_.push_back({f.corners[k], f.corners[(k + 1) % 3], f.neighbours[k]});
+        if (!state_[f.neighbors[k]]) {
+          horizon_.push_back({f.corners[k], f.corners[(k + 1) % 3], f.neighbors[k]});
         }
       }
     }
@@ -167,7 +167,7 @@ class Builder {
     for (const auto& [a, b, outer] : horizon_) {
       Facet f;
       f.corners = {a, b, eye};
-      f.neighbours = {outer, -1, -1};
+      f.neighbors = {outer, -1, -1};
       simple = simple && edge_to_[a] < 0 && set_plane(f);
       edge_to_[a] = base + static_cast<int>(fresh.size());
       fresh.push_back(std::move(f));
@@ -176,8 +176,8 @@ class Builder {
       const int next = edge_to_[fresh[i].corners[1]];
       simple = next >= 0;
       if (!simple) break;
-      fresh[i].neighbours[1] = next;
-      fresh[next - base].neighbours[2] = base + static_cast<int>(i);
+      fresh[i].neighbors[1] = next;
+      fresh[next - base].neighbors[2] = base + static_cast<int>(i);
     }
     for (const auto& edge : horizon_) edge_to_[edge[0]] = -1;
     for (const int v : visible_) state_[v] = 0;
@@ -185,10 +185,10 @@ class Builder {
     added_.clear();
     for (auto& f : fresh) {
       const int index = static_cast<int>(facets_.size());
-      Facet& outer = facets_[f.neighbours[0]];
+      Facet& outer = facets_[f.neighbors[0]];
       for (int k = 0; k < 3; ++k) {
         if (outer.corners[k] == f.corners[1] && outer.corners[(k + 1) % 3] == f.corners[0]) {
-          outer.neighbours[k] = index;
+          outer.neighbors[k] = index;
         }
       }
       added_.push_back(index);

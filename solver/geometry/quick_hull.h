@@ -1,5 +1,5 @@
-// The convex hull of many points as triangles, fast and approximate: for searches that try many
-// hulls. convex_hull() in convex_part.h gives the hull that contacts use.
+// Fast approximate convex hull as triangles, for searches over many hulls. Contacts use the exact
+// convex_hull() of convex_part.h.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ struct QuickHull {
   double volume = 0;                          // m^3
 };
 
-// Points may lie outside of a plane by `tolerance` (m). Nothing for fewer than four points or for
-// points that lie in a plane to that tolerance.
+// Points may be outside of a plane by `tolerance` (m). Nothing for fewer than four points and for
+// points that are coplanar within the tolerance.
 std::optional<QuickHull> quick_hull(const std::vector<Vec3>& points, double tolerance);
 
 }  // namespace firn

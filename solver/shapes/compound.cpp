@@ -8,15 +8,15 @@
 
 namespace firn {
 
-void find_neighbours(Shape& shape) {
-  shape.part_neighbours.assign(shape.parts.size(), 0);
+void find_neighboring_parts(Shape& shape) {
+  shape.part_neighbors.assign(shape.parts.size(), 0);
   const double tolerance = 1e-6 * shape.box.norm();
   for (std::size_t i = 0; i < shape.parts.size(); ++i) {
     for (std::size_t j = 0; j < shape.parts.size(); ++j) {
       const ConvexPart &a = shape.parts[i], &b = shape.parts[j];
       GjkCache cold;
       const double gap = i == j ? 0 : core_distance(a, b, Pose{}, cold) - a.radius - b.radius;
-      if (gap <= tolerance) shape.part_neighbours[i] |= std::uint64_t{1} << j;
+      if (gap <= tolerance) shape.part_neighbors[i] |= std::uint64_t{1} << j;
     }
   }
 }
@@ -115,8 +115,8 @@ Shape make_compound(const std::vector<Component>& components, const ShapeOptions
     }
   }
   add_pieces(pieces, shape);
-  set_reach(shape);
-  find_neighbours(shape);
+  compute_bounding_radius(shape);
+  find_neighboring_parts(shape);
   return shape;
 }
 

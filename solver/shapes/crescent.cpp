@@ -72,7 +72,7 @@ struct Arc {
         center_z(radius - p.depth),
         half_angle(std::atan2(p.chord / 2, radius - sagitta)) {}
 
-  // Corner i of `count` equal segments, at distance r from the centre.
+  // Corner i of `count` equal segments, at distance r from the center.
   Point corner(int i, int count, double r) const {
     const double angle = half_angle * (2.0 * i / count - 1);
     return {r * std::sin(angle), center_z - r * std::cos(angle)};
@@ -206,13 +206,13 @@ Shape make_crescent(const CrescentParameters& p, const ShapeOptions& options) {
     shape.rounding = default_rounding(pieces, shape.mesh, shape.box.minCoeff());
   }
   for (const auto& piece : pieces) add_part(shape, piece);
-  set_reach(shape);
+  compute_bounding_radius(shape);
   for (int i = 0; i < p.parts; ++i) {
     std::uint64_t mask = 0;
     for (int j = std::max(i - 1, 0); j <= std::min(i + 1, p.parts - 1); ++j) {
       mask |= std::uint64_t{1} << j;
     }
-    shape.part_neighbours.push_back(mask);
+    shape.part_neighbors.push_back(mask);
   }
   const Deviation deviation = measure_deviation(shape);
   shape.contact_deviation = deviation.largest();

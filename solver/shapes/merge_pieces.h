@@ -1,5 +1,5 @@
-// Convex pieces of one solid: pieces that form a larger convex solid are merged, and faces that
-// other pieces cover are marked. The contact of a body must not depend on how its solid was cut.
+// Merge of convex pieces of a solid whose union is convex, and detection of internal faces. The
+// contact of a body must not depend on how its solid is divided into pieces.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace firn {
 
-// The faces of a convex piece, not eroded by a rounding.
+// The faces of a convex piece without rounding.
 using Piece = std::vector<HalfSpace>;
 
-// Replaces pieces whose union is convex by that union: all that are connected if possible, else
-// pairs until no pair is left. Pieces must not overlap. Planes that differ by less than a millionth
-// of the size count as one. A surface face is not merged with an internal one. The union is exact;
-// which of several possible pairs are merged depends on the order of the pieces.
+// Replaces pieces with a convex union by the union: all connected pieces if possible, else pairs
+// until no pair is left. Pieces must not overlap. Planes that differ by less than a millionth of
+// the size are equal. A surface face is not merged with an internal one. The union is exact; the
+// choice among several possible pairs depends on the order of the pieces.
 std::vector<Piece> merge_convex_pieces(std::vector<Piece> pieces);
 
-// Marks as internal the faces that lie wholly inside or against other pieces, at most kMaxSeams of
-// each piece. `size` (m): diagonal of the whole solid. Pieces must not overlap.
+// Marks faces as internal that other pieces cover completely, at most kMaxSeams of each piece.
+// `size` (m): diagonal of the whole solid. Pieces must not overlap.
 void mark_internal_faces(std::vector<Piece>& pieces, double size);
 
 }  // namespace firn

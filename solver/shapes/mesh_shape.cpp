@@ -8,6 +8,7 @@
 #include "solver/shapes/convex_decomposition.h"
 #include "solver/shapes/merge_pieces.h"
 #include "solver/shapes/shape_builder.h"
+#include "solver/shapes/wall_thickness.h"
 
 namespace firn {
 namespace {
@@ -42,7 +43,7 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
   const double edge = begun.box.minCoeff();
   DecomposeOptions wanted;
   wanted.tolerance = kTolerance * edge;
-  wanted.thinnest = std::min(kThinnest * edge, 0.5 * wall_thickness(mesh));
+  wanted.min_thickness = std::min(kThinnest * edge, 0.5 * wall_thickness(mesh));
   wanted.max_parts = options.max_parts;
   Shape best;
   // The search measures pieces one by one and by samples; where their union deviates by more than
@@ -55,15 +56,15 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     mark_internal_faces(found.pieces, shape.box.norm());
     if (!(options.rounding >= 0)) shape.rounding = default_rounding(found.pieces, mesh, edge);
     for (const auto& piece : found.pieces) add_part(shape, piece);
-    set_reach(shape);
-    find_neighbours(shape);
+    compute_bounding_radius(shape);
+    find_neighboring_parts(shape);
     const Deviation deviation = measure_deviation(shape);
     shape.contact_deviation = deviation.largest();
     shape.deviation_reason =
         deviation.rounding > deviation.surplus ? "edges rounded"
-        : found.at_most_parts        ? fmt::format("max_parts = {} reached", options.max_parts)
-        : found.stopped_by_thickness ? "further cuts would leave slivers"
-                                     : "hulls of the parts over concave surface";
+        : found.part_limit_reached      ? fmt::format("max_parts = {} reached", options.max_parts)
+        : found.thickness_limit_reached ? "further cuts would leave slivers"
+                                        : "hulls of the parts over concave surface";
     const bool better = best.parts.empty() || shape.contact_deviation < best.contact_deviation;
     if (better) best = std::move(shape);
     // Neither more parts nor other cuts help then.
@@ -71,9 +72,9 @@ Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options) {
     wanted.plan_triangles = kPlanAgain;
     wanted.thorough = true;
     // Too many parts come from cuts that leave much to do, as better ones would leave slivers.
-    if (found.stopped_by_thickness || found.at_most_parts) {
+    if (found.thickness_limit_reached || found.part_limit_reached) {
       if (++thinner > kMaxThinner) break;
-      wanted.thinnest *= kThinner;
+      wanted.min_thickness *= kThinner;
     } else {
       wanted.tolerance *= 0.8;
     }

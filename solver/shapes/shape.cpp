@@ -95,7 +95,7 @@ void add_part(Shape& shape, std::vector<HalfSpace> half_spaces) {
   shape.parts.push_back(convex_part(half_spaces, shape.rounding));
 }
 
-void set_reach(Shape& shape) {
+void compute_bounding_radius(Shape& shape) {
   if (shape.parts.size() > 64) {
     throw InputError("the shape has " + std::to_string(shape.parts.size()) +
                      " convex parts; expected at most 64");
@@ -146,8 +146,8 @@ TriangleMesh sphere_mesh(double radius) {
 }
 
 Shape finish_single(Shape shape, const char* reason) {
-  set_reach(shape);
-  shape.part_neighbours = {1};
+  compute_bounding_radius(shape);
+  shape.part_neighbors = {1};
   shape.contact_deviation = measure_deviation(shape).largest();
   shape.deviation_reason = reason;
   return shape;

@@ -343,7 +343,7 @@ class Union {
   }
 
   const std::vector<ConvexPart>& parts_;
-  Interior interior_;
+  PointInMesh interior_;
   MeshDistance to_mesh_;
   std::vector<Vec3> points_;  // of the faces
 };

@@ -23,12 +23,12 @@ static_assert(sizeof(ContactSums) == 64);
 struct OpenContact {
   ContactEvent event;       // a below 0: unused element
   std::uint64_t start = 0;  // step
-  std::int64_t pair = -1;   // in the neighbour list; -1: not listed now
+  std::int64_t pair = -1;   // in the neighbor list; -1: not listed now
 };
 
 struct StatisticsState {
   // Contacts
-  std::uint64_t list = 0;                  // number of the neighbour list that pairs refer to
+  std::uint64_t list = 0;                  // number of the neighbor list that pairs refer to
   std::vector<std::int32_t> open_of_pair;  // [pairs] its open contact; -1: none
   std::vector<OpenContact> open;           // with unused elements
   std::vector<ContactSums> sums;           // [open]

@@ -17,7 +17,7 @@ namespace firn {
 
 // BodyMotion and BodyLoad are padded so that a vector and a zero are one wide load.
 struct alignas(32) BodyMotion {
-  Vec3 position = Vec3::Zero();  // m, centre of mass (a boundary: its origin), world
+  Vec3 position = Vec3::Zero();  // m, center of mass (a boundary: its origin), world
   double zero_0 = 0;
   Vec3 velocity = Vec3::Zero();  // m/s
   double zero_1 = 0;
@@ -27,7 +27,7 @@ struct alignas(32) BodyMotion {
 struct alignas(32) BodyLoad {
   Vec3 force = Vec3::Zero();  // N, world
   double zero_0 = 0;
-  Vec3 torque = Vec3::Zero();  // N m, about the centre of mass, world
+  Vec3 torque = Vec3::Zero();  // N m, about the center of mass, world
   double zero_1 = 0;
 };
 
@@ -100,8 +100,8 @@ struct BoundaryContactHistory {
 
 // Reaction in the joints of a free frame. All members have the same alignment.
 struct JointReaction {
-  Vec3 center_velocity = Vec3::Zero();   // m/s, of the centre of mass, over the last step
-  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the centre of mass, over the last step
+  Vec3 center_velocity = Vec3::Zero();   // m/s, of the center of mass, over the last step
+  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, about the center of mass, over the last step
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  // N s, N m s, since cleared
   double known = 0;                                             // 1: a step has been made
 };

@@ -167,7 +167,7 @@ struct Workspace {
   std::vector<PairLaw> laws;                   // [shape * (shapes + boundaries) + other]
   std::vector<std::optional<AabbTree>> trees;  // [boundaries]; none for planes
   std::vector<FlatSurfaces> surfaces;          // [shapes + boundaries]
-  std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the centre
+  std::vector<double> reach;          // [shapes + boundaries] m, farthest point from the center
   std::vector<double> thinnest;       // [shapes + boundaries] m, least thickness of a part
   std::vector<double> smallest_part;  // [shapes] m, least bounding radius of a part
   double skin = 0;                    // m

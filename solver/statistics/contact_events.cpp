@@ -137,7 +137,7 @@ class ContactReader {
   std::uint64_t step_;
 };
 
-// The open contacts of a new neighbour list, or of the same one without free places: in order of
+// The open contacts of a new neighbor list, or of the same one without free places: in order of
 // the list, then those whose pair is not listed.
 void remap_open_contacts(State& s) {
   StatisticsState& stats = s.statistics;

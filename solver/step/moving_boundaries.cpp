@@ -16,7 +16,7 @@ struct Place {
   Vec3 turned = Vec3::Zero();  // rad, rotation vector of the step
 };
 
-// A step of one motion, whose directions and centre `by` has carried along; nothing has at first.
+// A step of one motion, whose directions and center `by` has carried along; nothing has at first.
 void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t, double dt,
            Place& place) {
   const double way = m.way(t, dt);
@@ -43,7 +43,7 @@ void apply(const Motion& m, const RigidMotion* by, const Vec3& origin, double t,
 
 // All motions of a boundary or frame (`mover` as in State::stage_motion_mover). Each is carried by
 // those before it, as by a frame that each of them moves: in a step from t the motion j turns about
-// the place where the motions before it have put its centre at t. These steps, the last motion's
+// the place where the motions before it have put its center at t. These steps, the last motion's
 // first, make up exactly the change of the whole, since a motion's step commutes with its own way.
 void apply_all(const std::vector<Motion>& motions, std::size_t mover, const Vec3& origin,
                const State& s, double dt, BoundaryMotionScratch& scratch, Place& place) {

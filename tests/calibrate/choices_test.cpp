@@ -126,7 +126,7 @@ TEST(Choices, AreTheTruthAsOftenAsTheirProbabilitySays) {
   std::mt19937_64 random(3);
   const auto z = [](double law) { return law == 1 ? 5.0 : 5.8; };
   for (int s = 0; s < studies; ++s) {
-    const double law = open_uniform(random) < 0.5 ? 1 : 2, a = 0.2 + 0.6 * open_uniform(random);
+    const double law = uniform_open(random) < 0.5 ? 1 : 2, a = 0.2 + 0.6 * uniform_open(random);
     const LawOutcome o =
         carry_out(law_study("choices = [1, 2]\n", 10 + 8 * a + 0.4 * normal(random),
                             z(law) + 0.4 * normal(random), 0.4),

@@ -77,7 +77,7 @@ double share_rejected(int count, int studies, const std::function<double(int)>& 
   int rejected = 0;
   for (int s = 0; s < studies; ++s) {
     std::mt19937_64 random(static_cast<std::uint64_t>(1000 * count + s));
-    const double a = 0.1 + 0.8 * open_uniform(random), b = 0.1 + 0.8 * open_uniform(random);
+    const double a = 0.1 + 0.8 * uniform_open(random), b = 0.1 + 0.8 * uniform_open(random);
     std::vector<Aim> aims;
     for (int k = 0; k < count; ++k)
       aims.push_back({fan(k, count, a, b) + 0.5 * (normal(random) + shift(k)), 0.5});
@@ -311,7 +311,7 @@ TEST(Report, EachFitIsFollowedByItsSimulation) {
 TEST(Report, TheTableHasThePredictedResponseOfEachTarget) {
   std::mt19937_64 random(8);
   for (int s = 0; s < 3; ++s) {
-    const double a = 0.2 + 0.6 * open_uniform(random), b = 0.2 + 0.6 * open_uniform(random);
+    const double a = 0.2 + 0.6 * uniform_open(random), b = 0.2 + 0.6 * uniform_open(random);
     const Outcome o =
         carry_out(study_text(unit_square, {{10 + 8 * a, 0.4}, {10 + 8 * b, 0.4}}, 30, 1 + 1000 * s),
                   [](const Values& v, auto& noise) {
@@ -340,7 +340,7 @@ LocalNoise scattered(int sites, int seeds, double factor, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<NoiseSite> all;
   for (int i = 0; i < sites; ++i) {
-    NoiseSite site{Eigen::Vector2d(open_uniform(random), open_uniform(random)), 0, seeds - 1.0};
+    NoiseSite site{Eigen::Vector2d(uniform_open(random), uniform_open(random)), 0, seeds - 1.0};
     const double scale = site.u.minCoeff() > 0.5 ? factor : 1;
     for (int k = 1; k < seeds; ++k) site.squares += scale * std::pow(normal(random), 2);
     all.push_back(site);
@@ -397,7 +397,7 @@ TEST(Outliers, AValueThatAllSeedsHaveIsNone) {
         study_text(unit_square, {{14, 0.5}, {14, 0.5}}, 40, 1), [&](const Values& v, auto& random) {
           const double t = 10 + 8 * v.at("a") + 0.4 * normal(random);
           const bool high =
-              step ? v.at("a") > 0.85 && v.at("b") > 0.85 : open_uniform(random) < 0.3;
+              step ? v.at("a") > 0.85 && v.at("b") > 0.85 : uniform_open(random) < 0.3;
           return std::vector{t + (high ? 1000 : 0), 10 + 8 * v.at("b") + 0.4 * normal(random)};
         });
     EXPECT_TRUE(o.j["outliers"].empty()) << o.summary.table;
@@ -424,7 +424,7 @@ TEST(Border, ACombinationIsNotStatedMorePreciselyThanTheValleyIsStraight) {
   int off = 0;
   for (int s = 0; s < 6; ++s) {
     std::mt19937_64 random(static_cast<std::uint64_t>(50 + s));
-    const double a = s % 2 == 0 ? 0 : open_uniform(random), b = open_uniform(random);
+    const double a = s % 2 == 0 ? 0 : uniform_open(random), b = uniform_open(random);
     const auto response = [](double x, double y) { return 10 * (x - 0.2) * (x - 0.2) + 8 * y; };
     const Outcome o = carry_out(
         study_text(unit_square, {{response(a, b) + 0.3 * normal(random), 0.3}}, 40, 1 + 1000 * s),

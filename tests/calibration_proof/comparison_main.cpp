@@ -249,7 +249,7 @@ MethodAnswer by_restarts(Laboratory& lab, int runs) {
       return distance * distance;
     };
     minimize_locally(seen, VectorXd::Zero(d), VectorXd::Ones(d), start, 0.2, left);
-    for (double& x : start) x = open_uniform(lab.random);
+    for (double& x : start) x = uniform_open(lab.random);
   }
   MethodAnswer a;
   a.values = values_at(lab.problem, best);

@@ -56,7 +56,7 @@ CoveredProblem read_covered_problem(const TomlTable& t) {
 
 double CoveredResponse::run(const Values& v, std::mt19937_64& random) const {
   const double scatter = noise(v) * normal(random);
-  return value(v) + scatter + (open_uniform(random) < shift_share(v) ? shift(v) : 0);
+  return value(v) + scatter + (uniform_open(random) < shift_share(v) ? shift(v) : 0);
 }
 
 std::vector<CoveredProblem> read_covered_problems(const std::string& file) {
@@ -71,8 +71,8 @@ std::vector<CoveredProblem> read_covered_problems(const std::string& file) {
 
 VectorXd draw_truth(const CoveredProblem& p, const std::string& where, std::mt19937_64& random) {
   VectorXd u(static_cast<Index>(p.parameters.size()));
-  const auto end = [&] { return open_uniform(random) < 0.5 ? 0.0 : 1.0; };
-  for (double& x : u) x = where == "corner" ? end() : open_uniform(random);
+  const auto end = [&] { return uniform_open(random) < 0.5 ? 0.0 : 1.0; };
+  for (double& x : u) x = where == "corner" ? end() : uniform_open(random);
   if (where == "border")
     u[static_cast<Index>(random() % static_cast<std::uint64_t>(u.size()))] = end();
   return u;

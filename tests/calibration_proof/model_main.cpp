@@ -47,7 +47,7 @@ void judge_model(const CoveredProblem& p, const CoveredResponse& r, int points, 
   if (!models) return;
   for (int i = 0; i < 100; ++i) {
     VectorXd u(d);
-    for (double& x : u) x = open_uniform(random);
+    for (double& x : u) x = uniform_open(random);
     const Prediction q = models->targets[0].surrogate.best.predict(u);
     const double error2 = std::pow(q.mean - r.mean(values_at(p, u)), 2);
     ++t.count;

@@ -257,7 +257,7 @@ std::optional<Verdict> SimulatedStudies::study(int number) {
     const Sample fresh = sample(values_of(runs, m.response));
     if (fresh.count < 2 || stated["value"].is_null()) continue;
     const double variance =
-        widened(fresh.sum_of_squares / (fresh.count - 1), fresh.count - 1) / fresh.count;
+        widened_variance(fresh.sum_of_squares / (fresh.count - 1), fresh.count - 1) / fresh.count;
     v.reported_z.push_back((stated["value"].get<double>() - fresh.mean) /
                            std::hypot(stated["standard_error"].get<double>(), std::sqrt(variance)));
   }

@@ -1,4 +1,4 @@
-// Execution of the runs of a study: [execution] of a study file. It does not change results. Keys:
+// Table [execution] of a study file: how runs are executed. No effect on results. Keys:
 // docs/calibration.md.
 #pragma once
 
@@ -12,8 +12,8 @@ namespace firn {
 class TomlTable;
 
 struct SlurmSettings {
-  std::string partition, account;    // empty: the cluster's defaults
-  std::vector<std::string> options;  // further ones of sbatch, as they are
+  std::string partition, account;    // empty: default of the cluster
+  std::vector<std::string> options;  // additional options of sbatch
   double poll = 10;                  // s between two queries of the queue
 };
 
@@ -34,8 +34,8 @@ double parse_memory(const std::string& text);
 std::string memory_text(double bytes);  // "2 GiB"
 std::string time_text(double seconds);  // "10 min"
 
-// The part of the text of a study that determines its runs: its TOML without [execution], comments
-// and layout. Throws InputError for a text that is no TOML.
+// The part of the text of a study that determines its runs: TOML without [execution], comments and
+// layout. Throws InputError for text that is not TOML.
 std::string study_identity(const std::string& text, const std::string& source);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// Execution of a batch of simulations: on this machine, on a cluster, or by a function of a test.
+// Interface for the execution of runs: on this machine, on a cluster, or by a function in tests.
 #pragma once
 
 #include <atomic>
@@ -15,16 +15,16 @@ namespace firn {
 
 // Limits of one run; 0: no limit.
 struct RunLimits {
-  double time = 0;    // s of wall time, all sessions of a resumed run together
-  double memory = 0;  // bytes resident
+  double time = 0;    // s of wall time, sum of all sessions
+  double memory = 0;  // bytes of resident memory
 };
 
 struct Job {
-  std::string key;                  // names the run's files; the same text has the same key
-  std::string case_file;            // as written; `text` is what is run
-  std::vector<Override> overrides;  // of the case file, seed included
-  std::string text;                 // the complete case, as Executor::resolve() gave it
-  std::string folder;               // where its files go
+  std::string key;                  // base name of the files; equal texts have equal keys
+  std::string case_file;            // as stated by the user; `text` is executed
+  std::vector<Override> overrides;  // of the case file, with the seed
+  std::string text;                 // the complete case from Executor::resolve()
+  std::string folder;               // of its files
   int threads = 1;
   RunLimits limits;
   bool user_program = false;  // `text` describes the run of a program (program_run.h), not a case
@@ -32,20 +32,20 @@ struct Job {
 
 enum class JobStatus {
   finished,
-  arched,         // ended well, but the flow stopped by itself: a category, not a number
-  failed,         // the simulation says why
-  crashed,        // its process died; is repeated once
-  timed_out,      // stopped at its limit of wall time: its response is unknown, not absent
-  out_of_memory,  // killed at its limit of memory: the same
-  // No outcomes: the run is repeated.
-  lost,        // its process or its machine vanished for an external reason
+  arched,         // finished, but particles arched over the outlet: a category, not a number
+  failed,         // the simulation reported an error
+  crashed,        // its process crashed; repeated once
+  timed_out,      // stopped at its limit of wall time: responses are censored
+  out_of_memory,  // killed at its limit of memory: responses are censored
+  // Not outcomes: the run is repeated.
+  lost,        // its process or machine was lost for an external reason
   interrupted  // by the user
 };
 // Statuses that are stored in the journal.
 inline constexpr JobStatus outcomes[] = {JobStatus::finished,  JobStatus::arched,
                                          JobStatus::failed,    JobStatus::crashed,
                                          JobStatus::timed_out, JobStatus::out_of_memory};
-// Censored: with a higher limit there would have been a response.
+// Censored: a higher limit would have given responses.
 inline bool cut_short(JobStatus status) {
   return status == JobStatus::timed_out || status == JobStatus::out_of_memory;
 }
@@ -56,17 +56,17 @@ struct JobResult {
   std::string reason;  // one sentence, for all but finished
   std::vector<Response> responses;
   double wall = 0;       // s
-  double simulated = 0;  // s; reached by a run that was cut short
-  double limit = 0;      // that cut it short: s or bytes
+  double simulated = 0;  // s, simulated time
+  double limit = 0;      // limit that was exceeded, s or bytes
   std::string results_file = {};
 };
 
-// The same, or a failure that names the response, where one is beyond 1e30: such a number must not
-// enter statistics and models of other runs. NaN, which stands for undefined, stays.
+// Returns `result`, or a failure that names the response if a value exceeds 1e30 in magnitude: such
+// a number must not enter statistics and surrogates. NaN (undefined) is accepted.
 JobResult plausible(JobResult result);
 
-// All values of a response of the run in this unit; nothing when the run does not have the
-// response, or has it in a unit of another kind. Throws InputError for a text that is no unit.
+// All values of a response in `unit`. Nothing if the run does not have the response, or if its unit
+// has another dimension. Throws InputError for a text that is not a unit.
 std::optional<std::vector<double>> response_values(const JobResult& run, const std::string& name,
                                                    const std::string& unit);
 
@@ -74,24 +74,25 @@ struct JobEvents {
   std::function<void(const Job&)> started;
   std::function<void(const Job&, const JobResult&)> ended;
   std::function<void()> tick;                                // a few times a second
-  std::function<void(const Job&, const std::string&)> note;  // one line about its files
+  std::function<void(const Job&, const std::string&)> note;  // one message about its files
 };
 
 class Executor {
  public:
   virtual ~Executor() = default;
-  // The complete text of the case with these overrides and material records: the input of the run's
-  // identity. Throws InputError when the overrides do not fit the case.
+  // The complete text of the case with these overrides and material records, from which the key of
+  // the run is computed. Throws InputError for overrides that do not fit the case.
   virtual std::string resolve(const std::string& case_file, const std::vector<Override>& overrides,
                               const MaterialRequest& materials) = 0;
-  // Carries out all jobs and reports each as it starts and ends; ended() never runs concurrently.
-  // Resumes from the files of an earlier, killed attempt in the job's folder if possible.
+  // Executes all jobs and reports the start and the end of each. ended() is not called
+  // concurrently. Resumes from the files of an earlier killed attempt in the folder of the job if
+  // possible.
   virtual void run(const std::vector<Job>& jobs, const JobEvents& events) = 0;
 };
 
 struct LocalExecutorOptions {
   std::string program;  // empty: the running executable
-  int jobs = 0;         // processes side by side; 0: one per core
+  int jobs = 0;         // concurrent processes; 0: one per core
   const std::atomic<bool>* interrupt = nullptr;
 };
 

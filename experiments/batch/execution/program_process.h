@@ -22,8 +22,8 @@ JobResult finished_program(const Job& job);
 
 class ProgramProcess final : public RunningJob {
  public:
-  // Recreates the folder and starts the program. The files of an earlier attempt are removed: its
-  // end is not known.
+  // Recreates the folder and starts the program. Removes the files of an earlier attempt, whose
+  // outcome is unknown.
   explicit ProgramProcess(const Job& job);
   // Kills the program and its children.
   ~ProgramProcess() override;

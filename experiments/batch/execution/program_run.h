@@ -1,5 +1,5 @@
-// One run of a simulator of the user: arguments, input files and the file of its responses. Plain
-// data and its JSON text, from which the key of the run is made.
+// A run of a user program: arguments, input files and the file of its responses. Plain data and its
+// JSON text, from which the key of the run is computed.
 #pragma once
 
 #include <map>
@@ -11,19 +11,20 @@
 namespace firn {
 
 struct ProgramRun {
-  std::vector<std::string> arguments;         // the program first; never through a shell
-  std::string input_name, input_text;         // the filled template; empty: there is none
-  std::map<std::string, std::string> inputs;  // name in the run's folder -> SHA-256 of the content
-  std::string responses;                      // file that the program writes: .json or .csv
-  std::map<std::string, std::string> values;  // placeholder -> text, seed included
+  std::vector<std::string> arguments;  // program first; no shell is used
+  std::string input_name, input_text;  // name and text of the filled template; empty: none
+  std::map<std::string, std::string>
+      inputs;             // name in the folder of the run -> SHA-256 of the content
+  std::string responses;  // file that the program writes: .json or .csv
+  std::map<std::string, std::string> values;  // placeholder -> text, with the seed
 };
 
-// In place of the program that simulates, in the keys of such runs: the version of Firn does not
-// change what they compute.
+// Identity of the program in the keys of such runs: the version of Firn does not affect their
+// results.
 inline constexpr const char* user_program_identity = "user program";
 
 std::string program_run_text(const ProgramRun& run);
-// Throws InputError for another text.
+// Inverse of program_run_text(). Throws InputError for any other text.
 ProgramRun parse_program_run(const std::string& text);
 
 // Responses of a finished program. JSON: {"NAME": NUMBER, ...}, or in place of the number

@@ -1,5 +1,5 @@
-// One run as a watched process of `firn run`. All executors start runs through this, so that limits
-// apply in the same way on a workstation and on a cluster.
+// One run as a process of `firn run` with limits. All executors start runs with this class, so that
+// limits apply in the same way on a workstation and on a cluster.
 #pragma once
 
 #include <sys/types.h>
@@ -21,19 +21,18 @@ struct JobFiles {
 // Outcome of a run according to its files; nothing while it has not ended.
 std::optional<JobResult> existing_result(const Job& job);
 
-// Simulated time that the files of the run reach, s.
+// Simulated time in the files of the run, s.
 double simulated_time(const Job& job);
 
-// Throws WriteError when a folder cannot take a file: full, read-only, gone.
+// Throws WriteError when no file can be written to the folder: full, read-only, missing.
 void require_writable(const std::string& folder);
 
 class RunProcess final : public RunningJob {
  public:
   using Note = std::function<void(const std::string&)>;  // gets one line for the user
 
-  // Starts the run, or continues from its last checkpoint. The folder must hold no outcome of it.
-  // Results that cannot be opened are renamed FILE.unreadable, and `print_note` gets a line that
-  // says so.
+  // Starts the run or continues from its last checkpoint. The folder must not have its outcome.
+  // Results that cannot be opened are renamed FILE.unreadable, which is reported to `print_note`.
   RunProcess(const Job& job, const std::string& program, Note print_note = {});
   // A run in progress saves its state and ends.
   ~RunProcess() override;
@@ -41,9 +40,8 @@ class RunProcess final : public RunningJob {
   RunProcess& operator=(const RunProcess&) = delete;
 
   const Job& job() const override { return job_; }
-  void interrupt() override;  // it saves its state and ends
-  // Looks at its limits; its result when it has ended. Throws RunError when it could not do its
-  // work for reasons that lie around it, such as a full disk: that is no outcome.
+  void interrupt() override;  // the run saves its state and ends
+  // See RunningJob. An external error such as a full disk throws RunError and is not an outcome.
   std::optional<JobResult> poll() override;
 
  private:
@@ -62,10 +60,10 @@ class RunProcess final : public RunningJob {
   Note print_note_;
   bool resumed_ = false;      // from a checkpoint of an earlier session
   bool interrupted_ = false;  // by interrupt()
-  double earlier_ = 0;        // s of wall time in sessions before this
+  double earlier_ = 0;        // s of wall time in earlier sessions
   Clock::time_point start_;
   Exceeded exceeded_ = Exceeded::nothing;
-  Clock::time_point deadline_notified_;  // to end, for taking too long
+  Clock::time_point deadline_notified_;  // when its end was requested at the time limit
   pid_t pid_ = -1;                       // -1: has ended
 };
 

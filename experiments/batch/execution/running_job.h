@@ -1,4 +1,4 @@
-// A job under way: a process of `firn run`, or a program of the user.
+// A running job: a process of `firn run` or of a user program.
 #pragma once
 
 #include <functional>
@@ -15,9 +15,9 @@ class RunningJob {
  public:
   virtual ~RunningJob() = default;
   virtual const Job& job() const = 0;
-  virtual void interrupt() = 0;  // asks it to end
+  virtual void interrupt() = 0;  // requests its end
   // Checks the limits of the job. Returns the result of a job that has ended. Throws RunError for
-  // trouble outside the run, such as a full disk.
+  // an external error such as a full disk.
   virtual std::optional<JobResult> poll() = 0;
 };
 

@@ -1,5 +1,4 @@
-// The outcomes of runs in a database: the same two tables in a study's journal and in the store
-// that studies share.
+// Outcomes of runs in a database: two tables, equal in the journal of a study and in the run cache.
 #pragma once
 
 #include <optional>
@@ -10,8 +9,7 @@
 
 namespace firn {
 
-// Columns of a table `runs` that has `key TEXT PRIMARY KEY` or `UNIQUE`, and the table of
-// responses that belongs to it.
+// Columns of a table `runs` with a unique column `key`, and the table of its responses.
 inline constexpr const char* outcome_columns =
     "status TEXT NOT NULL CHECK (status IN ('planned', 'running', 'finished', 'arched', "
     "'failed', 'crashed', 'timed out', 'out of memory')), "
@@ -26,11 +24,11 @@ inline constexpr const char* responses_table =
     "unit TEXT NOT NULL, method TEXT NOT NULL, method_version INTEGER NOT NULL, "
     "PRIMARY KEY (run, name, part)) WITHOUT ROWID;";
 
-// The outcome of a run; nothing for a run that is unknown or has not ended.
+// The outcome of a run. Nothing for a run that is unknown or has not ended.
 std::optional<JobResult> read_outcome(Database& db, const std::string& key);
-// What read_outcome() gives of a result that write_outcome() has written.
+// The result that read_outcome() returns after write_outcome() of `result`.
 JobResult stored_form(JobResult result);
-// Replaces the outcome of a run that is in the table. Within a transaction of the caller's.
+// Replaces the outcome of a run in the table. The caller must have begun a transaction.
 void write_outcome(Database& db, const std::string& key, const JobResult& result);
 
 }  // namespace firn

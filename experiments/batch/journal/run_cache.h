@@ -1,5 +1,5 @@
-// Outcomes that studies share: a run is found by the hash of its complete case text (parameters,
-// seed and meshes are in it) and of the program that simulates, whichever study made it.
+// Cache of outcomes that studies share. The key of a run is the hash of its complete case text
+// (with parameters, seed and meshes) and of the identity of the program.
 #pragma once
 
 #include <optional>
@@ -13,13 +13,12 @@ namespace firn {
 
 class RunCache {
  public:
-  // Opens or makes the file; several processes of one machine may use it at once. Throws InputError
-  // when that is not possible.
-  // `study`: identity of the study whose runs are added.
+  // Opens or creates the file. Several processes of one machine may use it concurrently. `study`:
+  // identity of the study whose runs are added. Throws InputError.
   explicit RunCache(const std::string& file, const std::string& study = "");
 
   std::optional<JobResult> find(const std::string& key);
-  // Keeps an outcome. That of a run which was cut short gives way to any later one.
+  // Adds an outcome. It replaces the outcome of a run that exceeded its limits.
   void add(const PlannedRun& run, const JobResult& result);
 
   // Parameters (RunLabel::parameters) and seed of a run.
@@ -27,7 +26,7 @@ class RunCache {
     std::string parameters;
     std::uint64_t seed = 0;
   };
-  // Those of the runs that other studies added with this program, in the order in which they came.
+  // Runs that other studies added with this program, in the order of insertion.
   std::vector<Known> of_other_studies(const std::string& program);
 
  private:

@@ -1,5 +1,5 @@
-// SQLite for journals and stores of runs: adds numbers, including NaN, to the texts
-// of experiments/storage/sqlite_file.h.
+// SQLite databases of journals and run caches: adds real numbers, including NaN, to
+// experiments/storage/sqlite_file.h.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 namespace firn {
 
 // A database file with tables of one format. Every failure of SQLite is a RunError that names the
-// file; nothing is lost by it.
+// file and leaves the data unchanged.
 class Database {
  public:
-  // Opens or makes the file, with the given tables made where they are missing. Throws InputError
-  // when it cannot be opened, is no database, or is of another format.
+  // Opens or creates the file, and creates missing tables of `schema`. Throws InputError when it
+  // cannot be opened, is not a database, or has another format.
   Database(const std::string& file, const std::string& schema, int format);
   // Opens an existing file for reading only. Throws InputError as above.
   Database(const std::string& file, int format);
@@ -57,7 +57,7 @@ class Statement {
   int bound_ = 0;
 };
 
-// All or nothing.
+// A transaction: all changes or none.
 class Transaction : public sqlite::Transaction {
  public:
   explicit Transaction(Database& db) : sqlite::Transaction(db.file()) {}

@@ -1,5 +1,5 @@
-// Runs on an existing Slurm cluster: one job array per batch. No scheduler of our own: Slurm
-// decides when and where a run takes place, and runs it again when its node is lost.
+// Execution of runs on a Slurm cluster: one job array per batch. Slurm schedules the runs, and
+// repeats a run whose node has failed.
 #pragma once
 
 #include <memory>
@@ -13,22 +13,21 @@ namespace firn {
 
 struct SlurmOptions {
   SlurmSettings settings;
-  std::string program;       // that simulates, path on the nodes; empty: the running executable
-  std::string task_program;  // a firn, the same; empty: the running executable
-  std::string folder;        // absolute; lists of tasks and Slurm's own output go there
-  int at_once = 0;           // tasks of an array that may run side by side; 0: all
-  int largest_array =
-      1000;  // tasks; Slurm's own limit is 1001 unless its administrator says otherwise
-  double file_timeout = 60;  // s that a shared folder may take to show what a task wrote
+  std::string program;       // firn executable that simulates, path on the nodes; empty: this one
+  std::string task_program;  // firn executable of the tasks, path on the nodes; empty: this one
+  std::string folder;        // absolute path; for task lists and the output of Slurm
+  int at_once = 0;           // concurrent tasks of an array; 0: all
+  int largest_array = 1000;  // tasks; the default limit of Slurm is 1001
+  double file_timeout = 60;  // s, largest delay of files on a shared file system
   const std::atomic<bool>* interrupt = nullptr;
 };
 
-// The journal stores every array before its submission until its tasks are done: a study that was
-// killed finds them again by name, and never submits a run twice.
+// The journal stores every array from before its submission to the end of its tasks. After a kill,
+// a study finds its arrays by name and does not submit a run twice.
 std::unique_ptr<Executor> slurm_executor(const SlurmOptions& options, Journal& journal);
 
-// Runs on a node: executes task `index` of a list that the executor wrote and writes its outcome
-// into the folder of the results. Returns the exit status.
+// Called on a node: executes task `index` of a list that the executor wrote, and writes its outcome
+// to the folder of the results. Returns the exit status.
 int run_slurm_task(const std::string& list, int index, const std::atomic<bool>* interrupt);
 
 }  // namespace firn

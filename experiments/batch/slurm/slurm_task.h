@@ -9,13 +9,13 @@
 
 namespace firn {
 
-// The list of the tasks of an array. Written whole or not at all.
+// Writes the list of the tasks of an array atomically.
 void write_tasks(const std::string& file, const std::vector<Job>& jobs, const std::string& program);
 
-// The outcome that a task left; nothing while there is none, and for one that was cut short by less
-// than the job may take now.
+// The outcome that a task wrote. Nothing without one, and for a run that exceeded limits below the
+// current limits of the job.
 std::optional<JobResult> read_task_outcome(const Job& job);
-// Once it is in the journal.
+// To be called after the outcome is in the journal.
 void remove_task_outcome(const Job& job);
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-// A case over values of its keys and over seeds: what `firn sweep` does. docs/sweeps.md.
+// Parameter sweeps: a case with varied keys and seeds. docs/sweeps.md.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace firn {
 
-// One varied quantity: a name, the keys that take it, and its values as TOML.
+// A varied quantity: its name, the case keys that it sets, and its values as TOML.
 struct SweptKey {
   std::string name;
   std::vector<std::string> keys;
@@ -23,19 +23,19 @@ struct Sweep {
   std::string name, case_file;
   std::vector<Override> set;           // for all runs
   std::vector<std::string> materials;  // records, for all runs
-  std::vector<std::string> responses;  // operands; empty: all single-valued ones
+  std::vector<std::string> responses;  // expressions; empty: all responses of one value
   std::vector<std::uint64_t> seeds;
   std::vector<SweptKey> vary;
-  bool grid = true;  // every combination; else the first values together, the second, ...
+  bool grid = true;  // true: all combinations; false: the k-th values of all quantities together
   int threads = 1;
   Execution execution;
 
   std::size_t combinations() const;
-  // Values of a combination, one a swept key; the last key varies fastest.
+  // Values of a combination [vary]; the last quantity varies fastest.
   std::vector<std::string> values(std::size_t combination) const;
 };
 
-// Throws InputError with one line `FILE:LINE: KEY: what is wrong; what is expected`.
+// Throws InputError with one line `FILE:LINE: KEY: FAULT; EXPECTATION`.
 Sweep read_sweep(const std::string& file);
 
 struct SweepOptions : BatchOptions {
@@ -58,18 +58,18 @@ struct SweepResult {
   bool interrupted = false;
 };
 
-// Runs or resumes the sweep and writes runs.csv and results.json into the directory. Throws
-// InputError for a wrong file, a directory that holds something else, or a response that the case
-// does not have.
+// Runs or resumes the sweep and writes runs.csv and results.json to the directory. Throws
+// InputError for a wrong file, a directory with other content, and a response that the case does
+// not have.
 SweepResult sweep(const SweepOptions& options);
 
-// A response as a power of the one key that a sweep varies.
+// A response as a power law of the varied quantity.
 struct SweptPower {
   std::string response;
   PowerLaw law;
 };
-// Of the means over seeds. Empty unless one key alone is varied, over numbers above zero (with
-// units or without); a response that is not above zero everywhere is left out.
+// Power laws of the means over seeds. Empty unless exactly one quantity is varied, over numbers
+// above 0 with or without units. Responses that are not above 0 everywhere are omitted.
 std::vector<SweptPower> powers(const SweepResult& result);
 
 std::string render_table(const SweepResult& result);  // as text: means and scatter

@@ -94,8 +94,8 @@ std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<M
   return boundaries;
 }
 
-std::vector<std::pair<int, int>> read_may_touch(const TomlTable& root,
-                                                const std::vector<Boundary>& boundaries) {
+std::vector<std::pair<int, int>> read_allowed_overlaps(const TomlTable& root,
+                                                       const std::vector<Boundary>& boundaries) {
   std::vector<std::pair<int, int>> pairs;
   int b = 0;
   for (const TomlTable& t : root.tables("boundaries")) {

@@ -1,4 +1,4 @@
-// [[boundaries]] of a case file, and the walls that experiments build.
+// [[boundaries]] of a case file, and walls of built-in experiments.
 #pragma once
 
 #include <string>
@@ -9,21 +9,22 @@
 
 namespace firn {
 
+// `directory`: base of the paths of mesh files.
 std::vector<Boundary> read_boundaries(const TomlTable& root, const std::vector<Material>& materials,
                                       const std::vector<MotionFrame>& frames,
                                       const std::string& directory);
 
-// `may_touch` of all boundaries: pairs that may overlap.
-std::vector<std::pair<int, int>> read_may_touch(const TomlTable& root,
-                                                const std::vector<Boundary>& boundaries);
+// Pairs of boundaries that may overlap, from the keys `allow_overlap_with`.
+std::vector<std::pair<int, int>> read_allowed_overlaps(const TomlTable& root,
+                                                       const std::vector<Boundary>& boundaries);
 
-// The half-space behind the plane through `point` (m) with unit `normal` out of the wall.
+// A half-space behind the plane through `point` (m) with the unit vector `normal` out of the wall.
 Boundary plane_boundary(const std::string& name, int material, const Vec3& point,
                         const Vec3& normal);
-// A solid box about its origin, edges `size` (m).
+// A solid box with the edge lengths `size` (m) about `center` (m).
 Boundary box_boundary(const std::string& name, int material, const Vec3& size, const Vec3& center);
 
-// The index of the boundary of that name, given under `key`. Throws for an unknown one.
+// Index of the boundary `name`, the value of `key`. Throws for an unknown name.
 int boundary_index(const TomlTable& table, std::string_view key, const std::string& name,
                    const std::vector<Boundary>& boundaries);
 

@@ -8,6 +8,7 @@
 
 namespace firn {
 
+// The model must have its boundaries, frames and materials.
 std::vector<BoundaryContact> read_boundary_contacts(const TomlTable& root, const Model& model);
 
 }  // namespace firn

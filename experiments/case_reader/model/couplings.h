@@ -1,4 +1,4 @@
-// [[couplings]]: what ties the bodies of a mechanism in addition to their joints.
+// [[couplings]]: constraints between bodies of a mechanism in addition to their joints.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace firn {
 
-// Motion frames have been read.
+// `frames`: all motion frames of the case.
 std::vector<Coupling> read_couplings(const TomlTable& root, const std::vector<MotionFrame>& frames);
 
 }  // namespace firn

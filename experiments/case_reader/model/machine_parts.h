@@ -14,8 +14,8 @@ namespace firn {
 // The kinds that read_machine_part() supports.
 std::span<const std::string_view> machine_kinds();
 
-// A part from the keys of its kind; `common` are the keys that all boundaries have. Throws
-// InputError with file, line and key.
+// Reads a part from the keys of its kind. `common`: keys of all boundaries, which the caller reads.
+// Throws InputError with file, line and key.
 Solid read_machine_part(const TomlTable& table, std::string_view kind,
                         std::span<const std::string_view> common);
 

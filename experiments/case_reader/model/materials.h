@@ -10,20 +10,20 @@
 
 namespace firn {
 
-// In the order of their names.
+// Materials in the order of their names.
 std::vector<Material> read_materials(const TomlTable& root);
 
-// Friction and restitution of a contact that neither rolls with resistance nor adheres. The table
-// may have `other_keys`, too.
+// Reads friction and restitution of a contact without rolling resistance and adhesion.
+// `other_keys`: further keys that the caller reads.
 Interaction read_dry_interaction(const TomlTable& table, std::vector<std::string_view> other_keys);
 
 struct InteractionTable {
   std::vector<Interaction> laws;  // as Model::interactions
-  std::vector<char> given;        // the same shape: 1 where the case file has the pair
+  std::vector<char> given;        // of equal size; 1: the case file has the pair
 };
 InteractionTable read_interactions(const TomlTable& root, const std::vector<Material>& materials);
 
-// The index of a material named by a key. Throws for an unknown one.
+// Index of the material that `key` names. Throws for an unknown name.
 int material_index(const TomlTable& table, std::string_view key,
                    const std::vector<Material>& materials);
 

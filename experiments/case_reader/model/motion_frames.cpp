@@ -131,7 +131,7 @@ void take_csv(const TomlTable& t, const Dimension& way, Motion m) {
     t.fail("file", fmt::format("\"{}\" is no file; expected a CSV file", file));
   const MotionCsv table = read_motion_csv(file, time_column, way_column, way);
   m.times = table.times;
-  m.ways = table.ways;
+  m.ways = table.positions;
   if (const auto fault = fault_of(m)) {
     const bool of_times = fault->key == std::string_view("times");
     throw InputError(fmt::format("{}:{}: {}: {}", file,

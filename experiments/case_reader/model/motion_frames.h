@@ -1,4 +1,4 @@
-// How boundaries of a case move: motions, [[motion_frames]] and motors.
+// Motion of boundaries: prescribed motions, [[motion_frames]] and motors.
 #pragma once
 
 #include <string>
@@ -10,21 +10,21 @@
 
 namespace firn {
 
-// Names of frames, parents, motions and axes; free bodies without mass yet.
+// Reads names, parents, motions and joints. Masses of free bodies are not set.
 std::vector<MotionFrame> read_motion_frames(const TomlTable& root);
-// Mass, centre and inertia of the free ones, from what they say or from the meshes they carry.
-// Boundaries have been read.
+// Sets mass, center of mass and inertia of free bodies, from their keys or from the meshes of their
+// boundaries. The model must have its boundaries.
 void complete_free_bodies(const TomlTable& root, Model& model);
 
-// Keys of a prescribed motion. `also`: further keys, which the caller reads.
+// Reads a prescribed motion or a motor. `also`: further keys that the caller reads.
 Motion read_motion(const TomlTable& table, std::initializer_list<std::string_view> also = {});
 Motor read_motor(const TomlTable& table, Joint::Kind kind,
                  std::initializer_list<std::string_view> also = {});
 
-// The index of the frame that `key` names. Throws for an unknown one.
+// Index of the frame that `key` names. Throws for an unknown name.
 int frame_index(const TomlTable& table, std::string_view key,
                 const std::vector<MotionFrame>& frames);
-// -1 without the key.
+// The same; -1 without the key.
 int optional_frame(const TomlTable& table, std::string_view key,
                    const std::vector<MotionFrame>& frames);
 

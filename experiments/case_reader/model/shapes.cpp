@@ -255,7 +255,8 @@ TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
   const std::filesystem::path file = table.string("file");
   const std::string absolute =
       std::filesystem::absolute(directory / file).lexically_normal().string();
-  const MeshLimits allowed = table.boolean("any_size", false) ? of_any_size(limits) : limits;
+  const MeshLimits allowed =
+      table.boolean("any_size", false) ? without_size_limits(limits) : limits;
   MeshFile read = table.at("file", [&] { return read_mesh_file(absolute, unit, allowed); });
   if (table.has("sha256") && table.string("sha256") != read.sha256) {
     table.fail("file", fmt::format("\"{}\" has changed; expected the content with SHA-256 {}",

@@ -10,20 +10,20 @@
 
 namespace firn {
 
-// In the order of their names. Mesh files lie relative to `directory`.
+// Shapes in the order of their names. `directory`: base of the paths of mesh files.
 std::vector<Shape> read_shapes(const TomlTable& root, const std::vector<Material>& materials,
                                const std::string& directory);
 
-// The keys variant, chord, thickness, depth, tip, dish, draft and facets of a crescent.
+// Reads the keys of a crescent: variant, chord, thickness, depth, draft, facets, ...
 NamedCrescent read_crescent(const TomlTable& table);
 
-// The mesh named by the keys `file` and `length_unit`. Writes the absolute path and the hash of
-// the content back into the table; throws when a hash stands there already and differs,
-// and for a mesh beyond `limits`. The key `any_size` leaves only their number of triangles.
+// Reads the mesh of the keys `file` and `length_unit`. Writes the absolute path and the hash of the
+// content into the table. Throws if the table has another hash, and for a mesh beyond `limits`.
+// With the key `any_size`, the limits of size do not apply.
 TriangleMesh read_mesh(const TomlTable& table, const std::string& directory,
                        const MeshLimits& limits);
 
-// The index of a shape named by a key. Throws for an unknown one.
+// Index of the shape that `key` names. Throws for an unknown name.
 int shape_index(const TomlTable& table, std::string_view key, const std::vector<Shape>& shapes);
 
 }  // namespace firn

@@ -36,7 +36,7 @@ Standing standing(const Model& model, int particle, const Vec3& position, const 
   return {particle, {position, Vec3::Zero(), Vec3::Zero(), body}};
 }
 
-// Neighbours in the order of a batch's places, batch by batch.
+// Neighbors in the order of a batch's places, batch by batch.
 std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
   const std::string name = t.string("inlet");
   const auto source = std::ranges::find(c.inlets, name, &Inlet::name);
@@ -46,12 +46,12 @@ std::vector<Couple> pairs_from_inlet(const TomlTable& t, const Case& c) {
                                 name));
   const std::size_t places = source->positions.size();
   if (places < 2) t.fail("inlet", "places one body at a time; expected several, to be joined");
-  int particle = first_of_inlets(c)[static_cast<std::size_t>(source - c.inlets.begin())];
+  int particle = first_inlet_particles(c)[static_cast<std::size_t>(source - c.inlets.begin())];
   std::vector<Couple> couples;
   for (int batch = 0; batch < source->batches; ++batch) {
     Standing before;
     for (std::size_t place = 0; place < places; ++place, ++particle) {
-      const SourcePose pose = source_pose(*source, place, particle, c.seed);
+      const InletPose pose = inlet_pose(*source, place, particle, c.seed);
       const Standing now = standing(c.model, particle, pose.position, pose.orientation);
       if (place > 0) couples.push_back({before, now});
       before = now;
@@ -182,9 +182,10 @@ double read_neck_radius(const TomlTable& t) {
     return t.quantity("radius", dimension::length, Sign::positive);
   }
   constexpr double kColdest = kIcePoint - 100;  // K
-  const Storage storage{t.quantity("storage_time", dimension::time, Sign::positive),
-                        t.quantity("temperature", dimension::temperature, Sign::positive),
-                        t.quantity("curvature_radius", dimension::length, Sign::positive)};
+  const StorageConditions storage{
+      t.quantity("storage_time", dimension::time, Sign::positive),
+      t.quantity("temperature", dimension::temperature, Sign::positive),
+      t.quantity("curvature_radius", dimension::length, Sign::positive)};
   if (!(storage.temperature >= kColdest && storage.temperature < kIcePoint))
     t.fail("temperature", fmt::format("is {:.4g} degC; expected one from -100 degC to below 0 degC",
                                       storage.temperature - kIcePoint));

@@ -1,4 +1,5 @@
-// [[bonds]] of a case file: which bodies are joined by which bridges.
+// [[bonds]] of a case file: breakable bonds between particles, and between particles and
+// boundaries.
 #pragma once
 
 #include "experiments/case/case.h"
@@ -6,8 +7,8 @@
 
 namespace firn {
 
-// Adds bonds and their laws to the model, which holds all particles already. Every place is known
-// before the run, so that bridges that do not reach their bodies are refused here.
+// Adds bonds and their laws to the model, which must have all particles. Throws InputError also for
+// a bond that does not reach its bodies: all initial poses are known before the run.
 void read_bonds(const TomlTable& root, Case& c);
 
 }  // namespace firn

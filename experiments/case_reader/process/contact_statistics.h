@@ -1,4 +1,4 @@
-// [statistics] of a case file: what is kept of contacts over every step. docs/statistics.md.
+// [statistics] of a case file: contact statistics over all steps (docs/statistics.md).
 #pragma once
 
 #include "experiments/text/toml_document.h"
@@ -6,8 +6,8 @@
 
 namespace firn {
 
-// The model must have its shapes and boundaries. `wear_rate` (1/Pa) is the wear coefficient over
-// the hardness; 0 where the case gives none.
+// The model must have its shapes and boundaries. Sets `wear_rate` (1/Pa), the wear coefficient over
+// the hardness (Archard); 0 without the keys.
 StatisticsOptions read_statistics(const TomlTable& root, const Model& model, double& wear_rate);
 
 }  // namespace firn

@@ -123,7 +123,7 @@ Fill read_fill(const TomlTable& t, const DrainedRepose& d, const std::vector<Sha
 Stage read_rest(const TomlTable& t, const char* hold, const char* min_duration,
                 const char* max_duration) {
   Stage stage;
-  stage.until = {Stage::Until::at_rest};
+  stage.end_when = {Stage::EndEvent::settled};
   stage.settle_energy = t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
   stage.settle_time = t.quantity("settle_time", dimension::time, Sign::positive, hold);
   if (min_duration) {

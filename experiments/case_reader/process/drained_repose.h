@@ -1,5 +1,5 @@
-// The [experiment] block of kind "drained_repose": a box with a trap door in the middle of its
-// floor. The world's origin is the middle of the floor's top; x runs along the box, z upwards.
+// Table [experiment] of kind "drained_repose": a box with a trap door in the middle of its floor.
+// The origin of the world is the middle of the upper side of the floor; x along the box, z upwards.
 #pragma once
 
 #include "experiments/case/case.h"
@@ -7,8 +7,8 @@
 
 namespace firn {
 
-// Adds walls, floor, door, fill, outlet and the stages "fill" and "drain" to a case whose
-// materials and shapes stand already.
+// Adds walls, floor, door, fill, outlet and the stages "fill" and "drain" to a case. The case must
+// have its materials and shapes.
 void read_drained_repose(const TomlTable& experiment, Case& c);
 
 }  // namespace firn

@@ -296,7 +296,7 @@ void read_frame_starts(const TomlTable& t, Case& c) {
 
 }  // namespace
 
-void read_start(const TomlTable& root, const std::string& directory, Case& c) {
+void read_initial_state(const TomlTable& root, const std::string& directory, Case& c) {
   if (!root.has("initial_state")) return;
   const TomlTable t = root.required_table("initial_state");
   t.allow({"file", "time", "tags", "batches", "particles", "motion_frames"});

@@ -1,4 +1,4 @@
-// [initial_state] of a case file: the state of an earlier run as the beginning of this one.
+// [initial_state] of a case file: start from the state of an earlier run.
 #pragma once
 
 #include <string>
@@ -8,9 +8,10 @@
 
 namespace firn {
 
-// Reads c.placed, their particles of the model, c.frame_starts and c.start; shapes and motion
-// frames have been read. What is taken of the results file is written into the table, so that the
-// resolved case needs the file no more. Throws InputError for a file that does not fit the case.
-void read_start(const TomlTable& root, const std::string& directory, Case& c);
+// Sets c.placed and its particles of the model, c.frame_starts and c.start. The case must have its
+// shapes and motion frames. The values from the results file are written into the table, so that
+// the resolved case does not need the file. Throws InputError for a results file that does not
+// match the case.
+void read_initial_state(const TomlTable& root, const std::string& directory, Case& c);
 
 }  // namespace firn

@@ -210,7 +210,7 @@ std::vector<Outlet> read_outlets(const TomlTable& root) {
   return outlets;
 }
 
-std::vector<Sensor> read_gates(const TomlTable& root) {
+std::vector<Sensor> read_sensors(const TomlTable& root) {
   std::vector<Sensor> sensors;
   for (const TomlTable& t : root.tables("sensors")) {
     t.allow({"name", "region_min", "region_max", "point", "normal"});
@@ -238,7 +238,7 @@ std::vector<TagRule> read_tag_rules(const TomlTable& root) {
     rule.stage = t.string("stage");
     const std::string axis = t.choice("axis", {"x", "y", "z"}, "x");
     rule.axis = axis[0] - 'x';
-    rule.columns = t.integer("bins", 1, 1);
+    rule.bins = t.integer("bins", 1, 1);
     rule.first = t.integer("first", 0, 1);
     read_region(t, rule.region_min, rule.region_max);
     rules.push_back(rule);
@@ -246,8 +246,8 @@ std::vector<TagRule> read_tag_rules(const TomlTable& root) {
   return rules;
 }
 
-std::vector<LimitSwitch> read_switches(const TomlTable& root,
-                                       const std::vector<MotionFrame>& frames) {
+std::vector<LimitSwitch> read_limit_switches(const TomlTable& root,
+                                             const std::vector<MotionFrame>& frames) {
   std::vector<LimitSwitch> limit_switches;
   for (const TomlTable& t : root.tables("limit_switches")) {
     t.allow({"name", "motion_frame", "axis", "closes_at", "hysteresis", "hold_time"});
@@ -282,9 +282,9 @@ std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& 
     source.orientation = t.orientation("orientation");
     source.velocity = t.vector("velocity", dimension::velocity, "0 0 0 m/s");
     const Chance chance = read_chance(t);
-    source.scatter = chance.scatter;
-    source.turn = chance.turn;
-    source.turn_axis = chance.axis;
+    source.position_jitter = chance.scatter;
+    source.rotation_jitter = chance.turn;
+    source.rotation_jitter_axis = chance.axis;
     source.random_orientation = chance.any_orientation;
     source.tag = t.integer("tag", 0, 0);
     source.tag_batches = t.choice("tag_mode", {"inlet", "batch"}, "inlet") == "batch";
@@ -302,7 +302,7 @@ std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& 
   return inlets;
 }
 
-std::vector<int> first_of_inlets(const Case& c) {
+std::vector<int> first_inlet_particles(const Case& c) {
   std::size_t next = c.model.particles.size();
   const auto bodies = [](const Inlet& source) {
     return static_cast<std::size_t>(source.batches) * source.positions.size();
@@ -316,12 +316,15 @@ std::vector<int> first_of_inlets(const Case& c) {
   return first;
 }
 
-SourcePose source_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed) {
+InletPose inlet_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed) {
   Case::Placed p;
   p.particle = particle;
   p.position = source.positions[place];
   p.orientation = source.orientation;
-  disturb(p, {source.scatter, source.turn, source.turn_axis, source.random_orientation}, seed);
+  disturb(p,
+          {source.position_jitter, source.rotation_jitter, source.rotation_jitter_axis,
+           source.random_orientation},
+          seed);
   return {p.position, p.orientation};
 }
 

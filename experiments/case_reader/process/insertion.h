@@ -1,5 +1,5 @@
-// What enters and leaves a simulation and when, and what is noted on the way: [[particles]],
-// [[fills]], [[inlets]], [[outlets]], [[sensors]], [[tag_rules]], [[limit_switches]], [[stages]].
+// Insertion, removal and counting of particles: [[particles]], [[fills]], [[inlets]], [[outlets]],
+// [[sensors]], [[tag_rules]], [[limit_switches]].
 #pragma once
 
 #include <vector>
@@ -9,32 +9,32 @@
 
 namespace firn {
 
-// Adds to c.placed, and the particles to the model; the case's seed draws what a table leaves to
-// chance.
+// Adds the particles to c.placed and to the model. Random positions depend on the seed of the case.
 void read_particles(const TomlTable& root, Case& c);
 std::vector<Fill> read_fills(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Inlet> read_inlets(const TomlTable& root, const std::vector<Shape>& shapes);
 std::vector<Outlet> read_outlets(const TomlTable& root);
-std::vector<Sensor> read_gates(const TomlTable& root);
+std::vector<Sensor> read_sensors(const TomlTable& root);
 std::vector<TagRule> read_tag_rules(const TomlTable& root);
-std::vector<LimitSwitch> read_switches(const TomlTable& root,
-                                       const std::vector<MotionFrame>& frames);
+std::vector<LimitSwitch> read_limit_switches(const TomlTable& root,
+                                             const std::vector<MotionFrame>& frames);
 
-// The id of the first particle of each inlet. The model holds all particles.
-std::vector<int> first_of_inlets(const Case& c);
+// [inlets] id of the first particle. The model must have all particles.
+std::vector<int> first_inlet_particles(const Case& c);
 
-// Where and how a particle of an inlet is put: place number `place` of a batch, and what chance
-// does to it. Each particle has a separate random stream.
-struct SourcePose {
-  Vec3 position;     // m, centre of mass
+// Initial pose of a particle of an inlet.
+struct InletPose {
+  Vec3 position;     // m, center of mass, world
   Quat orientation;  // shape axes -> world
 };
-SourcePose source_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed);
+// `place`: index into Inlet::positions; `particle`: id. Jitter is drawn from a separate random
+// stream for each particle.
+InletPose inlet_pose(const Inlet& source, std::size_t place, int particle, std::uint64_t seed);
 
-// `count` of a fill.
+// The key `count` of a fill.
 int read_count(const TomlTable& table);
 
-// Throws when the region cannot hold a batch, or batches have no interval between them.
+// Throws if a batch does not fit into the region, or if several batches have no interval.
 void check_fill(const TomlTable& table, const Fill& fill, const Shape& shape);
 
 }  // namespace firn

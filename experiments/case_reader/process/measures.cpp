@@ -20,7 +20,7 @@ void read_slip(const TomlTable& t, const Model& model, Measure& m) {
   boundary_index(t, "boundary", m.boundary, model.boundaries);
   m.slip = t.quantity("slip", dimension::length, Sign::positive, "2 mm");
   m.run = t.quantity("tip_window", dimension::length, Sign::positive, "20 mm");
-  m.tip_turn = t.quantity("tip_rotation", dimension::angle, Sign::positive, "20 deg");
+  m.tip_angle = t.quantity("tip_rotation", dimension::angle, Sign::positive, "20 deg");
   if (m.run < m.slip) {
     t.fail("tip_window", fmt::format("is {:.4g} m, less than the slip of {:.4g} m; expected more",
                                      m.run, m.slip));

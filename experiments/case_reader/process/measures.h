@@ -1,4 +1,4 @@
-// [[measure]] of a case file: what is measured of single bodies, heaps and parts of machines.
+// [[measure]] of a case file: measurements of single bodies, heaps and machine parts.
 #pragma once
 
 #include <vector>

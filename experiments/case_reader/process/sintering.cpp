@@ -23,7 +23,7 @@ double vapor_diffusivity(double temperature) {  // m^2/s
 
 }  // namespace
 
-double sintered_neck_radius(const Storage& s) {
+double sintered_neck_radius(const StorageConditions& s) {
   const double volume_per_energy = kMoleculeVolume / (kBoltzmann * s.temperature);  // m^3/J
   const double rate = 20 * kSurfaceEnergy * volume_per_energy * volume_per_energy *
                       saturation_pressure(s.temperature) *

@@ -14,25 +14,25 @@
 namespace firn {
 namespace {
 
-using Until = Stage::Until;
+using EndEvent = Stage::EndEvent;
 
 struct Word {
   std::string_view word;
-  Until until;
+  EndEvent event;
   std::initializer_list<std::string_view> keys;  // that have a meaning with it alone
 };
 const std::initializer_list<Word> kWords = {
-    {"time", Until::time, {}},
-    {"settled", Until::at_rest, {"settle_energy", "settle_time"}},
-    {"empty", Until::empty, {}},
-    {"switch", Until::switched, {"switch"}},
-    {"passed", Until::passed, {"sensor", "count", "mass"}},
-    {"stalled", Until::stalled, {"stall_frame", "stall_axis", "stall_hold"}},
-    {"force", Until::force, {"force_frame", "force", "force_hold"}},
-    {"torque", Until::torque, {"torque_frame", "torque", "torque_hold"}},
-    {"filled", Until::filled, {"fill_height", "fill_count", "fill_hold"}}};
+    {"time", EndEvent::time, {}},
+    {"settled", EndEvent::settled, {"settle_energy", "settle_time"}},
+    {"empty", EndEvent::empty, {}},
+    {"switch", EndEvent::switched, {"switch"}},
+    {"passed", EndEvent::passed, {"sensor", "count", "mass"}},
+    {"stalled", EndEvent::stalled, {"stall_frame", "stall_axis", "stall_hold"}},
+    {"force", EndEvent::force, {"force_frame", "force", "force_hold"}},
+    {"torque", EndEvent::torque, {"torque_frame", "torque", "torque_hold"}},
+    {"filled", EndEvent::filled, {"fill_height", "fill_count", "fill_hold"}}};
 
-std::vector<Until> read_until(const TomlTable& t) {
+std::vector<EndEvent> read_end_when(const TomlTable& t) {
   std::vector<std::string> asked{"time"};
   if (t.has("end_when"))
     asked = t.is_list("end_when") ? t.strings("end_when")
@@ -41,21 +41,21 @@ std::vector<Until> read_until(const TomlTable& t) {
     t.set("end_when", "time");
   std::vector<std::string_view> words;
   for (const Word& w : kWords) words.push_back(w.word);
-  std::vector<Until> until;
+  std::vector<EndEvent> events;
   for (const std::string& one : asked) {
     const auto known = std::ranges::find(kWords, one, &Word::word);
     if (known == kWords.end())
       t.fail("end_when", fmt::format("is \"{}\"; expected one of {}", one, comma_list(words)));
-    until.push_back(known->until);
+    events.push_back(known->event);
   }
   for (const Word& w : kWords) {
-    if (std::ranges::count(until, w.until)) continue;
+    if (std::ranges::count(events, w.event)) continue;
     for (const std::string_view key : w.keys) {
       if (t.has(key))
         t.fail(key, fmt::format("has no meaning without end_when = \"{}\"; expected both", w.word));
     }
   }
-  return until;
+  return events;
 }
 
 int axis_of(const TomlTable& t, std::string_view key, const MotionFrame& frame) {
@@ -154,18 +154,18 @@ Stage read_stage(const TomlTable& t, const Case& c) {
     t.fail("min_duration", fmt::format("is {} s, above max_duration of {} s; expected less",
                                        stage.min_duration, stage.max_duration));
   }
-  stage.until = read_until(t);
-  if (stage.ends_on(Until::at_rest)) {
+  stage.end_when = read_end_when(t);
+  if (stage.ends_on(EndEvent::settled)) {
     stage.settle_energy = t.quantity("settle_energy", dimension::energy, Sign::positive, "1e-6 J");
     stage.settle_time = t.quantity("settle_time", dimension::time, Sign::positive, "0.05 s");
   }
-  if (stage.ends_on(Until::switched))
+  if (stage.ends_on(EndEvent::switched))
     stage.closed_switch = named(t, "switch", c.limit_switches, "switch");
-  if (stage.ends_on(Until::passed)) read_passed(t, c, stage);
-  if (stage.ends_on(Until::stalled)) read_stall(t, c, stage);
-  if (stage.ends_on(Until::force)) read_force(t, c, stage);
-  if (stage.ends_on(Until::torque)) read_torque(t, c, stage);
-  if (stage.ends_on(Until::filled)) read_filled(t, c, stage);
+  if (stage.ends_on(EndEvent::passed)) read_passed(t, c, stage);
+  if (stage.ends_on(EndEvent::stalled)) read_stall(t, c, stage);
+  if (stage.ends_on(EndEvent::force)) read_force(t, c, stage);
+  if (stage.ends_on(EndEvent::torque)) read_torque(t, c, stage);
+  if (stage.ends_on(EndEvent::filled)) read_filled(t, c, stage);
   stage.remove = t.strings("remove_boundaries");
   for (const std::string& name : stage.remove)
     boundary_index(t, "remove_boundaries", name, c.model.boundaries);

@@ -1,4 +1,4 @@
-// [[stages]]: what a run does one after the other, and on what events each part ends.
+// [[stages]]: successive parts of a run and the events that end them.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace firn {
 
-// Boundaries, frames, sensors and limit switches of the case have been read.
+// The case must have its boundaries, frames, sensors and limit switches.
 std::vector<Stage> read_stages(const TomlTable& root, const Case& c);
 
-// Fills, inlets and tag rules name stages that there are. Throws InputError.
+// Throws InputError if a fill, an inlet or a tag rule names an unknown stage.
 void check_stage_names(const TomlTable& root, const Case& c);
 
 }  // namespace firn

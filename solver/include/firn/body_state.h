@@ -8,13 +8,14 @@
 
 namespace firn {
 
+// waiting: not inserted yet; left: removed.
 enum class Presence : std::uint8_t { waiting, present, left };
 
-// State of all particles at the end of a step. Arrays have one entry per particle [particles], in
-// order of the ids, including particles that wait or have left.
+// State of all particles at the end of a step. Arrays [particles] in the order of ids, including
+// pending and removed particles.
 struct ParticleState {
   std::vector<Presence> presence;
-  std::vector<Vec3> position;             // m, centre of mass, world
+  std::vector<Vec3> position;             // m, center of mass, world
   std::vector<Quat> orientation;          // body (principal) axes -> world
   std::vector<Vec3> velocity;             // m/s, world
   std::vector<Vec3> angular_velocity;     // rad/s, world
@@ -33,11 +34,11 @@ struct BoundaryState {
   double peak_normal_force = 0;         // N, largest single patch
 };
 
-// Initial pose of a motion frame that differs from the drawn one.
+// Initial pose of a motion frame in place of that of the model.
 struct FrameStart {
   int frame = 0;
-  // World axes. A free frame is placed by its coordinates instead; one with free rotation also by
-  // the orientation.
+  // World axes. The pose of a free frame follows from its joint coordinates instead, with free
+  // rotation also from `orientation`.
   Vec3 position = Vec3::Zero();  // m, of its origin
   Quat orientation = Quat::Identity();
   std::vector<double> coordinates, rates;  // [joints of a free frame] m or rad, m/s or rad/s
@@ -51,12 +52,13 @@ struct FrameState {
   Vec3 velocity = Vec3::Zero();          // m/s, of the origin
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
   bool driven = false;                   // a motor acted in the last step
-  Vec3 free_spin =
-      Vec3::Zero();  // rad/s, world, relative to the parent, of a frame with free rotation
+  // rad/s, world, relative to the parent, of a frame with free rotation.
+  Vec3 free_spin = Vec3::Zero();
   // N s, N m s, of contacts, about the moving origin, since the last clear_boundary_loads().
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
   struct JointState {
     double coordinate = 0, rate = 0;  // m or rad, m/s or rad/s
+    // N s or N m s, of motors and of the joint limits, since the last clear_boundary_loads().
     double motor_impulse = 0, limit_impulse = 0;
   };
   std::vector<JointState> joints;  // of a free one
@@ -89,12 +91,12 @@ struct BoundaryContactState {
 // Breakage of a bond.
 struct BondRecord {
   BondMode mode = BondMode::whole;
-  double time = 0;            // s, when it broke or parted
-  double stress = 0;          // Pa, that broke it
-  Vec3 place = Vec3::Zero();  // m, of its middle then, world
+  double time = 0;            // s, when it broke or a body was removed
+  double stress = 0;          // Pa, at breakage
+  Vec3 place = Vec3::Zero();  // m, world, center of the bond at that time
 };
 
-// Load of a bond at the end of a step; zero unless it is whole and both particles are present.
+// Load of a bond at the end of a step; zero unless it is intact and both particles are present.
 struct BondState {
   bool acts = false;
   Vec3 middle = Vec3::Zero();           // m, world

@@ -1,5 +1,4 @@
-// Breakable bonds: two particles joined by a short beam of elastic material, such as the bridges of
-// ice between the cubes of one harvest.
+// Breakable bonds: short elastic beams between two particles, such as ice bridges between cubes.
 //
 // The law is that of a Timoshenko beam between two ends, each fixed to a body, formulated with the
 // relative pose of the ends instead of increments: errors do not accumulate, and a rigid motion of
@@ -17,13 +16,13 @@ namespace firn {
 // Axes of a beam: x along it from a to b, y along the width of its section, z along the height.
 struct BeamSection {
   double area = 0;               // m^2
-  double shear_coefficient = 1;  // part of the area that resists shear; Cowper (1966)
+  double shear_coefficient = 1;  // shear area over area; Cowper (1966)
   Vec3 inertia = Vec3::Zero();   // m^4: torsion constant, second moments about y and about z
-  double half_width = 0;         // m, farthest fibre when bent about z
-  double half_height = 0;        // m, and about y
+  double half_width = 0;         // m, distance of the outermost fiber for bending about z
+  double half_height = 0;        // m, the same for bending about y
   double torsion_modulus = 0;    // m^3: torsion over the largest shear stress
 };
-// Full sections; lengths in m. Torsion of the rectangle: Roark's formulas, good to 0.5 %.
+// Solid sections; lengths in m. Torsion of the rectangle: formulas of Roark, error below 0.5 %.
 BeamSection rectangular_section(double width, double height, double poisson_ratio);
 BeamSection round_section(double radius, double poisson_ratio);
 
@@ -34,12 +33,12 @@ struct BeamLaw {
   double young_modulus = 0, shear_modulus = 0;  // Pa
   double tensile_strength = 0;                  // Pa, by normal force and bending
   double shear_strength = 0;                    // Pa, by shear force and torsion
-  double damping_ratio = 0;                     // of each of the six deformations by itself
+  double damping_ratio = 0;                     // of each of the six deformations separately
 };
 
-// A beam between the particles a and b. Its ends are given in the principal axes of the bodies,
-// about their centres of mass. Free of stress where both ends have the same axes and b's is
-// `length` along x from a's.
+// A beam between the particles a and b. The ends are given in the principal axes of the bodies
+// about their centers of mass. The beam is free of stress if both ends have equal axes and end b is
+// at the distance `length` along x from end a.
 struct Bond {
   int a = 0, b = 0;                                           // particles
   int law = 0;                                                // index into Model::beams
@@ -53,8 +52,9 @@ struct BodyInMotion {
   Quat orientation;               // body axes -> world
 };
 
-// Joins two bodies in their present poses, free of stress: the beam lies about `middle` (m, world),
-// along `axis` (any length, from a to b), its height along `up` as far as that is across the axis.
+// A bond between two bodies that is free of stress in their current poses. The beam has its center
+// at `middle` (m, world), x along `axis` (any length, from a to b) and z along the part of `up`
+// normal to it.
 Bond make_bond(int a, int b, int law, double length, const BodyInMotion& at_a,
                const BodyInMotion& at_b, const Vec3& middle, const Vec3& axis, const Vec3& up);
 
@@ -64,16 +64,17 @@ struct BeamSprings {
   Vec3 ways = Vec3::Zero(), turns = Vec3::Zero();
 };
 BeamSprings stiffness_of(const BeamLaw& law);
-// A given part of critical damping for each deformation by itself, with the masses of both bodies.
+// Damping constants for BeamLaw::damping_ratio, for each deformation separately, with the masses of
+// both bodies.
 BeamSprings damping_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
 // Mobility of the six deformations under forces of the same kind, with the bodies free: rate of one
 // over impulse of another, beam axes, in the pose without stress. Ways first, then turns.
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 Mat6 mobility_of(const BeamLaw& law, const Bond& bond, const Shape& a, const Shape& b);
-// Largest angular frequency, rad/s, of the two bodies on the beam, each with this part of its mass
-// and inertia: with 1 / (number of its bonds) the largest over all bonds bounds that of the whole
-// (Irons and Treharne, 1971).
+// Largest angular frequency (rad/s) of two bodies on the beam with the fractions `share_a` and
+// `share_b` of their mass and inertia. With the fractions 1 / (number of bonds of the body), the
+// maximum over all bonds is an upper bound for the assembly (Irons and Treharne, 1971).
 double highest_frequency(const BeamLaw& law, const Bond& bond, const Shape& a, double share_a,
                          const Shape& b, double share_b);
 
@@ -84,13 +85,13 @@ struct BeamPose {
   Vec3 turn = Vec3::Zero();   // rad, rotation vector from a's end to b's, beam axes
   Vec3 half = Vec3::Zero();   // tangent of a quarter of that angle, along its axis, beam axes
   Vec3 apart = Vec3::Zero();  // m, from end a to end b, world
-  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // m, of the ends from the centres, world
-  Mat3 axes = Mat3::Identity();                     // midway: beam axes -> world
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // m, of the ends from the centers, world
+  Mat3 axes = Mat3::Identity();                     // of the middle: beam axes -> world
 };
 BeamPose pose_of(const BeamLaw& law, const Bond& bond, const BodyInMotion& a,
                  const BodyInMotion& b);
 
-// Forces and moments within the beam: along x, y, z (tension positive) and about them.
+// Internal forces along x, y, z of the beam (tension positive) and moments about them.
 struct BeamForces {
   Vec3 force = Vec3::Zero(), moment = Vec3::Zero();  // N, N m, in the middle of the beam
 };
@@ -104,22 +105,22 @@ Vec6 rates_of(const BeamPose& pose, const BodyInMotion& a, const BodyInMotion& b
 // moments are in equilibrium.
 struct BeamLoad {
   Vec3 force = Vec3::Zero();                              // N, on a
-  Vec3 moment_a = Vec3::Zero(), moment_b = Vec3::Zero();  // N m, about the centres of mass
+  Vec3 moment_a = Vec3::Zero(), moment_b = Vec3::Zero();  // N m, about the centers of mass
 };
 BeamLoad load_of(const BeamPose& pose, const BeamForces& forces);
 
-// Largest stresses by origin, Pa; normal stresses add up, and so do shear stresses.
+// Largest stresses by cause, Pa. Normal stresses are added, and so are shear stresses.
 struct BeamStress {
   double tension = 0;  // below 0: compression
-  double bending = 0;  // at the worse end, in the farthest fibre
+  double bending = 0;  // larger one of both ends, in the outermost fiber
   double shear = 0;    // mean over the section
   double torsion = 0;
 };
 BeamStress stress_of(const BeamLaw& law, const BeamForces& forces);
 
-// Mode of breakage of a bond, or another reason why it does not act.
+// State of a bond: intact (whole), failure mode, or a removed body (parted).
 enum class BondMode : std::int64_t { whole, tension, bending, shear, torsion, parted };
-// The larger contribution where a strength is exceeded; whole: none is exceeded.
+// Failure mode: the larger contribution to the exceeded strength. whole: no strength is exceeded.
 BondMode broken_by(const BeamLaw& law, const BeamStress& stress);
 const char* to_string(BondMode mode);  // "tension"
 

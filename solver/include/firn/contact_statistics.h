@@ -1,5 +1,5 @@
-// Statistics of contacts, accumulated in every step of a simulation: requests and results. They do
-// not change the motion. docs/statistics.md.
+// Contact statistics, accumulated in every step: options and results. No effect on the motion.
+// docs/statistics.md.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 
 namespace firn {
 
-// A boundary with statistics for each triangle. The mesh may differ from the drawn one.
+// A boundary with statistics for each triangle. The mesh may differ from that of the boundary.
 struct WatchedBoundary {
   int boundary = 0;
   TriangleMesh mesh;  // m, boundary axes
 };
 
-// Classes of energy of equal width on a logarithmic scale. Class 0 has what is below the lowest
-// bound, the last one what is at the highest or above.
+// Energy classes of equal width on a logarithmic scale. Class 0: below the lowest bound. Last
+// class: at or above the highest bound.
 struct EnergyClasses {
   double lowest = 0;   // J, above 0
   int per_decade = 0;  // 0: no classes
@@ -28,23 +28,23 @@ struct EnergyClasses {
   double lower_bound(int k) const;  // J; of class 0: 0
 };
 
-// Statistics that a simulation accumulates. Those that are off cost no time.
+// Statistics that a simulation accumulates. Disabled ones cost no time.
 struct StatisticsOptions {
   double merge = 0;  // s: separations of a pair shorter than this do not end a contact
 
-  bool events = false;   // contacts, one by one
-  double threshold = 0;  // N: those whose peak normal force stays below are not kept
+  bool events = false;   // list of contacts
+  double threshold = 0;  // N: contacts with a lower peak normal force are not listed
 
   bool compressive_loads = false;  // on each particle
 
   std::vector<WatchedBoundary> watched;  // loads on the triangles of boundaries
-  double interval = 0;                   // s, summed up over so long each; 0: over the whole run
+  double interval = 0;                   // s, length of an interval of sums; 0: the whole run
 
   // Contacts on the surface of each shape, over all of its particles; [shapes] of meshes in shape
   // axes as drawn (m), or none.
   std::vector<TriangleMesh> surfaces;
 
-  EnergyClasses energies;  // how much contacts dissipate
+  EnergyClasses energies;  // histogram of dissipated energies
 
   bool contacts() const { return events || !surfaces.empty() || energies.count() > 0; }
   bool any() const { return contacts() || compressive_loads || !watched.empty(); }
@@ -59,27 +59,27 @@ struct ContactEvent {
   double duration = 0;            // s, steps with a force and merged gaps
   double peak_time = 0;           // s
   double peak_normal_force = 0;   // N
-  double peak_friction = 0;       // N, friction at that moment
+  double peak_friction = 0;       // N, friction at peak_time
   double normal_impulse = 0;      // N s, of the normal force
-  double tangential_impulse = 0;  // N s, of the size of friction
-  Vec3 impulse = Vec3::Zero();    // N s, world, on a, of the whole force
-  // m/s, of a against b at the place of the first force: along the normal (positive: approaching),
-  // and across it.
+  double tangential_impulse = 0;  // N s, of the magnitude of friction
+  Vec3 impulse = Vec3::Zero();    // N s, world, on a, of the total force
+  // m/s, of a relative to b at the position of the first force: along the normal (positive:
+  // approaching) and tangential.
   double approach_normal = 0, approach_tangential = 0;
   Vec3 normal = Vec3::UnitZ();  // unit, world, from a to b, at the peak
-  Vec3 place = Vec3::Zero();    // m, world, at the peak; between the patches by their forces
-  // m, the same in the axes in which each body's mesh is drawn (a boundary: its own)
+  Vec3 place = Vec3::Zero();    // m, world, at the peak; mean of the patches weighted by force
+  // m, the same in the shape axes of each body, or in boundary axes.
   Vec3 place_on_a = Vec3::Zero(), place_on_b = Vec3::Zero();
   double dissipated = 0;    // J; of an open contact including the elastic energy
-  std::uint64_t lasts = 0;  // 1: still open
+  std::uint64_t lasts = 0;  // 1: open at the end
 };
 
 // Two-sided load on a particle: of all pairs of patches on it in one step, the largest min(F_i,
-// F_j) (-n_i . n_j), with the normal forces F and the normals n out of the particle. Patches that
-// face the same way, or across, do not oppose each other.
+// F_j) (-n_i . n_j), with the normal forces F and the normals n out of the particle. Pairs of
+// normals at an angle of at most 90 degrees do not count.
 struct CompressiveLoad {
   double load = 0;                            // N, largest over all steps; 0: none
-  double time = 0;                            // s, when
+  double time = 0;                            // s, of that load
   std::array<std::int32_t, 2> by = {-1, -1};  // bodies, the one with the larger force first
 };
 
@@ -88,11 +88,11 @@ struct CompressiveLoad {
 // the proportion of the points' normal forces.
 struct TriangleSums {
   double normal_impulse = 0;      // N s, of normal forces
-  double tangential_impulse = 0;  // N s, of the size of friction
-  Vec3 impulse = Vec3::Zero();    // N s, on the boundary, its axes
+  double tangential_impulse = 0;  // N s, of the magnitude of friction
+  Vec3 impulse = Vec3::Zero();    // N s, on the boundary, boundary axes
   double peak = 0;                // N, largest sum of normal forces in a step
-  double sliding_distance = 0;    // m, of patches that slid, each by its part on this triangle
-  double sliding_work = 0;        // N m, normal force times way of what slid: Archard's F s
+  double sliding_distance = 0;    // m, of sliding patches, by their fraction on this triangle
+  double sliding_work = 0;        // N m, normal force times sliding distance (Archard)
   double friction_work = 0;       // J taken from the bodies by friction
 };
 struct LoadInterval {

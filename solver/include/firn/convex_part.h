@@ -1,7 +1,7 @@
-// A convex piece of a body for contact: a polyhedral core swept by a sphere (spheropolyhedron).
+// A convex part of a body for contact: a core polyhedron swept by a sphere (spheropolyhedron).
 //
-// The swept solid  core + ball(radius)  has the faces of the drawn piece: the core is that piece
-// eroded by the radius, so that edges and corners become round.
+// The core is the convex piece eroded by the radius. The swept solid core + ball(radius) has the
+// faces of the piece, and rounded edges and corners.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace firn {
 
-// n . x <= offset; an internal one is a cut towards a neighbouring piece, not a surface.
+// n . x <= offset. internal: a face to a neighboring piece, not a surface.
 struct HalfSpace {
   Vec3 normal;        // unit, outward
   double offset = 0;  // m
@@ -30,8 +30,8 @@ struct ConvexPart {
     bool internal = false;
   };
 
-  // Core vertices by coordinate, m, body axes. Padded with copies of the last vertex to a
-  // multiple of 8 so that support searches need no remainder loop.
+  // Core vertices by coordinate, m, body axes. Padded with copies of the last vertex to a multiple
+  // of 8 so that support searches need no remainder loop.
   std::vector<double> x, y, z;
   int vertex_count = 0;
   std::vector<Face> faces;  // flat faces, coplanar triangles merged
@@ -50,25 +50,26 @@ struct ConvexPart {
   std::vector<VertexAdjacency> stars;  // [vertex_count]
   std::vector<VertexEdge> spokes;
   std::vector<std::uint16_t> star_faces;
-  // [vertex_count] bit f: face f, which is no seam, meets here. Empty if there are more than 64.
+  // [vertex_count] bit f: surface face f has this vertex. Empty for more than 64 faces.
   std::vector<std::uint64_t> surface_faces;
 
-  // Seams. A contact whose nearest feature lies wholly on internal face f and whose normal points
-  // out through f belongs to the neighbour there, and is dropped by this part.
+  // Internal faces. A contact whose nearest feature is completely on internal face f and whose
+  // normal points out through f belongs to the neighboring part and is discarded for this part
+  // (ghost collision).
   std::vector<Vec3> internal_normals;  // at most kMaxSeams
-  std::vector<std::uint64_t>
-      internal_faces;  // [vertex_count] bit f: vertex lies on internal face f
+  // [vertex_count] bit f: the vertex is on internal face f.
+  std::vector<std::uint64_t> internal_faces;
 
-  double radius = 0;           // m, sweep radius
-  Vec3 center = Vec3::Zero();  // m, centre of a bounding sphere
-  double bounding_radius = 0;  // m, of that sphere, sweep radius included
-  double thickness = 0;        // m, least width across a face, cuts and sweep included
+  double radius = 0;           // m, rounding radius
+  Vec3 center = Vec3::Zero();  // m, center of a bounding sphere
+  double bounding_radius = 0;  // m, of that sphere, with rounding
+  double thickness = 0;  // m, least width normal to a face (also an internal one), with rounding
 
   Vec3 vertex(int i) const { return {x[i], y[i], z[i]}; }
 };
 
-// The piece enclosed by half-spaces, its surface faces moved inwards by `rounding`.
-// Internal faces are not moved. Throws InputError when nothing is left (thinner than 2 * rounding).
+// The part of the piece enclosed by half-spaces (m). Surface faces are moved inwards by `rounding`
+// (m), internal faces are not. Throws InputError if nothing remains (thickness below 2 * rounding).
 ConvexPart convex_part(const std::vector<HalfSpace>& half_spaces, double rounding);
 
 // The convex hull of points as outward half-spaces, coplanar facets merged.
@@ -78,7 +79,7 @@ std::vector<HalfSpace> convex_hull(const std::vector<Vec3>& points);
 // One point swept by `radius`: a sphere.
 ConvexPart sphere_part(const Vec3& center, double radius);
 
-// The part placed in other axes.
+// The part in other axes.
 ConvexPart moved(const ConvexPart& part, const Pose& pose);
 
 // The surface of the core as triangles. Empty for a sphere.

@@ -7,42 +7,42 @@ namespace firn {
 
 struct Energy {  // J
   double kinetic = 0;
-  double gravitational = 0;      // relative to the world's origin
-  double elastic = 0;            // recoverable part of the contact springs, and of bonds
+  double gravitational = 0;      // relative to the origin of the world
+  double elastic = 0;            // recoverable energy of contact springs and bonds
   double dissipated_normal = 0;  // since the start, by restitution
   double dissipated_friction = 0;
-  double dissipated_boundaries =
-      0;                        // part of dissipated_normal and dissipated_friction at boundaries
-  double dissipated_bonds = 0;  // since the start, by damping of bonds and when they break
-  double boundary_work = 0;     // done by moving boundaries on the particles since the start
-  double removed = 0;           // mechanical energy carried away by removals, less that inserted
+  double dissipated_boundaries = 0;  // part of the two above at boundaries
+  double dissipated_bonds = 0;       // since the start, by damping of bonds and when they break
+  double boundary_work = 0;          // done by moving boundaries on the particles since the start
+  double removed = 0;  // mechanical energy of removed particles less that of inserted ones
 };
 
-// Measures of the quality of a run.
+// Numerical quality and counters of a run.
 struct Diagnostics {
   double largest_overlap = 0;  // m, over all steps
   int largest_overlap_particle = -1;
-  // Patches first detected with an overlap above 1 % of the sweep radii. Those of the first step
+  // Patches first detected with an overlap above 1 % of the rounding radii. Those of the first step
   // belong to the initial state and do not count.
   std::uint64_t late_contacts = 0;
   double energy_error = 0;      // J, sum of unexplained rises
-  std::uint64_t rebuilds = 0;   // of the neighbour list
+  std::uint64_t rebuilds = 0;   // of the neighbor list
   std::uint64_t queries = 0;    // narrow-phase queries of part pairs
-  std::uint64_t refreshes = 0;  // of body pairs with patches
-  std::uint64_t patches = 0;    // now
-  std::uint64_t points = 0;     // now
-  std::uint64_t pairs = 0;      // in the neighbour list now
+  std::uint64_t refreshes = 0;  // contact searches of body pairs with patches
+  std::uint64_t patches = 0;    // current
+  std::uint64_t points = 0;     // current
+  std::uint64_t pairs = 0;      // current, in the neighbor list
 };
 
-// Hashes of the arrays of the state in groups. They show which group of two runs diverges first.
+// Hash of a group of arrays of the state, to find the group in which two runs diverge first.
 struct GroupHash {
   const char* group;
   std::uint64_t hash;
 };
 
+// Wall time of a phase of the step.
 struct PhaseTime {
   const char* name;
-  double seconds;
+  double seconds;  // s
 };
 
 }  // namespace firn

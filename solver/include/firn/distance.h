@@ -7,14 +7,14 @@
 
 namespace firn {
 
-// Distance of the two cores (no sweep), m; 0 when they overlap.
+// Distance of the two core polyhedra without rounding, m; 0 when they overlap.
 double core_distance(const ConvexPart& a, const ConvexPart& b, const Pose& b_in_a);
 
 struct PartOverlap {
   double depth = 0;           // m
-  Vec3 place = Vec3::Zero();  // m, A's axes
+  Vec3 place = Vec3::Zero();  // m, axes of a
 };
-// Overlap of the swept parts where it is at least `tolerance` (m).
+// Overlap of the parts with rounding. Nothing if it is below `tolerance` (m).
 std::optional<PartOverlap> part_overlap(const ConvexPart& a, const ConvexPart& b,
                                         const Pose& b_in_a, double tolerance);
 

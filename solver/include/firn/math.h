@@ -20,7 +20,7 @@ inline constexpr double kRadToDeg = 180 / std::numbers::pi;
 // A number of a body, shape or part as the index of a standard container.
 constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-// A rigid placement: p_outer = rotation * p_inner + translation.
+// A rigid pose: p_outer = rotation * p_inner + translation.
 struct Pose {
   Mat3 rotation = Mat3::Identity();
   Vec3 translation = Vec3::Zero();  // m
@@ -37,13 +37,13 @@ inline std::string one_line(std::string text) {
   return text;
 }
 
-// The user's mistake (exit status 2). The message is one line and says what is expected;
-// readers of files prefix it with FILE:LINE: KEY.
+// Wrong input of the user (exit status 2). The message is one line and states what is expected.
+// Readers of files prefix it with FILE:LINE: KEY.
 struct InputError : std::runtime_error {
   explicit InputError(std::string message) : std::runtime_error(one_line(std::move(message))) {}
 };
 
-// A simulation that went wrong (exit status 1): non-finite value, runaway energy, ...
+// Failure of a simulation (exit status 1): non-finite value, runaway energy, ...
 struct RunError : std::runtime_error {
   explicit RunError(std::string message) : std::runtime_error(one_line(std::move(message))) {}
 };

@@ -1,4 +1,4 @@
-// Closed triangle meshes: the geometry of a body for mass, measurements and drawings.
+// Triangle meshes: the geometry of a body for mass, measurements and display.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct TriangleMesh {
 struct MeshDefects {
   int open_edges = 0;         // edges with one triangle
   int nonmanifold_edges = 0;  // edges with more than two
-  int flipped_edges = 0;      // edges run twice in the same direction
+  int flipped_edges = 0;      // edges with two triangles of opposite orientation
   int degenerate = 0;         // triangles of no area
   int duplicated = 0;         // the same three corners twice
   bool inside_out = false;    // signed volume below zero
@@ -27,7 +27,7 @@ struct MeshDefects {
     return !(open_edges || nonmanifold_edges || flipped_edges || degenerate || duplicated ||
              inside_out || non_finite);
   }
-  std::string sentence() const;  // names and counts every defect; empty when sound
+  std::string sentence() const;  // lists and counts the defects; empty without defects
 };
 MeshDefects inspect(const TriangleMesh& mesh);
 
@@ -42,17 +42,18 @@ MassProperties mass_properties(const TriangleMesh& mesh);
 // Axis-aligned extents, m: {lower corner, upper corner}.
 std::array<Vec3, 2> bounding_box(const TriangleMesh& mesh);
 
-// A box about the origin, edges `size` (m).
+// A box centered at the origin with the edge lengths `size` (m).
 TriangleMesh box_mesh(const Vec3& size);
 
-// Merges vertices nearer than `tolerance` (m); triangles that collapse are dropped.
+// Merges vertices within `tolerance` (m) and removes degenerate triangles.
 TriangleMesh weld(const TriangleMesh& mesh, double tolerance);
 
 // Outward normal with twice the area of the triangle as its length, m^2.
 Vec3 area_normal(const TriangleMesh& mesh, std::size_t triangle);
 
-// The same surface in triangles whose edges are no longer than `edge` (m): each longer one is cut
-// at its middle, in both triangles that share it. The triangles of one stay together, in its order.
+// Subdivides triangles until no edge is longer than `edge` (m): a longer edge is divided at its
+// middle, in both triangles that share it. The triangles of one original triangle are consecutive,
+// in the original order.
 TriangleMesh refined(const TriangleMesh& mesh, double edge);
 
 }  // namespace firn

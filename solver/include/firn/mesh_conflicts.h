@@ -1,4 +1,4 @@
-// Conflicts of a closed mesh that bounds no solid: intersecting surfaces and nested shells.
+// Conflicts of a closed mesh: intersecting surfaces and nested shells.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@ namespace firn {
 // A shell is a set of triangles that are connected by their edges.
 struct MeshConflict {
   enum class Kind {
-    crossing,     // two triangles of one shell pass through each other
-    overlapping,  // the same of two shells
+    crossing,     // two triangles of one shell intersect
+    overlapping,  // triangles of two shells intersect
     nested,       // a shell that faces outwards inside another one
-    inverted,     // a shell that faces inwards and is no cavity of another one
+    inverted,     // a shell that faces inwards and is not a cavity of another one
   };
   Kind kind;
   // Numbers of the triangles, from 0; of a nested or inverted shell, its first triangle, and the
   // first one of a shell around it or -1.
   int triangle = -1, other = -1;
-  Vec3 place = Vec3::Zero();  // m, mesh axes: a point of both triangles, or the first one's centre
+  Vec3 place = Vec3::Zero();  // m, mesh axes: common point, or center of the first triangle
 };
 
 struct MeshConflicts {
@@ -31,16 +31,15 @@ struct MeshConflicts {
   std::vector<MeshConflict> examples;  // at most one of each kind
 
   bool none() const { return examples.empty(); }
-  // Names and counts every conflict, with triangle numbers from 1 and a place in mm; empty without
-  // conflicts.
+  // Lists and counts the conflicts, with triangle numbers from 1 and a position in mm. Empty
+  // without conflicts.
   std::string sentence() const;
 };
 
-// A shell that faces inwards inside another one is a cavity and no conflict, and so is a solid
-// inside the cavity. Surfaces that touch, or overlap by less than a millionth of the bounding box's
-// diagonal, have no conflict. The search stops at
-// 1000 pairs and at 100 nested or inverted shells. Open meshes are searched for triangles that
-// cross only.
+// A shell that faces inwards inside another one is a cavity and not a conflict, nor is a solid
+// inside the cavity. Surfaces that touch, or overlap by less than a millionth of the diagonal of
+// the bounding box, are not in conflict. The search stops at 1000 pairs and at 100 nested or
+// inverted shells. Open meshes are searched for intersecting triangles only.
 MeshConflicts find_conflicts(const TriangleMesh& mesh);
 
 }  // namespace firn

@@ -13,7 +13,7 @@ namespace firn {
 
 struct Material {
   std::string name;
-  double density = 0;        // kg/m^3; walls need none
+  double density = 0;        // kg/m^3; not used for boundaries
   double young_modulus = 0;  // Pa
   double poisson_ratio = 0;  // stored only: no equation of this contact model uses it
 };
@@ -26,7 +26,7 @@ struct Interaction {
   double tangential_stiffness_ratio = 1;   // K_tau / K_nl
   double minimum_unloading_ratio = 0.001;  // lambda of equation (3)
   double rolling_resistance = 0;           // limit of the rolling moment / (normal force * L)
-  double restick_velocity = 1e-3;          // m/s, below which a sliding contact may stick again
+  double restick_velocity = 1e-3;          // m/s, below which a sliding contact sticks again
   double adhesion_force = 0;               // N, attraction while two bodies overlap, per patch
   double adhesion_stiffness_fraction = 0;  // attraction over K_nl times the overlap
 };
@@ -47,8 +47,8 @@ struct Boundary {
   Vec3 origin = Vec3::Zero();           // m, world, at t = 0
   Quat orientation = Quat::Identity();  // boundary axes -> world, at t = 0
   std::vector<ConvexPart> parts;        // m, boundary axes (solids)
-  TriangleMesh mesh;                    // m, boundary axes, for drawing
-  std::vector<Motion> motions;          // on top of those of its frame
+  TriangleMesh mesh;                    // m, boundary axes, for display
+  std::vector<Motion> motions;          // in addition to those of its frame
   int frame = -1;                       // motion frame that carries it; -1: the world
 };
 
@@ -59,18 +59,18 @@ struct BoundaryContact {
   int a = 0, b = 0;      // boundaries; a is a solid
   Interaction law;       // rolling resistance and adhesion are not used
   double stiffness = 0;  // N/m, loading
-  double rounding = 0;  // m, radius of edges and corners in this contact; faces stay where they are
+  double rounding = 0;   // m, rounding radius in this contact; faces do not move
 };
 
 struct Numerics {
   // Points with a gap below the contact margin are tracked as contact points. The margin is this
-  // fraction of the smaller sweep radius of a pair, at most contact_margin_limit.
+  // fraction of the smaller rounding radius of a pair, at most contact_margin_limit.
   double contact_margin = 0.06;
   double contact_margin_limit = 60e-6;  // m
   // Contacts are linearized until the relative motion of the two bodies exceeds this fraction of
   // the contact margin. 0: a contact search for every pair in every step.
   double contact_update_fraction = 1;
-  double skin = 0;  // m, margin of the neighbour list; 0: 0.16 of the smallest bounding radius
+  double skin = 0;  // m, skin of the neighbor list; 0: 0.16 of the smallest bounding radius
   int threads = 1;
   // A run whose overlap exceeds this fraction of the smaller shape's smallest box edge is stopped.
   double overlap_limit = 0.5;
@@ -101,9 +101,9 @@ struct Model {
 double particle_pair_stiffness(const Shape& a, const Shape& b);
 double boundary_pair_stiffness(const Model& model, const Shape& a, const Boundary& b);
 
-// The largest safe step and why: `steps` per quarter period (pi/2 sqrt(m_eff / K)) of the stiffest
-// loading or unloading spring over all pairs of shapes and boundaries that the model holds, of its
-// bonds and of the springs of free bodies.
+// The largest stable time step and the reason: `steps` per quarter period (pi/2 sqrt(m_eff / K)) of
+// the stiffest loading or unloading spring over all pairs of shapes and boundaries of the model, of
+// its bonds and of the springs of free bodies.
 struct TimestepAdvice {
   double timestep = 0;      // s
   bool is_a_limit = false;  // a spring limits the step; otherwise it is a default
@@ -114,8 +114,9 @@ TimestepAdvice advise_timestep(const Model& model, double steps);
 // restitution below 1 %. docs/contact.md, "Time step".
 inline constexpr double kStableSteps = 3, kAccurateSteps = 6;
 
-// Throws InputError with one sentence when the model cannot be simulated (no interaction for a
-// pair that can meet, restitution outside (0, 1], dynamic above static friction, no time step...).
+// Throws InputError (one sentence) for a model that cannot be simulated: no interaction for a pair
+// that can be in contact, restitution outside (0, 1], dynamic above static friction, no time step,
+// ...
 void validate(const Model& model);
 
 }  // namespace firn

@@ -1,8 +1,8 @@
 // Motion of boundaries: prescribed motions, and motion frames, which carry boundaries and other
 // frames. Frames have prescribed motions or are free bodies.
 //
-// All data are in world axes at t = 0. Children move with their parent frame: directions and points
-// turn with it.
+// All data are in world axes at t = 0. Children move with their parent frame, and so do their
+// directions and points.
 #pragma once
 
 #include <limits>
@@ -26,16 +26,16 @@ struct Schedule {
   bool acts(double t) const;
 };
 
-// Prescribed motion, active while its schedule says so. In a list, each motion is carried by those
-// before it, as by a frame. Its axis, center and direction are given at t = 0 and move along. The
-// pose at t is T_1(t) T_2(t) ... T_n(t) of the pose at t = 0.
+// Prescribed motion, active according to its schedule. In a list, each motion is relative to the
+// previous ones, as to a parent frame: its axis, center and direction are given at t = 0 and move
+// with them. The pose at t is T_1(t) T_2(t) ... T_n(t) applied to the pose at t = 0.
 struct Motion : Schedule {
   enum class Kind { translation, rotation };
   enum class Course {
     steady,  // at `velocity` or `angular_speed`
     ramp,    // rate from `rate` to `end_rate` within `ramp_time`, then at end_rate
     swing,   // amplitude (sin(2 pi frequency t + phase) - sin phase): vibration, pendulum
-    table    // `ways` at `times`, linear in between, and held after the last
+    table    // positions `ways` at `times`, linear in between, constant after the last
   };
   Kind kind = Kind::translation;
   Course course = Course::steady;
@@ -46,7 +46,7 @@ struct Motion : Schedule {
   // m/s and m, or rad/s and rad; times from the start of each period.
   double rate = 0, end_rate = 0, ramp_time = 0;
   double amplitude = 0, frequency = 0, phase = 0;  // frequency in 1/s
-  std::vector<double> times, ways;                 // as many each, times ascending from 0
+  std::vector<double> times, ways;                 // equally many; s, ascending from 0; m or rad
 
   // Displacement within [t, t + dt], m or rad; for a steady translation the active time in s.
   double way(double t, double dt) const;
@@ -54,10 +54,11 @@ struct Motion : Schedule {
   double covered(double t) const;
 };
 
-// A motor on one axis of a free body: drives it towards a speed with a load up to its limit.
+// A motor at a joint of a free body: accelerates it to a speed with a force or torque up to
+// `limit`.
 struct Motor : Schedule {
   double speed = 0;              // m/s or rad/s; with a target, the maximum
-  std::optional<double> target;  // m or rad: position to approach and hold
+  std::optional<double> target;  // m or rad: coordinate to approach and keep
   double limit = kUnbounded;     // N or N m
   // m/s or rad/s: the load limit decreases linearly from `limit` at rest (stall) to zero at this
   // speed in the direction of the load.
@@ -68,23 +69,24 @@ struct Motor : Schedule {
 struct Joint {
   enum class Kind { translation, rotation };
   Kind kind = Kind::rotation;
-  Vec3 direction = Vec3::UnitZ();                  // unit; a rotation is about the frame's origin
-  double stiffness = 0, rest = 0;                  // spring towards `rest`: N/m, m or N m/rad, rad
+  Vec3 direction = Vec3::UnitZ();  // unit; a rotation is about the frame's origin
+  // Spring with the reference coordinate `rest`: N/m and m, or N m/rad and rad.
+  double stiffness = 0, rest = 0;
   double damping = 0;                              // N s/m or N m s/rad
   double friction = 0;                             // N or N m, against any motion
   double lower = -kUnbounded, upper = kUnbounded;  // m or rad, limits
-  double limit_restitution = 0;                    // speed after over speed before a limit
-  double armature = 0;                             // kg or kg m^2, of a rotor geared to the axis
+  double limit_restitution = 0;  // speed after over speed before the impact at a limit
+  double armature = 0;           // kg or kg m^2, inertia of a rotor geared to the joint
   std::vector<Motor> motors;
 };
 
 // A rigid body that moves along its joints under gravity, contacts, springs and motors.
 struct FreeBody {
   double mass = 0;              // kg
-  Vec3 center = Vec3::Zero();   // m, centre of mass, world at t = 0
-  Mat3 inertia = Mat3::Zero();  // kg m^2 about the centre of mass, world axes at t = 0
+  Vec3 center = Vec3::Zero();   // m, center of mass, world at t = 0
+  Mat3 inertia = Mat3::Zero();  // kg m^2 about the center of mass, world axes at t = 0
   std::vector<Joint> joints;    // at most kMostJoints; at most one rotation
-  bool free_rotation = false;   // about all axes, and none of `joints` is a rotation
+  bool free_rotation = false;   // ball joint; none of `joints` is then a rotation
 };
 inline constexpr int kMostJoints = 6;
 
@@ -92,18 +94,19 @@ struct MotionFrame {
   std::string name;
   int parent = -1;              // an earlier frame; -1: the world
   Vec3 origin = Vec3::Zero();   // m, world at t = 0; axes are the world's at t = 0
-  std::vector<Motion> motions;  // none for a free one
+  std::vector<Motion> motions;  // empty for a free body
   std::optional<FreeBody> free;
 };
 
-// Ties two bodies of a mechanism in addition to the joints of its tree: closes loops, gears joints.
-// A body is a free frame with what is fixed to it, or the frame that the mechanism stands on.
+// Constraint between two bodies of a mechanism in addition to the joints of its tree: closes loops,
+// couples joints. A body is a free frame with all frames fixed to it, or the parent frame of the
+// mechanism.
 struct Coupling {
   enum class Kind {
     ball,   // the bodies share the point `position`
     hinge,  // and the axis through it along `direction`
     weld,   // no relative motion
-    slot,   // the point of b stays on the line along `direction`, which belongs to a
+    slot,   // the point of b is on the line along `direction`, which is fixed to a
     gear,   // the coordinate of joint_b is `ratio` times that of joint_a
     cam     // the coordinate of joint_b is the lift at that of joint_a, a rotation
   };
@@ -113,8 +116,8 @@ struct Coupling {
   Vec3 position = Vec3::Zero(), direction = Vec3::UnitZ();  // m, unit; world at t = 0
   int joint_a = 0, joint_b = 0;                             // of free frames a and b
   double ratio = 1;                                         // of the units of the joints
-  // rad, ascending within one turn, and m or rad: of a cam, again in every turn. The lift at the
-  // angle 0 is 0: both parts are drawn there.
+  // Of a cam: rad, ascending within one revolution, and m or rad; repeated in every revolution. The
+  // lift at the angle 0 is 0, as at t = 0.
   std::vector<double> angles, lifts;
 
   bool ties_joints() const { return kind == Kind::gear || kind == Kind::cam; }

@@ -18,8 +18,8 @@ struct RigidMotion {
     return {turn * other.turn, turn * other.shift + shift};
   }
 
-  // Followed, in what it carries, by a motion that has covered `way` (m, rad, or s for a steady
-  // translation). Centers of rotation count from `origin` (m).
+  // Appends a prescribed motion relative to this one, with the displacement `way` (m or rad; s for
+  // a steady translation). Centers of rotation are relative to `origin` (m).
   void carry(const Motion& m, const Vec3& origin, double way) {
     if (way == 0) return;
     if (m.kind == Motion::Kind::translation) {

@@ -1,4 +1,4 @@
-// Shapes of particles: the user's mesh, its mass, and its convex parts for contact.
+// Shapes of particles: mesh, mass, and convex parts for contact.
 #pragma once
 
 #include <string>
@@ -12,30 +12,31 @@ namespace firn {
 struct Shape {
   std::string name;
   int material = 0;               // index into Model::materials
-  TriangleMesh mesh;              // m, shape axes (as drawn)
-  std::vector<ConvexPart> parts;  // m, body axes (see below); convex, or pieces of a concave body
-  std::vector<std::uint64_t>
-      part_neighbours;  // [parts] bit j: part j touches this one (and itself)
+  TriangleMesh mesh;              // m, shape axes
+  std::vector<ConvexPart> parts;  // m, body axes (see below)
+  // [parts] bit j: part j touches this part; a part touches itself.
+  std::vector<std::uint64_t> part_neighbors;
 
-  // Body axes are the principal axes about the centre of mass:
+  // Body axes are the principal axes about the center of mass:
   //   x_shape = centroid + shape_from_body * x_body.
-  // Among all such frames, the one nearest to the shape axes; equal to these where they are
-  // principal axes (a box, a sphere, a crescent).
+  // Of all such axes, those nearest to the shape axes; equal to the shape axes if these are
+  // principal axes (box, sphere, crescent).
   Vec3 centroid = Vec3::Zero();  // m, shape axes
   Quat shape_from_body = Quat::Identity();
   double volume = 0;             // m^3
   double mass = 0;               // kg
   Vec3 inertia = Vec3::Zero();   // kg m^2, principal, body axes
-  double bounding_radius = 0;    // m, about the centre of mass
+  double bounding_radius = 0;    // m, about the center of mass
   Vec3 box = Vec3::Zero();       // m, bounding box edges in shape axes
-  double rounding = 0;           // m, sweep radius of edges and corners (a sphere: R)
+  double rounding = 0;           // m, rounding radius (of a sphere: its radius)
   double stiffness_length = 0;   // m, L of equation (6): middle edge of the bounding box
   double stiffness = 0;          // N/m, loading stiffness K of equation (6), or given
-  double contact_deviation = 0;  // m, largest distance mesh <-> swept parts, sampled
+  double contact_deviation = 0;  // m, surface deviation: mesh to swept parts, sampled
   std::string deviation_reason;  // cause of contact_deviation, a few words
 };
 
-// Input of the makers below in addition to the geometry. They throw InputError for wrong input.
+// Input of the make_*() functions in addition to the geometry. These throw InputError for wrong
+// input.
 struct ShapeOptions {
   std::string name;
   int material = 0;
@@ -49,19 +50,19 @@ struct ShapeOptions {
 };
 
 Shape make_sphere(double radius, const ShapeOptions& options);  // m, about the origin
-Shape make_box(const Vec3& size, const ShapeOptions& options);  // edges, m, about the origin
+Shape make_box(const Vec3& size, const ShapeOptions& options);  // edge lengths, m, about the origin
 Shape make_convex(const std::vector<Vec3>& points, const ShapeOptions& options);  // hull of them, m
-// Any closed mesh of up to 20000 triangles. One whose hull exceeds it by no more than 1.6 % of the
-// smallest edge of its bounding box becomes one part; others are cut into pieces that convex, or
-// into max_parts. The deviation is measured and stored with its reason. Throws InputError naming
-// the defects of an unsound mesh.
+// A watertight mesh of at most 20000 triangles. A mesh whose hull deviates by at most 1.6 % of the
+// smallest edge of its bounding box becomes one part. Others are divided into convex pieces of that
+// accuracy, at most max_parts. The surface deviation is measured and stored with its cause. Throws
+// InputError that lists the defects of a mesh.
 Shape make_mesh(const TriangleMesh& mesh, const ShapeOptions& options);
-// Rigid union of non-overlapping shapes placed in common axes; mass and inertia add. Density and
-// rounding of the options are not used: the components have theirs. `rounding` becomes the least of
-// them, contact_deviation the largest.
+// Rigid union of non-overlapping shapes in common axes, with the sums of mass and inertia. Density
+// and rounding of the options are not used. `rounding` is the smallest of the components,
+// contact_deviation the largest.
 struct Component {
   Shape shape;
-  Pose pose;  // component's shape axes -> compound's shape axes
+  Pose pose;  // shape axes of the component -> shape axes of the compound
 };
 Shape make_compound(const std::vector<Component>& components, const ShapeOptions& options);
 
@@ -73,8 +74,8 @@ struct CrescentParameters {
   double depth = 13.716e-3;     // m, along z
   double tip = 2e-3;            // m, height of the blunt vertical tip wall
   double dish = 1e-3;           // m, depth of the concave top in the middle
-  double draft = 0.0523598776;  // rad, sides lean in by this downwards
-  int facets = 1272;            // wanted triangles of the mesh (the nearest even count is made)
+  double draft = 0.0523598776;  // rad, inclination of the sides, inwards towards the bottom
+  int facets = 1272;            // number of triangles of the mesh, rounded to an even number
   int parts = 4;                // convex pieces along the chord, for contact
   int arc_segments = 12;        // flat pieces of the outer arc, for contact
 

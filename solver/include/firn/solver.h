@@ -21,9 +21,9 @@ struct ContactSpot {
   Vec3 position = Vec3::Zero();  // m, world, midway between the two surfaces
   double gap = 0;                // m, along the patch's normal; negative: overlap
   double stiffness_fraction =
-      0;             // of the stiffness K of the pair; may not add up to 1 (contact.md)
+      0;             // of the stiffness K of the pair; the sum may differ from 1 (docs/contact.md)
   double force = 0;  // N, normal
-  double area = 0;   // m^2, share of the area of the patch
+  double area = 0;   // m^2, fraction of the area of the patch
 };
 
 // One patch: the load of body b on body a over one touching region, at the end of a step. Points
@@ -31,15 +31,15 @@ struct ContactSpot {
 struct Contact {
   int a = 0;                     // particle
   int b = 0;                     // particle above a, or number of particles + boundary
-  int patch = 0;                 // counts the patches of this pair from 0
+  int patch = 0;                 // number of the patch of this pair, from 0
   Vec3 place = Vec3::Zero();     // m, world: the reference point, where friction acts
   Vec3 normal = Vec3::UnitZ();   // unit, world, from a to b
   double normal_force = 0;       // N, sum over the points
-  Vec3 friction = Vec3::Zero();  // N, world, on a, across the normal
-  double friction_cap = 0;       // N: static while it sticks, dynamic while it slides
+  Vec3 friction = Vec3::Zero();  // N, world, on a, tangential
+  double friction_cap = 0;       // N, friction limit: static while sticking, dynamic while sliding
   bool sliding = false;
   double torsion = 0;            // N m, about the normal, on a
-  double torsion_cap = 0;        // N m
+  double torsion_cap = 0;        // N m, torsion limit
   Vec3 rolling = Vec3::Zero();   // N m, world, on a
   double overlap = 0;            // m, of the deepest point; 0 when no point touches
   double gap = 0;                // m, the smallest; negative: overlap
@@ -47,24 +47,24 @@ struct Contact {
   double unloading_ratio = 1;    // K_u / K = 1 / epsilon^2
   double adhesion = 0;           // N, against the normal force
   Vec3 force = Vec3::Zero();     // N, world, on a: friction - (normal_force - adhesion) * normal
-  Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its centre of mass
-  Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its centre of mass (origin)
+  Vec3 moment_a = Vec3::Zero();  // N m, world, on a about its center of mass
+  Vec3 moment_b = Vec3::Zero();  // N m, world, on b about its center of mass (boundary: origin)
   std::vector<ContactSpot> spots;
 };
 
-// Instruction set of a solver constructed now: "baseline", or "avx2" where build and processor
-// support it. The environment variable FIRN_INSTRUCTIONS selects one of them; results are the same.
-// Throws InputError when the selected one is not available.
+// Instruction set of new solvers: "baseline", or "avx2" where build and processor support it. The
+// environment variable FIRN_INSTRUCTIONS selects one of them; results are the same. Throws
+// InputError when the selected one is not available.
 std::string instruction_set();
 
 class Solver {
  public:
   struct Load {
-    Vec3 force, moment;  // N, N m about the centre of mass (frames: the origin), world
+    Vec3 force, moment;  // N, N m about the center of mass (frames: the origin), world
   };
 
-  // Stores a copy of the model. Initially all particles wait and all boundaries are present. Throws
-  // InputError as validate(model) does.
+  // Stores a copy of the model. Initially all particles are pending and all boundaries are present.
+  // Throws InputError as validate(model) does.
   explicit Solver(Model model);
   // Shares a model that has passed validate() and does not change while the solver exists, without
   // a copy. `threads` overrides the number of the model; 0: no override.
@@ -75,23 +75,24 @@ class Solver {
 
   const Model& model() const;
 
-  // Places a waiting particle (else std::logic_error): center of mass (m, world), orientation
+  // Inserts a pending particle (else std::logic_error): center of mass (m, world), orientation
   // (shape axes -> world), velocity (m/s, world) and angular velocity (rad/s, world).
   void insert(int particle, const Vec3& center_of_mass, const Quat& orientation,
               const Vec3& velocity, const Vec3& angular_velocity);
-  // Before the first step (else std::logic_error), parents before children: children move along.
+  // Sets the initial pose of a frame, before the first step (else std::logic_error). Parents must
+  // be set before children, which move with them.
   void start_frame(const FrameStart& start);
   void remove_particle(int particle);  // throws std::logic_error unless it is present
   void remove_boundary(int boundary);
-  // Adds a motion or motor that acts now or later (for stages that begin on events). Those of a
-  // group above 0 end together, by stop_stage_motions() at a `time` (s).
+  // Adds a motion or motor that acts from the current time on, for stages that begin on events.
+  // stop_stage_motions() ends all of a group above 0 at `time` (s).
   void add_motion(int boundary, const Motion& motion, int group = 0);
   void add_frame_motion(int frame, const Motion& motion, int group = 0);
   void add_motor(int frame, int axis, const Motor& motor, int group = 0);
   void stop_stage_motions(int group, double time);
 
-  // True when a body of this shape placed there would touch a present particle or boundary, or
-  // come nearer than `clearance` (m). For placement; does not change the state.
+  // True if a body of this shape and pose would overlap a particle or boundary, or be within
+  // `clearance` (m) of it.
   bool overlaps(int shape, const Vec3& center_of_mass, const Quat& orientation,
                 double clearance) const;
   // The first body within `clearance`: a particle, or number of particles + boundary; empty: none.
@@ -101,12 +102,12 @@ class Solver {
   // Advances by one time step. Throws RunError (non-finite state, runaway energy, overlap beyond
   // the limit) naming the particle and the time.
   void step();
-  // The same step without its second half kick, for loops that do not read every step. The next
-  // step merges that half kick with its first one and saves a pass over all bodies; results are
-  // bit-identical. After it, accessors of velocities, loads of particles, energy, bonds, hashes and
+  // The same step without its second half-kick, for loops that do not read every step. The next
+  // step merges that half-kick with its first one, which saves a pass over all bodies. Results have
+  // the same bits. After it, accessors of velocities, loads of particles, energy, bonds, hashes and
   // the saved state throw std::logic_error until complete_step() or the next step().
   void step_deferred();
-  // Makes the second half kick of a deferred step. Does nothing when there is none.
+  // Computes the second half-kick of a deferred step, if there is one.
   void complete_step();
 
   double time() const;  // s
@@ -121,7 +122,7 @@ class Solver {
   std::vector<CouplingState> couplings() const;                 // [couplings of the model]
   std::vector<BoundaryContactState> boundary_contacts() const;  // [boundary contacts of the model]
   // Force and moment (about the origin of the frame) of contacts on all boundaries that a frame
-  // carries, at this step.
+  // carries, at the end of the step.
   Load frame_load(int frame) const;
   void clear_boundary_loads();  // and those of frames, after they were recorded
   Energy energy() const;
@@ -130,8 +131,8 @@ class Solver {
   std::vector<double> contact_overlaps() const;
   const std::vector<BondRecord>& bonds() const;  // [bonds of the model]
   BondState bond(int number) const;
-  // Every patch of the neighbour list, in order of (a, b): a copy. Its forces are those of the next
-  // half-kick. A particle or boundary removed since the last step still has its last contacts.
+  // All patches of the neighbor list, in the order of (a, b): a copy. Its forces are those of the
+  // next half-kick. A particle or boundary removed since the last step still has its last contacts.
   std::vector<Contact> contacts() const;
   // Contacts that have ended since the last call, in order of their ends, and open_events(): open
   // contacts, in order of their starts, with any force. Empty unless the statistics of the model
@@ -146,8 +147,8 @@ class Solver {
   const std::vector<CompressiveLoad>& compressive_loads() const;
   const std::vector<SurfaceSums>& surface_sums() const;
   const std::vector<EnergySums>& energy_sums() const;
-  // Force and moment of all contacts and bonds on a particle at the end of the step, as the motion
-  // uses them.
+  // Force and moment of all contacts and bonds on a particle at the end of the step, as used for
+  // its motion.
   Load load(int particle) const;
   std::vector<PhaseTime> profile() const;  // time spent in each phase of the step so far
 

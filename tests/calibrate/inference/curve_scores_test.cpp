@@ -70,7 +70,7 @@ TEST(Curves, TheirShapeDeterminesParameters) {
   int held = 0;
   std::mt19937_64 random(11);
   for (int s = 0; s < studies; ++s) {
-    const double truth[] = {7 + 6 * open_uniform(random), 0.6 + 0.7 * open_uniform(random)};
+    const double truth[] = {7 + 6 * uniform_open(random), 0.6 + 0.7 * uniform_open(random)};
     const SmoothError error(0.2, random);
     const Folder folder("curve");
     write_record(folder, [&](double t) { return rise(truth[0], truth[1], t) + error.at(t); });

@@ -75,7 +75,7 @@ double coverage(double discrepancy, int studies) {
   std::mt19937_64 random(17);
   int held = 0;
   for (int i = 0; i < studies; ++i) {
-    const double a = 0.2 + 0.6 * open_uniform(random);
+    const double a = 0.2 + 0.6 * uniform_open(random);
     const double bias = bias_sd * normal(random);
     s.study.targets[0].value = line(a) + bias + measurement_sd * normal(random);
     held += s.region_holds(a);

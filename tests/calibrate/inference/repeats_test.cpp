@@ -53,13 +53,13 @@ TEST(SingleRuns, ModelsOfLinesStateTheUncertaintyThatTheyHave) {
   double squares = 0;
   for (std::uint64_t s = 0; s < models; ++s) {
     std::mt19937_64 random(900 + s);
-    const double a = 4 + 8 * open_uniform(random), b = 8 * open_uniform(random);
+    const double a = 4 + 8 * uniform_open(random), b = 8 * uniform_open(random);
     const auto line = [&](const VectorXd& u) { return a * u[0] + b * u[1]; };
     const SingleRuns runs(s + 1, [&](const VectorXd& u, std::mt19937_64& noise) {
       return line(u) + 0.6 * normal(noise);
     });
     for (int i = 0; i < places; ++i) {
-      const Vector2d u(open_uniform(random), open_uniform(random));
+      const Vector2d u(uniform_open(random), uniform_open(random));
       const Prediction p = runs.models->targets[0].surrogate.best.predict(u);
       squares += std::pow(p.mean - line(u), 2) / p.variance;
     }
@@ -76,7 +76,7 @@ TEST(SingleRuns, ScatterThatTheMiddleDoesNotHaveIsNoticed) {
     const auto response = [](bool shifted) {
       return [shifted](const VectorXd& u, std::mt19937_64& random) {
         const double y = 10 * u[0] + 6 * u[1] + 0.4 * normal(random);
-        return y + (open_uniform(random) < 0.3 && shifted && u.sum() > 1 ? 5 : 0);
+        return y + (uniform_open(random) < 0.3 && shifted && u.sum() > 1 ? 5 : 0);
       };
     };
     const SingleRuns shifted(s + 1, response(true)), quiet(s + 1, response(false));

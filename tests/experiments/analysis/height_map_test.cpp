@@ -51,7 +51,7 @@ TEST(Surface, OutsideTheGridThereIsNothing) {
 
 TEST(Surface, HighestPointsAndTheFloor) {
   const TriangleMesh box = box_mesh({4e-3, 4e-3, 4e-3});
-  const HeapSurface s = heap_surface({at(box, 0, 0, 2e-3), at(box, 2e-3, 0, 6e-3)}, kGrid);
+  const HeightMap s = height_map({at(box, 0, 0, 2e-3), at(box, 2e-3, 0, 6e-3)}, kGrid);
   const auto height = [&](double x) { return s.height(static_cast<int>((x + 10e-3) / 1e-3), 5); };
   EXPECT_NEAR(height(-1.5e-3), 4e-3, 1e-15);
   EXPECT_NEAR(height(0.5e-3), 8e-3, 1e-15);
@@ -69,8 +69,8 @@ TEST(Surface, MirroredGridsSeeMirroredHeapsAlike) {
   const Mat3 flip = Vec3(-1, 1, 1).asDiagonal();
   const Pose image{flip * pose.rotation * flip, flip * pose.translation};
   const PlanGrid back = PlanGrid::between(10e-3, -10e-3, -5e-3, 5e-3, 1e-3);
-  const HeapSurface a = heap_surface({{&cube, pose}}, kGrid);
-  const HeapSurface b = heap_surface({{&mirrored, image}}, back);
+  const HeightMap a = height_map({{&cube, pose}}, kGrid);
+  const HeightMap b = height_map({{&mirrored, image}}, back);
   EXPECT_GT(a.covered.count(), 10);
   EXPECT_TRUE((a.covered == b.covered).all());
   EXPECT_LT((a.height - b.height).abs().maxCoeff(), 1e-15);
@@ -85,27 +85,27 @@ TEST(Surface, WhatHangsInTheAirIsNotSupported) {
       at(box, 2e-3, 0, 24e-3),   // on the one in the air
       at(box, -8e-3, 0, 3e-3),   // 1 mm above the floor
   };
-  EXPECT_EQ(supported(bodies, kGrid, 0.5e-3, everywhere),
+  EXPECT_EQ(find_supported(bodies, kGrid, 0.5e-3, everywhere),
             (std::vector<bool>{true, true, false, false, false}));
   const auto left_half = [](double x, double) { return x < -2e-3; };
-  EXPECT_EQ(supported(bodies, kGrid, 0.5e-3, left_half), std::vector<bool>(5, false));
+  EXPECT_EQ(find_supported(bodies, kGrid, 0.5e-3, left_half), std::vector<bool>(5, false));
 }
 
 TEST(Surface, ClosingLeavesASlopeAsItIs) {
-  HeapSurface slope = heap_surface({}, kGrid);
+  HeightMap slope = height_map({}, kGrid);
   for (int i = 0; i < kGrid.nx; ++i) {
     for (int j = 0; j < kGrid.ny; ++j) slope.height(i, j) = 0.3 * kGrid.x(i) - 0.1 * kGrid.y(j);
   }
-  const HeapSurface closed = close_pits(slope, 5e-3);
+  const HeightMap closed = close_height_map(slope, 5e-3);
   EXPECT_LT((closed.height - slope.height).abs().maxCoeff(), 1e-15);
 }
 
 TEST(Surface, ClosingFillsNarrowPitsOnly) {
-  HeapSurface flat = heap_surface({}, kGrid);
+  HeightMap flat = height_map({}, kGrid);
   flat.height.setConstant(10e-3);
   flat.height.block(3, 3, 3, 4).setZero();    // 3 mm wide: a 5 mm square does not enter
   flat.height.block(10, 0, 8, 10).setZero();  // 8 mm wide: it does
-  const HeapSurface closed = close_pits(flat, 5e-3);
+  const HeightMap closed = close_height_map(flat, 5e-3);
   EXPECT_EQ(closed.height.topRows(10).minCoeff(), 10e-3);
   EXPECT_EQ(closed.height.block(10, 0, 8, 10).maxCoeff(), 0);
 }

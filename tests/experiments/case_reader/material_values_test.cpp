@@ -75,7 +75,7 @@ TEST_F(MaterialApplication, ARecordFillsInWhatTheCaseLeavesOpen) {
   ASSERT_EQ(c.material_records.size(), 1u);
   EXPECT_EQ(c.material_records[0].record, "ice-steel@2");  // the newest
   EXPECT_THAT(
-      c.material_records[0].sets,
+      c.material_records[0].applied_keys,
       ElementsAre("interactions.ice-ice.static_friction", "interactions.ice-ice.dynamic_friction",
                   "interactions.steel-ice.static_friction",  // as the case spells the pair
                   "materials.ice.young_modulus"));
@@ -104,8 +104,8 @@ TEST_F(MaterialApplication, TheCasesOwnKeysGoBeforeTheRecordThatItNames) {
   EXPECT_EQ(floor(c), 0.7);
   EXPECT_EQ(cubes(c), 0.6);
   EXPECT_EQ(c.model.interaction(0, 0).dynamic_friction, 0.6);  // not the record's 0.1
-  EXPECT_THAT(c.material_records[0].sets, ElementsAre("materials.ice.young_modulus"));
-  EXPECT_EQ(c.material_records[0].kept.size(), 3u);
+  EXPECT_THAT(c.material_records[0].applied_keys, ElementsAre("materials.ice.young_modulus"));
+  EXPECT_EQ(c.material_records[0].overridden_keys.size(), 3u);
 }
 
 TEST_F(MaterialApplication, TheCommandLineGoesBeforeTheCaseAndSetBeforeBoth) {
@@ -119,16 +119,17 @@ TEST_F(MaterialApplication, TheCommandLineGoesBeforeTheCaseAndSetBeforeBoth) {
                         {{"interactions.steel-ice.static_friction", "0.25"}});
   EXPECT_EQ(floor(set), 0.25);
   EXPECT_EQ(cubes(set), 0.1);
-  EXPECT_THAT(set.material_records[0].kept, ElementsAre("interactions.ice-steel.static_friction"));
+  EXPECT_THAT(set.material_records[0].overridden_keys,
+              ElementsAre("interactions.ice-steel.static_friction"));
 }
 
 TEST_F(MaterialApplication, ARequestGoesBeforeTheRecordOfTheCaseToo) {
   const Case c = read(case_text(named, restitution), {"other"});
   ASSERT_EQ(c.material_records.size(), 2u);
   EXPECT_EQ(c.material_records[0].record, "ice-steel@2");
-  EXPECT_TRUE(c.material_records[0].sets.empty());
+  EXPECT_TRUE(c.material_records[0].applied_keys.empty());
   EXPECT_EQ(c.material_records[1].record, "other@1");
-  EXPECT_EQ(c.material_records[1].sets.size(), 4u);
+  EXPECT_EQ(c.material_records[1].applied_keys.size(), 4u);
 }
 
 TEST_F(MaterialApplication, TwoRecordsDoNotSetTheSameKey) {
@@ -152,11 +153,11 @@ TEST_F(MaterialApplication, AResolvedCaseNeedsNoDatabase) {
   EXPECT_EQ(again.material_records[0].record, "ice-steel@2");
   EXPECT_EQ(again.material_records[0].selection, "sample 5");
   EXPECT_EQ(again.material_records[0].sha256, c.material_records[0].sha256);
-  EXPECT_EQ(again.material_records[0].sets, c.material_records[0].sets);
+  EXPECT_EQ(again.material_records[0].applied_keys, c.material_records[0].applied_keys);
   // What an override changes is no longer the record's.
   const Case changed = read(c.resolved, {}, {{"interactions.ice-steel.static_friction", "0.5"}});
   EXPECT_EQ(floor(changed), 0.5);
-  EXPECT_EQ(changed.material_records[0].sets.size(), 3u);
+  EXPECT_EQ(changed.material_records[0].applied_keys.size(), 3u);
   EXPECT_THAT(changed.resolved, Not(HasSubstr("\"interactions.steel-ice.static_friction\"")));
 }
 
@@ -208,7 +209,7 @@ TEST_F(MaterialApplication, KeysWithoutAPlaceAreTold) {
       "[interactions.ice-steel]\nstatic_friction = 0.1\nrestitution = 0.4\n"
       "[interactions.ice-ice]\nrestitution = 0.4\n";
   const Case c = read(case_text("", laws), {"paper-table-1"});
-  EXPECT_THAT(c.material_records[0].unused,
+  EXPECT_THAT(c.material_records[0].unmatched_keys,
               ElementsAre("interactions.ice-plastic.restitution",
                           "interactions.ice-plastic.static_friction",
                           "interactions.ice-plastic.dynamic_friction"));
@@ -229,13 +230,14 @@ TEST_F(MaterialApplication, NumbersOfAPairThatTheCaseHasNoLawForAreTold) {
   const std::string friction = "interactions.ice-ice.static_friction";
   const Override modulus{"materials.ice.young_modulus", "0.01 GPa"};
   const Case c = read(text(""), {record}, {modulus});
-  EXPECT_THAT(c.material_records[0].unused, Contains(friction));
-  EXPECT_THAT(c.material_records[0].sets, Contains("interactions.ice-plastic.static_friction"));
+  EXPECT_THAT(c.material_records[0].unmatched_keys, Contains(friction));
+  EXPECT_THAT(c.material_records[0].applied_keys,
+              Contains("interactions.ice-plastic.static_friction"));
   EXPECT_EQ(c.resolved.find("ice-ice"), std::string::npos);
   // With what is missing it is a law.
   const Case whole =
       read(text(""), {record}, {modulus, {"interactions.ice-ice.restitution", "0.3"}});
-  EXPECT_THAT(whole.material_records[0].sets, Contains(friction));
+  EXPECT_THAT(whole.material_records[0].applied_keys, Contains(friction));
   // A case that names the record itself wants all of it.
   EXPECT_THAT(refusal([&] {
                 read(text("[[material_records]]\nrecord = \"" + record + "\"\n"), {}, {modulus});

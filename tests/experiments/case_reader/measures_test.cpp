@@ -153,7 +153,7 @@ TEST(UntilEmpty, EndsWhenTheLastBodyHasLeft) {
       {"stages", "[{ name = \"fall\", end_when = \"empty\", max_duration = \"0.3 s\" }]"},
       {"outlets", "[{ name = \"low\", point = \"0 0 30 mm\", normal = [0, 0, -1] }]"}};
   const Case c = read(leaving);
-  EXPECT_TRUE(c.stages[0].ends_on(Stage::Until::empty));
+  EXPECT_TRUE(c.stages[0].ends_on(Stage::EndEvent::empty));
   const BenchRun r = run_case(c);
   EXPECT_EQ(r.value("present_count"), 0);
   // All have fallen by 22 mm at most by then: sqrt(2 h / g) = 67 ms; 0.3 s without an end.

@@ -157,7 +157,7 @@ TEST(Case, ReadsEverySection) {
   EXPECT_DOUBLE_EQ(c.placed[1].orientation.y(), 0.8);
   EXPECT_EQ(c.model.particles[1].tag, 3);
   ASSERT_EQ(c.stages.size(), 2u);
-  EXPECT_TRUE(c.stages[0].ends_on(Stage::Until::at_rest));
+  EXPECT_TRUE(c.stages[0].ends_on(Stage::EndEvent::settled));
   EXPECT_EQ(c.stages[1].remove, std::vector<std::string>{"lid"});
   ASSERT_EQ(c.stages[1].motions.size(), 1u);
   EXPECT_EQ(c.model.boundaries.at(c.stages[1].motions[0].boundary).name, "floor");

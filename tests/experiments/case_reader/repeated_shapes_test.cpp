@@ -30,7 +30,7 @@ std::string bits(const Shape& s) {
   put(out, s.inertia.data(), sizeof s.inertia);
   for (const Vec3& v : s.mesh.vertices) put(out, v.data(), sizeof v);
   for (const auto& t : s.mesh.triangles) put(out, t.data(), sizeof t);
-  put(out, s.part_neighbours.data(), s.part_neighbours.size() * sizeof(s.part_neighbours[0]));
+  put(out, s.part_neighbors.data(), s.part_neighbors.size() * sizeof(s.part_neighbors[0]));
   for (const ConvexPart& part : s.parts)
     for (const std::vector<double>* x : {&part.x, &part.y, &part.z})
       put(out, x->data(), x->size() * sizeof(double));

@@ -117,9 +117,9 @@ std::vector<int> columns_left_of_the_auger(const Case& c) {
   for (const Vec3& corner : auger->mesh.vertices)
     start = std::min(start, (auger->origin + auger->orientation * corner).x());
   const TagRule& rule = c.tag_rules.at(0);
-  const double width = (rule.region_max.x() - rule.region_min.x()) / rule.columns;
+  const double width = (rule.region_max.x() - rule.region_min.x()) / rule.bins;
   std::vector<int> columns;
-  for (int k = 0; k < rule.columns; ++k)
+  for (int k = 0; k < rule.bins; ++k)
     if (rule.region_min.x() + (k + 1) * width <= start) columns.push_back(rule.first + k);
   return columns;
 }

@@ -26,11 +26,11 @@ Bounce bounce(double restitution, double speed, std::uint64_t every) {
   Solver solver(model);
   solver.insert(0, {0, 0, 0.0101}, Quat::Identity(), {0, 0, -speed}, Vec3::Zero());
   ContactHistory history({0, 1}, every);
-  history.see(solver, false);
+  history.add_step(solver, false);
   constexpr int kSteps = 6000;
   for (int i = 0; i < kSteps; ++i) {
     solver.step();
-    history.see(solver, i + 1 == kSteps);
+    history.add_step(solver, i + 1 == kSteps);
   }
   return {0.004, speed, solver.particles().velocity[0].z(), history.rows(), history.events()};
 }
@@ -71,18 +71,18 @@ TEST(ContactHistory, SparseRowsMissNothing) {
   EXPECT_EQ(some.rows.size(), 7u);
   EXPECT_EQ(all.rows.back().work_normal, some.rows.back().work_normal);
   double peak = 0, sparse_peak = 0;
-  int births = 0, ends = 0;
+  int new_patches = 0, lost_patches = 0;
   for (const HistoryRow& r : all.rows) peak = std::max(peak, r.normal_force);
   for (const HistoryRow& r : some.rows) {
     sparse_peak = std::max(sparse_peak, r.peak_normal_force);
-    births += r.births;
-    ends += r.ends;
+    new_patches += r.new_patches;
+    lost_patches += r.lost_patches;
   }
   // v sqrt(m K)
   EXPECT_NEAR(peak, std::sqrt(0.004 * 2e4), 0.01 * peak);
   EXPECT_EQ(sparse_peak, peak);
-  EXPECT_EQ(births, 1);
-  EXPECT_EQ(ends, 1);
+  EXPECT_EQ(new_patches, 1);
+  EXPECT_EQ(lost_patches, 1);
 }
 
 // A cube slides to rest: all of its energy goes into friction, and what its rocking dissipates.
@@ -94,10 +94,10 @@ TEST(ContactHistory, SlidingBlockLosesItsEnergyToFriction) {
   solver.insert(0, {0, 0, 0.01}, Quat::Identity(), {0.5, 0, 0}, Vec3::Zero());
   ContactHistory history({0, -1}, 100);
   const double start = solver.energy().kinetic + solver.energy().gravitational;
-  history.see(solver, false);
+  history.add_step(solver, false);
   for (int i = 0; i < 30000; ++i) {
     solver.step();
-    history.see(solver, false);
+    history.add_step(solver, false);
   }
   const double end = solver.energy().kinetic + solver.energy().gravitational;
   const HistoryRow& last = history.rows().back();
@@ -107,11 +107,11 @@ TEST(ContactHistory, SlidingBlockLosesItsEnergyToFriction) {
   for (const HistoryRow& r : history.rows()) {
     if (r.patches == 0 || r.time > 0.15) continue;
     ++sliding;
-    EXPECT_NEAR(r.friction_used, 1, 1e-9);
+    EXPECT_NEAR(r.friction_mobilization, 1, 1e-9);
     EXPECT_NEAR(r.friction, 0.3 * r.normal_force, 1e-9);
   }
   EXPECT_GT(sliding, 100);
-  EXPECT_LT(last.friction_used, 1);
+  EXPECT_LT(last.friction_mobilization, 1);
 }
 
 Solver bed(int crescents) {
@@ -125,13 +125,13 @@ Solver bed(int crescents) {
   return solver;
 }
 
-TEST(Balance, ForcesExplainTheMotionToRounding) {
+TEST(ForceBalance, ForcesExplainTheMotionToRounding) {
   const Solver solver = bed(20);
   const std::uint64_t hash = solver.hash();
   double moved_by_contacts = 0;  // N
   for (int i = 0; i < 20; ++i) {
-    const Balance b = balance_of(solver, i);
-    EXPECT_LT(b.used_error, 1e-13 * b.scale) << i;
+    const ForceBalance b = force_balance(solver, i);
+    EXPECT_LT(b.sum_mismatch, 1e-13 * b.scale) << i;
     // Momenta are known to some roundings of their own size, and divided by the step.
     const ParticleState& state = solver.particles();
     const Shape& shape = solver.model().shapes[0];
@@ -149,11 +149,11 @@ TEST(Balance, ForcesExplainTheMotionToRounding) {
 
 TEST(ContactSummary, CountsAndSorts) {
   const Solver solver = bed(20);
-  const ContactSummary s = summary_of(solver, 5);
+  const ContactSummary s = summarize_contacts(solver, 5);
   EXPECT_EQ(s.present, 20u);
   EXPECT_LE(s.pairs, s.patches);
   EXPECT_LE(s.patches, s.points);
-  EXPECT_EQ(s.patches + s.near_patches, solver.diagnostics().patches);
+  EXPECT_EQ(s.patches + s.non_touching_patches, solver.diagnostics().patches);
   ASSERT_EQ(s.most_loaded.size(), 5u);
   EXPECT_EQ(s.most_loaded[0].normal_force, s.force_largest);
   EXPECT_EQ(s.deepest[0].overlap, s.overlap_largest);
@@ -172,8 +172,8 @@ TEST(ContactView, IsTurnedToTheBodyThatIsAsked) {
   for (const Contact& c : solver.contacts()) {
     if (c.b >= 20 || !(c.normal_force > 0)) continue;
     ++pairs;
-    const std::vector<ContactView> there = chosen_contacts(solver, {c.a, c.b});
-    const std::vector<ContactView> back = chosen_contacts(solver, {c.b, c.a});
+    const std::vector<ContactView> there = select_contacts(solver, {c.a, c.b});
+    const std::vector<ContactView> back = select_contacts(solver, {c.b, c.a});
     ASSERT_EQ(there.size(), back.size());
     for (std::size_t k = 0; k < there.size(); ++k) {
       EXPECT_EQ(there[k].contact.a, c.a);

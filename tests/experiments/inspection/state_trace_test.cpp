@@ -32,7 +32,7 @@ class StateTrace : public ResultsFolder {
     solver.insert(1, {0, 0.05, 0.01}, upright, {0, 0, speed}, Vec3::Zero());
     for (int i = 0; i <= 60; ++i) {
       if (i == disturbed) solver.clear_boundary_loads();
-      writer.see(solver, i == 60);
+      writer.add_step(solver, i == 60);
       if (i < 60) solver.step();
     }
     writer.close();

@@ -66,7 +66,7 @@ TEST(MaterialDatabase, VersionsSupersedeAndStay) {
   EXPECT_EQ(reader.find("ice-steel").sha256, second.sha256);
   EXPECT_EQ(reader.find("ice-steel", 1).record.parameters[0].value, 0.1);
   EXPECT_EQ(reader.history("ice-steel").size(), 2u);
-  EXPECT_TRUE(reader.faults("ice-steel").empty());
+  EXPECT_TRUE(reader.integrity_errors("ice-steel").empty());
   EXPECT_THAT(refusal([&] { reader.find("ice-steel", 3); }), HasSubstr("the newest is 2"));
   EXPECT_THAT(refusal([&] { reader.find("ice-stel"); }),
               HasSubstr("nearest known one is \"ice-steel\""));
@@ -81,7 +81,7 @@ TEST(MaterialDatabase, ShippedRecordsAreThereWithoutAFile) {
   MaterialDatabase writer(folder / "m.db", Access::write);
   EXPECT_THAT(refusal([&] { writer.add({published_record("paper-table-1")}); }),
               HasSubstr("ships with Firn; expected another name"));
-  EXPECT_THAT(refusal([&] { writer.require_free("a@2"); }), HasSubstr("more than a name"));
+  EXPECT_THAT(refusal([&] { writer.require_writable_name("a@2"); }), HasSubstr("more than a name"));
 }
 
 TEST(MaterialDatabase, AddingIsAllOrNothing) {
@@ -104,7 +104,7 @@ TEST(MaterialDatabase, RowsCannotBeChanged) {
         "('ice-steel', 1, 'x', '{}')"}) {
     EXPECT_THROW(raw.execute(sql), RunError) << sql;
   }
-  EXPECT_TRUE(MaterialDatabase(folder / "m.db").faults("ice-steel").empty());
+  EXPECT_TRUE(MaterialDatabase(folder / "m.db").integrity_errors("ice-steel").empty());
 }
 
 // Somebody determined removes the trigger first; the hashes tell.
@@ -118,15 +118,15 @@ TEST(MaterialDatabase, TamperingIsFound) {
   raw.execute("DROP TRIGGER records_stay_as_they_are");
   raw.execute("UPDATE records SET json = replace(json, '0.3', '0.4') WHERE version = 2");
   const MaterialDatabase database(folder / "m.db");
-  EXPECT_THAT(database.faults("ice-steel"),
+  EXPECT_THAT(database.integrity_errors("ice-steel"),
               testing::ElementsAre("version 2 does not have the hash noted with it"));
   raw.execute("DROP TRIGGER records_stay");
   raw.execute("DELETE FROM records WHERE version = 2");
-  EXPECT_THAT(database.faults("ice-steel"),
+  EXPECT_THAT(database.integrity_errors("ice-steel"),
               testing::ElementsAre("version 2 is missing",
                                    "version 3 does not name the hash of the version before it"));
   raw.execute("UPDATE records SET json = '{' WHERE version = 1");
-  EXPECT_THAT(database.faults("ice-steel").at(0), HasSubstr("ice-steel@1:1: JSON"));
+  EXPECT_THAT(database.integrity_errors("ice-steel").at(0), HasSubstr("ice-steel@1:1: JSON"));
 }
 
 TEST(MaterialDatabase, ExportAndImportAreExact) {
@@ -142,7 +142,7 @@ TEST(MaterialDatabase, ExportAndImportAreExact) {
     EXPECT_EQ(back.sha256, s.sha256);
     EXPECT_EQ(canonical_text(back.record), canonical_text(s.record));
   }
-  EXPECT_TRUE(to.faults("ice-steel").empty());
+  EXPECT_TRUE(to.integrity_errors("ice-steel").empty());
   // A history without its beginning, another content under the same name, a content not its own.
   MaterialDatabase third(folder / "c.db", Access::write);
   EXPECT_THAT(refusal([&] { third.import({all[1]}); }), HasSubstr("version 1 is not here"));
@@ -171,13 +171,15 @@ TEST(MaterialDatabaseStress, EveryVersionOfManyWritersIsThereOnce) {
         MaterialRecord r = published_record();
         r.note = std::to_string(w) + "/" + std::to_string(i);
         if (database.add({r}).front().record.note != r.note) return 1;
-        if (!database.faults("ice-steel").empty()) return 2;  // as everybody sees it meanwhile
+        if (!database.integrity_errors("ice-steel").empty())
+          return 2;  // as everybody sees it meanwhile
       }
       return 0;
     }));
   for (const pid_t pid : pids) EXPECT_EQ(wait_for(pid), 0);
   const MaterialDatabase database(folder / "m.db");
-  EXPECT_TRUE(database.faults("ice-steel").empty());  // numbers without gaps, hashes linked
+  EXPECT_TRUE(
+      database.integrity_errors("ice-steel").empty());  // numbers without gaps, hashes linked
   std::set<std::string> notes;
   for (const StoredRecord& s : database.history("ice-steel")) notes.insert(s.record.note);
   EXPECT_EQ(database.history("ice-steel").size(), static_cast<std::size_t>(writers * versions));
@@ -207,7 +209,7 @@ TEST(MaterialDatabaseStress, AKilledWriterLosesNothingThatItTold) {
     while (read(channel[0], &byte, 1) == 1) ++told;
     close(channel[0]);
     const MaterialDatabase database(folder / "m.db");
-    EXPECT_TRUE(database.faults("ice-steel").empty());
+    EXPECT_TRUE(database.integrity_errors("ice-steel").empty());
     const std::size_t kept = database.history("ice-steel").size();
     EXPECT_GE(kept, told);
     EXPECT_LE(kept, told + static_cast<std::size_t>(round) + 1);  // one untold each at most
@@ -237,7 +239,7 @@ TEST(MaterialDatabase, AFullDiskIsToldAndLosesNothing) {
   });
   EXPECT_EQ(wait_for(pid), 0);
   MaterialDatabase database(folder / "m.db", Access::write);
-  EXPECT_TRUE(database.faults("ice-steel").empty());
+  EXPECT_TRUE(database.integrity_errors("ice-steel").empty());
   EXPECT_GT(database.history("ice-steel").size(), 1u);
   EXPECT_NO_THROW(database.add({published_record()}));
 }

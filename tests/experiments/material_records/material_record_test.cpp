@@ -426,7 +426,8 @@ TEST(ShippedMaterials, HaveTheirHashes) {
   EXPECT_GE(shipped_materials().size(), 11u);
   const MaterialDatabase database("");
   for (const std::string& name : database.names())
-    EXPECT_TRUE(database.faults(name).empty()) << name << ": " << database.faults(name)[0];
+    EXPECT_TRUE(database.integrity_errors(name).empty())
+        << name << ": " << database.integrity_errors(name)[0];
 }
 
 TEST(ShippedMaterials, TableOfThePaperAsPrinted) {

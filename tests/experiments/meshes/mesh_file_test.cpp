@@ -182,9 +182,9 @@ TEST_F(StlFile, SizesThatSuggestAnotherUnitAreRefused) {
     };
     EXPECT_EQ(reads(kParticleMesh), m.particle) << m.longest;
     EXPECT_EQ(reads(kBoundaryMesh), m.boundary) << m.longest;
-    EXPECT_TRUE(reads(of_any_size(kParticleMesh))) << m.longest;
+    EXPECT_TRUE(reads(without_size_limits(kParticleMesh))) << m.longest;
   }
-  EXPECT_THROW(read_stl(file, 1e-33 / size, of_any_size(kParticleMesh)), InputError);
+  EXPECT_THROW(read_stl(file, 1e-33 / size, without_size_limits(kParticleMesh)), InputError);
 }
 
 TEST_F(StlFile, TruncatedBinaryIsRefused) {

@@ -99,7 +99,7 @@ TEST_F(ObjFile, SaysOnWhichLineWhatIsWrong) {
 TEST(MeshRepair, FindsNothingWrongWithABox) {
   const MeshRepair r = repair(box_mesh(Vec3(1, 2, 3)));
   EXPECT_FALSE(r.needed());
-  EXPECT_FALSE(r.hopeless());
+  EXPECT_TRUE(r.is_repairable());
   EXPECT_EQ(r.sentence(), "nothing to repair");
   EXPECT_EQ(r.parts, 1);
 }
@@ -110,7 +110,7 @@ TEST(MeshRepair, FillsAHole) {
   const MeshRepair r = repair(mesh);
   EXPECT_EQ(r.disconnected_edges, 3);
   EXPECT_EQ(r.added, 1);
-  EXPECT_FALSE(r.hopeless()) << r.left.sentence();
+  EXPECT_TRUE(r.is_repairable()) << r.left.sentence();
   EXPECT_NEAR(mass_properties(r.mesh).volume, 6, 1e-5);
   EXPECT_THAT(r.sentence(), HasSubstr("fills holes with 1 facet, "));
   EXPECT_THAT(r.sentence(), HasSubstr("; then it is closed"));
@@ -124,7 +124,7 @@ TEST(MeshRepair, TurnsFacetsRoundAndDropsThoseWithoutArea) {
   const MeshRepair r = repair(mesh);
   EXPECT_EQ(r.reversed, 1);
   EXPECT_EQ(r.degenerate, 1);
-  EXPECT_FALSE(r.hopeless()) << r.left.sentence();
+  EXPECT_TRUE(r.is_repairable()) << r.left.sentence();
   EXPECT_NEAR(mass_properties(r.mesh).volume, 6, 1e-5);
   // All of them: what is left has the right side out.
   for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
@@ -157,7 +157,7 @@ TEST(MeshRepair, GivesUpOnALoneTriangle) {
   mesh.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   mesh.triangles = {{0, 1, 2}};
   const MeshRepair r = repair(mesh);
-  EXPECT_TRUE(r.hopeless());
+  EXPECT_FALSE(r.is_repairable());
   EXPECT_THAT(r.sentence(), HasSubstr("hopeless: "));
 }
 

@@ -148,9 +148,9 @@ pairs = [[0, 1]]
   ASSERT_TRUE(solver.bond(0).acts);
   ASSERT_GT(solver.bond(0).load.force.norm(), 0);
   for (const int particle : {0, 1}) {
-    const Balance b = balance_of(solver, particle);
+    const ForceBalance b = force_balance(solver, particle);
     EXPECT_LT(b.force_error, 1e-9 * b.scale);
-    EXPECT_LT(b.used_error, 1e-12 * b.scale);
+    EXPECT_LT(b.sum_mismatch, 1e-12 * b.scale);
     EXPECT_LT(b.moment_error, 1e-9 * solver.load(particle).moment.norm());
   }
 }
@@ -221,7 +221,7 @@ shear_strength = "1 MPa"
 // By hand at -10 C, after 8 h, R = 1 mm: p = 259.9 Pa, D = 1.963e-5 m^2/s, kT = 3.6332e-21 J, so
 // that 20 gamma Omega^2 p D / (kT)^2 = 8.97e-19 m^3/s.
 TEST(Sintering, NecksGrowByHobbsAndMasonsLaw) {
-  const Storage store{8 * 3600.0, 263.15, 1e-3};
+  const StorageConditions store{8 * 3600.0, 263.15, 1e-3};
   const double x = sintered_neck_radius(store);
   EXPECT_NEAR(x, std::pow(8.97e-19 * 1e-6 * 8 * 3600, 0.2), 2e-3 * x);
   for (const double factor : {0.01, 3.0, 48.0}) {
@@ -342,7 +342,7 @@ TEST_F(BondRun, BreaksAreKeptAndResumedBitForBit) {
 
   // A bridge is drawn between its bodies while it holds.
   const Frame first = one.frame(1);
-  const std::vector<Bridge> bridges = bridges_at(c, a, one.frame_times()[1], first);
+  const std::vector<BondBox> bridges = intact_bonds_at(c, a, one.frame_times()[1], first);
   ASSERT_EQ(bridges.size(), 3u);
   EXPECT_NEAR(bridges[0].position.x(), 0.5 * (first.position[0][0] + first.position[1][0]), 1e-4);
   export_csv(one, folder);

@@ -41,7 +41,7 @@ class DrainedReposeResponses : public testing::Test {
     add(heap.remaining, right, Vec3(0.2, 0, 0.02));
     add(heap.remaining, left, Vec3(-0.2, 0, 0.02));
     heap.filled = heap.remaining;
-    for (int k = 1; k <= 100; ++k) heap.door_times.push_back(0.02 * k);
+    for (int k = 1; k <= 100; ++k) heap.discharge_times.push_back(0.02 * k);
   }
   void add(std::vector<DrainedHeap::Particle>& to, const TriangleMesh& mesh, const Vec3& center) {
     to.push_back({{&mesh, {}}, center, 0.0137, kCubeVolume});
@@ -116,21 +116,21 @@ TEST_F(DrainedReposeResponses, TimesAndRateOfTheDischarge) {
   EXPECT_DOUBLE_EQ(value(r, "discharge_time"), 1.8);
   EXPECT_NEAR(value(r, "discharge_rate"), 50, 1e-9);
   EXPECT_NEAR(find(r, "discharge_rate").uncertainty.at(0), 0, 1e-9);  // perfectly regular
-  EXPECT_EQ(find(r, "discharge_curve").value, heap.door_times);
+  EXPECT_EQ(find(r, "discharge_curve").value, heap.discharge_times);
 }
 
 TEST_F(DrainedReposeResponses, IrregularDischargeHasAnUncertainRate) {
   // Gaps of 10 and 30 ms in turn: coefficient of variation 0.5, 80 gaps.
-  heap.door_times.clear();
+  heap.discharge_times.clear();
   double t = 0;
-  for (int k = 0; k < 100; ++k) heap.door_times.push_back(t += k % 2 ? 10e-3 : 30e-3);
+  for (int k = 0; k < 100; ++k) heap.discharge_times.push_back(t += k % 2 ? 10e-3 : 30e-3);
   const auto r = measured();
   EXPECT_NEAR(value(r, "discharge_rate"), 50, 1e-9);
   EXPECT_NEAR(find(r, "discharge_rate").uncertainty.at(0), 50 * 0.5 / std::sqrt(80.0), 0.05);
 }
 
 TEST_F(DrainedReposeResponses, NoDischargeHasNoTimes) {
-  heap.door_times.clear();
+  heap.discharge_times.clear();
   const auto r = measured();
   EXPECT_EQ(value(r, "discharged_count"), 0);
   EXPECT_THROW(find(r, "t50"), std::runtime_error);
@@ -145,7 +145,7 @@ TEST_F(DrainedReposeResponses, ABridgeFromLipToLipIsAnArch) {
   EXPECT_EQ(value(measured(), "arched"), 0);  // the middle is open
   add_box(plank, Vec3(0, 0, 0.032));
   EXPECT_EQ(value(measured(), "arched"), 1);
-  heap.observed = heap.door_times.back() + 0.4;  // something passed 0.4 s ago: not yet stopped
+  heap.observed = heap.discharge_times.back() + 0.4;  // something passed 0.4 s ago: not yet stopped
   EXPECT_EQ(value(measured(), "arched"), 0);
 }
 

@@ -36,12 +36,12 @@ Measure slip_measure() {
   Measure m;
   m.slip = 1.05e-3;  // between two frames
   m.run = 20e-3;
-  m.tip_turn = 20 / kDegrees;
+  m.tip_angle = 20 / kDegrees;
   return m;
 }
 
 TEST(SlipOf, InterpolatesTheInclinationBetweenFrames) {
-  const SlipResult r = slip_of(steady_slide(), slip_measure());
+  const SlipResult r = measure_slip(steady_slide(), slip_measure());
   EXPECT_EQ(r.end, SlipResult::End::slid);
   EXPECT_NEAR(r.angle * kDegrees, 10.525, 1e-9);
   EXPECT_NEAR(r.resolution * kDegrees, 0.1, 1e-9);
@@ -50,17 +50,17 @@ TEST(SlipOf, InterpolatesTheInclinationBetweenFrames) {
 TEST(SlipOf, ABodyThatTurnsOverBeforeTheRunTips) {
   BoundaryTrack track = steady_slide();
   for (std::size_t k = 150; k < track.turn.size(); ++k) track.turn[k] = 25 / kDegrees;  // at 10 mm
-  EXPECT_EQ(slip_of(track, slip_measure()).end, SlipResult::End::tipped);
+  EXPECT_EQ(measure_slip(track, slip_measure()).end, SlipResult::End::tipped);
   track = steady_slide();
   for (std::size_t k = 250; k < track.turn.size(); ++k) track.turn[k] = 25 / kDegrees;  // at 30 mm
-  EXPECT_EQ(slip_of(track, slip_measure()).end, SlipResult::End::slid);
+  EXPECT_EQ(measure_slip(track, slip_measure()).end, SlipResult::End::slid);
 }
 
 TEST(SlipOf, ABodyThatStaysHolds) {
   Measure m = slip_measure();
   m.slip = 1;
-  EXPECT_EQ(slip_of(steady_slide(), m).end, SlipResult::End::held);
-  EXPECT_EQ(slip_of(BoundaryTrack{}, m).end, SlipResult::End::held);
+  EXPECT_EQ(measure_slip(steady_slide(), m).end, SlipResult::End::at_rest);
+  EXPECT_EQ(measure_slip(BoundaryTrack{}, m).end, SlipResult::End::at_rest);
 }
 
 TEST(SlideOf, AParabolaHasItsTimeAndAcceleration) {
@@ -73,13 +73,13 @@ TEST(SlideOf, AParabolaHasItsTimeAndAcceleration) {
   Measure m;
   m.from = 0.01;
   m.to = 0.36;
-  const SlideResult r = slide_of(track, m);
+  const SlideResult r = measure_slide(track, m);
   ASSERT_TRUE(r.passed);
   EXPECT_NEAR(r.time, 0.6 - 0.1, 1e-12);  // both marks are frames
   EXPECT_NEAR(r.acceleration, 2, 1e-9);
   EXPECT_NEAR(r.distance, 1, 1e-12);
   m.to = 1.01;
-  EXPECT_FALSE(slide_of(track, m).passed);
+  EXPECT_FALSE(measure_slide(track, m).passed);
 }
 
 TEST(ReboundOf, TheHighestTakeOffCounts) {
@@ -102,12 +102,12 @@ TEST(ReboundOf, TheHighestTakeOffCounts) {
     v = next;
     frame();
   }
-  const ReboundResult r = rebound_of(track, g);
+  const ReboundResult r = measure_rebound(track, g);
   EXPECT_TRUE(r.landed);
   EXPECT_NEAR(r.impact_speed, 0.2 * kGravity, 1e-12);
   EXPECT_NEAR(r.take_off_speed, 0.5, 1e-12);
   track.velocity[1] = Vec3::Zero();  // lay on something
-  EXPECT_FALSE(rebound_of(track, g).landed);
+  EXPECT_FALSE(measure_rebound(track, g).landed);
 }
 
 // --- the plate that tilts -----------------------------------------------------------------------

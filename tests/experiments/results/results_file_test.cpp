@@ -211,14 +211,14 @@ TEST_F(ResultsFile, NamesWhatIsMissingOrMisshaped) {
 
 TEST_F(ResultsFile, EarlierResultsAreKept) {
   const std::string file = make_file(path("run.h5"), 2, 3);
-  EXPECT_EQ(keep_earlier_results(file), path("run.1.h5"));
+  EXPECT_EQ(rename_earlier_results(file), path("run.1.h5"));
   EXPECT_FALSE(fs::exists(file));
   EXPECT_EQ(Recording(path("run.1.h5")).frame_times().size(), 3u);
   make_file(file, 2, 4);
-  EXPECT_EQ(keep_earlier_results(file), path("run.2.h5"));
-  EXPECT_EQ(keep_earlier_results(file), "");
+  EXPECT_EQ(rename_earlier_results(file), path("run.2.h5"));
+  EXPECT_EQ(rename_earlier_results(file), "");
   write_bytes(path("case.toml"), "[case]\n");
-  EXPECT_THROW(keep_earlier_results(path("case.toml")), InputError);
+  EXPECT_THROW(rename_earlier_results(path("case.toml")), InputError);
   EXPECT_EQ(bytes_of(path("case.toml")), "[case]\n");
 }
 
@@ -226,7 +226,7 @@ TEST_F(ResultsFile, HasOneWriterAndAnyNumberOfReaders) {
   const Case c = case_of(2);
   Recorder recorder = new_recorder(path("run.h5"), c);
   EXPECT_THROW(Recorder::reopen(path("run.h5"), result_columns(c.model)), InputError);
-  EXPECT_THROW(keep_earlier_results(path("run.h5")), InputError);
+  EXPECT_THROW(rename_earlier_results(path("run.h5")), InputError);
   const Recording first(path("run.h5")), second(path("run.h5"));
   EXPECT_EQ(second.status(), "running");
 }

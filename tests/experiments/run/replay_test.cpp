@@ -60,7 +60,7 @@ TEST_F(ReplayTest, IsTheRunAtEveryStep) {
   const Replay whole = look(file, 0, last_step_, 2);
   EXPECT_EQ(whole.began_at, 0u);
   EXPECT_EQ(whole.frames_equal, Recording(file).frame_times().size());
-  EXPECT_EQ(whole.proved_until, Recording(file).frame_times().back());
+  EXPECT_EQ(whole.verified_until, Recording(file).frame_times().back());
 }
 
 TEST_F(ReplayTest, GoesOnToTheNextFrameToProveItself) {
@@ -70,7 +70,7 @@ TEST_F(ReplayTest, GoesOnToTheNextFrameToProveItself) {
   const auto step = static_cast<std::uint64_t>(std::llround(times[3] / dt)) + 1;
   const Replay replayed = look(file, step, step);
   EXPECT_EQ(replayed.frames_equal, 5u);  // 0 ... 4
-  EXPECT_EQ(replayed.proved_until, times[4]);
+  EXPECT_EQ(replayed.verified_until, times[4]);
 }
 
 TEST_F(ReplayTest, KeptStatesShortenIt) {
@@ -80,7 +80,7 @@ TEST_F(ReplayTest, KeptStatesShortenIt) {
   const std::string file = run_and_note(c, "run.h5");
   EXPECT_EQ(hashes_, plain);  // keeping states changes nothing
   const hdf5::File open = hdf5::File::open(file, hdf5::File::Access::read);
-  const std::vector<std::uint64_t> kept = kept_states(open);
+  const std::vector<std::uint64_t> kept = saved_states(open);
   ASSERT_GE(kept.size(), 3u);
   // At a kept state, one before it and one after it, and long after the last.
   EXPECT_EQ(look(file, kept[1], kept[1] + 5).began_at, kept[1]);
@@ -110,8 +110,8 @@ TEST_F(ReplayTest, ResumedRunKeepsTheSameStates) {
   EXPECT_GT(parts, 5);
   const hdf5::File a = hdf5::File::open(whole, hdf5::File::Access::read);
   const hdf5::File b = hdf5::File::open(options.results_file, hdf5::File::Access::read);
-  ASSERT_EQ(kept_states(a), kept_states(b));
-  for (const std::uint64_t step : kept_states(a)) {
+  ASSERT_EQ(saved_states(a), saved_states(b));
+  for (const std::uint64_t step : saved_states(a)) {
     ASSERT_TRUE(read_state(a, step));
     EXPECT_TRUE(read_state(a, step) == read_state(b, step)) << "step " << step;
   }
@@ -146,7 +146,7 @@ TEST_F(ReplayTest, DamagedStateIsPassedOver) {
   std::vector<std::uint64_t> kept;
   {
     hdf5::File open = hdf5::File::open(file, hdf5::File::Access::write);
-    kept = kept_states(open);
+    kept = saved_states(open);
     open.write_bytes(fmt::format("/states/{:012}", kept[1]),
                      std::vector<std::byte>(100, std::byte{7}));
     open.close();

@@ -157,7 +157,7 @@ TEST_F(RunTest, DrivesStagesFillsOutletsAndFrames) {
 TEST_F(RunTest, BoundaryForceIsTheWeightAtRest) {
   Case c = tray();
   c.stages.resize(1);
-  c.stages[0].until = {Stage::Until::time};
+  c.stages[0].end_when = {Stage::EndEvent::time};
   c.stages[0].max_duration = 0.6;
   ASSERT_EQ(run(c, options("run.h5")).status, RunStatus::finished);
   const Recording recording(options("run.h5").results_file);
@@ -294,7 +294,7 @@ TEST_F(RunTest, NewRunKeepsAKilledOneWhole) {
   ResultsLock(file).save_copy();
   fs::resize_file(file, fs::file_size(file) / 2);
   const RunSummary again = run(c, options("run.h5"));
-  expect_equal_datasets(file, again.kept_earlier);
+  expect_equal_datasets(file, again.renamed_earlier_file);
   EXPECT_FALSE(fs::exists(file + ".saved"));
 }
 
@@ -322,7 +322,7 @@ TEST_F(RunTest, FinishedRunIsNotRunAgain) {
   EXPECT_EQ(again.steps, 0u);
   EXPECT_NEAR(again.simulated, 0.01, 1e-4);
   const RunSummary anew = run(c, options("run.h5"));
-  EXPECT_EQ(anew.kept_earlier, (directory_ / "run.1.h5").string());
+  EXPECT_EQ(anew.renamed_earlier_file, (directory_ / "run.1.h5").string());
 }
 
 // A cube that starts deep inside another one: beyond the overlap limit in the first step.

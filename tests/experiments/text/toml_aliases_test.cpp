@@ -540,7 +540,7 @@ TEST_F(OldTomlNames, IncludedFilesMayUseThem) {
       "c.toml", folder_.string());
   EXPECT_EQ(c.model.numerics.contact_margin, 0.05);
   ASSERT_EQ(c.inlets.size(), 1u);
-  EXPECT_EQ(c.inlets[0].scatter, Vec3(3e-3, 3e-3, 3e-3));
+  EXPECT_EQ(c.inlets[0].position_jitter, Vec3(3e-3, 3e-3, 3e-3));
 }
 
 }  // namespace

@@ -49,15 +49,15 @@ TEST(ContactPicture, NamesNeighboursAndTheirForces) {
   const Case c = tower();
   const Solver solver = standing(c);
   const std::string file = test::scratch_path("contacts.svg");
-  draw_contacts(c, {0, -1}, take_instant(solver, {0, -1}, 5, "--particle"), file, 120);
+  draw_contacts(c, {0, -1}, take_snapshot(solver, {0, -1}, 5, "--particle"), file, 120);
   const std::string drawn = text_of(file);
   EXPECT_THAT(drawn, HasSubstr("tower of balls: particle 0"));
-  for (const ContactView& v : chosen_contacts(solver, {0, -1})) {
-    const std::string name = v.neighbour() == 2 ? "tray" : "1";
+  for (const ContactView& v : select_contacts(solver, {0, -1})) {
+    const std::string name = v.neighbor() == 2 ? "tray" : "1";
     EXPECT_THAT(drawn, HasSubstr(fmt::format("{}: {:.3g} N", name, v.contact.normal_force)));
   }
   // A pair whose first body is the boundary: the particle is drawn whole all the same.
-  draw_contacts(c, {2, 0}, take_instant(solver, {2, 0}, 5, "--pair"), file, 120);
+  draw_contacts(c, {2, 0}, take_snapshot(solver, {2, 0}, 5, "--pair"), file, 120);
   const std::string pair = text_of(file);
   EXPECT_THAT(pair, HasSubstr("arrows push on particle 0"));
   EXPECT_THAT(pair, Not(HasSubstr("1: ")));
@@ -69,7 +69,7 @@ TEST(ContactPicture, HistoryHasAllItsAxes) {
   solver.insert(0, {0, 0, 0.0101}, Quat::Identity(), {0, 0, -0.5}, Vec3::Zero());
   ContactHistory history({0, 2}, 10);
   for (int i = 0; i < 500; ++i) {
-    history.see(solver, false);
+    history.add_step(solver, false);
     solver.step();
   }
   const std::string file = test::scratch_path("history.svg");
@@ -83,7 +83,7 @@ TEST(ContactPicture, HistoryHasAllItsAxes) {
 TEST(ContactPicture, OtherFormatsAreRefused) {
   const Case c = tower();
   const Solver solver = standing(c);
-  const Instant now = take_instant(solver, {0, -1}, 5, "--particle");
+  const ContactSnapshot now = take_snapshot(solver, {0, -1}, 5, "--particle");
   EXPECT_THROW(draw_contacts(c, {0, -1}, now, "contacts.gif"), InputError);
   EXPECT_THROW(draw_history(c, {0, -1}, {HistoryRow{}}, "history.gif"), InputError);
 }

@@ -1,4 +1,4 @@
-// The neighbour list against lists that try everything, for scenes and boxes thrown at random.
+// The neighbor list against lists that try everything, for scenes and boxes thrown at random.
 #include <gtest/gtest.h>
 
 #include <algorithm>

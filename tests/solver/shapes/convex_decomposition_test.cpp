@@ -13,6 +13,7 @@
 #include "solver/geometry/point_in_mesh.h"
 #include "solver/geometry/quick_hull.h"
 #include "solver/shapes/shape_builder.h"
+#include "solver/shapes/wall_thickness.h"
 #include "validation/verification/fixtures/meshes.h"
 #include "validation/verification/fixtures/solids.h"
 
@@ -120,7 +121,7 @@ void check_solid(const std::string& family, std::uint64_t member, const Triangle
   EXPECT_GE(sum, shape.volume - (margin + 1e-6 * size) * surface_area(mesh));
   const double exact = 1e-9 * shape.volume;
   EXPECT_LE(sum, shape.volume + shape_of_pieces.contact_deviation * surface_area(mesh) + exact);
-  const Interior interior(mesh);
+  const PointInMesh interior(mesh);
   Dice dice(member + 1);
   int inside = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -230,7 +231,7 @@ DecomposeOptions options_for(const TriangleMesh& mesh) {
   const auto [low, high] = bounding_box(mesh);
   DecomposeOptions options;
   options.tolerance = 0.016 * (high - low).minCoeff();
-  options.thinnest = 0.05 * (high - low).minCoeff();
+  options.min_thickness = 0.05 * (high - low).minCoeff();
   options.max_parts = 64;
   return options;
 }
@@ -293,8 +294,8 @@ TEST(Decompose, TurnedSolidIsAsNear) {
     for (Vec3& v : turned.vertices) v = turn * v;
     const Decomposition straight = decompose(mesh, options_for(mesh));
     const Decomposition other = decompose(turned, options_for(mesh));
-    EXPECT_FALSE(straight.at_most_parts);
-    EXPECT_FALSE(other.at_most_parts);
+    EXPECT_FALSE(straight.part_limit_reached);
+    EXPECT_FALSE(other.part_limit_reached);
   }
 }
 
@@ -304,10 +305,10 @@ TEST(Decompose, SaysWhyItStopsEarly) {
   options.max_parts = 5;
   const Decomposition few = decompose(mesh, options);
   EXPECT_LE(few.pieces.size(), 5u);
-  EXPECT_TRUE(few.at_most_parts);
+  EXPECT_TRUE(few.part_limit_reached);
   options = options_for(mesh);
-  options.thinnest = 40 * options.thinnest;  // two smallest edges
-  EXPECT_TRUE(decompose(mesh, options).stopped_by_thickness);
+  options.min_thickness = 40 * options.min_thickness;  // two smallest edges
+  EXPECT_TRUE(decompose(mesh, options).thickness_limit_reached);
 }
 
 TEST(WallThickness, OfTubesAndBoxes) {
@@ -356,9 +357,9 @@ TEST(QuickHull, FlatPointsHaveNone) {
   EXPECT_FALSE(quick_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, 1e-9));
 }
 
-TEST(Interior, OfATorusHasItsClosedForm) {
+TEST(PointInMesh, OfATorusHasItsClosedForm) {
   const TriangleMesh mesh = solid("torus", 0);  // 13 and 5.5 mm
-  const Interior interior(mesh);
+  const PointInMesh interior(mesh);
   Dice dice(5);
   for (int i = 0; i < 5000; ++i) {
     const Vec3 p = dice.vector(0.02);

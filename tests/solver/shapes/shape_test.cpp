@@ -65,7 +65,7 @@ TEST(Box, HasItsClosedForms) {
   EXPECT_DOUBLE_EQ(s.rounding, 2e-4);  // 2 % of the smallest edge
   EXPECT_DOUBLE_EQ(s.stiffness_length, 0.02);
   EXPECT_NEAR(s.bounding_radius, size.norm() / 2, 1e-16);
-  EXPECT_THAT(s.part_neighbours, testing::ElementsAre(1u));
+  EXPECT_THAT(s.part_neighbors, testing::ElementsAre(1u));
 }
 
 TEST(Box, DeviationIsThatOfARoundedCorner) {
@@ -233,11 +233,11 @@ TEST_P(CrescentParts, NeighboursAreThoseNextToEachOther) {
   const std::uint64_t all = (std::uint64_t{1} << parameters.parts) - 1;
   for (int i = 0; i < parameters.parts; ++i) {
     const std::uint64_t three = i == 0 ? 3 : std::uint64_t{7} << (i - 1);
-    EXPECT_EQ(shape.part_neighbours[i], three & all);
+    EXPECT_EQ(shape.part_neighbors[i], three & all);
   }
-  const auto given = shape.part_neighbours;
-  find_neighbours(shape);
-  EXPECT_EQ(shape.part_neighbours, given);
+  const auto given = shape.part_neighbors;
+  find_neighboring_parts(shape);
+  EXPECT_EQ(shape.part_neighbors, given);
 }
 
 TEST_P(CrescentParts, StayNearTheMesh) {
@@ -299,7 +299,7 @@ TEST(Compound, TwoHalvesWeighAsTheWhole) {
   EXPECT_NEAR(whole.bounding_radius, box.bounding_radius, 1e-15);
   // The union is convex, and so one part, in the compound's own principal axes.
   ASSERT_EQ(whole.parts.size(), 1u);
-  EXPECT_THAT(whole.part_neighbours, testing::ElementsAre(1u));
+  EXPECT_THAT(whole.part_neighbors, testing::ElementsAre(1u));
   EXPECT_EQ(whole.parts[0].vertex_count, 8);
   EXPECT_LT(whole.parts[0].center.norm(), 1e-12);
   EXPECT_NEAR(whole.parts[0].thickness, 0.02, 1e-12);
@@ -316,7 +316,7 @@ TEST(Compound, UnequalSpheresFollowTheParallelAxesRule) {
   EXPECT_NEAR(s.centroid.x(), 0.75 * d, 1e-16);
   const double own = 0.4 * 4 * r * r, reduced = 1.0 * 3.0 / 4.0;
   EXPECT_LT((s.inertia - Vec3(own, own + reduced * d * d, own + reduced * d * d)).norm(), 1e-15);
-  EXPECT_THAT(s.part_neighbours, testing::ElementsAre(1u, 2u));  // apart
+  EXPECT_THAT(s.part_neighbors, testing::ElementsAre(1u, 2u));  // apart
   EXPECT_THROW(make_compound({}, ice()), InputError);
 }
 
@@ -403,7 +403,7 @@ TEST(Mesh, SeamOfAnLIsACutOnOneSideOnly) {
   const double rounding = 0.01;
   const Shape s = make_mesh(stair(2), ice(rounding));
   EXPECT_EQ(cuts(s), 1);
-  EXPECT_THAT(s.part_neighbours, testing::ElementsAre(3u, 3u));
+  EXPECT_THAT(s.part_neighbors, testing::ElementsAre(3u, 3u));
   EXPECT_NEAR(s.contact_deviation, (std::sqrt(3.0) - 1) * rounding, 1e-6);
 }
 

@@ -246,7 +246,7 @@ TEST(Bond, DampedModesFollowTheDampedOscillator) {
 }
 
 // A row that spins as one from the start and is stretched and bent by that: each bond must know the
-// forces of its neighbours at the same time, too. Nothing is strained at the start.
+// forces of its neighbors at the same time, too. Nothing is strained at the start.
 TEST(Bond, DampedRowConvergesToSecondOrder) {
   for (const double ratio : {0.0, 0.1, 1.0, 2.0}) {
     Model model = row(6, bridge(1e12, ratio, 1e8));

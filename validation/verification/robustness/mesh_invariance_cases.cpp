@@ -120,7 +120,7 @@ std::vector<Check> crescent_meshes() {
               fmt::format("crescent of {} facets {}: ", shape.mesh.triangles.size(), posture));
     }
     for (const int parts : {2, 3, 4, 6, 8, 12}) {
-      if (on_rim && parts == 2) continue;  // neighbours: one patch of both ends
+      if (on_rim && parts == 2) continue;  // neighbors: one patch of both ends
       CrescentParameters q = p;
       q.parts = parts;
       compare(make_crescent(q, ice(rounding)),
