@@ -87,6 +87,11 @@ std::string unit_suffix(const std::string& unit) {
   return unit_text(unit).empty() ? "" : " " + unit;
 }
 
+std::string words(std::string key) {
+  std::ranges::replace(key, '_', ' ');
+  return key;
+}
+
 std::string shortest_numbers(std::string_view toml) {
   std::string out;
   char quote = 0;

@@ -23,6 +23,9 @@ std::string unit_text(const std::string& unit);
 // The same as a suffix of a number: " deg".
 std::string unit_suffix(const std::string& unit);
 
+// A key as words: "discharge_time" becomes "discharge time".
+std::string words(std::string key);
+
 // TOML text with numbers outside of strings in the fewest digits that read back to the same value:
 // "0.29999999999999999" becomes "0.3".
 std::string shortest_numbers(std::string_view toml);

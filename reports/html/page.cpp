@@ -149,11 +149,6 @@ Cell Cell::link(std::string text, std::string anchor) {
   return cell;
 }
 
-std::string words(std::string name) {
-  std::ranges::replace(name, '_', ' ');
-  return name;
-}
-
 Content& Content::heading(const std::string& title) {
   html_ += fmt::format("<h3>{}</h3>\n", encode::markup(title));
   return *this;

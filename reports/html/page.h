@@ -26,8 +26,7 @@ std::string anchor_of(const std::string& text);
 
 using firn::measured_text;
 using firn::number_text;
-// "discharge_time" as words: "discharge time".
-std::string words(std::string name);
+using firn::words;
 
 // A verdict, shown by shape and word, not by color alone.
 enum class Mark { none, good, caution, bad, neutral };

@@ -252,6 +252,9 @@ TEST(Calibrate, DrawsTheFittedResponse) {
   const std::string svg = read_text(folder / "it's drawn/fitted_response.svg");
   EXPECT_THAT(svg, HasSubstr("equally good"));
   EXPECT_THAT(svg, HasSubstr("</svg>"));
+  // Axes and title have words, not keys.
+  EXPECT_THAT(svg, HasSubstr("angle of repose / deg"));
+  EXPECT_THAT(svg, testing::Not(HasSubstr("angle_of_repose")));
 }
 
 // Names of parameters and of compared sets are text of the pictures, and no commands.
