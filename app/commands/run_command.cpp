@@ -292,7 +292,7 @@ int run_case(const RunArguments& a) {
     trace.emplace(c, traced);
     options.each_step = [&](const Solver& solver, bool last) { trace->see(solver, last); };
   }
-  const RunSummary summary = resuming ? resume(a.resume_file, options) : run(c, options);
+  const RunSummary summary = resuming ? resume(a.resume_file, options, &c) : run(c, options);
   meter.finish();
   if (trace) trace->close();
   if (!summary.kept_earlier.empty()) {

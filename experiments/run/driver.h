@@ -31,8 +31,6 @@ struct DriverState {
   StatisticsRows statistics;
 };
 
-// Throws InputError for a case that cannot be simulated.
-void check_runnable(const Case& c);
 // The case of a results file. Throws InputError unless it is the case that was run. `what` is the
 // refused action in the message, "resumed".
 Case case_of(const Recording& recording, const char* what);
@@ -48,7 +46,7 @@ struct RunObserver {
 
 class Driver {
  public:
-  // `c` has passed check_runnable() or was just read; it outlives the driver. The recorder's file
+  // `c` is as it was read, which checks it; it outlives the driver. The recorder's file
   // is new and has its header; nullptr: nothing is recorded.
   Driver(const Case& c, const RunOptions& options, Recorder* recorder, RunObserver observer = {});
 

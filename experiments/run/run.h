@@ -61,15 +61,17 @@ struct RunSummary {
   std::shared_ptr<const interruption::Advice> advice;
 };
 
-// Simulates the case from its start. Throws InputError for a case that cannot be set up; a run that
-// goes wrong is a summary with status failed, and its results file says so where it can be written.
-// Results that exist already under the same name are kept under another one (RUN.h5 becomes
-// RUN.1.h5).
+// Simulates a case from its start. Reading has checked the case (read_case). Throws InputError for
+// a case that cannot be set up; a run that goes wrong is a summary with status failed, and its
+// results file says so where it can be written. Results that exist already under the same name are
+// kept under another one (RUN.h5 becomes RUN.1.h5).
 RunSummary run(const Case& c, const RunOptions& options);
 
 // Continues from the last checkpoint in a results file, bit for bit as if it had never stopped. A
 // file whose run is finished is left as it is, and its responses are returned. After any failure,
-// the run can be resumed from the last checkpoint.
-RunSummary resume(const std::string& results_file, const RunOptions& options);
+// the run can be resumed from the last checkpoint. `known`: the case of the file, of a caller that
+// has read it; null: it is read here.
+RunSummary resume(const std::string& results_file, const RunOptions& options,
+                  const Case* known = nullptr);
 
 }  // namespace firn
