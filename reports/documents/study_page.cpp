@@ -15,7 +15,7 @@
 #include "firn/math.h"
 #include "reports/documents/study_estimate.h"
 #include "reports/documents/study_plots.h"
-#include "reports/html/json_values.h"
+#include "reports/html/results_page.h"
 #include "reports/plots/plots.h"
 
 namespace firn {

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "experiments/text/number_text.h"
-#include "reports/html/json_values.h"
+#include "reports/html/results_page.h"
 #include "reports/plots/plots.h"
 
 namespace firn {

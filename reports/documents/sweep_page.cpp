@@ -14,7 +14,7 @@
 #include "experiments/text/number_text.h"
 #include "experiments/text/units.h"
 #include "firn/math.h"
-#include "reports/html/json_values.h"
+#include "reports/html/results_page.h"
 #include "reports/plots/plots.h"
 
 namespace firn {

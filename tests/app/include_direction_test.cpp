@@ -88,7 +88,7 @@ const std::vector<std::pair<std::string, std::set<std::string>>> folders = {
     {"reports/replay", {"reports/html", "reports/rendering"}},
     {"reports/documents",
      {"calibrate/output", "experiments/batch/sweep", "reports/plots", "reports/replay",
-      "validation/verification"}},
+      "validation", "validation/verification"}},
 
     {"app/support", {"experiments/batch", "experiments/material_records", "reports/documents"}},
     {"app/output", {"app/support"}},
